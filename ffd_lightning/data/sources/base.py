@@ -1,0 +1,45 @@
+"""What a source of models is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from ffd_lightning.data.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class SourceModel:
+    """One model as its source gives it, before normalisation.
+
+    Attributes:
+        mesh: geometry, colours, textures and part labels in ShapeNet's frame.
+        family: structural family where the source knows it ("pedestal", say), else "".
+    """
+
+    mesh: Mesh
+    family: str = ""
+
+
+class Source(Protocol):
+    """Models by category and id. Picklable, so that worker processes can hold one each."""
+
+    def model_ids(self, category: str) -> list[str]:
+        """Return the ids of all models of `category`, sorted.
+
+        Raises:
+            DataError: the source has no such category; the message lists those it has.
+        """
+        ...
+
+    def load(self, category: str, model_id: str) -> SourceModel:
+        """Return one model.
+
+        Raises:
+            RejectedModelError: the model cannot be used; the message is the reason.
+        """
+        ...
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        """Return the JSON-able facts that decide what `load` returns for this category."""
+        ...
