@@ -6,10 +6,23 @@ merged into these classes, so a misspelt key or a wrong type is refused before a
 
 from __future__ import annotations
 
+import difflib
+import hashlib
+import os
+import re
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from pathlib import Path
+from typing import Any
 
-from omegaconf import MISSING
+from hydra.core.config_store import ConfigStore
+from hydra.errors import HydraException
+from omegaconf import MISSING, DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from ffd_lightning.errors import ConfigError, UserError
 
 
 class Weighting(Enum):
@@ -202,3 +215,180 @@ class TrainConfig:
     name: str = "default"
     seed: int = 0
     restart: bool = False
+
+
+def typed_config(cfg: DictConfig) -> TrainConfig:
+    """Turn a composed configuration into `TrainConfig`.
+
+    Raises:
+        ConfigError: a value that must be given is missing; the message names it.
+    """
+    missing = sorted(str(key) for key in OmegaConf.missing_keys(cfg))
+    if missing:
+        raise ConfigError(f"these settings must be given: {', '.join(f'{k}=...' for k in missing)}")
+    config = OmegaConf.to_object(cfg)
+    if not isinstance(config, TrainConfig):
+        raise ConfigError("the configuration does not follow the schema: keep `schema` in defaults")
+    return config
+
+
+def validate(cfg: TrainConfig) -> None:
+    """Check what types alone cannot, before anything is built.
+
+    Raises:
+        ConfigError: names every setting that cannot work, and the way out.
+    """
+    problems = [message for wrong, message in _checks(cfg) if wrong]
+    if problems:
+        raise ConfigError("; ".join(problems))
+
+
+def _checks(cfg: TrainConfig) -> list[tuple[bool, str]]:
+    data, render, schedule, regime = cfg.data, cfg.data.render, cfg.schedule, cfg.regime
+    templates, network = cfg.templates, cfg.network
+    needs_file = templates.strategy in (TemplateStrategy.listed, TemplateStrategy.ranking)
+    positive = {
+        "schedule.steps": schedule.steps,
+        "schedule.num_points": schedule.num_points,
+        "schedule.learning_rate": schedule.learning_rate,
+        "schedule.annealing_steps": schedule.annealing_steps,
+        "schedule.val_every": schedule.val_every,
+        "schedule.checkpoint_every": schedule.checkpoint_every,
+        "templates.count": templates.count,
+        "templates.max_edge": templates.max_edge,
+        "encoder.width": cfg.encoder.width,
+        "network.bottleneck": network.bottleneck,
+        "network.hidden": network.hidden,
+        "network.offset_std": network.offset_std,
+        "data.num_models": data.num_models,
+        "data.num_points": data.num_points,
+        "data.render.samples": render.samples,
+        "logger.every": cfg.logger.every,
+    }
+    folder = data.source is SourceKind.folder
+    return [
+        *((not value > 0, f"{key}={value} must be above 0") for key, value in positive.items()),
+        (schedule.batch_size < 2, "schedule.batch_size must be 2 or more (batch norm needs it)"),
+        (
+            schedule.num_points > data.num_points,
+            f"schedule.num_points={schedule.num_points} is more than "
+            f"data.num_points={data.num_points}, the points kept per model",
+        ),
+        (folder and not data.root, "data=folder needs data.root=DIR, a folder of categories"),
+        (
+            folder and bool(data.root) and not Path(str(data.root)).is_dir(),
+            f"data.root={data.root} is not a folder",
+        ),
+        (not 0 < data.train_fraction < 1, "data.train_fraction must lie between 0 and 1"),
+        (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
+        (not render.azimuths, "data.render.azimuths needs at least one angle"),
+        (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
+        (
+            needs_file and not (templates.file and Path(templates.file).is_file()),
+            f"templates.strategy={templates.strategy.value} needs templates.file=FILE, a file that "
+            f"exists (got {templates.file})",
+        ),
+        (not 0 <= regime.min_weight < 1, "regime.min_weight must lie in [0, 1)"),
+        (
+            regime.weighting is Weighting.log and templates.count == 1,
+            "regime.weighting=log is infinite for a single template: use another regime (b, e, r) "
+            "or more templates",
+        ),
+        (
+            min(regime.entropy_weight, regime.offset_weight) < 0,
+            "regime.entropy_weight and regime.offset_weight must not be negative",
+        ),
+        (min(network.degrees) < 1, f"network.degrees={list(network.degrees)} must be 1 or more"),
+        (
+            not 0 < network.batch_norm_momentum <= 1,
+            "network.batch_norm_momentum must lie in (0, 1]",
+        ),
+        (
+            cfg.encoder.weights is not None and not Path(cfg.encoder.weights).is_file(),
+            f"encoder.weights={cfg.encoder.weights} is not a file",
+        ),
+        (
+            cfg.seed < 0 or data.seed < 0 or templates.seed < 0,
+            "seed, data.seed and templates.seed must not be negative",
+        ),
+        (
+            cfg.category.synset is not None and not re.fullmatch(r"\d{8}", cfg.category.synset),
+            f"category.synset={cfg.category.synset} must be 8 digits; quote it",
+        ),
+    ]
+
+
+def run_suffix(overrides: str) -> str:
+    """Return a folder suffix for further overrides, "" for none: "_schedule.steps=50".
+
+    Settings that differ must not share a run folder. Long ones are shortened to a hash.
+    """
+    if not overrides:
+        return ""
+    name = re.sub(r"[^\w.,=+-]", "-", overrides)
+    if len(name) > 120:
+        name = f"{name[:100]}-{hashlib.sha256(overrides.encode()).hexdigest()[:12]}"
+    return f"_{name}"
+
+
+def register() -> None:
+    """Make the schema and the resolver known to Hydra; called by the entry scripts."""
+    ConfigStore.instance().store(name="schema", node=TrainConfig)
+    OmegaConf.register_new_resolver("run_suffix", run_suffix, replace=True)
+
+
+def run_app(main: Callable[[], None]) -> None:
+    """Run a Hydra application; show the user's mistakes as one message, exit code 1.
+
+    HYDRA_FULL_ERROR=1 shows the traceback instead.
+    """
+    if os.environ.get("HYDRA_FULL_ERROR") == "1":
+        main()
+        return
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra then raises instead of printing its own digest.
+    try:
+        main()
+    except (UserError, HydraException, OmegaConfBaseException) as error:
+        print(f"error: {explain(error)}", file=sys.stderr)
+        sys.exit(1)
+    except KeyboardInterrupt:
+        print("interrupted: the same command goes on from the last checkpoint", file=sys.stderr)
+        sys.exit(130)
+
+
+def explain(error: BaseException) -> str:
+    """Return one message for a configuration error: what is wrong, and what could be meant."""
+    message = " ".join(str(error).split("\n")[0].split())
+    cause = error.__cause__
+    if cause is not None and str(cause) and str(cause).split("\n")[0] not in message:
+        message = f"{message}: {str(cause).splitlines()[0]}"
+    options = re.search(r"Could not find '([^']*)'", str(error))
+    listed = re.search(r"Available options in '([^']*)':((?:\s+\S+)+)", str(error))
+    if options and listed:
+        group, choices = listed.group(1), listed.group(2).split()
+        close = difflib.get_close_matches(options.group(1).split("/")[-1], choices, 1)
+        hint = f" Did you mean {group}={close[0]}?" if close else ""
+        return (
+            f"no {group} {options.group(1).split('/')[-1]!r}.{hint} Choices: {', '.join(choices)}"
+        )
+    unknown = re.search(r"Key '([^']+)'(?: is)? not in", str(error) + str(cause or ""))
+    full = re.search(r"full_key: (\S+)", str(error) + "\n" + str(cause or ""))
+    if unknown and full:
+        return _explain_key(full.group(1))
+    return message
+
+
+def _explain_key(full_key: str) -> str:
+    """Name the siblings of a key that does not exist."""
+    *path, key = full_key.split(".")
+    node: Any = OmegaConf.structured(TrainConfig)
+    for part in path:
+        node = node.get(part) if OmegaConf.is_dict(node) and part in node else None
+    names = sorted(str(name) for name in node) if node is not None else []
+    where = ".".join(path)
+    close = difflib.get_close_matches(key, names, 1)
+    hint = f" Did you mean {'.'.join([*path, close[0]])}?" if close else ""
+    return (
+        f"no setting {full_key!r}.{hint} Settings{f' in {where}' if where else ''}: "
+        + ", ".join(names)
+    )

@@ -155,6 +155,38 @@ class Builder:
         faces = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
         self.add(part, material, corners + np.asarray(center, float), faces)
 
+    def rounded_box(
+        self,
+        part: str,
+        material: Material,
+        center: ArrayLike,
+        size: ArrayLike,
+        radius: float,
+        edge: float | None = None,
+        turn: Array | None = None,
+        segments: int = 3,
+    ) -> None:
+        """Add a box whose upright edges have `radius` and whose top and bottom edges have `edge`.
+
+        Both are shrunk to what fits; `edge` defaults to 0.8 `radius` and stays below 0.9 of it.
+        """
+        half = np.asarray(size, float) / 2
+        corner = min(radius, 0.98 * half[0], 0.98 * half[2])
+        rim = min(0.8 * corner if edge is None else edge, 0.9 * corner, 0.98 * half[1])
+        quarter = np.linspace(0, np.pi / 2, segments + 1)
+        angles = np.concatenate([quarter + i * np.pi / 2 for i in range(4)])
+        signs = np.repeat([(1, 1), (-1, 1), (-1, -1), (1, -1)], segments + 1, axis=0)
+        core = signs * (half[[0, 2]] - corner)
+        inset, rise = rim * (1 - np.cos(quarter)), half[1] - rim + rim * np.sin(quarter)
+        rows = [*zip(inset[::-1], -rise[::-1], strict=True), *zip(inset, rise, strict=True)]
+        matrix = np.eye(3) if turn is None else turn
+        rings = []
+        for shrink, y in rows:
+            flat = core + (corner - shrink) * np.column_stack([np.cos(angles), np.sin(angles)])
+            ring = np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]])
+            rings.append(ring @ matrix.T + np.asarray(center, float))
+        self.loft(part, material, rings)
+
     def loft(
         self,
         part: str,
@@ -282,9 +314,7 @@ class Builder:
         vertices = np.concatenate(self._vertices)
         faces = np.concatenate(self._faces)
         names = tuple(dict.fromkeys(name for name, _ in self._parts))
-        parts = np.concatenate(
-            [np.full(n, names.index(name), np.uint8) for name, n in self._parts]
-        )
+        parts = np.concatenate([np.full(n, names.index(name), np.uint8) for name, n in self._parts])
         colors = np.concatenate([np.tile(m.rgba(), (n, 1)) for m, n in self._materials])
         patterned = list(dict.fromkeys(m for m, _ in self._materials if m.pattern))
         index = np.concatenate(

@@ -1,0 +1,49 @@
+"""What Hydra calls when a run or a sweep has ended."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from hydra.core.utils import JobReturn
+from hydra.experimental.callback import Callback
+from omegaconf import DictConfig
+from rich.console import Console
+
+from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.analysis.tables import summary_table
+from ffd_lightning.run_folder import RunFolder
+
+
+class SummaryTable(Callback):
+    """Prints one table of the runs that were asked for; a failed one makes the exit code 1."""
+
+    def __init__(self) -> None:
+        self._paths: list[Path] = []
+
+    def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
+        """Note which run this was."""
+        self._paths.append(Path(config.hydra.runtime.output_dir))
+
+    def on_run_end(self, config: DictConfig, **_: Any) -> None:
+        """Print the table of a single run."""
+        self._print([RunFolder(p) for p in self._paths])
+
+    def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
+        """Print the table of a sweep."""
+        # Launchers that run jobs in other processes leave no paths here: read the whole sweep.
+        runs = [RunFolder(p) for p in self._paths] or find_runs(Path(config.hydra.sweep.dir))
+        if not self._print(runs):
+            sys.exit(1)
+
+    def _print(self, runs: list[RunFolder]) -> bool:
+        runs = [run for run in runs if run.config.exists()]
+        if not runs:
+            return False
+        table = load_runs(runs)
+        Console(width=None if sys.stdout.isatty() else 120).print(summary_table(table))
+        for run in runs:
+            if run.finished:
+                print(f"{run.path}: reconstructions.png, evaluation/, tensorboard/")
+        return bool((table["state"] == "finished").all())

@@ -1,0 +1,197 @@
+"""Choosing templates, and holding them ready for deformation."""
+
+from __future__ import annotations
+
+import csv
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import torch
+from jaxtyping import Float
+from numpy.typing import NDArray
+from torch import Tensor
+
+from ffd_lightning.config import TemplateStrategy
+from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.geometry.deformation import TemplateSample, deform, deformation_matrix
+from ffd_lightning.geometry.lattice import Degrees, Lattice
+from ffd_lightning.geometry.nearest import nearest_neighbors
+from ffd_lightning.geometry.subdivision import subdivide
+
+_CANDIDATES = 1000
+_CANDIDATE_POINTS = 512
+
+
+def choose_templates(
+    prepared: PreparedSet,
+    count: int,
+    strategy: TemplateStrategy,
+    file: str | Path | None = None,
+    seed: int = 0,
+) -> tuple[str, ...]:
+    """Choose template ids from a prepared set.
+
+    Args:
+        prepared: the models to choose from.
+        count: how many, T.
+        strategy: `diverse` starts at the most central model and goes on to whichever is farthest
+            in Chamfer distance from all chosen; `random` draws with `seed`; `listed` takes the
+            first T ids of a file (one a line); `ranking` takes the first T of the `id` column of a
+            run's `template_ranking.csv`.
+        file: for `listed` and `ranking`.
+        seed: for `random`.
+
+    Raises:
+        ConfigError: a file that is missing or too short, or ids that the set does not hold.
+        DataError: fewer models than templates.
+    """
+    if count > len(prepared):
+        raise DataError(
+            f"{count} templates asked for, but {prepared.path} holds only {len(prepared)} models: "
+            "choose fewer (templates=t1 ... t30) or prepare more models"
+        )
+    if strategy is TemplateStrategy.random:
+        order = np.random.default_rng(seed).permutation(len(prepared))[:count]
+        return tuple(prepared.ids[i] for i in order)
+    if strategy is TemplateStrategy.diverse:
+        return _farthest_points(prepared, count)
+    return _read_ids(prepared, count, strategy, file)
+
+
+def _read_ids(
+    prepared: PreparedSet, count: int, strategy: TemplateStrategy, file: str | Path | None
+) -> tuple[str, ...]:
+    try:
+        text = Path(str(file)).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"templates.file={file} cannot be read: {error}") from None
+    if strategy is TemplateStrategy.ranking:
+        rows = list(csv.DictReader(text.splitlines()))
+        if not rows or "id" not in rows[0]:
+            raise ConfigError(
+                f"templates.file={file} has no column `id`: give a run's template_ranking.csv"
+            )
+        ids = [row["id"] for row in rows]
+    else:
+        lines = (line.split("#")[0].strip() for line in text.splitlines())
+        ids = [line for line in lines if line]
+    ids = list(dict.fromkeys(ids))
+    if len(ids) < count:
+        raise ConfigError(f"templates.file={file} lists {len(ids)} ids, {count} are needed")
+    unknown = sorted(set(ids[:count]) - set(prepared.ids))
+    if unknown:
+        raise ConfigError(
+            f"templates.file={file} names {len(unknown)} models that are not in {prepared.path}, "
+            f"the first {unknown[0]!r}"
+        )
+    return tuple(ids[:count])
+
+
+def _farthest_points(prepared: PreparedSet, count: int) -> tuple[str, ...]:
+    """Farthest-point choice under Chamfer distance, among at most `_CANDIDATES` models."""
+    candidates = np.linspace(0, len(prepared) - 1, min(len(prepared), _CANDIDATES)).astype(int)
+    points = torch.from_numpy(
+        np.stack([prepared.points[i, :_CANDIDATE_POINTS] for i in candidates]).astype(np.float32)
+    )
+    # The most central model: the least total distance to a spread of others.
+    spread = points[np.linspace(0, len(points) - 1, min(len(points), 64)).astype(int)]
+    central = torch.stack([_distances(p, points) for p in spread]).sum(0)
+    chosen = [int(central.argmin())]
+    distance = torch.full((len(points),), torch.inf)
+    while len(chosen) < count:
+        distance = torch.minimum(distance, _distances(points[chosen[-1]], points))
+        distance[chosen] = -1
+        chosen.append(int(distance.argmax()))
+    return tuple(prepared.ids[candidates[i]] for i in chosen)
+
+
+def _distances(cloud: Tensor, clouds: Tensor) -> Tensor:
+    """Mean squared Chamfer distance of one cloud (N, 3) to many (k, N, 3)."""
+    nearest = nearest_neighbors(cloud, clouds)
+    return nearest.a_to_b.mean(-1) + nearest.b_to_a.mean(-1)
+
+
+class TemplateBank:
+    """All templates of a run: clouds, meshes, parts, and their decomposition.
+
+    One lattice per template, the bounding box of its mesh, serves its cloud and its mesh alike.
+
+    Attributes:
+        ids: T model ids.
+        families: T structural families, "" where unknown.
+        points: clouds, (T, N, 3) float32.
+        point_parts: part index per point, (T, N) uint8, or None.
+        part_names: names of the parts.
+        meshes: T normalised meshes as prepared (not subdivided).
+        lattices: T lattices.
+        control_points: P, (T, M, 3).
+        deformation_matrix: B of the clouds, (T, N, M).
+    """
+
+    def __init__(
+        self,
+        prepared: PreparedSet,
+        ids: tuple[str, ...],
+        degrees: Degrees = (3, 3, 3),
+        max_edge: float = 0.02,
+    ) -> None:
+        rows = [prepared.index(i) for i in ids]
+        self.ids = tuple(ids)
+        self.families = tuple(prepared.families[r] for r in rows)
+        self.part_names = prepared.part_names
+        self.meshes: tuple[Mesh, ...] = tuple(prepared.mesh(r) for r in rows)
+        self.points = torch.from_numpy(np.stack([prepared.points[r] for r in rows]))
+        parts = prepared.point_parts
+        self.point_parts = None if parts is None else np.stack([parts[r] for r in rows])
+        self.max_edge = max_edge
+        self.lattices = tuple(Lattice.bounding(_used_vertices(m), degrees) for m in self.meshes)
+        self.control_points = torch.stack([k.control_points() for k in self.lattices]).float()
+        self.deformation_matrix = torch.stack(
+            [
+                deformation_matrix(p.double(), lattice).float()
+                for p, lattice in zip(self.points, self.lattices, strict=True)
+            ]
+        )
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def sample(self, count: int, rng: np.random.Generator) -> TemplateSample:
+        """Draw `count` points of every template, without replacement, each its own."""
+        matrix = self.deformation_matrix
+        total = matrix.shape[1]
+        rows = [
+            matrix[t, torch.from_numpy(rng.choice(total, count, replace=False, shuffle=False))]
+            for t in range(len(self))
+        ]
+        return TemplateSample(torch.stack(rows), self.control_points)
+
+    @lru_cache(maxsize=64)  # noqa: B019 - one bank lives as long as its run
+    def subdivided(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
+        """Return a template's mesh with short edges, parts and colours kept, and its B, (V, M)."""
+        mesh = self.meshes[index]
+        vertices, faces, face_index = subdivide(mesh.vertices, mesh.faces, self.max_edge)
+        parts = mesh.face_parts
+        fine = Mesh(
+            vertices=vertices,
+            faces=faces,
+            face_colors=mesh.face_colors[face_index],
+            face_parts=None if parts is None else parts[face_index],
+            part_names=mesh.part_names,
+        )
+        matrix = deformation_matrix(torch.from_numpy(vertices), self.lattices[index])
+        return fine, matrix.float()
+
+    def deformed_mesh(self, index: int, offsets: Float[Tensor, "control 3"]) -> Mesh:
+        """Return a template's subdivided mesh, deformed by offsets (M, 3)."""
+        mesh, matrix = self.subdivided(index)
+        vertices = deform(matrix, self.control_points[index], offsets.detach().cpu().float())
+        return mesh.with_vertices(vertices.double().numpy())
+
+
+def _used_vertices(mesh: Mesh) -> Tensor:
+    used: NDArray[np.int64] = np.unique(mesh.faces)
+    return torch.from_numpy(np.asarray(mesh.vertices[used], np.float64))

@@ -1,0 +1,181 @@
+"""Scores of every template for every query, and what they come to.
+
+The protocol here, `chamfer`, is what training needs to judge itself: squared Chamfer distance, mean
+over points, both directions added, in units in which every model's bounding box has diagonal 1.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from ffd_lightning.data.datamodule import Batch
+from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.losses.chamfer import chamfer_distance
+from ffd_lightning.metrics.selection import effective_templates, selection_entropy
+from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
+from ffd_lightning.run_folder import RunFolder, write_atomic
+
+PROTOCOL = "chamfer"
+
+
+@dataclass(frozen=True)
+class TemplateScores:
+    """Every template tried on every query.
+
+    Attributes:
+        index: row of each query in the prepared set, (q,).
+        weights: template weights, (q, T).
+        deformed: Chamfer distance of each deformed template, (q, T).
+        undeformed: Chamfer distance of each template as it is, (q, T).
+    """
+
+    index: NDArray[np.int64]
+    weights: NDArray[np.float32]
+    deformed: NDArray[np.float32]
+    undeformed: NDArray[np.float32]
+
+    @classmethod
+    def concatenate(cls, parts: Sequence[TemplateScores]) -> TemplateScores:
+        """Join the scores of several batches."""
+        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+
+    @property
+    def selected(self) -> NDArray[np.int64]:
+        """The template of the greatest weight for each query, (q,)."""
+        return self.weights.argmax(1)
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """How often each template was selected, (T,)."""
+        return np.bincount(self.selected, minlength=self.weights.shape[1])
+
+    def of_selected(self, scores: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Pick the selected template's column of scores (q, T), giving (q,)."""
+        return np.take_along_axis(scores, self.selected[:, None], 1)[:, 0]
+
+    def summary(self) -> dict[str, float]:
+        """Return means over queries.
+
+        `chamfer` and `undeformed_chamfer` are of the selected template; `best_undeformed_chamfer`
+        and `best_deformed_chamfer` of the best template for each query, chosen knowing the answer;
+        `entropy` (nats) and `effective_templates` are of the selection counts.
+        """
+        return {
+            "chamfer": float(self.of_selected(self.deformed).mean()),
+            "undeformed_chamfer": float(self.of_selected(self.undeformed).mean()),
+            "best_undeformed_chamfer": float(self.undeformed.min(1).mean()),
+            "best_deformed_chamfer": float(self.deformed.min(1).mean()),
+            "entropy": selection_entropy(self.counts),
+            "effective_templates": effective_templates(self.counts),
+            "templates_used": float((self.counts > 0).sum()),
+            "num_samples": float(len(self.index)),
+        }
+
+
+@torch.no_grad()
+def score_templates(prediction: FfdPrediction, batch: Batch) -> TemplateScores:
+    """Score all templates, deformed and not, on the queries of a batch."""
+
+    def array(tensor: Tensor) -> NDArray[np.float32]:
+        return tensor.float().cpu().numpy()
+
+    target = batch.target_points[:, None]
+    deformed = deform(*batch.templates, prediction.offsets)
+    undeformed = batch.templates.deformation_matrix @ batch.templates.control_points
+    return TemplateScores(
+        index=batch.index.cpu().numpy(),
+        weights=array(prediction.template_weights),
+        deformed=array(chamfer_distance(deformed, target, "mean")),
+        undeformed=array(chamfer_distance(undeformed, target, "mean")),
+    )
+
+
+@torch.no_grad()
+def evaluate(network: TemplateFfdNetwork, batches: Iterable[Batch]) -> TemplateScores:
+    """Run a network over batches, on the device it is on.
+
+    Args:
+        network: put into evaluation mode here.
+        batches: fixed batches of test models.
+    """
+    network.eval()
+    device = next(network.parameters()).device
+    parts = []
+    for batch in batches:
+        moved = Batch(
+            batch.index,
+            batch.images.to(device),
+            batch.target_points.to(device),
+            type(batch.templates)(*(t.to(device) for t in batch.templates)),
+        )
+        parts.append(score_templates(network(moved.images), moved))
+    return TemplateScores.concatenate(parts)
+
+
+def write_evaluation(
+    run: RunFolder,
+    scores: TemplateScores,
+    ids: Sequence[str],
+    families: Sequence[str],
+    template_ids: Sequence[str],
+    extra: dict[str, float],
+) -> dict[str, float]:
+    """Write `samples.csv`, `summary.json` and `template_ranking.csv`; return the summary.
+
+    Args:
+        run: whose folder to write to.
+        scores: of all test models.
+        ids: model ids of the prepared set, by row.
+        families: structural families, by row.
+        template_ids: T ids.
+        extra: further numbers for the summary.
+    """
+    summary = {**scores.summary(), **extra}
+    folder = run.evaluation(PROTOCOL)
+    selected = scores.selected
+    rows = [
+        {
+            "id": ids[row],
+            "family": families[row],
+            "template": template_ids[t],
+            "weight": float(scores.weights[q, t]),
+            "chamfer": float(scores.deformed[q, t]),
+            "undeformed_chamfer": float(scores.undeformed[q, t]),
+            "best_undeformed_chamfer": float(scores.undeformed[q].min()),
+            "best_deformed_chamfer": float(scores.deformed[q].min()),
+        }
+        for q, (row, t) in enumerate(zip(scores.index, selected, strict=True))
+    ]
+    write_atomic(folder / "samples.csv", _csv(rows))
+    mean_weights = scores.weights.mean(0)
+    order = np.lexsort((-mean_weights, -scores.counts))
+    ranking = [
+        {
+            "rank": rank + 1,
+            "id": template_ids[t],
+            "count": int(scores.counts[t]),
+            "share": float(scores.counts[t] / scores.counts.sum()),
+            "mean_weight": float(mean_weights[t]),
+        }
+        for rank, t in enumerate(order)
+    ]
+    write_atomic(run.path / "template_ranking.csv", _csv(ranking))
+    write_atomic(folder / "summary.json", json.dumps(summary, indent=2) + "\n")
+    return summary
+
+
+def _csv(rows: Sequence[dict[str, object]]) -> str:
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return buffer.getvalue()

@@ -1,0 +1,109 @@
+"""What is watched during training: time per step, template selection, example images."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from typing import Any
+
+import numpy as np
+from lightning import Callback, LightningModule, Trainer
+from numpy.typing import ArrayLike
+from torch.utils.tensorboard import SummaryWriter
+
+from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.evaluation.evaluator import TemplateScores
+from ffd_lightning.training.module import FfdModule
+
+_WARM_UP_STEPS = 5
+
+
+class StepTimer(Callback):
+    """Median wall time from one step's end to the next, data included, validation left out."""
+
+    def __init__(self) -> None:
+        self._durations: list[float] = []
+        self._last: float | None = None
+
+    def on_train_batch_end(self, *_: Any) -> None:
+        """Note the time since the last step."""
+        now = time.perf_counter()
+        if self._last is not None:
+            self._durations.append(now - self._last)
+        self._last = now
+
+    def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Leave the pause out."""
+        self._last = None
+
+    def state_dict(self) -> dict[str, Any]:
+        """Keep the durations in checkpoints, so that a resumed run reports its whole."""
+        return {"durations": self._durations}
+
+    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
+        """Take up the durations of a checkpoint."""
+        self._durations = list(state_dict["durations"])
+
+    @property
+    def seconds_per_step(self) -> float:
+        """Median in seconds, warm-up left out; nan before there is any."""
+        durations = self._durations[_WARM_UP_STEPS:] or self._durations
+        return statistics.median(durations) if durations else float("nan")
+
+
+class TemplateHistograms(Callback):
+    """Draws template selection into TensorBoard at every validation.
+
+    Tags: `templates/selected` (times each template was selected), `templates/selected_sorted` (the
+    same, most used first) and `templates/mean_weight`; the horizontal axis is the template.
+    """
+
+    def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Write the three histograms."""
+        writer = tensorboard_writer(trainer)
+        if writer is None or trainer.sanity_checking or not isinstance(pl_module, FfdModule):
+            return
+        scores = TemplateScores.concatenate(pl_module.validation_scores)
+        step = trainer.global_step
+        _bars(writer, "templates/selected", scores.counts, step)
+        _bars(writer, "templates/selected_sorted", np.sort(scores.counts)[::-1], step)
+        _bars(writer, "templates/mean_weight", scores.weights.mean(0), step)
+
+
+class ExampleImages(Callback):
+    """Writes a few of the test images into TensorBoard as training starts."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Write the images once."""
+        writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
+        if writer is None or trainer.global_step > 0 or not isinstance(data, FfdDataModule):
+            return
+        rows = data.rows(data.split.test[: self.count])
+        images = np.stack([data.prepared.images[r, 0, ..., :3] for r in rows])
+        writer.add_images("examples/input", images, 0, dataformats="NHWC")
+
+
+def tensorboard_writer(trainer: Trainer) -> SummaryWriter | None:
+    """Return the trainer's TensorBoard writer, None where it has no such logger."""
+    writer = getattr(trainer.logger, "experiment", None)
+    return writer if isinstance(writer, SummaryWriter) else None
+
+
+def _bars(writer: SummaryWriter, tag: str, heights: ArrayLike, step: int) -> None:
+    """Write a histogram whose bucket t has the height of template t."""
+    heights = np.asarray(heights, float)
+    places = np.arange(len(heights))
+    writer.add_histogram_raw(
+        tag,
+        min=-0.5,
+        max=len(heights) - 0.5,
+        num=heights.sum(),
+        sum=(heights * places).sum(),
+        sum_squares=(heights * places**2).sum(),
+        bucket_limits=(places + 0.5).tolist(),
+        bucket_counts=heights.tolist(),
+        global_step=step,
+    )

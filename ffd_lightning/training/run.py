@@ -1,0 +1,333 @@
+"""One run from configuration to evaluated model, resumable at any moment."""
+
+from __future__ import annotations
+
+import logging
+import pickle
+import warnings
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
+from lightning import Callback, Trainer, seed_everything
+from lightning.pytorch.callbacks import ModelCheckpoint, TQDMProgressBar
+from lightning.pytorch.loggers import TensorBoardLogger
+from omegaconf import DictConfig, OmegaConf
+from PIL import Image
+
+from ffd_lightning.config import TrainConfig, typed_config, validate
+from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.sources import build_source
+from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.evaluation.evaluator import PROTOCOL, evaluate, write_evaluation
+from ffd_lightning.evaluation.figures import reconstruction_figure
+from ffd_lightning.geometry.lattice import num_control_points
+from ffd_lightning.losses.objective import Objective
+from ffd_lightning.nn.encoder import build_encoder
+from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.run_folder import RunFolder, write_atomic
+from ffd_lightning.training.callbacks import (
+    ExampleImages,
+    StepTimer,
+    TemplateHistograms,
+    tensorboard_writer,
+)
+from ffd_lightning.training.module import FfdModule
+
+log = logging.getLogger(__name__)
+
+# What may differ between the two halves of a resumed run: where it runs, not what it computes.
+_MACHINE_KEYS = ("trainer", "preparation", "paths", "logger", "callbacks", "restart", "name")
+
+
+def train_job(cfg: DictConfig) -> dict[str, float] | None:
+    """Run what Hydra composed: train, evaluate, and write the run folder Hydra named.
+
+    In a multirun a failed job is recorded in its `status.json` and does not stop the others.
+    """
+    hydra = HydraConfig.get()
+    run = RunFolder(Path(hydra.runtime.output_dir))
+    config = typed_config(cfg)
+    try:
+        return train(config, run)
+    except Exception as error:
+        if hydra.mode is not RunMode.MULTIRUN:
+            raise
+        reason = str(error) if isinstance(error, UserError) else f"{type(error).__name__}: {error}"
+        log.error("%s failed: %s", run.path, reason, exc_info=not isinstance(error, UserError))
+        return None
+
+
+def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
+    """Train and evaluate one run; go on where an earlier attempt stopped.
+
+    Args:
+        cfg: the whole configuration.
+        run: where everything is written.
+
+    Returns:
+        The summary of the evaluation; read back if the run is finished already.
+
+    Raises:
+        ConfigError: settings that cannot work, or a folder that holds a run with other settings.
+        DataError: data that is missing or damaged.
+    """
+    validate(cfg)
+    lock = run.lock()
+    try:
+        check_folder(cfg, run)
+        if run.finished:
+            log.info("%s is finished already; restart=true would train it again", run.path)
+            return dict(run.status["summary"])
+        run.set_status("running", step=0, steps=cfg.schedule.steps)
+        summary = _train(cfg, run)
+        run.set_status("finished", steps=cfg.schedule.steps, protocol=PROTOCOL, summary=summary)
+        return summary
+    except BaseException as error:
+        if not isinstance(error, KeyboardInterrupt) and not isinstance(error, ConfigError):
+            run.set_status("failed", reason=f"{type(error).__name__}: {error}")
+        raise
+    finally:
+        lock.release()
+
+
+def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
+    """Write `config.yaml`, or make sure that the one there is of the same run.
+
+    Raises:
+        ConfigError: the folder holds a run with other settings; the message lists them.
+    """
+    content = OmegaConf.to_yaml(OmegaConf.structured(cfg))
+    if run.config.exists() and not cfg.restart:
+        try:
+            earlier = OmegaConf.load(run.config)
+        except Exception as error:
+            raise ConfigError(
+                f"{run.config} is damaged ({error}): remove it or add restart=true"
+            ) from None
+        differences = _differences(earlier, OmegaConf.create(content))
+        if differences:
+            raise ConfigError(
+                f"{run.path} holds a run with other settings: {'; '.join(differences)}. Choose "
+                "another run with name=..., or add restart=true to discard what is there"
+            )
+    if cfg.restart:
+        run.checkpoint.unlink(missing_ok=True)
+        (run.path / "status.json").unlink(missing_ok=True)
+        for events in (run.path / "tensorboard").glob("events.*"):
+            events.unlink()
+    write_atomic(run.config, content)
+
+
+def _differences(earlier: Any, now: Any, prefix: str = "") -> list[str]:
+    result = []
+    for key in sorted(set(earlier) | set(now)):
+        if not prefix and key in _MACHINE_KEYS:
+            continue
+        a, b = earlier.get(key), now.get(key)
+        if OmegaConf.is_dict(a) and OmegaConf.is_dict(b):
+            result += _differences(a, b, f"{prefix}{key}.")
+        elif a != b:
+            result.append(f"{prefix}{key} was {a}, now {b}")
+    return result
+
+
+def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
+    """Build the network that a configuration describes, weights drawn from the global seed."""
+    image_size = (cfg.data.render.height, cfg.data.render.width)
+    encoder = build_encoder(
+        kind=cfg.encoder.kind,
+        name=cfg.encoder.name,
+        width=cfg.encoder.width,
+        weights=cfg.encoder.weights,
+        pretrained=cfg.encoder.pretrained,
+        batch_norm_momentum=cfg.network.batch_norm_momentum,
+        image_size=image_size,
+    )
+    return TemplateFfdNetwork(
+        encoder,
+        image_size=image_size,
+        num_templates=cfg.templates.count,
+        num_control_points=num_control_points(cfg.network.degrees),
+        bottleneck=cfg.network.bottleneck,
+        hidden=cfg.network.hidden,
+        min_weight=cfg.regime.min_weight,
+        offset_std=cfg.network.offset_std,
+        batch_norm_momentum=cfg.network.batch_norm_momentum,
+    )
+
+
+def build_data(cfg: TrainConfig) -> FfdDataModule:
+    """Build the data module that a configuration describes; nothing is read yet."""
+    return FfdDataModule(
+        source=build_source(cfg.data),
+        category=cfg.category.name,
+        data_root=Path(cfg.paths.data),
+        render=cfg.data.render,
+        num_cloud_points=cfg.data.num_points,
+        train_fraction=cfg.data.train_fraction,
+        num_templates=cfg.templates.count,
+        template_strategy=cfg.templates.strategy,
+        template_file=cfg.templates.file,
+        template_seed=cfg.templates.seed,
+        degrees=cfg.network.degrees,
+        max_edge=cfg.templates.max_edge,
+        batch_size=cfg.schedule.batch_size,
+        num_points=cfg.schedule.num_points,
+        steps=cfg.schedule.steps,
+        seed=cfg.seed,
+        num_workers=cfg.trainer.num_workers,
+        preparation_workers=cfg.preparation.workers,
+    )
+
+
+def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
+    seed_everything(cfg.seed, verbose=False)
+    data = build_data(cfg)
+    data.prepare_data()
+    data.setup()
+    module = FfdModule(
+        build_network(cfg),
+        Objective(
+            weighting=cfg.regime.weighting,
+            entropy_weight=cfg.regime.entropy_weight,
+            offset_weight=cfg.regime.offset_weight,
+            annealing_steps=cfg.schedule.annealing_steps,
+        ),
+        learning_rate=cfg.schedule.learning_rate,
+        learning_rate_decay=cfg.schedule.learning_rate_decay,
+        steps=cfg.schedule.steps,
+        seed=cfg.seed,
+    )
+    log.info(
+        "%s: %s, regime %s, %d templates, %d models to train on, %d to test on, %d steps",
+        run.path,
+        cfg.category.name,
+        cfg.regime.name,
+        len(data.bank),
+        len(data.split.train),
+        len(data.split.test),
+        cfg.schedule.steps,
+    )
+    done = _checkpoint_step(run)
+    timer = StepTimer()
+    trainer = _trainer(cfg, run, done, timer)
+    with warnings.catch_warnings():
+        # One loader item is a whole batch, made from memory-mapped arrays: no workers are needed.
+        warnings.filterwarnings("ignore", ".*does not have many workers.*")
+        warnings.filterwarnings("ignore", ".*mid-epoch.*")
+        trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
+    if trainer.interrupted:
+        raise KeyboardInterrupt
+    return _finish(cfg, run, data, module, trainer, timer)
+
+
+def _checkpoint_step(run: RunFolder) -> int:
+    """Return the step that the run's checkpoint continues from, 0 without one."""
+    if not run.checkpoint.exists():
+        return 0
+    try:
+        checkpoint = torch.load(run.checkpoint, map_location="cpu", weights_only=False)
+        return int(checkpoint["global_step"])
+    except (OSError, RuntimeError, EOFError, KeyError, pickle.PickleError, zipfile.BadZipFile):
+        raise DataError(
+            f"the checkpoint {run.checkpoint} is damaged: add restart=true to train from the start"
+        ) from None
+
+
+def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> Trainer:
+    callbacks: list[Callback] = [
+        timer,
+        TemplateHistograms(),
+        ExampleImages(cfg.callbacks.figure_examples),
+        ModelCheckpoint(
+            dirpath=run.checkpoint.parent,
+            filename=run.checkpoint.stem,
+            every_n_train_steps=cfg.schedule.checkpoint_every,
+            save_top_k=1,
+            enable_version_counter=False,
+        ),
+    ]
+    if cfg.trainer.progress_bar:
+        callbacks.append(TQDMProgressBar(refresh_rate=10))
+    logger = TensorBoardLogger(
+        save_dir=run.path,
+        name="",
+        version="tensorboard",
+        default_hp_metric=False,
+        # Steps after the checkpoint are done again: hide what the killed attempt wrote of them.
+        purge_step=done + 1 if done else None,
+    )
+    devices = cfg.trainer.devices
+    return Trainer(
+        accelerator=cfg.trainer.accelerator,
+        devices=int(devices) if devices.isdecimal() else devices,
+        strategy=cfg.trainer.strategy,
+        precision=cfg.trainer.precision,  # type: ignore[arg-type]
+        max_steps=cfg.schedule.steps,
+        max_epochs=1,
+        val_check_interval=min(cfg.schedule.val_every, cfg.schedule.steps),
+        num_sanity_val_steps=0,
+        log_every_n_steps=cfg.logger.every,
+        logger=logger if cfg.logger.tensorboard else False,
+        callbacks=callbacks,
+        use_distributed_sampler=False,
+        enable_progress_bar=cfg.trainer.progress_bar,
+        enable_model_summary=False,
+        default_root_dir=run.path,
+    )
+
+
+def _finish(
+    cfg: TrainConfig,
+    run: RunFolder,
+    data: FfdDataModule,
+    module: FfdModule,
+    trainer: Trainer,
+    timer: StepTimer,
+) -> dict[str, float]:
+    """Evaluate the trained network, draw the figure, and close the log."""
+    chunks = data.evaluation_chunks()
+    scores = evaluate(module.network, (chunks[i] for i in range(len(chunks))))
+    summary = write_evaluation(
+        run,
+        scores,
+        data.prepared.ids,
+        data.prepared.families,
+        data.bank.ids,
+        {"seconds_per_step": timer.seconds_per_step},
+    )
+    count = min(cfg.callbacks.figure_examples, len(scores.index))
+    rows = scores.index[np.linspace(0, len(scores.index) - 1, count).astype(int)].tolist()
+    figure = reconstruction_figure(module.network, data.prepared, data.bank, rows, cfg.data.render)
+    Image.fromarray(figure).save(run.path / "reconstructions.png")
+    writer = tensorboard_writer(trainer)
+    if writer is not None and isinstance(trainer.logger, TensorBoardLogger):
+        writer.add_image("examples/reconstructions", figure, trainer.global_step, dataformats="HWC")
+        results = {f"test/{name}": value for name, value in summary.items()}
+        trainer.logger.log_hyperparams(_hyperparameters(cfg), results)
+        trainer.logger.finalize("success")
+    return summary
+
+
+def _hyperparameters(cfg: TrainConfig) -> dict[str, Any]:
+    """What tells runs of one study apart, flat, for TensorBoard's HPARAMS page."""
+    return {
+        "category": cfg.category.name,
+        "regime": cfg.regime.name,
+        "templates": cfg.templates.count,
+        "strategy": cfg.templates.strategy.value,
+        "seed": cfg.seed,
+        "steps": cfg.schedule.steps,
+        "batch_size": cfg.schedule.batch_size,
+        "learning_rate": cfg.schedule.learning_rate,
+        "annealing_steps": cfg.schedule.annealing_steps,
+        "min_weight": cfg.regime.min_weight,
+        "weighting": cfg.regime.weighting.value,
+        "entropy_weight": cfg.regime.entropy_weight,
+        "offset_weight": cfg.regime.offset_weight,
+    }

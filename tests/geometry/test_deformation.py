@@ -1,0 +1,151 @@
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from ffd_lightning.geometry.deformation import (
+    deform,
+    deform_points,
+    deformation_matrix,
+    fit_offsets,
+)
+from ffd_lightning.geometry.lattice import Lattice, num_control_points
+
+DEGREES = [(3, 3, 3), (1, 2, 4), (1, 1, 1), (5, 3, 2)]
+
+
+def cloud(n=40, dtype=torch.float64, seed=0):
+    return torch.randn(n, 3, dtype=dtype, generator=torch.Generator().manual_seed(seed))
+
+
+def oriented_lattice(points, degrees):
+    turn, _ = torch.linalg.qr(cloud(3, seed=5))
+    local = points @ turn.T
+    low, high = local.amin(0), local.amax(0)
+    return Lattice(low @ turn, (high - low)[:, None] * turn, degrees)
+
+
+def naive(points, lattice, control):
+    """The paper's triple sum, point by point, in float64."""
+    l, m, n = lattice.degrees
+
+    def b(i, d, t):
+        return math.comb(d, i) * t**i * (1 - t) ** (d - i)
+
+    stu = np.linalg.solve(lattice.axes.numpy().T, (points - lattice.origin).numpy().T).T
+    grid = control.numpy().reshape(l + 1, m + 1, n + 1, 3)
+    out = np.zeros((len(points), 3))
+    for p, (s, t, u) in enumerate(stu):
+        for i in range(l + 1):
+            for j in range(m + 1):
+                for k in range(n + 1):
+                    out[p] += b(i, l, s) * b(j, m, t) * b(k, n, u) * grid[i, j, k]
+    return out
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+def test_matches_the_triple_sum_in_an_oriented_box(degrees):
+    points = cloud()
+    lattice = oriented_lattice(points, degrees)
+    offsets = 0.3 * cloud(num_control_points(degrees), seed=2)
+    control = lattice.control_points() + offsets
+    result = deform(deformation_matrix(points, lattice), lattice.control_points(), offsets)
+    np.testing.assert_allclose(result.numpy(), naive(points, lattice, control), atol=1e-12)
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
+def test_zero_offsets_are_the_identity_and_rows_sum_to_one(degrees, dtype):
+    points = cloud(200, dtype) * torch.tensor([1.0, 1e-3, 50.0], dtype=dtype) + 7
+    lattice = Lattice.bounding(points, degrees)
+    matrix = deformation_matrix(points, lattice)
+    assert matrix.shape == (200, num_control_points(degrees))
+    torch.testing.assert_close(matrix.sum(-1), torch.ones(200, dtype=dtype))
+    size = float((points.amax(0) - points.amin(0)).norm())
+    assert (matrix @ lattice.control_points() - points).abs().max() <= 1e-5 * size
+
+
+@pytest.mark.parametrize("flat", [[0], [1], [2], [0, 2], [0, 1, 2]])
+def test_flat_templates_are_reproduced_and_can_be_moved(flat):
+    points = cloud(30, torch.float32)
+    points[:, flat] = 0.125
+    lattice = Lattice.bounding(points)
+    matrix = deformation_matrix(points, lattice)
+    assert torch.isfinite(matrix).all()
+    torch.testing.assert_close(matrix @ lattice.control_points(), points, atol=1e-5, rtol=0)
+    lifted = deform(matrix, lattice.control_points(), torch.full((64, 3), 0.5))
+    torch.testing.assert_close(lifted, points + 0.5, atol=1e-5, rtol=0)
+
+
+def test_affine_control_point_motion_is_that_affine_map():
+    points = cloud()
+    lattice = Lattice.bounding(points, (3, 2, 4))
+    linear, shift = cloud(3, seed=3), cloud(1, seed=4)
+    control = lattice.control_points()
+    offsets = control @ linear + shift - control
+    result = deform(deformation_matrix(points, lattice), control, offsets)
+    torch.testing.assert_close(result, points @ linear + shift)
+
+
+def test_broadcasts_over_queries_and_templates():
+    points = torch.stack([cloud(seed=s) for s in range(3)]).float()
+    lattice = Lattice.bounding(points, (1, 2, 1))
+    matrix, control = deformation_matrix(points, lattice), lattice.control_points()
+    offsets = torch.randn(2, 5, 3, 12, 3, generator=torch.Generator().manual_seed(0))
+    result = deform(matrix, control, offsets)
+    assert result.shape == (2, 5, 3, 40, 3)
+    for q in range(2):
+        for r in range(5):
+            for t in range(3):
+                one = matrix[t] @ (control[t] + offsets[q, r, t])
+                torch.testing.assert_close(result[q, r, t], one)
+    torch.testing.assert_close(deform(matrix, control, offsets[0, 0]), result[0, 0])
+
+
+def test_mismatched_shapes_are_named():
+    points = cloud(5)
+    lattice = Lattice.bounding(points)
+    matrix = deformation_matrix(points, lattice)
+    with pytest.raises(ValueError, match="do not go together"):
+        deform(matrix, lattice.control_points(), torch.zeros(63, 3))
+
+
+def test_gradients():
+    points = cloud(6)
+    lattice = Lattice.bounding(points, (2, 1, 2))
+    offsets = cloud(18, seed=1).requires_grad_()
+
+    def f(p, o):
+        return deform(deformation_matrix(p, lattice), lattice.control_points(), o)
+
+    assert torch.autograd.gradcheck(f, (points.clone().requires_grad_(), offsets))
+
+
+def test_points_outside_the_box_stay():
+    lattice = Lattice(torch.zeros(3), torch.eye(3), (2, 2, 2))
+    points = torch.tensor([[0.5, 0.5, 0.5], [1.0, 0.0, 1.0], [1.2, 0.5, 0.5]])
+    moved = deform_points(points, lattice, torch.full((27, 3), 0.1))
+    torch.testing.assert_close(moved, points + torch.tensor([[0.1], [0.1], [0.0]]))
+
+
+def test_fit_recovers_a_deformation():
+    points = cloud(500)
+    lattice = Lattice.bounding(points)
+    matrix, control = deformation_matrix(points, lattice), lattice.control_points()
+    target = deform(matrix, control, 0.1 * cloud(64, seed=9))
+    fitted = fit_offsets(matrix, control, target, ridge=1e-9)
+    torch.testing.assert_close(deform(matrix, control, fitted), target, atol=1e-3, rtol=0)
+    assert fit_offsets(matrix, control, points).abs().max() < 1e-9
+
+
+def test_fit_keeps_control_points_near_where_there_are_no_points():
+    points = cloud(300)
+    points = points[(points[:, 0] < 0)]
+    points = torch.cat([points, torch.tensor([[2.0, 2.0, 2.0]], dtype=torch.float64)])
+    lattice = Lattice.bounding(points)
+    matrix = deformation_matrix(points, lattice)
+    fitted = fit_offsets(matrix, lattice.control_points(), points + 0.1 * torch.sin(3 * points))
+    assert fitted.abs().max() < 2
+    with pytest.raises(ValueError, match="ridge"):
+        fit_offsets(matrix, lattice.control_points(), points, ridge=0)
