@@ -11,6 +11,7 @@ import hashlib
 import os
 import re
 import sys
+import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
-from hydra.errors import HydraException
+from hydra.errors import HydraException, OverrideParseException
 from omegaconf import MISSING, DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
@@ -348,12 +349,22 @@ def run_app(main: Callable[[], None]) -> None:
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra then raises instead of printing its own digest.
     try:
         main()
-    except (UserError, HydraException, OmegaConfBaseException) as error:
+    except (UserError, HydraException, OmegaConfBaseException, ValueError) as error:
+        if isinstance(error, ValueError) and not _from_hydra(error):
+            raise
         print(f"error: {explain(error)}", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         print("interrupted: the same command goes on from the last checkpoint", file=sys.stderr)
         sys.exit(130)
+
+
+def _from_hydra(error: BaseException) -> bool:
+    """Tell whether an error was raised in Hydra's own code or OmegaConf's."""
+    if isinstance(error, (HydraException, OmegaConfBaseException)):
+        return True
+    frames = traceback.extract_tb(error.__traceback__)
+    return bool(frames) and {"hydra", "omegaconf"} & set(Path(frames[-1].filename).parts) != set()
 
 
 def explain(error: BaseException) -> str:
@@ -363,14 +374,20 @@ def explain(error: BaseException) -> str:
     if cause is not None and str(cause) and str(cause).split("\n")[0] not in message:
         message = f"{message}: {str(cause).splitlines()[0]}"
     options = re.search(r"Could not find '([^']*)'", str(error))
-    listed = re.search(r"Available options in '([^']*)':((?:\s+\S+)+)", str(error))
+    listed = re.search(r"Available options in '([^']*)':\n((?:\t\S+\n?)+)", str(error))
     if options and listed:
         group, choices = listed.group(1), listed.group(2).split()
-        close = difflib.get_close_matches(options.group(1).split("/")[-1], choices, 1)
+        name = options.group(1).split("/")[-1]
+        close = difflib.get_close_matches(name, choices, 1)
         hint = f" Did you mean {group}={close[0]}?" if close else ""
-        return (
-            f"no {group} {options.group(1).split('/')[-1]!r}.{hint} Choices: {', '.join(choices)}"
-        )
+        return f"no {group} {name!r}.{hint} Choices: {', '.join(choices)}"
+    missing = re.search(r"Missing mandatory value: (\S+)", str(error))
+    if missing:
+        return f"{missing.group(1)}=... must be given"
+    if isinstance(error, OverrideParseException):
+        return f"{message}: write group=option or key=value, quoted for the shell where needed"
+    if "Config group override must be a string" in message:
+        return "a group's option is a name, not a number: templates=t30, say, not templates=30"
     unknown = re.search(r"Key '([^']+)'(?: is)? not in", str(error) + str(cause or ""))
     full = re.search(r"full_key: (\S+)", str(error) + "\n" + str(cause or ""))
     if unknown and full:

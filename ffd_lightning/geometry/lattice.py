@@ -97,14 +97,11 @@ class Lattice:
         self, points: Float[Tensor, "*batch num_points 3"]
     ) -> Bool[Tensor, "*batch num_points"]:
         """Tell which points lie in the box, its faces included, up to rounding."""
-        tolerance = 16 * torch.finfo(points.dtype).eps
-        stu = self.to_stu(points)
-        inside = ((stu >= -tolerance) & (stu <= 1 + tolerance)).all(-1)
-        # An axis without extent bounds nothing in stu: ask for the distance to the flat box.
-        projected = self.origin[..., None, :] + stu @ self.axes
-        size = self.axes.norm(dim=-1).amax(-1)[..., None]
-        reach = torch.maximum(size, points.abs().amax(-1))
-        return inside & ((points - projected).norm(dim=-1) <= 16 * tolerance * reach)
+        nearest = self.origin[..., None, :] + self.to_stu(points).clamp(0, 1) @ self.axes
+        # Rounding of a point grows with its distance from the frame's origin, not with the box.
+        reach = torch.maximum(self.axes.norm(dim=-1).amax(-1)[..., None], points.abs().amax(-1))
+        tolerance = 16 * torch.finfo(points.dtype).eps * reach
+        return (points - nearest).norm(dim=-1) <= tolerance
 
     def control_points(self) -> Float[Tensor, "*batch num_control_points 3"]:
         """Return the undeformed control points P, (*batch, M, 3)."""

@@ -39,5 +39,4 @@ def normalize(vertices: ArrayLike, faces: ArrayLike | None = None) -> NDArray[np
         raise ValueError("the vertices are not all finite")
     if diagonal == 0:
         raise ValueError("the bounding box has no extent: all vertices are the same point")
-
     return (points - (low / 2 + high / 2)) / diagonal

@@ -21,7 +21,7 @@ _BLOCKS = (
     (1024, 1),
 )
 _STEM_CHANNELS = 32
-_BATCH_NORM_EPS = 1e-3
+BATCH_NORM_EPS = 1e-3  # TensorFlow's
 
 
 class ImageEncoder(nn.Module):
@@ -96,11 +96,11 @@ class MobileNetV1(ImageEncoder):
 
         def add(name: str, conv: nn.Conv2d) -> None:
             nn.init.xavier_uniform_(conv.weight)
-            norm = nn.BatchNorm2d(conv.out_channels, _BATCH_NORM_EPS, batch_norm_momentum)
+            norm = nn.BatchNorm2d(conv.out_channels, BATCH_NORM_EPS, batch_norm_momentum)
             self.layers.add_module(name, conv)
             self.layers.add_module(f"{name}_bn", norm)
-            # In place: batch norm's gradient needs its input, not its output.
-            self.layers.add_module(f"{name}_relu", nn.ReLU6(inplace=True))
+            # Not in place: autograd would then clone the input first, one pass over memory more.
+            self.layers.add_module(f"{name}_relu", nn.ReLU6())
 
         add("conv1", SamePadConv2d(3, channels, 3, stride=2, bias=False))
         for i, (base, stride) in enumerate(_BLOCKS, start=1):

@@ -34,7 +34,8 @@ def case():
 
 def by_hand(case, f, entropy_weight, offset_weight, fade):
     """The paper's equations with plain loops."""
-    (weights, offsets), target, (matrix, control) = case
+    prediction, target, (matrix, control) = case
+    weights, offsets = (x.detach() for x in prediction)
     chamfer = torch.zeros(Q, T, dtype=torch.float64)
     total = 0.0
     for q in range(Q):
@@ -64,7 +65,7 @@ def test_total_is_the_papers_sum(case, kind, f, weights, step):
     assert float(total.detach()) == pytest.approx(expected, rel=1e-9)
     best = case[0].template_weights.argmax(1)
     assert float(terms["chamfer"]) == pytest.approx(
-        float(chamfer[torch.arange(Q), best].mean().detach()) / N
+        float(chamfer[torch.arange(Q), best].mean()) / N
     )
 
 

@@ -56,7 +56,8 @@ def beam(
 ) -> None:
     """Add a straight bar with chamfered edges; `height` is its side nearest to upright."""
     a, b = np.asarray(start, float), np.asarray(end, float)
-    along = (b - a) / np.linalg.norm(b - a)
+    length = float(np.linalg.norm(b - a))
+    along = (b - a) / length
     helper = np.array([0.0, 1, 0]) if abs(along[1]) < 0.95 else np.array([0.0, 0, 1])
     side = np.cross(helper, along)
     side /= np.linalg.norm(side)
@@ -65,7 +66,7 @@ def beam(
         part,
         material,
         (a + b) / 2,
-        (width, height, np.linalg.norm(b - a)),
+        (width, height, length),
         0.15 * min(width, height),
         turn=turn,
         segments=1,
@@ -93,9 +94,10 @@ def slats(
     """Add `count` equal boards of `size`, evenly from the centre `first` to the centre `last`."""
     board = np.asarray(size, float)
     edge = 0.2 * float(board.min())
+    segments = 1 if count > 3 else 3  # a few broad boards are in full view
     for t in np.linspace(0, 1, count) if count > 1 else [0.5]:
         center = (1 - t) * np.asarray(first, float) + t * np.asarray(last, float)
-        builder.rounded_box(part, material, center, board, edge, turn=turn, segments=1)
+        builder.rounded_box(part, material, center, board, edge, turn=turn, segments=segments)
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,7 @@ def add_leg(
     """Add a leg from `top` to `foot`, both its ends level; `stretch` scales its x and z sides."""
     a, b = np.asarray(foot, float), np.asarray(top, float)
     if not style.plain:
-        rod, spread = 0.16 * style.thickness, 0.9 * style.thickness
+        rod, spread = max(0.008, 0.16 * style.thickness), 0.9 * style.thickness
         ends = b + spread * np.array([[-1, 0, 1], [1, 0, -1]])
         path = bend([ends[0], a + rod * UP, ends[1]], 0.4 * style.thickness)
         builder.tube(part, material, path, rod, 8)
@@ -242,6 +244,51 @@ def sheet(
     faces = [np.stack([q[i].ravel() for i in t], 1) for q in quads for t in ((0, 1, 2), (0, 2, 3))]
     vertices = np.concatenate([(points + offset).reshape(-1, 3), (points - offset).reshape(-1, 3)])
     builder.add(part, material, vertices, np.concatenate(faces))
+
+
+def fill_side(
+    builder: Builder, material: Material, tops: Array, deck: float, part: str, fill: str, gap: float
+) -> None:
+    """Fill the space between two posts that end at `tops`, (2, 3), down to the deck.
+
+    `fill` is "bars", "slats" or "panel"; `gap` is the distance between bars or slats.
+    """
+    first, last = tops - 0.03 * UP
+    beam(builder, part, material, first, last, 0.03, 0.05)
+    rise, middle = first[1] - deck, (first + last) / 2
+    length = float(np.linalg.norm(last - first))
+    along_z = abs(last[2] - first[2]) > abs(last[0] - first[0])
+    if fill == "bars":
+        for t in np.linspace(0, 1, round(length / gap) + 1)[1:-1]:
+            point = first + t * (last - first)
+            builder.cylinder(part, material, point, point - rise * UP, 0.011, segments=8)
+        return
+    tall = 0.5 * gap if fill == "slats" else rise
+    count = max(1, round(rise / gap)) if fill == "slats" else 1
+    size = (0.018, tall, length) if along_z else (length, tall, 0.018)
+    low, high = middle - (rise - tall / 2) * UP, middle - tall / 2 * UP
+    slats(builder, part, material, low, high, size, count)
+
+
+def arc(
+    builder: Builder,
+    part: str,
+    material: Material,
+    radii: tuple[float, float],
+    heights: tuple[ArrayLike, ArrayLike],
+    angles: Array,
+) -> None:
+    """Sweep a chamfered rectangle around the y axis; angle 0 is +z, heights may vary with it."""
+    low, high = (np.broadcast_to(np.asarray(h, float), len(angles)) for h in heights)
+    flat = np.array(
+        [(0, 0.06), (0.1, 0), (0.9, 0), (1, 0.06), (1, 0.9), (0.88, 1), (0.12, 1), (0, 0.9)]
+    )
+    rings = []
+    for angle, bottom, top in zip(angles, low, high, strict=True):
+        r = radii[0] + flat[:, 0] * (radii[1] - radii[0])
+        y = bottom + flat[:, 1] * (top - bottom)
+        rings.append(np.stack([r * np.sin(angle), y, r * np.cos(angle)], 1))
+    builder.loft(part, material, rings)
 
 
 def lean(degrees: float) -> Array:

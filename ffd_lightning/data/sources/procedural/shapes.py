@@ -48,8 +48,9 @@ class Material:
         noise = rng.random((_TEXTURE_SIZE, _TEXTURE_SIZE))
         if self.pattern == "wood":
             phase = rng.random(2) * tau
-            bend = 0.08 * np.sin(tau * u + phase[0]) + 0.04 * np.sin(2 * tau * u + phase[1])
-            shade = 0.84 + 0.14 * np.sin(tau * 5 * (v + bend)) + 0.05 * (noise - 0.5)
+            bend = 0.02 * np.sin(tau * u + phase[0]) + 0.01 * np.sin(2 * tau * u + phase[1])
+            grain = 0.6 * np.sin(tau * 5 * (v + bend)) + 0.4 * np.sin(tau * 11 * (v + bend))
+            shade = 0.9 + 0.08 * grain + 0.05 * (noise - 0.5)
         elif self.pattern == "stripes":
             shade = np.where(np.sin(tau * 4 * u) > 0, 1.0, 0.62)
         elif self.pattern == "checker":
@@ -98,7 +99,8 @@ def pick_material(rng: np.random.Generator, kind: str) -> Material:
 
 def rotation(axis: ArrayLike, degrees: float) -> Array:
     """Return the (3, 3) matrix that turns by `degrees` about `axis` (right-handed)."""
-    x, y, z = np.asarray(axis, float) / np.linalg.norm(axis)
+    direction = np.asarray(axis, float)
+    x, y, z = direction / np.linalg.norm(direction)
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     a = np.radians(degrees)
     return np.eye(3) + np.sin(a) * k + (1 - np.cos(a)) * k @ k
@@ -106,7 +108,7 @@ def rotation(axis: ArrayLike, degrees: float) -> Array:
 
 def _frame(direction: Array) -> tuple[Array, Array]:
     """Return two unit vectors that complete `direction` to an orthogonal frame."""
-    d = direction / max(np.linalg.norm(direction), 1e-12)
+    d = direction / max(float(np.linalg.norm(direction)), 1e-12)
     helper = np.array([0.0, 0, 1]) if abs(d[2]) < 0.9 else np.array([1.0, 0, 0])
     a = np.cross(helper, d)
     a /= np.linalg.norm(a)
@@ -145,7 +147,7 @@ class Builder:
         turn: Array | None = None,
         taper: float = 1.0,
     ) -> None:
-        """Add a box; `turn` is a (3, 3) rotation about its centre, `taper` scales the top's x, z."""
+        """Add a box; `turn` (3, 3) rotates it about its centre, `taper` scales its top's x and z."""
         signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
         corners = signs * np.asarray(size, float) / 2
         corners[signs[:, 1] > 0] *= np.array([taper, 1, taper])
@@ -254,7 +256,8 @@ class Builder:
     ) -> None:
         """Add a cylinder or truncated cone from `start` to `end`."""
         radii = (radius, radius if radius_end is None else radius_end)
-        self.tube(part, material, [start, end], radii, segments)
+        path = np.array([np.asarray(start, float), np.asarray(end, float)])
+        self.tube(part, material, path, radii, segments)
 
     def lathe(
         self,

@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from ffd_lightning.data.sources.procedural.furniture import (
     UP,
     LegStyle,
+    add_leg,
     add_legs,
+    arc,
     corners,
     draw,
+    fill_side,
     pad,
     rails,
     sheet,
-    slats,
 )
-from ffd_lightning.data.sources.procedural.shapes import Array, Builder, Family, pick_material
+from ffd_lightning.data.sources.procedural.shapes import (
+    Array,
+    Builder,
+    Family,
+    pick_material,
+)
 from ffd_lightning.data.sources.procedural.upholstery import (
     Seating,
     add_arm,
@@ -84,6 +92,11 @@ def _chesterfield(rng: np.random.Generator) -> Builder:
     return b
 
 
+def _back_grid(s: Seating, xs: Array, rises: Array) -> Array:
+    """Return the points of a back, (n, m, 3), at `xs` (m,) and `rises` (n, m) above the seat."""
+    return np.array([[back_point(s, x, y) for x, y in zip(xs, row, strict=True)] for row in rises])
+
+
 def _camelback(rng: np.random.Generator) -> Builder:
     """Build a sofa with an arched or double-arched back on visible legs."""
     b = Builder()
@@ -93,12 +106,11 @@ def _camelback(rng: np.random.Generator) -> Builder:
     add_seat_cushions(b, replace(s, seats=1) if rng.random() < 0.5 else s)
     humps, swell = int(rng.integers(1, 4)), rng.uniform(0.08, 0.2)
     u = np.linspace(-1, 1, 33)
-    arch = np.cos(np.pi * u / 2) ** 2 if humps == 1 else np.abs(np.cos(np.pi * u * humps / 2)) ** 0.7
+    arch = np.abs(np.sin(np.pi * humps * (u + 1) / 2)) ** (2 if humps == 1 else 0.7)
     tops = s.back + swell * arch
     width = (s.width + s.arm) / 2
-    levels = np.linspace(0, 1, 7)
-    grid = [[back_point(s, x * width, -0.2 + t * (top + 0.2)) for x, top in zip(u, tops, strict=True)]
-            for t in levels]  # fmt: skip
+    rows = np.linspace(0, 1, 7)[:, None] * (tops + 0.2) - 0.2
+    grid = _back_grid(s, u * width, rows)
     sheet(b, "back", s.cover, grid, 0.8 * s.thick)
     for side in (-1, 1):
         add_arm(b, s, side)
@@ -151,12 +163,12 @@ def _side_back(b: Builder, s: Seating, side: int, deep: float) -> None:
 def _chaise(rng: np.random.Generator) -> Builder:
     """Build a long seat with a head end, and a back that falls away along one side."""
     b = Builder()
-    s = draw_seating(rng, 1, arms=("rolled", "flare", "slope", "box"))
+    s = draw_seating(rng, 1, arms=("rolled", "flare", "box"))
     s = replace(s, width=rng.uniform(1.25, 1.75), depth=rng.uniform(0.6, 0.78))
     s = replace(s, arm_rise=rng.uniform(0.22, 0.42), thick=rng.uniform(0.1, 0.16), rake=4.0)
     head = int(rng.choice([-1, 1]))
     add_base(b, s)
-    cushion = (s.width + 0.5 * s.arm, s.cushion, s.depth - (s.thick if s.thick else 0))
+    cushion = (s.width + 0.5 * s.arm, s.cushion, s.depth - s.thick)
     at = (-head * 0.25 * s.arm, s.seat - s.cushion / 2, -0.5 * s.thick)
     b.rounded_box("seat", s.pillows, at, cushion, 0.1, 0.4 * s.cushion)
     add_arm(b, s, head)
@@ -166,8 +178,8 @@ def _chaise(rng: np.random.Generator) -> Builder:
     edge = head * (s.width / 2 + 0.5 * s.arm)
     xs = edge - head * u * length * (s.width + 0.3 * s.arm)
     tops = low + (s.arm_rise - low) * (0.5 + 0.5 * np.cos(np.pi * u**fall))
-    grid = [[back_point(s, x, -0.1 + t * (top + 0.1)) for x, top in zip(xs, tops, strict=True)]
-            for t in np.linspace(0, 1, 6)]  # fmt: skip
+    rows = np.linspace(0, 1, 6)[:, None] * (tops + 0.1) - 0.1
+    grid = _back_grid(s, xs, rows)
     sheet(b, "back", s.cover, grid, 0.8 * s.thick)
     add_feet(b, rng, s, s.width)
     if rng.random() < 0.5:
@@ -196,12 +208,11 @@ def _daybed(rng: np.random.Generator) -> Builder:
     mattress = (width - 2 * post, soft, depth - 2 * post)
     b.rounded_box("seat", cover, (0, deck + soft / 2 - 0.01, 0), mattress, 0.07, 0.35 * soft)
     if back:
-        _slatted_side(b, rng, frame, tops[2:], deck, "back")
-        for left, right in ((0, 3), (1, 2)):
-            low = np.minimum(tops[left], tops[right])[1]
-            pair = np.array([tops[left], tops[right]])
-            pair[:, 1] = low
-            _slatted_side(b, rng, frame, pair, deck, "arm")
+        fill, gap = draw(rng, ["bars", "slats", "panel"]), rng.uniform(0.08, 0.16)
+        fill_side(b, frame, tops[2:], deck, "back", fill, gap)
+        for pair in (tops[[0, 3]], tops[[1, 2]]):
+            pair[:, 1] = pair[:, 1].min()
+            fill_side(b, frame, pair, deck, "arm", fill, gap)
     level, r = deck + soft, rng.uniform(0.07, 0.11)
     if back and rng.random() < 0.7:
         count = int(rng.integers(2, 4))
@@ -217,15 +228,35 @@ def _daybed(rng: np.random.Generator) -> Builder:
     return b
 
 
-def _slatted_side(
-    b: Builder, rng: np.random.Generator, frame: object, tops: Array, deck: float, part: str
-) -> None:
-    """Fill the space between two posts that end at `tops`, (2, 3), with a rail and slats."""
-
-
 def _curved(rng: np.random.Generator) -> Builder:
     """Build a sofa bent around its front: part of a ring, its back along the outside."""
     b = Builder()
+    s = draw_seating(rng, int(rng.integers(2, 6)))
+    half = np.radians(rng.uniform(35, 95))
+    outer = max(s.seats * 0.36 / half + 0.3, 1.0)
+    inner = outer - s.depth
+    angles = np.linspace(-half, half, 33)
+    arc(b, "seat", s.cover, (inner + 0.02, outer), (s.foot, s.seat - 0.8 * s.cushion), angles)
+    cuts = np.linspace(-half, half, s.seats + 1)
+    for start, end in pairwise(cuts):
+        gap = 0.004 / outer
+        part = np.linspace(start + gap, end - gap, 9)
+        radii = (inner, outer - 0.7 * s.thick)
+        arc(b, "seat", s.pillows, radii, (s.seat - s.cushion, s.seat), part)
+    fall = rng.uniform(0.0, 0.75) * s.back
+    tops = s.seat + s.back - fall * np.abs(angles / half) ** rng.uniform(2, 5)
+    arc(b, "back", s.cover, (outer - s.thick, outer + 0.02), (s.foot + 0.02, tops), angles)
+    if rng.random() < 0.45:
+        wide = s.arm / outer
+        for side in (-1, 1):
+            ends = side * (half + np.linspace(0, wide, 3))
+            top = s.seat + min(s.arm_rise, s.back - fall)
+            arc(b, "arm", s.cover, (inner, outer + 0.01), (s.foot, top), ends)
+    style = LegStyle("round", 0.055, ((0.0, 0.7), (0.5, 0.85), (1.0, 1.0)))
+    for r in (inner + 0.09, outer - 0.09):
+        for angle in np.linspace(-0.93, 0.93, 3 if half < 1 else 5) * half:
+            foot = np.array([r * np.sin(angle), 0, r * np.cos(angle)])
+            add_leg(b, "leg", s.frame, style, foot + (s.foot + 0.02) * UP, foot)
     return b
 
 

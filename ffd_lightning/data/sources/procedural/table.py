@@ -52,7 +52,7 @@ def _frame(
         return
     apron = rng.uniform(0.06, 0.13) * min(1.0, under / 0.6)
     if rng.random() < 0.75:
-        level = 1 - apron / 2 / under
+        level = 1 - (apron / 2 + 0.004) / under
         rails(b, "support", material, feet + level * (tops - feet), 0.022, apron)
     kind = draw(rng, ["none", "box", "h", "x", "shelf"], [0.42, 0.13, 0.15, 0.08, 0.22])
     level = rng.uniform(0.15, 0.4) if kind != "box" else rng.uniform(0.08, 0.25)
@@ -81,7 +81,7 @@ def _four_legged(rng: np.random.Generator) -> Builder:
         inset = 2.3 * style.thickness + 0.09 * size[1]
         width, depth = size[0] - 2 * inset, size[1] - 2 * inset
         if width > 0.15 and depth > 0.05:
-            center = (0, under - height / 2, 0)
+            center = (0, under - height / 2 - 0.004, 0)
             b.box("support", base, center, (width, height, depth))
             columns = max(1, round(width / rng.uniform(0.4, 0.7)))
             metal = pick_material(rng, "metal")
@@ -90,42 +90,46 @@ def _four_legged(rng: np.random.Generator) -> Builder:
     return b
 
 
-def _column(b: Builder, rng: np.random.Generator, material: Material, x: float, top: float) -> None:
-    """Add a plain, conical or turned column at `x` from near the floor up to `top`."""
-    r = rng.uniform(0.03, 0.07)
+def _column(
+    b: Builder, rng: np.random.Generator, material: Material, x: float, low: float, top: float
+) -> None:
+    """Add a plain, conical or turned column at `x` from `low` up to `top`."""
+    r, rise = rng.uniform(0.03, 0.07), top - low
     kind = draw(rng, ["plain", "cone", "turned"])
     if kind == "plain":
-        rows = [(r, 0.02), (r, top - 0.03), (2.2 * r, top - 0.02), (2.2 * r, top)]
+        rows = [(r, 0), (r, rise - 0.03), (2.2 * r, rise - 0.02), (2.2 * r, rise)]
     elif kind == "cone":
         waist = rng.uniform(0.3, 0.6)
         ends = rng.uniform(1.5, 3.0, 2)
-        rows = [(ends[0] * r, 0.02), (r, waist * top), (0.9 * r, 0.8 * top), (ends[1] * r, top)]
+        rows = [(ends[0] * r, 0), (r, waist * rise), (0.9 * r, 0.8 * rise), (ends[1] * r, rise)]
     else:
         levels = np.linspace(0.15, 0.9, 7)
         bulges = rng.uniform(0.7, 1.7, 7)
-        rows = [(1.6 * r, 0.02), *((k * r, t * top) for k, t in zip(bulges, levels, strict=True))]
-        rows += [(1.8 * r, 0.97 * top), (1.8 * r, top)]
-    b.lathe("leg", material, rows, (x, 0, 0), segments=24)
+        rows = [(1.6 * r, 0), *((k * r, t * rise) for k, t in zip(bulges, levels, strict=True))]
+        rows += [(1.8 * r, 0.97 * rise), (1.8 * r, rise)]
+    b.lathe("leg", material, rows, (x, low, 0), segments=28)
 
 
-def _foot(b: Builder, rng: np.random.Generator, material: Material, x: float, reach: float) -> None:
-    """Add a disc, a plinth or three to five arched feet below a column at `x`."""
+def _foot(
+    b: Builder, rng: np.random.Generator, material: Material, x: float, reach: float
+) -> float:
+    """Add a disc, a plinth or three to five arched feet; return where the column starts."""
     kind = draw(rng, ["disc", "plinth", "feet"], [0.4, 0.15, 0.45])
     if kind == "disc":
         rise = rng.uniform(0.03, 0.08)
         rows = [(reach, 0), (reach, 0.015), (0.6 * reach, 0.5 * rise), (0.15 * reach, rise)]
-        b.lathe("leg", material, rows, (x, 0, 0), segments=32)
-    elif kind == "plinth":
+        b.lathe("leg", material, rows, (x, 0, 0), segments=40)
+        return 0.02
+    if kind == "plinth":
         size = (1.4 * reach, 0.04, 1.4 * reach)
         b.rounded_box("leg", material, (x, 0.02, 0), size, 0.03)
-    else:
-        rise, radius = rng.uniform(0.08, 0.3), rng.uniform(0.018, 0.03)
-        count = int(rng.integers(3, 6))
-        for end in circle(count, reach, radius, 90.0):
-            path = [(0, rise, 0), 0.45 * end + 0.85 * rise * UP, 0.85 * end, end]
-            path[2] = 0.85 * end + 0.25 * rise * UP
-            points = np.array(path) + np.array([x, 0, 0])
-            b.tube("leg", material, points, (1.5 * radius, 1.3 * radius, radius, radius), 10)
+        return 0.02
+    rise, radius = rng.uniform(0.08, 0.22), rng.uniform(0.018, 0.03)
+    for end in circle(int(rng.integers(3, 6)), reach, radius, 90.0):
+        knee, ankle = 0.45 * end + 0.85 * rise * UP, 0.85 * end + 0.25 * rise * UP
+        path = np.array([rise * UP, knee, ankle, end]) + np.array([x, 0, 0])
+        b.tube("leg", material, path, (1.5 * radius, 1.3 * radius, radius, radius), 10)
+    return 0.7 * rise
 
 
 def _pedestal(rng: np.random.Generator) -> Builder:
@@ -140,7 +144,7 @@ def _pedestal(rng: np.random.Generator) -> Builder:
     columns = [0.0]
     if shape in ("square", "long"):
         width = 2 * half * (rng.uniform(1.5, 2.2) if shape == "long" else 1.0)
-        rectangular_top(b, rng, top, (width, 2 * half, height), thickness)
+        rectangular_top(b, rng, top, (width, 2 * half, height), thickness, 0.5)
         columns = [-0.27 * width, 0.27 * width] if shape == "long" else columns
     else:
         squash = rng.uniform(0.55, 0.75) if shape == "oval" else 1.0
@@ -150,8 +154,8 @@ def _pedestal(rng: np.random.Generator) -> Builder:
     state = int(rng.integers(1 << 30))
     for x in columns:  # the same draws for each column, so that a pair matches
         same = np.random.default_rng(state)
-        _column(b, same, base, x, height - thickness + 0.002)
-        _foot(b, same, base, x, reach)
+        low = _foot(b, same, base, x, reach)
+        _column(b, same, base, x, low, height - thickness + 0.002)
     return b
 
 
@@ -161,7 +165,7 @@ def _trestle(rng: np.random.Generator) -> Builder:
     width, depth, height = draw_size(rng, "dining", "coffee", "bar")
     top, base = draw_materials(rng)
     thickness = rng.uniform(0.025, 0.06)
-    rectangular_top(b, rng, top, (width, depth, height), thickness)
+    rectangular_top(b, rng, top, (width, depth, height), thickness, 0.45)
     under = height - thickness + 0.002
     kind = draw(rng, ["x", "a", "h", "t"])
     reach = width / 2 * rng.uniform(0.55, 0.82)
@@ -292,7 +296,7 @@ def _two_tier(rng: np.random.Generator) -> Builder:
         b.rounded_box("leg", base, (x * 0.94 * width, under / 2, 0), panel, 0.01)
     if kind == "drawers":
         box = min(0.15, under - levels[-1] - 0.02)
-        center = (0, under - box / 2, 0)
+        center = (0, under - box / 2 - 0.004, 0)
         b.box("support", base, center, (0.93 * width, box, 0.82 * depth))
         face = (0, under - box / 2, -0.41 * depth)
         columns = int(rng.integers(1, 4))

@@ -7,6 +7,7 @@ import numpy as np
 from ffd_lightning.data.sources.procedural.furniture import (
     corners,
     draw,
+    lean,
     rails,
     slats,
 )
@@ -45,8 +46,12 @@ def rectangular_top(
     material: Material,
     size: tuple[float, float, float],
     thickness: float,
+    rounding: float = 0.15,
 ) -> None:
-    """Add a solid, planked or framed top whose upper side is at the height of `size`."""
+    """Add a solid, planked or framed top whose upper side is at the height of `size`.
+
+    `rounding` limits the radius of its corners, as a fraction of its depth.
+    """
     width, depth, height = size
     center = np.array([0, height - thickness / 2, 0])
     style = draw(rng, ["solid", "planks", "frame"], [0.7, 0.18, 0.12])
@@ -66,7 +71,7 @@ def rectangular_top(
         inner = (width - 1.9 * border, 0.6 * thickness, depth - 1.9 * border)
         b.rounded_box("top", material, center, inner, 0.1 * border)
     else:
-        radius = rng.choice([0.01, 0.05, 0.15, 0.45]) * depth
+        radius = rounding * rng.choice([0.05, 0.3, 1.0]) * depth
         edge = rng.uniform(0.1, 0.5) * thickness
         b.rounded_box("top", material, center, (width, thickness, depth), radius, edge, segments=4)
 
@@ -114,7 +119,14 @@ def drawer_fronts(
             b.rounded_box("drawer", front, (x, y, center[2] - 0.008), face, 0.008, segments=1)
             z = center[2] - 0.035
             if knobs:
-                b.ellipsoid("drawer", handle, (x, y, z), (0.016, 0.016, 0.018), 10)
+                knob = [
+                    (0.006, -0.02),
+                    (0.006, 0.0),
+                    (0.016, 0.006),
+                    (0.013, 0.014),
+                    (0.004, 0.017),
+                ]
+                b.lathe("drawer", handle, knob, (x, y, z), 10, turn=lean(-90))
             else:
                 bar = (0.35 * width, 0.016, 0.034)
                 b.rounded_box("drawer", handle, (x, y, z), bar, 0.006, segments=1)

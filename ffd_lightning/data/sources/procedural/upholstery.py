@@ -65,6 +65,11 @@ class Seating:
         return self.width + 2 * self.arm
 
 
+def draw_cover(rng: np.random.Generator) -> Material:
+    """Draw what covers a seat."""
+    return pick_material(rng, draw(rng, ["fabric", "leather", "plastic"], [0.55, 0.3, 0.15]))
+
+
 def draw_seating(rng: np.random.Generator, seats: int, arms: tuple[str, ...] = ARMS) -> Seating:
     """Draw a padded seat for `seats` persons with one of the given arms."""
     style = draw(rng, arms)
@@ -184,7 +189,7 @@ def _sloping_arm(b: Builder, s: Seating, x: float, z: float, deep: float) -> Non
     rings = []
     for fraction, top in zip(t, tops, strict=True):
         flat = np.array([(-0.5, 0), (0.5, 0), (0.5, 0.93), (0.36, 1), (-0.36, 1), (-0.5, 0.93)])
-        xy = flat * (s.arm, top - s.foot) + (x, s.foot)
+        xy = flat * np.array([s.arm, top - s.foot]) + np.array([x, s.foot])
         rings.append(np.column_stack([xy, np.full(6, z + (fraction - 0.5) * deep)]))
     b.loft("arm", s.cover, rings)
 
@@ -210,7 +215,6 @@ def add_feet(b: Builder, rng: np.random.Generator, s: Seating, width: float | No
     style = LegStyle(kind, rng.uniform(0.04, 0.075), profile)
     feet = corners(wide - 0.16, s.depth - 0.14, 0.0)
     if wide > 1.5:
-        feet = np.concatenate([feet, feet[:2] * (0, 1, 1) + 0 * UP, feet[2:] * (0, 1, 1)])
-        feet = feet[[0, 1, 2, 3, 4, 6]]
+        feet = np.concatenate([feet, feet[[0, 2]] * np.array([0, 1, 1])])
     out = 1 + 0.02 * (style.profile[0][1] < 0.7)
-    add_legs(b, "leg", s.frame, style, feet + (s.foot + 0.02) * UP, feet * (out, 1, out))
+    add_legs(b, "leg", s.frame, style, feet + (s.foot + 0.02) * UP, feet * np.array([out, 1, out]))

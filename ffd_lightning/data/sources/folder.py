@@ -1,0 +1,162 @@
+"""Real models in a folder tree: one folder per category, one folder or file per model."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.sources.mesh_file import EXTENSIONS, read_mesh
+from ffd_lightning.errors import DataError, RejectedModelError
+
+_LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
+_PREFERRED_STEMS = ("model_normalized", "model")
+
+
+@dataclass(frozen=True)
+class _ModelFiles:
+    """A model's mesh file and all files that may be read for it."""
+
+    mesh: Path
+    side_files: tuple[Path, ...]
+
+
+@dataclass
+class FolderSource:
+    """Models from `root/<category>/<model>/...` or `root/<category>/<model>.<ext>`, also mixed.
+
+    The category's folder bears its name or its ShapeNet v1 synset. A model's folder may be nested
+    (`<model>/models/x.obj`). Of several mesh files of one model the one taken is, in this order:
+    named `model_normalized`, `model` or as the model; the first format of glb, gltf, obj, ply,
+    off, stl; the least nested; the first by name. Folders without any mesh file (`textures`) serve
+    the mesh files next to them. Names that begin with a dot and `__MACOSX` are passed over.
+
+    Convention:
+        Models are y up and face -z, as ShapeNet's; nothing is turned (see `read_mesh`).
+
+    Attributes:
+        root: the folder of category folders.
+    """
+
+    root: Path
+    _models: dict[str, dict[str, _ModelFiles]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        self.root = Path(self.root)
+
+    def model_ids(self, category: str) -> list[str]:
+        """Return the ids of all models of `category`, sorted: names of folders or files.
+
+        Raises:
+            DataError: there is no such folder, or no model in it.
+        """
+        folder = self._category_folder(category)
+        models = self._models[category] = _find_models(folder)
+        if not models:
+            formats = ", ".join(e.lstrip(".") for e in EXTENSIONS)
+            raise DataError(
+                f"{folder} holds no models: expected <model>/... or <model>.<extension>, where "
+                f"the extension is one of {formats}"
+            )
+        return sorted(models)
+
+    def load(self, category: str, model_id: str) -> SourceModel:
+        """Return one model.
+
+        Raises:
+            RejectedModelError: the model cannot be used; the message is the reason.
+            DataError: there is no folder for the category.
+        """
+        if category not in self._models:
+            self._models[category] = _find_models(self._category_folder(category))
+        files = self._models[category].get(model_id)
+        if files is None:
+            raise RejectedModelError(f"there is no model {model_id!r} of category {category!r}")
+        return SourceModel(read_mesh(files.mesh, files.side_files))
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        """Return a hash over names, sizes and times of change of all files of the category."""
+        folder = self._category_folder(category)
+        digest, count = hashlib.sha256(), 0
+        for entry in sorted(folder.iterdir()):
+            for file in _files_below(entry):
+                stat = file.stat()
+                digest.update(os.fsencode(file.relative_to(folder).as_posix()))
+                digest.update(f"\0{stat.st_size}\0{stat.st_mtime_ns}\n".encode())
+                count += 1
+        return {
+            "source": "folder",
+            "loader": _LOADER_VERSION,
+            "files": count,
+            "sha256": digest.hexdigest(),
+        }
+
+    def _category_folder(self, category: str) -> Path:
+        """Return the folder of a category."""
+        if not self.root.is_dir():
+            raise DataError(
+                f"the folder of models {self.root} does not exist: set data.root to a folder of "
+                "the form <root>/<category>/<model>"
+            )
+        names = [category, *([SYNSETS[category]] if category in SYNSETS else [])]
+        for name in names:
+            if name and (self.root / name).is_dir() and Path(name).name == name:
+                return self.root / name
+        found = sorted(p.name for p in self.root.iterdir() if p.is_dir() and not _hidden(p.name))
+        by_synset = {synset: f"{name} ({synset})" for name, synset in SYNSETS.items()}
+        there = ", ".join(by_synset.get(name, name) for name in found) or "nothing"
+        wanted = " or ".join(repr(name) for name in names)
+        raise DataError(f"{self.root} has no folder {wanted}; it has: {there}")
+
+
+def _hidden(name: str) -> bool:
+    """Return whether files of this name are the system's, not the user's."""
+    return name.startswith(".") or name == "__MACOSX"
+
+
+def _files_below(entry: Path) -> list[Path]:
+    """Return the file itself, or all files in the folder and its subfolders, sorted."""
+    if _hidden(entry.name):
+        return []
+    if entry.is_file():
+        return [entry]
+    files = []
+    for folder, subfolders, names in os.walk(entry):
+        subfolders[:] = [name for name in subfolders if not _hidden(name)]
+        files += [Path(folder, name) for name in names if not _hidden(name)]
+    return sorted(file for file in files if file.is_file())
+
+
+def _find_models(folder: Path) -> dict[str, _ModelFiles]:
+    """Return the models in a category's folder by id."""
+    models: dict[str, _ModelFiles] = {}
+    single: dict[str, list[Path]] = {}
+    shared: list[Path] = []
+    for entry in sorted(folder.iterdir()):
+        files = _files_below(entry)
+        meshes = [file for file in files if file.suffix.lower() in EXTENSIONS]
+        if not meshes or entry.is_file():
+            shared += files
+            for mesh in meshes:
+                single.setdefault(entry.stem, []).append(mesh)
+        else:
+            models[entry.name] = _ModelFiles(_preferred(meshes, entry.name), tuple(files))
+    for name, meshes in single.items():
+        models.setdefault(name, _ModelFiles(_preferred(meshes, name), tuple(shared)))
+    return models
+
+
+def _preferred(meshes: list[Path], model_id: str) -> Path:
+    """Return the mesh file to take, by the order that `FolderSource` documents."""
+    stems = [*_PREFERRED_STEMS, model_id]
+
+    def rank(file: Path) -> tuple[int, int, int, str]:
+        stem = stems.index(file.stem) if file.stem in stems else len(stems)
+        return stem, EXTENSIONS.index(file.suffix.lower()), len(file.parts), str(file)
+
+    return min(meshes, key=rank)

@@ -1,0 +1,185 @@
+"""The network: from images to template weights and control point offsets."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import torch
+from jaxtyping import Float, Int, UInt8
+from torch import Tensor, nn
+
+from ffd_lightning.config import EncoderKind
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.nn.encoder import ImageEncoder, MobileNetV1
+from ffd_lightning.nn.heads import TemplateHeads
+from ffd_lightning.nn.keras_weights import load_keras_weights
+from ffd_lightning.nn.timm_encoder import TimmEncoder
+
+
+class FfdPrediction(NamedTuple):
+    """What the network says about q images, for each of T templates of M control points.
+
+    Attributes:
+        template_probs: (q, T) softmax of the logits.
+        template_weights: (q, T) probabilities mixed with their floor; they sum to 1.
+        offsets: (q, T, M, 3) displacements of the control points, in template units.
+        template_logits: (q, T), for losses in log space.
+    """
+
+    template_probs: Float[Tensor, "q templates"]
+    template_weights: Float[Tensor, "q templates"]
+    offsets: Float[Tensor, "q templates control_points 3"]
+    template_logits: Float[Tensor, "q templates"]
+
+    @property
+    def template_index(self) -> Int[Tensor, " q"]:
+        """The selected template t* of each image, (q,): the one of the largest weight."""
+        return self.template_weights.argmax(dim=1)
+
+
+def standardize(
+    images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"],
+) -> Float[Tensor, "q 3 height width"]:
+    r"""Give every image zero mean and unit deviation over all of its n values.
+
+    .. math:: (x - \bar x) / \max(\sigma(x), 1 / \sqrt n)
+
+    The lower bound keeps constant images finite. The scale of the input does not matter otherwise:
+    0 to 255 and 0 to 1 give the same.
+
+    Args:
+        images: (q, 3, H, W), floating point or uint8.
+
+    Returns:
+        Same shape, float32 (float64 for float64).
+
+    Source: TensorFlow's `tf.image.per_image_standardization`, as the paper's authors used it.
+
+    >>> standardize(torch.tensor([0, 10]).repeat(1, 3, 4, 1).byte()).unique()
+    tensor([-1.,  1.])
+    """
+    values = images.to(torch.promote_types(images.dtype, torch.float32))
+    std, mean = torch.std_mean(values, dim=(1, 2, 3), correction=0, keepdim=True)
+    return (values - mean) / std.clamp_min(1 / math.sqrt(values[0].numel()))
+
+
+class TemplateFfdNetwork(nn.Module):
+    r"""Selects a template for an image and deforms every template towards it.
+
+    Convention:
+        Templates count in the order of the template bank, control points in that of the lattice.
+
+    Args:
+        encoder: turns standardised images into a feature map.
+        image_size: (height, width) in pixels.
+        num_templates: T.
+        num_control_points: M, the product of degree + 1 over the axes.
+        bottleneck: channels of the 1 x 1 convolution after the encoder.
+        hidden: width of the dense layer that the templates share.
+        min_weight: the floor of the weights, shared out among all templates, in [0, 1].
+        offset_std: deviation of the offset layer's first weights.
+        batch_norm_momentum: share of a new batch in moving statistics, of the heads alone.
+
+    Raises:
+        ConfigError: no template, a floor outside [0, 1], or images too small for the encoder.
+
+    Source: the paper's table of layers; its equation for the floor :math:`\epsilon_\gamma`.
+    """
+
+    def __init__(
+        self,
+        encoder: ImageEncoder,
+        image_size: tuple[int, int],
+        num_templates: int,
+        num_control_points: int,
+        bottleneck: int = 64,
+        hidden: int = 512,
+        min_weight: float = 0.1,
+        offset_std: float = 1e-4,
+        batch_norm_momentum: float = 0.1,
+    ) -> None:
+        super().__init__()
+        if num_templates < 1:
+            raise ConfigError(f"the network needs one template or more, got {num_templates}")
+        if not 0 <= min_weight <= 1:
+            raise ConfigError(f"regime.min_weight must lie in [0, 1], got {min_weight}")
+        self.image_size = tuple(image_size)
+        self.min_weight = min_weight
+        self.encoder = encoder
+        self.heads = TemplateHeads(
+            encoder.out_channels,
+            encoder.output_size(image_size),
+            num_templates,
+            num_control_points,
+            bottleneck,
+            hidden,
+            offset_std,
+            batch_norm_momentum,
+        )
+
+    def forward(
+        self, images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"]
+    ) -> FfdPrediction:
+        """Predict from images as rendered: (q, 3, H, W), floating point or uint8, any scale.
+
+        Raises:
+            DataError: images of another size than the network was built for.
+            ConfigError: a batch of one image in training mode.
+        """
+        if images.shape[2:] != self.image_size:
+            got, need = ("x".join(map(str, size)) for size in (images.shape[2:], self.image_size))
+            raise DataError(f"images are {got} pixels, the network takes {need}: resize them")
+        # Channels last: batch norm and depthwise convolutions are faster so; it carries through.
+        inputs = standardize(images).to(
+            dtype=self.heads.logits.weight.dtype, memory_format=torch.channels_last
+        )
+        # Under mixed precision the outputs are of a lower one, too coarse for losses and geometry.
+        logits, offsets = (
+            output.to(torch.promote_types(output.dtype, torch.float32))
+            for output in self.heads(self.encoder(inputs))
+        )
+        probs = logits.softmax(dim=1)
+        weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
+        return FfdPrediction(probs, weights, offsets, logits)
+
+
+def build_encoder(
+    kind: EncoderKind,
+    name: str,
+    image_size: tuple[int, int],
+    width: float = 0.25,
+    weights: str | None = None,
+    pretrained: bool = False,
+    batch_norm_momentum: float = 0.1,
+) -> ImageEncoder:
+    """Build an encoder and load its first weights, if any.
+
+    Args:
+        kind: which encoder.
+        name: of the timm model; MobileNet ignores it.
+        image_size: (height, width) in pixels.
+        width: MobileNet's width multiplier; timm ignores it.
+        weights: a Keras weight file for MobileNet.
+        pretrained: download a timm model's own weights.
+        batch_norm_momentum: of MobileNet; timm models keep their own.
+
+    Raises:
+        ConfigError: settings that do not go together, or that the encoder cannot work with.
+    """
+    if kind is EncoderKind.timm:
+        if weights is not None:
+            raise ConfigError(
+                "encoder.weights is a Keras file for encoder=mobilenet: "
+                "with encoder=timm use encoder.pretrained=true"
+            )
+        return TimmEncoder(name, pretrained, image_size)
+    if pretrained:
+        raise ConfigError(
+            "encoder.pretrained is for encoder=timm: "
+            "for encoder=mobilenet set encoder.weights to a Keras .h5 file"
+        )
+    encoder = MobileNetV1(width, batch_norm_momentum)
+    if weights is not None:
+        load_keras_weights(encoder, weights)
+    return encoder

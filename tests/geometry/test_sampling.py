@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+from scipy import stats
+
+from ffd_lightning.geometry.sampling import sample_surface
+
+# One triangle of each area 1, 0 (a line), 3, 0 (a point), 6, and an unused vertex that is not
+# finite; apart along z so that a point tells its triangle.
+VERTICES = np.array(
+    [
+        *([0, 0, 0], [2, 0, 0], [0, 1, 0]),
+        *([0, 0, 1], [1, 0, 1], [2, 0, 1]),
+        *([0, 0, 2], [2, 0, 2], [0, 3, 2]),
+        *([5, 5, 3], [5, 5, 3], [5, 5, 3]),
+        *([0, 0, 4], [3, 0, 4], [7, 4, 4]),
+        [np.nan, 0, 0],
+    ]
+)
+FACES = np.arange(15).reshape(5, 3)
+AREAS = np.array([1.0, 0, 3, 0, 6])
+
+
+def test_faces_are_drawn_by_area_and_degenerate_ones_never() -> None:
+    points, faces = sample_surface(VERTICES, FACES, 20_000, np.random.default_rng(0))
+    assert (points.shape, points.dtype) == ((20_000, 3), np.float32)
+    assert (faces.shape, faces.dtype) == ((20_000,), np.int32)
+    counts = np.bincount(faces, minlength=5)
+    assert counts[AREAS == 0].sum() == 0
+    drawn = AREAS > 0
+    expected = 20_000 * AREAS[drawn] / AREAS.sum()
+    assert stats.chisquare(counts[drawn], expected).pvalue > 1e-3
+    np.testing.assert_array_equal(points[:, 2], faces)
+
+
+def test_points_are_uniform_within_the_triangle() -> None:
+    triangle = np.array([[0.3, -1, 2], [4, 1, 0], [1, 3, 5]])
+    points, _ = sample_surface(triangle, [[0, 1, 2]], 16_000, np.random.default_rng(1))
+    edges = (triangle[1:] - triangle[0]).T
+    (u, v), residual, *_ = np.linalg.lstsq(edges, (points - triangle[0]).T, rcond=None)
+    assert residual.max() < 1e-9  # in the plane
+    assert min(u.min(), v.min(), (1 - u - v).min()) > -1e-5  # in the triangle
+    # Cut into 16 triangles of one area by the grid lines u, v, u + v = k / 4.
+    cell = (4 * u).astype(int) * 16 + (4 * v).astype(int) * 4 * 4 * 4 + (4 * (u + v)).astype(int)
+    counts = np.unique(cell, return_counts=True)[1]
+    assert len(counts) == 16
+    assert stats.chisquare(counts).pvalue > 1e-3
+
+
+def test_same_state_same_points() -> None:
+    first = sample_surface(VERTICES, FACES, 100, np.random.default_rng(7))
+    again = sample_surface(VERTICES, FACES, 100, np.random.default_rng(7))
+    other = sample_surface(VERTICES, FACES, 100, np.random.default_rng(8))
+    np.testing.assert_array_equal(first[0], again[0])
+    np.testing.assert_array_equal(first[1], again[1])
+    assert not np.array_equal(first[0], other[0])
+
+
+class LargestDraws(np.random.Generator):
+    """Draws the largest number below 1 every time."""
+
+    def __init__(self) -> None:
+        super().__init__(np.random.PCG64(0))
+
+    def random(self, size=None):
+        return np.full(size, np.nextafter(1, 0))
+
+
+def test_the_largest_draw_takes_the_last_face_with_area() -> None:
+    faces = [[0, 1, 2], [3, 4, 5]]
+    _, drawn = sample_surface(VERTICES, faces, 3, LargestDraws())
+    np.testing.assert_array_equal(drawn, 0)
+
+
+@pytest.mark.parametrize("faces", [np.zeros((0, 3), int), FACES[[1, 3]], [[0, 1, 15]]])
+def test_no_area_is_refused(faces) -> None:
+    with pytest.raises(ValueError, match="no area"):
+        sample_surface(VERTICES, faces, 10, np.random.default_rng(0))

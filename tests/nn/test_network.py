@@ -1,0 +1,154 @@
+import numpy as np
+import pytest
+import torch
+
+from ffd_lightning.config import EncoderKind
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.nn.encoder import MobileNetV1
+from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder, standardize
+
+SIZE = (64, 96)
+
+
+def build(num_templates=5, min_weight=0.1, **options):
+    torch.manual_seed(0)
+    return TemplateFfdNetwork(
+        MobileNetV1(0.25), SIZE, num_templates, 8, hidden=32, min_weight=min_weight, **options
+    )
+
+
+def random_images(count=3, seed=0):
+    generator = torch.Generator().manual_seed(seed)
+    return torch.randint(0, 256, (count, 3, *SIZE), dtype=torch.uint8, generator=generator)
+
+
+@pytest.mark.parametrize("dtype", [torch.uint8, torch.float32, torch.float64])
+def test_standardize_against_the_formula_in_numpy(dtype):
+    images = random_images().to(dtype)
+    for image, result in zip(images.numpy(), standardize(images).numpy(), strict=True):
+        values = image.astype(np.float64)
+        expected = (values - values.mean()) / max(values.std(), 1 / np.sqrt(values.size))
+        np.testing.assert_allclose(result, expected, atol=1e-5)
+
+
+def test_standardize_applies_its_lower_bound_to_faint_images():
+    images = torch.zeros(1, 3, 10, 12, dtype=torch.float64)
+    images[..., 0] = 1e-4
+    bound = 1 / np.sqrt(3 * 10 * 12)
+    expected = (images - images.mean()) / bound
+    torch.testing.assert_close(standardize(images), expected)
+
+
+@pytest.mark.parametrize("value", [0, 128, 255])
+def test_standardize_constant_images_are_zero(value):
+    constant = torch.full((2, 3, 192, 256), value, dtype=torch.uint8)
+    assert standardize(constant).abs().max() < 1e-3
+
+
+def test_prediction_ignores_brightness_and_contrast():
+    network = build().eval()
+    images = random_images().double()
+    a, b = network(images), network(0.3 * images + 20)
+    torch.testing.assert_close(a.template_logits, b.template_logits, rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("num_templates", [1, 2, 7])
+@pytest.mark.parametrize("min_weight", [0.0, 0.001, 0.1, 1.0])
+def test_weights_sum_to_one_and_keep_the_floor(num_templates, min_weight):
+    network = build(num_templates, min_weight)
+    with torch.no_grad():
+        network.heads.logits.weight.mul_(100)  # confident, so that the floor is reached
+    prediction = network(random_images())
+    probs, weights = prediction.template_probs, prediction.template_weights
+    torch.testing.assert_close(weights.sum(1), torch.ones(3))
+    assert weights.min() >= min_weight / num_templates * (1 - 1e-5)
+    expected = probs * (1 - min_weight) + min_weight / num_templates
+    torch.testing.assert_close(weights, expected)
+    assert torch.equal(prediction.template_logits.softmax(1), probs)
+    if num_templates == 1:
+        torch.testing.assert_close(probs, torch.ones(3, 1))
+
+
+def test_template_index_is_the_heaviest_template():
+    network = build().eval()
+    with torch.no_grad():
+        network.heads.logits.bias[3] = 1000
+    prediction = network(random_images(1))
+    assert prediction.template_index.tolist() == [3]
+
+
+def test_training_starts_from_undeformed_templates():
+    prediction = build()(random_images(4))
+    assert prediction.offsets.shape == (4, 5, 8, 3)
+    assert 0 < prediction.offsets.abs().max() < 0.02
+
+
+def test_gradient_reaches_every_parameter():
+    network = build()
+    prediction = network(random_images(4))
+    (prediction.template_logits.square().sum() + prediction.offsets.square().sum()).backward()
+    without = [n for n, p in network.named_parameters() if p.grad is None or not p.grad.any()]
+    assert without == []
+
+
+def test_eval_mode_treats_images_one_by_one_and_changes_nothing():
+    network = build()
+    network(random_images(4))  # moving statistics other than the initial ones
+    network.eval()
+    before = {name: value.clone() for name, value in network.state_dict().items()}
+    images = random_images(3, seed=1)
+    together = network(images)
+    alone = torch.cat([network(image[None]).template_logits for image in images])
+    torch.testing.assert_close(together.template_logits, alone, rtol=1e-4, atol=1e-5)
+    assert torch.equal(network(images).offsets, together.offsets)
+    assert all(torch.equal(before[name], v) for name, v in network.state_dict().items())
+
+
+def test_state_dict_round_trip():
+    network = build()
+    network(random_images(4))
+    torch.manual_seed(9)
+    other = TemplateFfdNetwork(MobileNetV1(0.25), SIZE, 5, 8, hidden=32)
+    assert not torch.equal(other.eval()(random_images()).offsets, network(random_images()).offsets)
+    other.load_state_dict(network.state_dict())
+    a, b = network.eval()(random_images()), other(random_images())
+    assert all(torch.equal(x, y) for x, y in zip(a, b, strict=True))
+
+
+def test_lower_precision_keeps_float32_outputs():
+    images = random_images()
+    reference = build().eval()(images).template_logits
+    with torch.autocast("cpu", torch.bfloat16):
+        mixed = build().eval()(images)
+    assert {value.dtype for value in mixed} == {torch.float32}
+    low = build().to(torch.bfloat16).eval()(images)
+    assert {value.dtype for value in low} == {torch.float32}
+    scale = float(reference.detach().abs().max())
+    torch.testing.assert_close(mixed.template_logits, reference, rtol=0, atol=0.1 * scale)
+    torch.testing.assert_close(low.template_logits, reference, rtol=0, atol=0.2 * scale)
+
+
+def test_bad_input_and_settings_say_so():
+    network = build()
+    with pytest.raises(DataError, match="images are 96x64 pixels, the network takes 64x96"):
+        network(random_images().mT.contiguous())
+    with pytest.raises(ConfigError, match="batch of one image"):
+        network(random_images(1))
+    with pytest.raises(ConfigError, match="min_weight"):
+        build(min_weight=1.5)
+    with pytest.raises(ConfigError, match="one template or more, got 0"):
+        build(num_templates=0)
+
+
+def test_build_encoder_refuses_settings_of_the_other_kind():
+    with pytest.raises(ConfigError, match=r"encoder.pretrained is for encoder=timm"):
+        build_encoder(EncoderKind.mobilenet, "mobilenet", SIZE, pretrained=True)
+    with pytest.raises(ConfigError, match=r"with encoder=timm use encoder.pretrained"):
+        build_encoder(EncoderKind.timm, "resnet18", SIZE, weights="x.h5")
+    with pytest.raises(ConfigError, match=r"there is no file none.h5"):
+        build_encoder(EncoderKind.mobilenet, "mobilenet", SIZE, weights="none.h5")
+    encoder = build_encoder(
+        EncoderKind.mobilenet, "mobilenet", SIZE, width=0.5, batch_norm_momentum=0.3
+    )
+    assert encoder.out_channels == 512
+    assert encoder.layers.get_submodule("conv1_bn").momentum == 0.3

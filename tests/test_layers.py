@@ -1,0 +1,77 @@
+"""The layers of ARCHITECTURE.md, held against the imports."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import ffd_lightning
+
+ROOT = Path(ffd_lightning.__file__).parent
+RANK = {
+    "errors": 0,
+    "config": 0,
+    "run_folder": 0,
+    "geometry": 0,
+    "losses": 1,
+    "metrics": 1,
+    "data": 1,
+    "nn": 2,
+    "evaluation": 3,
+    "inference": 3,
+    "training": 4,
+    "analysis": 5,
+}
+FILES = sorted(ROOT.rglob("*.py"))
+
+
+def imports(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            yield str(node.module)
+
+
+def home(path):
+    return path.relative_to(ROOT).parts[0].removesuffix(".py")
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_imports_go_down_only(path):
+    own = home(path)
+    if own == "__init__":
+        return
+    for name in imports(path):
+        package, _, rest = name.partition(".")
+        if package == "ffd_lightning" and rest:
+            other = rest.split(".")[0]
+            assert other == own or RANK[other] < RANK[own] or RANK[own] == RANK[other] == 0, (
+                f"{path} imports {name}"
+            )
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
+def test_frameworks_stay_where_they_belong(path):
+    roots = {name.split(".")[0] for name in imports(path)}
+    relative = str(path.relative_to(ROOT))
+    if "lightning" in roots:
+        assert home(path) == "training" or relative == "data/datamodule.py"
+    if "hydra" in roots:
+        assert relative == "config.py" or path.name == "run.py"
+
+
+def test_workers_of_the_preparation_do_not_load_torch():
+    """Each worker process imports these; torch alone would cost it seconds and 200 MB."""
+    seen, queue = set(), ["ffd_lightning.data.preparation"]
+    while queue:
+        name = queue.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        assert name.split(".")[0] not in ("torch", "lightning"), sorted(seen)
+        if name.startswith("ffd_lightning"):
+            path = ROOT.parent / Path(*name.split("."))
+            file = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+            queue += list(imports(file))
