@@ -223,13 +223,15 @@ def typed_config(cfg: DictConfig) -> TrainConfig:
 
     Raises:
         ConfigError: a value that must be given is missing; the message names it.
+        ConfigKeyError: a key that the schema does not have.
     """
     missing = sorted(str(key) for key in OmegaConf.missing_keys(cfg))
     if missing:
         raise ConfigError(f"these settings must be given: {', '.join(f'{k}=...' for k in missing)}")
-    config = OmegaConf.to_object(cfg)
-    if not isinstance(config, TrainConfig):
-        raise ConfigError("the configuration does not follow the schema: keep `schema` in defaults")
+    # Hydra lets `+key=value` past a schema: merging into it once more does not.
+    merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), OmegaConf.to_container(cfg))
+    config = OmegaConf.to_object(merged)
+    assert isinstance(config, TrainConfig)
     return config
 
 

@@ -67,7 +67,9 @@ def test_every_category_has_its_synset(category):
     assert typed_config(composed(f"category={category}")).category.synset == SYNSETS[category]
 
 
-@pytest.mark.parametrize("group", ["category", "regime", "templates", "schedule", "trainer", "data"])
+@pytest.mark.parametrize(
+    "group", ["category", "regime", "templates", "schedule", "trainer", "data"]
+)
 def test_every_option_of_every_group_composes(group):
     needed = {"category": "category.name=mug", "data": "data.root=."}
     for file in (ROOT / "conf" / group).glob("*.yaml"):

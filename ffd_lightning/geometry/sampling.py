@@ -32,10 +32,8 @@ def sample_surface(
     cumulative = np.cumsum(np.linalg.norm(np.cross(edge_u, edge_v), axis=1))
     if len(cumulative) == 0 or not 0 < cumulative[-1] < np.inf:
         raise ValueError("the surface has no area to draw points from")
-    # side="right" skips faces that add nothing to the sum; random() < 1 keeps off the end.
-    draws = rng.random(count) * cumulative[-1]
-    face_ids = np.searchsorted(cumulative, draws, side="right")
-    face_ids = np.minimum(face_ids, np.searchsorted(cumulative, cumulative[-1]))
+    # Draws stay below the sum, and side="right" passes over faces that add nothing to it.
+    face_ids = np.searchsorted(cumulative, rng.random(count) * cumulative[-1], side="right")
     u, v = rng.random((2, count, 1))
     outside = u + v > 1
     u, v = np.where(outside, 1 - u, u), np.where(outside, 1 - v, v)

@@ -20,7 +20,7 @@ _BLOCKS = (
     (1024, 2),
     (1024, 1),
 )
-_STEM_CHANNELS = 32
+STEM_CHANNELS = 32
 BATCH_NORM_EPS = 1e-3  # TensorFlow's
 
 
@@ -88,9 +88,9 @@ class MobileNetV1(ImageEncoder):
 
     def __init__(self, width: float = 0.25, batch_norm_momentum: float = 0.1) -> None:
         super().__init__()
-        channels = int(_STEM_CHANNELS * width)
+        channels = int(STEM_CHANNELS * width)
         if channels < 1:
-            least = 1 / _STEM_CHANNELS
+            least = 1 / STEM_CHANNELS
             raise ConfigError(f"encoder.width={width:g} leaves no channels: use {least} or more")
         self.layers = nn.Sequential()
 

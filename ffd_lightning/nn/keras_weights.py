@@ -12,14 +12,13 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.encoder import MobileNetV1
+from ffd_lightning.nn.encoder import STEM_CHANNELS, MobileNetV1
 
 # (layer, weight) in Keras' names.
 _Key = tuple[str, str]
 
 _KERNEL = ("kernel",)
 _NORM = ("gamma", "beta", "moving_mean", "moving_variance")
-_STEM_CHANNELS = 32
 
 
 def load_keras_weights(encoder: MobileNetV1, path: str | Path) -> None:
@@ -128,7 +127,7 @@ def _check(
         if found != expected:
             hint = ""
             if layer == "conv1" and len(found) == 4:
-                hint = f"; the file's width seems to be {found[-1] / _STEM_CHANNELS:g}: "
+                hint = f"; the file's width seems to be {found[-1] / STEM_CHANNELS:g}: "
                 hint += "set encoder.width to it"
             raise ConfigError(
                 f"encoder.weights: {path} has {weight} of layer {layer} as {found}, "

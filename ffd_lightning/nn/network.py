@@ -60,8 +60,11 @@ def standardize(
     tensor([-1.,  1.])
     """
     values = images.to(torch.promote_types(images.dtype, torch.float32))
-    std, mean = torch.std_mean(values, dim=(1, 2, 3), correction=0, keepdim=True)
-    return (values - mean) / std.clamp_min(1 / math.sqrt(values[0].numel()))
+    size = values[0].numel()
+    # Two reductions: `torch.std_mean` is many times slower on a CPU.
+    centred = values - values.mean(dim=(1, 2, 3), keepdim=True)
+    std = torch.linalg.vector_norm(centred, dim=(1, 2, 3), keepdim=True) / math.sqrt(size)
+    return centred / std.clamp_min(1 / math.sqrt(size))
 
 
 class TemplateFfdNetwork(nn.Module):

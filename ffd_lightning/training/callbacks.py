@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from lightning import Callback, LightningModule, Trainer
+from lightning.pytorch.callbacks import TQDMProgressBar
 from numpy.typing import ArrayLike
 from torch.utils.tensorboard import SummaryWriter
 
@@ -49,6 +50,20 @@ class StepTimer(Callback):
         """Median in seconds, warm-up left out; nan before there is any."""
         durations = self._durations[_WARM_UP_STEPS:] or self._durations
         return statistics.median(durations) if durations else float("nan")
+
+
+class StepProgressBar(TQDMProgressBar):
+    """Lightning's progress bar, counting steps of the whole training."""
+
+    def get_metrics(self, trainer: Trainer, pl_module: LightningModule) -> dict[str, Any]:
+        """Leave the logger's version out."""
+        metrics = super().get_metrics(trainer, pl_module)
+        return {name: value for name, value in metrics.items() if name != "v_num"}
+
+    def on_train_epoch_start(self, trainer: Trainer, *_: Any) -> None:
+        """Name the bar: the only epoch is the run."""
+        super().on_train_epoch_start(trainer)
+        self.train_progress_bar.set_description("training")
 
 
 class TemplateHistograms(Callback):

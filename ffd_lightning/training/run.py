@@ -14,7 +14,7 @@ import torch
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from lightning import Callback, Trainer, seed_everything
-from lightning.pytorch.callbacks import ModelCheckpoint, TQDMProgressBar
+from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.loggers import TensorBoardLogger
 from omegaconf import DictConfig, OmegaConf
 from PIL import Image
@@ -27,11 +27,11 @@ from ffd_lightning.evaluation.evaluator import PROTOCOL, evaluate, write_evaluat
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.losses.objective import Objective
-from ffd_lightning.nn.encoder import build_encoder
-from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder
 from ffd_lightning.run_folder import RunFolder, write_atomic
 from ffd_lightning.training.callbacks import (
     ExampleImages,
+    StepProgressBar,
     StepTimer,
     TemplateHistograms,
     tensorboard_writer,
@@ -174,7 +174,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         template_strategy=cfg.templates.strategy,
         template_file=cfg.templates.file,
         template_seed=cfg.templates.seed,
-        degrees=cfg.network.degrees,
+        degrees=tuple(cfg.network.degrees),
         max_edge=cfg.templates.max_edge,
         batch_size=cfg.schedule.batch_size,
         num_points=cfg.schedule.num_points,
@@ -186,6 +186,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
 
 
 def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
+    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # devices, tips, farewells
     seed_everything(cfg.seed, verbose=False)
     data = build_data(cfg)
     data.prepare_data()
@@ -215,11 +216,13 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     )
     done = _checkpoint_step(run)
     timer = StepTimer()
-    trainer = _trainer(cfg, run, done, timer)
     with warnings.catch_warnings():
         # One loader item is a whole batch, made from memory-mapped arrays: no workers are needed.
         warnings.filterwarnings("ignore", ".*does not have many workers.*")
         warnings.filterwarnings("ignore", ".*mid-epoch.*")
+        warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
+        warnings.filterwarnings("ignore", ".*LeafSpec.*")
+        trainer = _trainer(cfg, run, done, timer)
         trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
     if trainer.interrupted:
         raise KeyboardInterrupt
@@ -253,7 +256,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         ),
     ]
     if cfg.trainer.progress_bar:
-        callbacks.append(TQDMProgressBar(refresh_rate=10))
+        callbacks.append(StepProgressBar(refresh_rate=10))
     logger = TensorBoardLogger(
         save_dir=run.path,
         name="",

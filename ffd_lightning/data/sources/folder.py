@@ -104,10 +104,10 @@ class FolderSource:
                 "the form <root>/<category>/<model>"
             )
         names = [category, *([SYNSETS[category]] if category in SYNSETS else [])]
-        for name in names:
-            if name and (self.root / name).is_dir() and Path(name).name == name:
-                return self.root / name
         found = sorted(p.name for p in self.root.iterdir() if p.is_dir() and not _hidden(p.name))
+        for name in names:
+            if name in found:
+                return self.root / name
         by_synset = {synset: f"{name} ({synset})" for name, synset in SYNSETS.items()}
         there = ", ".join(by_synset.get(name, name) for name in found) or "nothing"
         wanted = " or ".join(repr(name) for name in names)
