@@ -232,6 +232,8 @@ def typed_config(cfg: DictConfig) -> TrainConfig:
     merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), OmegaConf.to_container(cfg))
     config = OmegaConf.to_object(merged)
     assert isinstance(config, TrainConfig)
+    first, second, third = config.network.degrees  # OmegaConf hands tuples over as lists
+    config.network.degrees = (first, second, third)
     return config
 
 

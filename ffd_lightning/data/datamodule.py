@@ -120,7 +120,7 @@ class TrainingSteps(Dataset[Batch]):
 
 
 class EvaluationChunks(Dataset[Batch]):
-    """Item k is the k-th chunk of the models to evaluate, first view, with points fixed by `seed`."""
+    """Item k is the k-th chunk of the models to evaluate: first view, points fixed by `seed`."""
 
     def __init__(
         self,

@@ -28,6 +28,7 @@ from typing import Any
 import numpy as np
 from filelock import FileLock, Timeout
 from numpy.lib.format import open_memmap
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -49,6 +50,8 @@ from ffd_lightning.geometry.sampling import sample_surface
 FORMAT_VERSION = 1
 _QUIET_INTERVAL = 10.0
 _PER_MODEL = ("images", "points", "face_ids", "point_parts")
+# Barycentric coordinates spread over a face, (36, 3).
+_FACE_PLACES = np.array([(i, j, 7 - i - j) for i in range(8) for j in range(8 - i)]) / 7
 _PACKED = ("vertices", "faces", "face_parts", "face_colors")
 
 
@@ -197,18 +200,18 @@ def _model_arrays(job: _Job, model_id: str) -> dict[str, Any]:
     }
 
 
-def _plain_colors(mesh: Mesh) -> np.ndarray:
-    """Return one colour per face, (F, 4) uint8: a texture's value at the face's centre."""
+def _plain_colors(mesh: Mesh) -> NDArray[np.uint8]:
+    """Return one colour per face, (F, 4) uint8: the mean of its texture at a few places on it."""
     colors = mesh.face_colors.copy()
     if mesh.face_textures is None or mesh.face_uvs is None:
         return colors
-    centers = mesh.face_uvs.mean(axis=1) % 1.0
+    places = np.einsum("pc,fcd->fpd", _FACE_PLACES, mesh.face_uvs) % 1.0
     for index, texture in enumerate(mesh.textures):
-        chosen = mesh.face_textures == index
+        u, v = np.moveaxis(places[mesh.face_textures == index], -1, 0)
         height, width = texture.shape[:2]
-        rows = np.minimum(((1 - centers[chosen, 1]) * height).astype(int), height - 1)
-        columns = np.minimum((centers[chosen, 0] * width).astype(int), width - 1)
-        colors[chosen] = texture[rows, columns]
+        rows = np.minimum(((1 - v) * height).astype(int), height - 1)
+        columns = np.minimum((u * width).astype(int), width - 1)
+        colors[mesh.face_textures == index] = np.round(texture[rows, columns].mean(axis=1))
     return colors
 
 

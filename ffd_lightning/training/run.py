@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import pickle
+import sys
 import warnings
 import zipfile
 from pathlib import Path
@@ -17,9 +18,10 @@ from lightning import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.loggers import TensorBoardLogger
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 
-from ffd_lightning.config import TrainConfig, typed_config, validate
+from ffd_lightning.config import TrainConfig, explain, typed_config, validate
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.sources import build_source
 from ffd_lightning.errors import ConfigError, DataError, UserError
@@ -51,15 +53,19 @@ def train_job(cfg: DictConfig) -> dict[str, float] | None:
     """
     hydra = HydraConfig.get()
     run = RunFolder(Path(hydra.runtime.output_dir))
-    config = typed_config(cfg)
     try:
-        return train(config, run)
-    except Exception as error:
+        return train(typed_config(cfg), run)
+    except (UserError, OmegaConfBaseException) as error:
+        reason = explain(error)
+        if hydra.mode is not RunMode.MULTIRUN:
+            # Not as an exception: Hydra would put a line of its own above it.
+            sys.exit(f"error: {reason}")
+        log.error("%s failed: %s", run.path, reason)
+    except Exception:
         if hydra.mode is not RunMode.MULTIRUN:
             raise
-        reason = str(error) if isinstance(error, UserError) else f"{type(error).__name__}: {error}"
-        log.error("%s failed: %s", run.path, reason, exc_info=not isinstance(error, UserError))
-        return None
+        log.exception("%s failed", run.path)
+    return None
 
 
 def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
@@ -174,7 +180,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         template_strategy=cfg.templates.strategy,
         template_file=cfg.templates.file,
         template_seed=cfg.templates.seed,
-        degrees=tuple(cfg.network.degrees),
+        degrees=cfg.network.degrees,
         max_edge=cfg.templates.max_edge,
         batch_size=cfg.schedule.batch_size,
         num_points=cfg.schedule.num_points,

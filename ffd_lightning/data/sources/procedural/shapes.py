@@ -147,7 +147,7 @@ class Builder:
         turn: Array | None = None,
         taper: float = 1.0,
     ) -> None:
-        """Add a box; `turn` (3, 3) rotates it about its centre, `taper` scales its top's x and z."""
+        """Add a box; `turn` (3, 3) rotates it about its centre, `taper` scales its top."""
         signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
         corners = signs * np.asarray(size, float) / 2
         corners[signs[:, 1] > 0] *= np.array([taper, 1, taper])

@@ -1,0 +1,72 @@
+"""A tiny configuration, and a tiny prepared set shared by the tests that need one."""
+
+from pathlib import Path
+
+import pytest
+import torch
+from hydra import compose, initialize_config_dir
+
+from ffd_lightning.config import RenderConfig, register, typed_config
+from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.sources.procedural.source import ProceduralSource
+
+ROOT = Path(__file__).parents[1]
+TINY = (
+    "category=table",
+    "templates=t2",
+    "data.num_models=24",
+    "data.num_points=256",
+    "data.render.height=48",
+    "data.render.width=64",
+    "data.render.samples=1",
+    "network.hidden=32",
+    "network.bottleneck=8",
+    "schedule.steps=8",
+    "schedule.batch_size=4",
+    "schedule.num_points=64",
+    "schedule.val_every=4",
+    "schedule.checkpoint_every=2",
+    "preparation.workers=2",
+    "trainer=cpu",
+    "trainer.progress_bar=false",
+    "callbacks.figure_examples=2",
+)
+
+
+@pytest.fixture(autouse=True)
+def _few_threads():
+    """Two threads at most: the suite runs in parallel."""
+    torch.set_num_threads(min(2, torch.get_num_threads()))
+
+
+@pytest.fixture(scope="session")
+def data_root(tmp_path_factory):
+    """Prepared data that all tests of a process share."""
+    return tmp_path_factory.mktemp("data")
+
+
+@pytest.fixture(scope="session")
+def tiny_config(data_root):
+    """Return a function from overrides to a typed, tiny configuration."""
+
+    def make(*overrides):
+        register()
+        with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
+            return typed_config(compose("train", [*TINY, f"paths.data={data_root}", *overrides]))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def prepared(data_root):
+    """The prepared set of the tiny configuration."""
+    render = RenderConfig(height=48, width=64, samples=1)
+    return prepare(
+        ProceduralSource(24),
+        "table",
+        num_points=256,
+        render=render,
+        root=data_root,
+        workers=2,
+        progress=False,
+    )

@@ -1,0 +1,331 @@
+"""Miniature mesh files: colours, geometry that can be mended, and geometry that cannot."""
+
+import base64
+import json
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.sources.mesh_file import read_mesh
+from ffd_lightning.errors import RejectedModelError
+
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+TEXTURED = TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nmtllib m.mtl\nusemtl m\nf 1/1 2/2 3/3\n"
+PLY = (
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+    "property float z\n{colors}element face {count}\nproperty list uchar int vertex_indices\n"
+    "end_header\n"
+)
+
+
+class Folder:
+    """Writes files and reads meshes with all the others at hand."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    def write(self, name: str, content: str | bytes) -> None:
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+
+    def image(self, name: str, color: tuple[int, ...], size: tuple[int, int] = (4, 4)) -> None:
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        Image.new("RGB" if len(color) == 3 else "RGBA", size, color).save(path)
+
+    def load(self, name: str = "m.obj") -> Mesh:
+        return read_mesh(self.root / name, [p for p in self.root.rglob("*") if p.is_file()])
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    return Folder(tmp_path)
+
+
+def area(mesh: Mesh) -> float:
+    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
+    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
+# --- colours ---
+
+
+def test_colours_and_transparency_of_mtl(folder: Folder) -> None:
+    options = {
+        "a": "d 0.5",
+        "b": "Tr 0.25",
+        "c": "d 0",
+        "e": "d 1\nTr 1",
+        "f": "d -halo 0.5",
+        "g": "",
+    }
+    mtl = "".join(f"newmtl {name}\nKd 1 0 0.2\n{option}\n" for name, option in options.items())
+    folder.write("m.mtl", mtl + "newmtl no Kd\nNs 3\n")
+    faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in [*options, "no Kd", "nowhere"])
+    folder.write("m.obj", "mtllib m.mtl\n" + TRIANGLE + faces)
+    colors = sorted(map(tuple, folder.load().face_colors.tolist()))
+    red = [(255, 0, 51, alpha) for alpha in (128, 128, 191, 255, 255, 255)]
+    assert colors == sorted([*red, (178, 178, 178, 255), (178, 178, 178, 255)])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "wood oak.png",
+        "C:\\textures\\wood oak.png",
+        "../elsewhere/WOOD OAK.PNG",
+        "-s 1 1 1 -o 0 0 0 wood oak.png",
+        "/abs/wood%20oak.png",
+    ],
+)
+def test_textures_are_found_by_base_name_and_replace_kd(folder: Folder, name: str) -> None:
+    folder.write("m.mtl", f"newmtl m\nKd 0 0 0\nd 0.5\nmap_Kd {name}\n")
+    folder.write("m.obj", TEXTURED)
+    folder.image("images/wood oak.png", (10, 20, 30))
+    mesh = folder.load()
+    assert mesh.face_textures is not None
+    assert mesh.face_uvs is not None
+    np.testing.assert_array_equal(mesh.face_textures, [0])
+    np.testing.assert_array_equal(mesh.textures[0][0, 0], [10, 20, 30, 128])
+    np.testing.assert_array_equal(mesh.face_colors, [[10, 20, 30, 128]])
+    corners = mesh.vertices[mesh.faces[0], :2]
+    np.testing.assert_allclose(mesh.face_uvs[0], corners)  # uv = xy in this file
+
+
+def test_the_namesake_nearest_to_the_named_path_is_taken(folder: Folder) -> None:
+    folder.write("m.mtl", "newmtl m\nmap_Kd b/x.png\n")
+    folder.write("m.obj", TEXTURED)
+    folder.image("x.png", (1, 1, 1))
+    folder.image("b/x.png", (2, 2, 2))
+    assert folder.load().textures[0][0, 0, 0] == 2
+
+
+def test_damaged_and_huge_textures(folder: Folder) -> None:
+    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
+    folder.write("m.obj", TEXTURED)
+    folder.image("x.png", (5, 6, 7), size=(3000, 30))
+    assert folder.load().textures[0].shape == (10, 1024, 4)
+    whole = (folder.root / "x.png").read_bytes()
+    folder.write("x.png", whole[: len(whole) // 2])
+    np.testing.assert_array_equal(folder.load().face_colors, [[0, 255, 0, 255]])
+    folder.image("x.png", (5, 6, 7, 0))
+    np.testing.assert_array_equal(folder.load().textures[0][0, 0], [5, 6, 7, 255])
+
+
+def test_texture_without_uvs_gives_the_colour(folder: Folder) -> None:
+    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
+    folder.write("m.obj", "mtllib m.mtl\n" + TRIANGLE + "usemtl m\nf 1 2 3\n")
+    folder.image("x.png", (5, 6, 7))
+    mesh = folder.load()
+    np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 255]])
+    assert mesh.textures == ()
+
+
+def test_vertex_colours_are_averaged(folder: Folder) -> None:
+    colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
+    rows = "0 0 0 30 0 0\n1 0 0 60 0 0\n0 1 0 90 30 0\n3 0 1 2\n"
+    folder.write("m.ply", PLY.format(colors=colors, count=1) + rows)
+    np.testing.assert_array_equal(folder.load("m.ply").face_colors, [[60, 10, 0, 255]])
+
+
+def gltf(
+    buffer: str | None = None, texture: str | None = None, nodes: list | None = None, **material
+) -> str:
+    """Return a glTF of one triangle with uv = (x, 1 - y), that is (x, y) with v upwards."""
+    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+    data = b"".join(struct.pack("<3f", *c) for c in corners)
+    data += b"".join(struct.pack("<2f", c[0], 1 - c[1]) for c in corners)
+    uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    views = [{"buffer": 0, "byteOffset": 0, "byteLength": 36}]
+    views += [{"buffer": 0, "byteOffset": 36, "byteLength": 24}]
+    accessors = [
+        {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC2"},
+    ]
+    pbr = {"baseColorFactor": material.pop("factor", [1, 1, 1, 1])}
+    tree = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": nodes or [{"mesh": 0}],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "material": 0}]}
+        ],
+        "materials": [{"pbrMetallicRoughness": pbr, **material}],
+        "buffers": [{"byteLength": 60, "uri": buffer or uri}],
+        "bufferViews": views,
+        "accessors": accessors,
+    }
+    if texture:
+        pbr["baseColorTexture"] = {"index": 0}
+        tree |= {"textures": [{"source": 0}], "images": [{"uri": texture}]}
+    return json.dumps(tree)
+
+
+def test_gltf_colours(folder: Folder) -> None:
+    # The factor is linear: 0.2140 is sRGB 0.5. Alpha counts only where the mode says so.
+    folder.write("opaque.gltf", gltf(factor=[0.2140, 0, 1, 0.4]))
+    folder.write("blend.gltf", gltf(factor=[0.2140, 0, 1, 0.4], alphaMode="BLEND"))
+    np.testing.assert_array_equal(folder.load("opaque.gltf").face_colors, [[128, 0, 255, 255]])
+    np.testing.assert_array_equal(folder.load("blend.gltf").face_colors, [[128, 0, 255, 102]])
+    folder.write("tex.gltf", gltf(texture="x.png", factor=[1, 0, 1, 1], alphaMode="MASK"))
+    folder.image("x.png", (100, 100, 100, 140))
+    mesh = folder.load("tex.gltf")
+    np.testing.assert_array_equal(mesh.textures[0][0, 0], [100, 0, 100, 255])
+    assert mesh.face_uvs is not None
+    np.testing.assert_allclose(mesh.face_uvs[0], mesh.vertices[mesh.faces[0], :2])
+
+
+def test_scene_graph_is_applied(folder: Folder) -> None:
+    nodes = [
+        {"children": [1, 2], "translation": [10, 0, 0]},
+        {"mesh": 0},
+        {"mesh": 0, "translation": [0, 5, 0], "scale": [2, 2, 2]},
+    ]
+    folder.write("m.gltf", gltf(nodes=nodes))
+    mesh = folder.load("m.gltf")
+    assert area(mesh) == pytest.approx(0.5 + 2)
+    np.testing.assert_allclose(mesh.vertices.min(0), [10, 0, 0])
+    np.testing.assert_allclose(mesh.vertices.max(0), [12, 7, 0])
+
+
+# --- geometry that can be mended ---
+
+STL = "solid s\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+STL += "endloop\nendfacet\nendsolid s\n"
+OFF = "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+
+GOOD = {
+    "n-gons": ("obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 3, 4.0),
+    "mixed": ("obj", TRIANGLE + "v 1 1 0\nv 0 0 1\nf 1 2 4 3\nf 1 2 5\n", 3, 1.5),
+    "NaN face": ("obj", TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n", 1, 0.5),
+    "unused NaN": ("obj", TRIANGLE + "v nan inf 0\nf 1 2 3\n", 1, 0.5),
+    "degenerate": ("obj", TRIANGLE + "f 1 2 3\nf 1 1 2\nf 3 3 3\n", 1, 0.5),
+    "lines too": ("obj", TRIANGLE + "l 1 2\nf 1 2 3\n", 1, 0.5),
+    "no newline": ("obj", TRIANGLE + "f 1 2 3", 1, 0.5),
+    "latin-1": ("obj", b"# st\xfchle\ng l\xe4nge\n" + (TRIANGLE + "f 1 2 3\n").encode(), 1, 0.5),
+    "utf-16": ("obj", (TRIANGLE + "f 1 2 3\n").encode("utf-16"), 1, 0.5),
+    "OFF run in": ("off", "OFF" + OFF, 1, 0.5),
+    "OFF": ("off", "OFF\n# c\n\n" + OFF, 1, 0.5),
+    "OFF n-gons": (
+        "off",
+        "OFF\n6 3 0\n0 0 0\n2 0 0\n3 1 0\n1 2 0\n0 1 0\n0 0 1\n"
+        "5 0 1 2 3 4 255 0 0\n3 0 1 5\n4 0 1 1 0\n",
+        4,
+        5.0,
+    ),
+    "STL": ("stl", STL, 1, 0.5),
+    "STL latin-1": ("stl", STL.replace("solid s", "solid st\xfchle").encode("latin-1"), 1, 0.5),
+    "PLY latin-1": (
+        "ply",
+        (PLY.format(colors="", count=1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+        .replace("element vertex", "comment st\xfchle\nelement vertex")
+        .encode("latin-1"),
+        1,
+        0.5,
+    ),
+    "PLY index": (
+        "ply",
+        PLY.format(colors="", count=2) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 9\n",
+        1,
+        0.5,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", GOOD)
+def test_good_enough_models_come_through(folder: Folder, name: str) -> None:
+    extension, content, faces, expected = GOOD[name]
+    folder.write(f"m.{extension}", content)
+    mesh = folder.load(f"m.{extension}")
+    assert len(mesh.faces) == faces
+    assert area(mesh) == pytest.approx(expected)
+    assert np.isfinite(mesh.vertices).all()
+    assert (mesh.vertices.dtype, mesh.faces.dtype) == (np.float64, np.int64)
+    assert (mesh.face_colors.shape, mesh.face_colors.dtype) == ((faces, 4), np.uint8)
+
+
+def test_negative_indices_count_from_their_line(folder: Folder) -> None:
+    first = TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nf -3/-3 -2/-2 -1/-1\n"
+    second = "v 0 0 5\nv 3 0 5\nv 0 3 5\nvt 0 0\nf -3/-3 -2/-2 \\\n -1/-1\n"
+    folder.write("m.obj", first + second)
+    mesh = folder.load()
+    assert area(mesh) == pytest.approx(0.5 + 4.5)
+    assert set(mesh.vertices[mesh.faces][..., 2].sum(1)) == {0, 15}
+
+
+# --- geometry that cannot ---
+
+BAD: dict[str, tuple[str, str | bytes, str]] = {
+    "zero bytes": ("obj", b"", "m.obj is empty"),
+    "only blanks": ("stl", " \n ", "is empty"),
+    "text": ("obj", "It was a dark and stormy night.\n", "m.obj"),
+    "text as glb": ("glb", "It was a dark and stormy night.\n" * 9, "m.glb"),
+    "text as gltf": ("gltf", "{]", "m.gltf"),
+    "text as ply": ("ply", "It was a dark night.\n", "m.ply"),
+    "text as off": ("off", "It was a dark night.\n", "m.off"),
+    "text as stl": ("stl", "It was a dark night.\n", "m.stl"),
+    "noise": ("glb", bytes(range(256)) * 40, "m.glb"),
+    "noise stl": ("stl", bytes(range(256)) * 40, "not of this format"),
+    "image": ("obj", b"\x89PNG\r\n\x1a\n" + bytes(200), "m.obj"),
+    "wrong extension": ("off", TRIANGLE + "f 1 2 3\n", "m.off"),
+    "all NaN": ("obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no face with a finite area"),
+    "point": ("obj", "v 1 1 1\n" * 3 + "f 1 2 3\n", "no face with a finite area"),
+    "line": ("obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", "no face with a finite area"),
+    "infinite": ("obj", "v 1e300 0 0\nv 0 1e300 0\nv 0 0 1\nf 1 2 3\n", "no face with a finite"),
+    "only lines": ("obj", TRIANGLE + "l 1 2 3\n", "no faces"),
+    "only points": ("obj", TRIANGLE, "no faces"),
+    "point cloud": ("ply", PLY.format(colors="", count=0) + "0 0 0\n1 0 0\n0 1 0\n", "no faces"),
+    "ply promises": ("ply", PLY.format(colors="", count=10**12) + "0 0 0\n", "m.ply"),
+    "truncated ply": ("ply", PLY.format(colors="", count=9) + "0 0 0\n1 0 0\n", "m.ply"),
+    "promises": ("off", "OFF\n999999999999 9 0\n0 0 0\n", "m.off"),
+    "bad index": ("obj", TRIANGLE + "f 1 2 9\n", "m.obj"),
+    "Draco": ("gltf", '{"extensionsUsed": ["KHR_draco_mesh_compression"]}', "Draco"),
+    "circular": ("gltf", gltf(nodes=[{"children": [1]}, {"mesh": 0, "children": [0]}]), "m.gltf"),
+    "deep": (
+        "gltf",
+        gltf(nodes=[*({"children": [i + 1]} for i in range(900)), {"mesh": 0}]),
+        "deep",
+    ),
+    "empty scene": ("gltf", '{"asset": {"version": "2.0"}}', "m.gltf"),
+    "missing": ("gltf", gltf(buffer="lost.bin"), "FileNotFoundError"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_models_are_rejected_with_a_reason(folder: Folder, name: str) -> None:
+    extension, content, reason = BAD[name]
+    folder.write(f"m.{extension}", content)
+    with pytest.raises(RejectedModelError, match=reason) as caught:
+        folder.load(f"m.{extension}")
+    assert "\n" not in str(caught.value)
+
+
+WHOLE: dict[str, Callable[[], bytes]] = {
+    "gltf": lambda: gltf().encode(),
+    "ply": lambda: (PLY.format(colors="", count=1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").encode(),
+    "stl": lambda: bytes(80) + struct.pack("<I12fH", 1, *[0.0] * 3, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0),
+    "off": lambda: ("OFF\n" + OFF).encode(),
+    "obj": lambda: TEXTURED.encode(),
+}
+
+
+@pytest.mark.parametrize("extension", WHOLE)
+def test_a_file_cut_anywhere_loads_or_is_rejected(folder: Folder, extension: str) -> None:
+    whole = WHOLE[extension]()
+    folder.write(f"m.{extension}", whole)
+    assert area(folder.load(f"m.{extension}")) == pytest.approx(0.5)
+    rejected = 0
+    for end in range(1, len(whole), max(1, len(whole) // 40)):
+        folder.write(f"m.{extension}", whole[:end])
+        try:
+            folder.load(f"m.{extension}")
+        except RejectedModelError:
+            rejected += 1
+    assert rejected > 20

@@ -1,0 +1,162 @@
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import torch
+from PIL import Image
+
+from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.training.run import train
+
+ROOT = Path(__file__).parents[2]
+
+
+def samples(run):
+    return (run.evaluation("chamfer") / "samples.csv").read_text()
+
+
+@pytest.fixture(scope="module")
+def finished(tiny_config, tmp_path_factory):
+    run = RunFolder(tmp_path_factory.mktemp("run") / "a")
+    return run, train(tiny_config(), run)
+
+
+def test_a_run_leaves_everything_that_is_read_later(finished):
+    run, summary = finished
+    assert run.finished
+    assert run.status["summary"] == summary
+    written = json.loads((run.evaluation("chamfer") / "summary.json").read_text())
+    assert written == summary
+    rows = list(csv.DictReader(samples(run).splitlines()))
+    assert len(rows) == summary["num_samples"]
+    mean = sum(float(r["chamfer"]) for r in rows) / len(rows)
+    assert mean == pytest.approx(summary["chamfer"], rel=1e-5)
+    ranking = list(csv.DictReader((run.path / "template_ranking.csv").open()))
+    assert [int(r["rank"]) for r in ranking] == [1, 2]
+    assert sum(int(r["count"]) for r in ranking) == len(rows)
+    assert {r["id"] for r in ranking}.isdisjoint(r["id"] for r in rows)
+    assert Image.open(run.path / "reconstructions.png").size[0] > 5 * 64
+    assert list((run.path / "tensorboard").glob("events.*"))
+    (row,) = load_runs(find_runs(run.path)).to_dict("records")
+    assert (row["category"], row["regime"], row["templates"]) == ("table", "b", 2)
+    assert row["chamfer"] == summary["chamfer"]
+
+
+def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    events = EventAccumulator(str(finished[0].path / "tensorboard"), {"histograms": 0, "images": 0})
+    events.Reload()
+    tags = events.Tags()
+    for tag in ("val/chamfer", "val/undeformed_chamfer", "val/entropy", "test/chamfer"):
+        assert tag in tags["scalars"]
+    for tag in ("templates/selected", "templates/selected_sorted", "templates/mean_weight"):
+        assert tag in tags["histograms"]
+    assert {"examples/input", "examples/reconstructions"} <= set(tags["images"])
+    selected = events.Histograms("templates/selected")[-1].histogram_value
+    assert sum(selected.bucket) == finished[1]["num_samples"]
+    metadata = events.summary_metadata
+    assert any(m.plugin_data.plugin_name == "hparams" for m in metadata.values())
+
+
+def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config):
+    run, summary = finished
+    before = run.checkpoint.stat().st_mtime_ns
+    assert train(tiny_config(), run) == summary
+    assert run.checkpoint.stat().st_mtime_ns == before
+    with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.001, now 0.002"):
+        train(tiny_config("schedule.learning_rate=2e-3"), run)
+    assert run.finished
+
+
+def test_the_seed_fixes_everything(finished, tiny_config, tmp_path):
+    again, other = RunFolder(tmp_path / "again"), RunFolder(tmp_path / "other")
+    train(tiny_config(), again)
+    train(tiny_config("seed=1"), other)
+    assert samples(again) == samples(finished[0])
+    assert samples(other) != samples(finished[0])
+
+
+def test_training_learns(tiny_config, tmp_path):
+    overrides = ("schedule.steps=150", "schedule.val_every=150", "schedule.batch_size=8")
+    summary = train(tiny_config(*overrides), RunFolder(tmp_path / "run"))
+    # On models never seen, after 150 steps on 18 of them.
+    assert summary["chamfer"] < 0.8 * summary["undeformed_chamfer"]
+
+
+def test_a_damaged_checkpoint_is_named(tiny_config, tmp_path):
+    run = RunFolder(tmp_path)
+    run.checkpoint.parent.mkdir()
+    run.checkpoint.write_bytes(b"PK not a checkpoint")
+    with pytest.raises(DataError, match=r"last\.ckpt is damaged.*restart=true"):
+        train(tiny_config(), run)
+    assert run.status["state"] == "failed"
+    train(tiny_config("restart=true"), run)
+    assert run.finished
+
+
+def test_one_run_is_trained_by_one_process(tiny_config, tmp_path):
+    run = RunFolder(tmp_path)
+    lock = run.lock()
+    with pytest.raises(ConfigError, match="another process"):
+        train(tiny_config(), run)
+    lock.release()
+
+
+def command(tmp_path, data_root, *arguments):
+    from conftest import TINY
+
+    paths = (f"paths.data={data_root}", f"paths.runs={tmp_path}")
+    return [sys.executable, "train.py", *arguments, *TINY, *paths]
+
+
+def the_run(tmp_path):
+    (run,) = find_runs(tmp_path)
+    return run
+
+
+@pytest.mark.parametrize("kill_at", [2, 6])
+def test_kill_9_and_the_same_command_give_the_same_metrics(
+    finished, prepared, data_root, tmp_path, kill_at
+):
+    arguments = command(tmp_path, data_root)
+    process = subprocess.Popen(
+        arguments,
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
+    )
+    deadline = time.monotonic() + 120
+    while process.poll() is None and time.monotonic() < deadline:
+        runs = [r for r in find_runs(tmp_path) if r.checkpoint.exists()]
+        if runs and torch.load(runs[0].checkpoint, weights_only=False)["global_step"] >= kill_at:
+            os.killpg(process.pid, signal.SIGKILL)
+        time.sleep(0.01)
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert the_run(tmp_path).status["state"] == "running"
+    assert subprocess.run(arguments, cwd=ROOT, capture_output=True).returncode == 0
+    assert samples(the_run(tmp_path)) == samples(finished[0])
+
+
+def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_root, tmp_path):
+    arguments = command(tmp_path, data_root, "-m")
+    arguments.append("templates.count=2,500")
+    first = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    assert first.returncode == 1
+    states = load_runs(find_runs(tmp_path)).set_index("templates")
+    assert states.loc[2, "state"] == "finished"
+    assert states.loc[500, "state"] == "failed"
+    assert "24 models" in states.loc[500, "reason"]
+    assert "Results" in first.stdout
+    second = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    assert "finished already" in second.stdout + second.stderr
