@@ -3,7 +3,7 @@
 import hydra
 from omegaconf import DictConfig
 
-from ffd_lightning.config import register, run_app
+from ffd_lightning.cli import register, run_app
 
 register()
 

@@ -6,7 +6,8 @@ import pytest
 import torch
 from hydra import compose, initialize_config_dir
 
-from ffd_lightning.config import RenderConfig, register, typed_config
+from ffd_lightning.cli import register
+from ffd_lightning.config import RenderConfig, typed_config
 from ffd_lightning.data.preparation import prepare
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
 

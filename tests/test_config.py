@@ -6,12 +6,11 @@ import pytest
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
+from ffd_lightning.cli import register, run_suffix
 from ffd_lightning.config import (
     LearningRateDecay,
     TrainConfig,
     Weighting,
-    register,
-    run_suffix,
     typed_config,
     validate,
 )

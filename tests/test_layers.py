@@ -10,6 +10,7 @@ import ffd_lightning
 ROOT = Path(ffd_lightning.__file__).parent
 RANK = {
     "errors": 0,
+    "cli": 0,
     "config": 0,
     "run_folder": 0,
     "geometry": 0,
@@ -59,7 +60,7 @@ def test_frameworks_stay_where_they_belong(path):
     if "lightning" in roots:
         assert home(path) == "training" or relative == "data/datamodule.py"
     if "hydra" in roots:
-        assert relative == "config.py" or path.name == "run.py"
+        assert relative == "cli.py" or path.name == "run.py"
 
 
 def test_workers_of_the_preparation_do_not_load_torch():

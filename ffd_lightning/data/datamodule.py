@@ -33,13 +33,13 @@ class Batch(NamedTuple):
     """What one step sees.
 
     Attributes:
-        index: row of each query in the prepared set, (q,).
+        rows: row of each query in the prepared set, (q,).
         images: RGB over white, (q, 3, H, W) uint8.
         target_points: ground truth clouds, (q, N, 3).
         templates: decomposed points of all templates.
     """
 
-    index: Int[Tensor, " queries"]
+    rows: Int[Tensor, " queries"]
     images: UInt8[Tensor, "queries 3 height width"]
     target_points: Float[Tensor, "queries num_points 3"]
     templates: TemplateSample
@@ -70,7 +70,7 @@ def make_batch(
         for r in rows
     ]
     return Batch(
-        index=torch.as_tensor(rows, dtype=torch.int64),
+        rows=torch.as_tensor(rows, dtype=torch.int64),
         images=torch.from_numpy(images).permute(0, 3, 1, 2),
         target_points=torch.from_numpy(np.stack(clouds)),
         templates=bank.sample(num_points, rng),

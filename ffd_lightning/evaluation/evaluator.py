@@ -32,13 +32,13 @@ class TemplateScores:
     """Every template tried on every query.
 
     Attributes:
-        index: row of each query in the prepared set, (q,).
+        rows: row of each query in the prepared set, (q,).
         weights: template weights, (q, T).
         deformed: Chamfer distance of each deformed template, (q, T).
         undeformed: Chamfer distance of each template as it is, (q, T).
     """
 
-    index: NDArray[np.int64]
+    rows: NDArray[np.int64]
     weights: NDArray[np.float32]
     deformed: NDArray[np.float32]
     undeformed: NDArray[np.float32]
@@ -77,7 +77,7 @@ class TemplateScores:
             "entropy": selection_entropy(self.counts),
             "effective_templates": effective_templates(self.counts),
             "templates_used": float((self.counts > 0).sum()),
-            "num_samples": float(len(self.index)),
+            "num_samples": float(len(self.rows)),
         }
 
 
@@ -92,7 +92,7 @@ def score_templates(prediction: FfdPrediction, batch: Batch) -> TemplateScores:
     deformed = deform(*batch.templates, prediction.offsets)
     undeformed = batch.templates.deformation_matrix @ batch.templates.control_points
     return TemplateScores(
-        index=batch.index.cpu().numpy(),
+        rows=batch.rows.cpu().numpy(),
         weights=array(prediction.template_weights),
         deformed=array(chamfer_distance(deformed, target, "mean")),
         undeformed=array(chamfer_distance(undeformed, target, "mean")),
@@ -112,7 +112,7 @@ def evaluate(network: TemplateFfdNetwork, batches: Iterable[Batch]) -> TemplateS
     parts = []
     for batch in batches:
         moved = Batch(
-            batch.index,
+            batch.rows,
             batch.images.to(device),
             batch.target_points.to(device),
             type(batch.templates)(*(t.to(device) for t in batch.templates)),
@@ -153,7 +153,7 @@ def write_evaluation(
             "best_undeformed_chamfer": float(scores.undeformed[q].min()),
             "best_deformed_chamfer": float(scores.deformed[q].min()),
         }
-        for q, (row, t) in enumerate(zip(scores.index, selected, strict=True))
+        for q, (row, t) in enumerate(zip(scores.rows, selected, strict=True))
     ]
     write_atomic(folder / "samples.csv", _csv(rows))
     mean_weights = scores.weights.mean(0)

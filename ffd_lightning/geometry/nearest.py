@@ -7,6 +7,7 @@ is 20 times slower there), chunked torch everywhere else.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -77,7 +78,7 @@ class _Nearest(torch.autograd.Function):
     """Nearest neighbours of pairs (a[index_a[p]], b[index_b[p]])."""
 
     @staticmethod
-    def forward(ctx: Any, a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple:  # type: ignore[override]
+    def forward(ctx: Any, a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple:
         search = _search_numba if _on_cpu(a) else _search_torch
         d_ab, i_ab, d_ba, i_ba = search(a.detach(), b.detach(), index_a, index_b)
         ctx.save_for_backward(a, b, index_a, index_b, i_ab, i_ba)
@@ -86,10 +87,11 @@ class _Nearest(torch.autograd.Function):
 
     @staticmethod
     @torch.autograd.function.once_differentiable
-    def backward(ctx: Any, g_ab: Tensor, _i: Tensor, g_ba: Tensor, _j: Tensor) -> tuple:  # type: ignore[override]
-        saved = ctx.saved_tensors
-        gradient = _gradient_numba if _on_cpu(saved[0]) else _gradient_torch
-        return (*gradient(*saved, g_ab, g_ba), None, None)
+    def backward(ctx: Any, g_ab: Tensor, _i: Tensor, g_ba: Tensor, _j: Tensor) -> tuple:
+        a, b, index_a, index_b, i_ab, i_ba = ctx.saved_tensors
+        gradient = _gradient_numba if _on_cpu(a) else _gradient_torch
+        grad_a, grad_b = gradient(a, b, index_a, index_b, i_ab, i_ba, g_ab, g_ba)
+        return grad_a, grad_b, None, None
 
 
 def _on_cpu(points: Tensor) -> bool:
@@ -157,7 +159,7 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="nearest")
 
 
-def _run(function: Any, count: int, *arguments: Any) -> None:
+def _run(function: Callable[..., None], count: int, *arguments: Any) -> None:
     """Call function(*arguments, start, stop) over slices of range(count), one per torch thread.
 
     Threads with the GIL released rather than numba's own: those abort when two callers overlap or
@@ -168,8 +170,9 @@ def _run(function: Any, count: int, *arguments: Any) -> None:
         function(*arguments, 0, count)
         return
     edges = np.linspace(0, count, threads + 1).astype(int)
+    submit = _pool(threads).submit
     jobs = [
-        _pool(threads).submit(function, *arguments, int(start), int(stop))
+        submit(function, *arguments, int(start), int(stop))
         for start, stop in itertools.pairwise(edges)
     ]
     for job in jobs:

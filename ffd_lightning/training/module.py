@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import torch
 from lightning import LightningModule
+from lightning.pytorch.utilities.types import OptimizerConfig, OptimizerLRSchedulerConfig
 from torch import Tensor
 
 from ffd_lightning.config import LearningRateDecay
@@ -61,7 +60,7 @@ class FfdModule(LightningModule):
             prediction, batch.target_points, batch.templates, self.global_step
         )
         terms = {"loss": total.detach(), **terms}
-        self.log_dict({f"train/{k}": v for k, v in terms.items()}, batch_size=len(batch.index))
+        self.log_dict({f"train/{k}": v for k, v in terms.items()}, batch_size=len(batch.rows))
         self.log("chamfer", terms["chamfer"], prog_bar=True, logger=False)
         return total
 
@@ -80,7 +79,7 @@ class FfdModule(LightningModule):
         names = ("chamfer", "undeformed_chamfer", "entropy", "effective_templates")
         self.log_dict({f"val/{n}": summary[n] for n in names}, sync_dist=True)
 
-    def configure_optimizers(self) -> dict[str, Any]:
+    def configure_optimizers(self) -> OptimizerConfig | OptimizerLRSchedulerConfig:
         """Adam, with the chosen decay stepped every batch."""
         optimizer = torch.optim.Adam(self.parameters(), lr=self.learning_rate)
         if self.learning_rate_decay is LearningRateDecay.none:

@@ -21,7 +21,8 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 
-from ffd_lightning.config import TrainConfig, explain, typed_config, validate
+from ffd_lightning.cli import explain
+from ffd_lightning.config import TrainConfig, typed_config, validate
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.sources import build_source
 from ffd_lightning.errors import ConfigError, DataError, UserError
@@ -310,8 +311,8 @@ def _finish(
         data.bank.ids,
         {"seconds_per_step": timer.seconds_per_step},
     )
-    count = min(cfg.callbacks.figure_examples, len(scores.index))
-    rows = scores.index[np.linspace(0, len(scores.index) - 1, count).astype(int)].tolist()
+    count = min(cfg.callbacks.figure_examples, len(scores.rows))
+    rows = scores.rows[np.linspace(0, len(scores.rows) - 1, count).astype(int)].tolist()
     figure = reconstruction_figure(module.network, data.prepared, data.bank, rows, cfg.data.render)
     Image.fromarray(figure).save(run.path / "reconstructions.png")
     writer = tensorboard_writer(trainer)
