@@ -9,12 +9,12 @@ register()
 
 
 @hydra.main(version_base="1.3", config_path="conf", config_name="train")
-def main(cfg: DictConfig) -> None:
+def main(cfg: DictConfig) -> dict[str, float] | None:
     """Hand the composed configuration to the training run."""
     # Imported here so that --help and a typo are answered before torch is loaded.
     from ffd_lightning.training.run import train_job
 
-    train_job(cfg)
+    return train_job(cfg)
 
 
 if __name__ == "__main__":

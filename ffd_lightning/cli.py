@@ -40,11 +40,14 @@ def register() -> None:
     OmegaConf.register_new_resolver("run_suffix", run_suffix, replace=True)
 
 
-def run_app(main: Callable[[], None]) -> None:
+def run_app(main: Callable[[], object]) -> None:
     """Run a Hydra application; show the user's mistakes as one message, exit code 1.
 
     HYDRA_FULL_ERROR=1 shows the traceback instead.
     """
+    # Threads of OpenMP that spin while they wait take the cores from the nearest neighbours' own
+    # threads, and from everything else on a busy machine. Read when torch is loaded.
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     if os.environ.get("HYDRA_FULL_ERROR") == "1":
         main()
         return

@@ -69,7 +69,7 @@ class RunFolder:
         write_atomic(self.path / "status.json", json.dumps(content, indent=2) + "\n")
 
     def lock(self) -> FileLock:
-        """Take the run for this process; freed when the process ends, however it ends.
+        """Take the run for this process (a context manager); freed however the process ends.
 
         Raises:
             ConfigError: another process trains this run.

@@ -25,6 +25,7 @@ from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.splits import Split, split_ids
 from ffd_lightning.data.templates import TemplateBank, choose_templates
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.geometry.lattice import Degrees
 
@@ -86,6 +87,9 @@ class TrainingSteps(Dataset[Batch]):
         num_points: points per cloud.
         seed: decides order, views and points.
         rank, world_size: this device takes every `world_size`-th query of the batch.
+
+    Raises:
+        ConfigError: a batch that cannot be split evenly.
     """
 
     def __init__(
@@ -99,6 +103,10 @@ class TrainingSteps(Dataset[Batch]):
         rank: int = 0,
         world_size: int = 1,
     ) -> None:
+        if batch_size % world_size:
+            raise ConfigError(
+                f"schedule.batch_size={batch_size} cannot be split evenly over {world_size} devices"
+            )
         self.prepared, self.bank, self.rows = prepared, bank, rows
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.rank, self.world_size = rank, world_size

@@ -53,6 +53,7 @@ class Objective:
         target_points: Float[Tensor, "queries num_target 3"],
         templates: TemplateSample,
         step: int,
+        batch_weights: Float[Tensor, "all_queries templates"] | None = None,
     ) -> tuple[Float[Tensor, ""], dict[str, Tensor]]:
         r"""Return the total and its named, unweighted terms.
 
@@ -66,6 +67,8 @@ class Objective:
             target_points: ground truth clouds, (q, N', 3).
             templates: decomposed template points.
             step: index of the batch, for the annealing.
+            batch_weights: weights of the whole batch, (Q, T), where its queries are split over
+                devices; the prediction's own by default. Only the entropy needs them.
 
         Returns:
             The total, and the terms `weighted_chamfer` (summed over queries), `entropy` (of the
@@ -78,7 +81,7 @@ class Objective:
         pred_points = deform(*templates, prediction.offsets)
         chamfer = chamfer_distance(pred_points, target_points[:, None])
         weighted_chamfer = (weight_function(weights, self.weighting) * chamfer).sum()
-        spread = negative_entropy(weights)
+        spread = negative_entropy(weights if batch_weights is None else batch_weights)
         penalty = offset_penalty(weights, prediction.offsets)
         fade = exponential_annealing(step, self.annealing_steps)
         total = (

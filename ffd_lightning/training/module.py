@@ -57,12 +57,25 @@ class FfdModule(LightningModule):
         """Return the objective's total."""
         prediction = self.network(batch.images)
         total, terms = self.objective(
-            prediction, batch.target_points, batch.templates, self.global_step
+            prediction,
+            batch.target_points,
+            batch.templates,
+            self.global_step,
+            self._batch_weights(prediction.template_weights),
         )
         terms = {"loss": total.detach(), **terms}
         self.log_dict({f"train/{k}": v for k, v in terms.items()}, batch_size=len(batch.rows))
         self.log("chamfer", terms["chamfer"], prog_bar=True, logger=False)
-        return total
+        # Devices average their gradients; the paper sums over the queries of the batch.
+        return total * self.trainer.world_size
+
+    def _batch_weights(self, weights: Tensor) -> Tensor:
+        """Return the weights of all devices' queries, (Q, T); gradients flow to this device's."""
+        if self.trainer.world_size == 1:
+            return weights
+        gathered = torch.as_tensor(self.all_gather(weights.detach()))
+        gathered[self.global_rank] = weights
+        return gathered.flatten(0, 1)
 
     def validation_step(self, batch: Batch, batch_idx: int) -> None:
         """Score the templates of each query."""

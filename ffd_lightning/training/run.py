@@ -17,6 +17,7 @@ from hydra.types import RunMode
 from lightning import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.loggers import TensorBoardLogger
+from lightning.pytorch.utilities import rank_zero_only
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
@@ -54,16 +55,21 @@ def train_job(cfg: DictConfig) -> dict[str, float] | None:
     """
     hydra = HydraConfig.get()
     run = RunFolder(Path(hydra.runtime.output_dir))
+    sweep = hydra.mode is RunMode.MULTIRUN
     try:
-        return train(typed_config(cfg), run)
+        config = typed_config(cfg)
+        if sweep and config.trainer.strategy.startswith("ddp"):
+            # Lightning would start the whole sweep again in every further process.
+            raise ConfigError("trainer=ddp does not work with -m: start its runs one by one")
+        return train(config, run)
     except (UserError, OmegaConfBaseException) as error:
         reason = explain(error)
-        if hydra.mode is not RunMode.MULTIRUN:
+        if not sweep:
             # Not as an exception: Hydra would put a line of its own above it.
             sys.exit(f"error: {reason}")
         log.error("%s failed: %s", run.path, reason)
     except Exception:
-        if hydra.mode is not RunMode.MULTIRUN:
+        if not sweep:
             raise
         log.exception("%s failed", run.path)
     return None
@@ -77,29 +83,30 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         run: where everything is written.
 
     Returns:
-        The summary of the evaluation; read back if the run is finished already.
+        The summary of the evaluation; read back if the run is finished already; {} in further
+        processes of a distributed run.
 
     Raises:
         ConfigError: settings that cannot work, or a folder that holds a run with other settings.
         DataError: data that is missing or damaged.
     """
     validate(cfg)
-    lock = run.lock()
-    try:
+    if getattr(rank_zero_only, "rank", 0) != 0:
+        return _train(cfg, run)
+    with run.lock():
         check_folder(cfg, run)
         if run.finished:
             log.info("%s is finished already; restart=true would train it again", run.path)
             return dict(run.status["summary"])
-        run.set_status("running", step=0, steps=cfg.schedule.steps)
-        summary = _train(cfg, run)
+        run.set_status("running", steps=cfg.schedule.steps)
+        try:
+            summary = _train(cfg, run)
+        except Exception as error:
+            name = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
+            run.set_status("failed", reason=f"{name}{error}")
+            raise
         run.set_status("finished", steps=cfg.schedule.steps, protocol=PROTOCOL, summary=summary)
         return summary
-    except BaseException as error:
-        if not isinstance(error, KeyboardInterrupt) and not isinstance(error, ConfigError):
-            run.set_status("failed", reason=f"{type(error).__name__}: {error}")
-        raise
-    finally:
-        lock.release()
 
 
 def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
@@ -230,9 +237,13 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
         warnings.filterwarnings("ignore", ".*LeafSpec.*")
         trainer = _trainer(cfg, run, done, timer)
-        trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
-    if trainer.interrupted:
-        raise KeyboardInterrupt
+        try:
+            trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
+        except SystemExit:
+            # Lightning turns Ctrl-C into an exit; the entry script says how to go on.
+            raise KeyboardInterrupt from None
+    if not trainer.is_global_zero:
+        return {}
     return _finish(cfg, run, data, module, trainer, timer)
 
 
