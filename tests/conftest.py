@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import jaxtyping
 import pytest
 import torch
 from hydra import compose, initialize_config_dir
@@ -38,6 +39,14 @@ TINY = (
 def _few_threads():
     """Two threads at most: the suite runs in parallel."""
     torch.set_num_threads(min(2, torch.get_num_threads()))
+
+
+@pytest.fixture()
+def unchecked():
+    """Switch the checks of shapes off, to see what users see, who run without them."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 @pytest.fixture(scope="session")

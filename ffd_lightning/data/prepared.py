@@ -16,7 +16,12 @@ from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.errors import DataError
 
 MANIFEST = "manifest.json"
+REJECTED = "rejected.csv"
 UNKNOWN_PART = 255
+_REQUIRED = {
+    *("images", "points", "face_ids", "vertices", "faces", "face_colors", "mesh_offsets"),
+}
+_PER_MODEL = ("images", "points", "face_ids", "point_parts")
 
 
 def file_digest(path: Path) -> str:
@@ -55,20 +60,28 @@ class PreparedSet:
         Raises:
             DataError: a file is missing or damaged; the message names it and how to rebuild.
         """
+        file = path / MANIFEST
         try:
-            manifest = json.loads((path / MANIFEST).read_text(encoding="utf-8"))
-            files = manifest["files"]
-        except (OSError, ValueError, KeyError) as error:
-            raise _damaged(path, path / MANIFEST, str(error)) from None
-        arrays = {name: _open_array(path, name, facts) for name, facts in files.items()}
-        return cls(
-            path,
-            manifest,
-            tuple(manifest["ids"]),
-            tuple(manifest["families"]),
-            tuple(manifest["part_names"]),
-            arrays,
-        )
+            manifest = json.loads(file.read_text(encoding="utf-8"))
+            ids, families, part_names = (
+                tuple(manifest[key]) for key in ("ids", "families", "part_names")
+            )
+            missing = sorted(_REQUIRED - set(manifest["files"]))
+            if missing:
+                raise ValueError(f"it does not list {', '.join(missing)}")
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise _damaged(path, file, f"{type(error).__name__}: {error}") from None
+        arrays = {name: _open_array(path, name, facts) for name, facts in manifest["files"].items()}
+        for name in _PER_MODEL:
+            if name in arrays and len(arrays[name]) != len(ids):
+                raise _damaged(path, path / f"{name}.npy", f"{len(ids)} models are listed")
+        if not (path / REJECTED).is_file():
+            raise _damaged(path, path / REJECTED, "it is missing")
+        return cls(path, manifest, ids, families, part_names, arrays)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Another process maps the files itself: a memory map would travel as a copy of them all.
+        return PreparedSet.open, (self.path,)
 
     def __len__(self) -> int:
         return len(self.ids)

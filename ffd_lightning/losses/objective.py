@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import torch
 from jaxtyping import Float
@@ -17,6 +17,7 @@ from ffd_lightning.losses.regularizers import negative_entropy, offset_penalty
 from ffd_lightning.losses.weighting import weight_function
 
 
+@runtime_checkable
 class Prediction(Protocol):
     """What the objective reads of a network's output."""
 

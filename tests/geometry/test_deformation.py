@@ -102,7 +102,7 @@ def test_broadcasts_over_queries_and_templates():
     torch.testing.assert_close(deform(matrix, control, offsets[0, 0]), result[0, 0])
 
 
-def test_mismatched_shapes_are_named():
+def test_mismatched_shapes_are_named(unchecked):
     points = cloud(5)
     lattice = Lattice.bounding(points)
     matrix = deformation_matrix(points, lattice)

@@ -80,7 +80,7 @@ def test_flat_box_contains_only_its_plane():
         (torch.tensor([0, 0, torch.nan]), torch.eye(3), (3, 3, 3), "finite"),
     ],
 )
-def test_refuses_what_is_no_box(origin, axes, degrees, match):
+def test_refuses_what_is_no_box(unchecked, origin, axes, degrees, match):
     with pytest.raises(ValueError, match=match):
         Lattice(origin, axes, degrees)
 

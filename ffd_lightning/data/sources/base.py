@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from ffd_lightning.data.mesh import Mesh
 
@@ -21,6 +21,7 @@ class SourceModel:
     family: str = ""
 
 
+@runtime_checkable
 class Source(Protocol):
     """Models by category and id. Picklable, so that worker processes can hold one each."""
 

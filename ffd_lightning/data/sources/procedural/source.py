@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import importlib
+import importlib.util
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -68,13 +69,21 @@ class ProceduralSource:
         }
 
 
+def families(category: str) -> tuple[str, ...]:
+    """Return the structural families of a category.
+
+    Raises:
+        DataError: no generator for the category.
+    """
+    return tuple(_generator(category).FAMILIES)
+
+
 def _generator(category: str) -> ModuleType:
     """Import a category's module: it has PARTS and FAMILIES."""
-    if category not in SYNSETS:
-        raise DataError(
-            f"there are no procedural models of {category!r}, only of: {', '.join(SYNSETS)}"
-        )
-    return importlib.import_module(f"ffd_lightning.data.sources.procedural.{category}")
+    there = [name for name in SYNSETS if importlib.util.find_spec(f"{__package__}.{name}")]
+    if category not in there:
+        raise DataError(f"no procedural models of {category!r}, only of: {', '.join(there)}")
+    return importlib.import_module(f"{__package__}.{category}")
 
 
 def _in_order(mesh: Mesh, generator: ModuleType) -> Mesh:
