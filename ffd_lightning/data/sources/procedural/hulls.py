@@ -26,6 +26,11 @@ _COLORS = {
 }
 
 
+def vec(x: float, y: float, z: float) -> Array:
+    """Return a point or a shift as an array."""
+    return np.array([x, y, z])
+
+
 def tint(rng: np.random.Generator, *names: str) -> Material:
     """Draw one of the named colours, a little off its usual tone."""
     color = np.array(_COLORS[names[int(rng.integers(len(names)))]])
@@ -163,8 +168,8 @@ def bulwark(
         for t in span[0] + (span[1] - span[0]) * stations():
             inset = min(thickness, 0.6 * hull.half(t))
             outer, inner = hull.edge(t, side, -0.003), hull.edge(t, side, inset)
-            rings.append([p + (0, y, 0) for p, y in
-                          ((outer, low), (outer, height), (inner, height), (inner, low))])  # fmt: skip
+            corners = ((outer, low), (outer, height), (inner, height), (inner, low))
+            rings.append([point + vec(0, y, 0) for point, y in corners])
         b.loft(part, material, rings)
 
 
@@ -177,12 +182,12 @@ def railing(
     for side in (-1, 1):
         feet = np.array([hull.edge(t, side, 0.015) for t in ts])
         for foot in feet:
-            b.cylinder("rail", material, foot, foot + (0, height, 0), radius, segments=6)
+            b.cylinder("rail", material, foot, foot + vec(0, height, 0), radius, segments=6)
         for level in (0.55 * height, height):
-            b.tube("rail", material, feet + (0, level, 0), radius, 6)
+            b.tube("rail", material, feet + vec(0, level, 0), radius, 6)
     if span[0] < 0.1:
         ends = [hull.edge(ts[0], side, 0.015, height) for side in (-1, 1)]
-        b.cylinder("rail", material, *ends, radius, segments=6)
+        b.cylinder("rail", material, ends[0], ends[1], radius, segments=6)
 
 
 def _ring(width: float, z: Span, y: float, chamfer: float) -> Array:
@@ -241,7 +246,7 @@ def add_house(
         low, high = house.ring(band[0], 0.003), house.ring(band[1], 0.003)
         start, end = low[0, 2] + 0.02, low[3, 2] - 0.01
         tall = high[0, 1] - low[0, 1]
-        count = max(1, int((end - start) / (1.3 * tall)))
+        count = min(max(1, int((end - start) / (1.3 * tall))), 20)
         pitch = (end - start) / count
         size = (high[1, 0] - high[6, 0], 0.9 * tall, 0.62 * pitch)
         for i in range(count):
@@ -254,7 +259,7 @@ def add_house(
         raise ValueError(f"unknown windows {windows!r}")
     if roof > 0:
         top = house.ring(1, roof)
-        b.loft("cabin", wall, [top, top + (0, 0.012, 0)])
+        b.loft("cabin", wall, [top, top + vec(0, 0.012, 0)])
 
 
 def funnel(
@@ -278,13 +283,13 @@ def funnel(
 def mast(b: Builder, material: Material, foot: Array, height: float, arms: int) -> None:
     """Add a signal mast: a pole with `arms` cross-bars and a radar bar."""
     radius = 0.012
-    top = foot + (0, height, 0)
+    top = foot + vec(0, height, 0)
     b.cylinder("mast", material, foot, top, radius, 0.5 * radius, 8)
     for i in range(arms):
-        at = foot + (0, height * (0.55 + 0.35 * i / max(arms, 1)), 0)
+        at = foot + vec(0, height * (0.55 + 0.35 * i / max(arms, 1)), 0)
         reach = (0.16 - 0.03 * i) * height / 0.3
-        ends = (at - (0.5 * reach, 0, 0), at + (0.5 * reach, 0, 0))
+        ends = (at - vec(0.5 * reach, 0, 0), at + vec(0.5 * reach, 0, 0))
         b.cylinder("mast", material, *ends, 0.5 * radius, segments=6)
-    radar = foot + (0, 0.45 * height, -0.025)
+    radar = foot + vec(0, 0.45 * height, -0.025)
     b.box("mast", material, radar, (0.07, 0.016, 0.014))
-    b.box("mast", material, radar + (0, -0.012, 0.012), (0.015, 0.012, 0.03))
+    b.box("mast", material, radar + vec(0, -0.012, 0.012), (0.015, 0.012, 0.03))

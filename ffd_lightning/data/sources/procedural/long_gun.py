@@ -195,54 +195,36 @@ def submachine_gun(rng: np.random.Generator) -> Builder:
         end = length + reach + 0.02
     barrel(b, steel, length - 0.01, end, 0.0, rng.uniform(0.01, 0.015))
     muzzle(b, rng, BLACK, end, 0.0)
-    central = rng.random() < 0.35
+    central = rng.random() < 0.35  # the magazine goes through the grip
     hold = 0.5 * length if central else rng.uniform(0.05, 0.09)
-    grip(
-        b,
-        furniture,
-        (hold, low + 0.015),
-        rng.uniform(0.1, 0.13),
-        rng.uniform(0, 5) if central else rng.uniform(8, 22),
-        0.05,
-        0.036,
-    )
+    rake = rng.uniform(0, 5) if central else rng.uniform(8, 22)
+    grip(b, furniture, (hold, low + 0.015), rng.uniform(0.1, 0.13), rake, 0.05, 0.036)
     trigger(b, steel, hold + 0.018, hold + 0.09, low + 0.003, 0.04, 0.014)
-    well = hold if central else rng.uniform(hold + 0.13, length - 0.03)
-    if not central and rng.random() < 0.25:
+    if central:
+        magazine(b, IRON, (hold, low + 0.02), rng.uniform(0.16, 0.27), 0.036, 0.025)
+    else:
+        _forward_feed(b, rng, steel, rng.uniform(hold + 0.13, length - 0.03), low)
+        if rng.random() < 0.35:
+            grip(b, furniture, (length - 0.01, low + 0.01), 0.09, -4, 0.035, 0.03)
+    iron_sights(b, steel, 0.05, length - 0.03, high - 0.003, 0.016)
+    handle = at(0.4 * length, 0.2 * tall)
+    b.cylinder("body", steel, handle, handle + np.array([0.8 * wide, 0, 0]), 0.007)
+    kinds = {"solid": 0.2, "wire": 0.4, "frame": 0.25, "tube": 0.15}
+    buttstock(b, rng, furniture, 0.0, (low, high), kinds)
+    return b
+
+
+def _forward_feed(
+    b: Builder, rng: np.random.Generator, steel: Material, well: float, low: float
+) -> None:
+    """Add a drum or a straight or curved stick below a receiver's underside at `low`."""
+    if rng.random() < 0.25:
         radius = rng.uniform(0.06, 0.08)
         drum(b, steel, (well, low - 0.75 * radius), radius, 0.06)
-    else:
-        stick = rng.uniform(0.16, 0.27)
-        curl = rng.uniform(10, 30) if not central and rng.random() < 0.4 else 0.0
-        magazine(
-            b,
-            IRON,
-            (well, low + 0.02),
-            stick,
-            0.036,
-            0.025,
-            rng.uniform(0, 8) * (not central),
-            curl,
-        )
-    if not central and rng.random() < 0.35:
-        grip(b, furniture, (length - 0.01, low + 0.01), 0.09, -4, 0.035, 0.03)
-    iron_sights(b, steel, 0.05, length - 0.03, high - 0.003, 0.016)
-    b.cylinder(
-        "body",
-        steel,
-        at(0.4 * length, 0.2 * tall, 0),
-        at(0.4 * length, 0.2 * tall, 0.8 * wide),
-        0.007,
-    )
-    buttstock(
-        b,
-        rng,
-        furniture,
-        0.0,
-        (low, high),
-        {"solid": 0.2, "wire": 0.4, "frame": 0.25, "tube": 0.15},
-    )
-    return b
+        return
+    curl = rng.uniform(10, 30) if rng.random() < 0.4 else 0.0
+    length, lean = rng.uniform(0.16, 0.27), rng.uniform(0, 8)
+    magazine(b, IRON, (well, low + 0.02), length, 0.036, 0.025, lean, curl)
 
 
 def machine_gun(rng: np.random.Generator) -> Builder:

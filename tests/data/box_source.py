@@ -1,0 +1,85 @@
+"""A source of boxes, one of them broken in a way of choice; imported by worker processes too."""
+
+import os
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ffd_lightning.config import RenderConfig
+from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.sources.procedural.shapes import Builder, Material
+from ffd_lightning.errors import RejectedModelError
+
+RENDER = RenderConfig(height=24, width=32, azimuths=[0.0, 90.0], samples=1)
+
+
+@dataclass(frozen=True)
+class BoxSource:
+    """Boxes `b00`, `b01` and so on; every load is written to `log` as "id pid"."""
+
+    count: int
+    log: Path
+    faults: dict[str, str] = field(default_factory=dict)
+    gate: Path | None = None
+    version: int = 0
+
+    def model_ids(self, category):
+        return [f"b{i:02d}" for i in range(self.count)]
+
+    def fingerprint(self, category):
+        return {"version": self.version}
+
+    def load(self, category, model_id):
+        with self.log.open("a") as file:
+            file.write(f"{model_id} {os.getpid()}\n")
+        while self.gate is not None and model_id > "b03" and not self.gate.exists():
+            time.sleep(0.02)
+        fault = self.faults.get(model_id)
+        if fault == "reject":
+            raise RejectedModelError("it is\nno box")
+        if fault == "raise":
+            raise ZeroDivisionError("bad box")
+        if fault == "oserror":
+            raise FileNotFoundError("box.png")
+        if fault == "exit":
+            os._exit(3)
+        return SourceModel(box_mesh(int(model_id[1:])), ("plain", "wooden")[int(model_id[1:]) % 2])
+
+
+def box_mesh(number):
+    """Two stacked boxes; those of odd numbers are textured."""
+    b = Builder()
+    material = Material((0.2, 0.5, 0.1 + 0.05 * number), "wood" if number % 2 else "")
+    b.box("lid", material, (0, 1, 0), (1, 0.5, 1))
+    b.box("body", material, (0, 0, 0), (1 + number, 1.5, 1))
+    return b.mesh()
+
+
+def prepare_boxes(source, root, workers=2, num_points=32, render=RENDER):
+    return prepare(
+        source, "box", num_points=num_points, render=render, root=Path(root), workers=workers
+    )
+
+
+def loads(log):
+    """Return the ids in the order in which they were loaded, and the pids that did it."""
+    if not log.exists():
+        return [], set()
+    lines = [line.split() for line in log.read_text().splitlines()]
+    return [line[0] for line in lines], {int(line[1]) for line in lines}
+
+
+def contents(folder):
+    """Return the bytes of every file of a prepared set."""
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+def planes(vertices, faces, points, face_ids):
+    """Return how far each point is from the plane of its face."""
+    corners = vertices[faces[face_ids]]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.einsum("ij,ij->i", points - corners[:, 0], normals)

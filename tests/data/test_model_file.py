@@ -1,0 +1,104 @@
+import zipfile
+
+import numpy as np
+import pytest
+from box_source import RENDER, BoxSource, box_mesh
+
+from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.model_file import Recipe, is_done, make_model, reject
+from ffd_lightning.data.sources.base import SourceModel
+
+
+class MeshSource:
+    """One mesh, whatever is asked for."""
+
+    def __init__(self, mesh):
+        self.mesh = mesh
+
+    def load(self, category, model_id):
+        return SourceModel(self.mesh)
+
+
+def recipe(folder, source):
+    return Recipe(source, "box", 40, RENDER, folder)
+
+
+def read(recipe, model_id):
+    make_model(recipe, model_id)
+    with np.load(recipe.file(model_id), allow_pickle=False) as arrays:
+        return dict(arrays)
+
+
+def test_a_sample_depends_on_category_and_id_only(tmp_path):
+    source = MeshSource(box_mesh(0))
+    one, other = (read(recipe(tmp_path, source), i)["points"] for i in ("a", "b"))
+    assert not np.array_equal(one, other)
+    (tmp_path / "new").mkdir()
+    np.testing.assert_array_equal(read(recipe(tmp_path / "new", source), "a")["points"], one)
+
+
+def test_odd_ids_do_not_leave_the_folder(tmp_path):
+    folder = tmp_path / "work"
+    folder.mkdir()
+    read(recipe(folder, MeshSource(box_mesh(0))), "../a/b: ü" + 300 * "x")
+    assert len(list(folder.iterdir())) == 1
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_mean_of_the_texture_replaces_it(tmp_path):
+    """Left half red, right half blue: faces in one half, the other, and across both."""
+    texture = np.zeros((4, 8, 4), np.uint8)
+    texture[..., 3] = 255
+    texture[:, :4, 0] = texture[:, 4:, 2] = 200
+    uv = np.array([(0.1, 0.2), (0.4, 0.2), (0.2, 0.8)])
+    mesh = Mesh(
+        vertices=np.eye(3),
+        faces=np.array([[0, 1, 2]] * 4),
+        face_colors=np.full((4, 4), 77, np.uint8),
+        textures=(texture,),
+        face_textures=np.array([0, 0, 0, -1], np.int16),
+        face_uvs=np.stack([uv, uv + (0.5, 0), [(0, 0.5), (1, 0.2), (0.5, 0.9)], uv]).astype("f4"),
+    )
+    colors = read(recipe(tmp_path, MeshSource(mesh)), "a")["face_colors"]
+    np.testing.assert_array_equal(colors[[0, 1, 3]], [(200, 0, 0, 255), (0, 0, 200, 255), [77] * 4])
+    assert colors[2, 0] + colors[2, 2] == pytest.approx(200, abs=1)
+    assert abs(int(colors[2, 0]) - int(colors[2, 2])) < 60
+
+
+def test_unknown_parts(tmp_path):
+    mesh = Mesh(np.eye(3), np.array([[0, 1, 2]]), np.full((1, 4), 255, np.uint8))
+    arrays = read(recipe(tmp_path, MeshSource(mesh)), "a")
+    assert set(arrays["point_parts"]) == {255}
+    assert arrays["part_names"].tolist() == []
+
+
+def test_a_mesh_without_area_is_rejected_with_the_reason(tmp_path):
+    mesh = Mesh(np.eye(3), np.array([[0, 1, 1]]), np.full((1, 4), 255, np.uint8))
+    flat = recipe(tmp_path, MeshSource(mesh))
+    make_model(flat, "a")
+    assert "no area" in flat.rejection("a").read_text()
+    assert is_done(flat, "a")
+
+
+def test_is_done_takes_whole_files_only(tmp_path):
+    made = recipe(tmp_path, BoxSource(1, tmp_path / "log"))
+    assert not is_done(made, "b00")
+    make_model(made, "b00")
+    assert is_done(made, "b00")
+    whole = made.file("b00").read_bytes()
+    at = whole.index(b"images.npy") + 400  # within the stored pixels
+    for broken in (
+        b"",
+        whole[:100],
+        whole[:-1],
+        bytes(len(whole)),
+        whole[:at] + b"?" + whole[at + 1 :],
+    ):
+        made.file("b00").write_bytes(broken)
+        assert not is_done(made, "b00")
+        assert not made.file("b00").exists()
+    with zipfile.ZipFile(made.file("b00"), "w") as archive:
+        archive.writestr("images.npy", b"")
+    assert not is_done(made, "b00"), "not all arrays are in it"
+    reject(made, "b00", "no box")
+    assert is_done(made, "b00")

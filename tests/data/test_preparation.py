@@ -1,0 +1,219 @@
+import csv
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from box_source import RENDER, BoxSource, contents, loads, prepare_boxes
+
+from ffd_lightning.errors import DataError
+
+COUNT = 10
+SCRIPT = """
+import sys
+from pathlib import Path
+sys.path.insert(0, {tests!r})
+from box_source import BoxSource, prepare_boxes
+gate = Path({gate!r}) if {gate!r} else None
+prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r}, num_points={num_points})
+"""
+
+
+def start(root, log, gate="", num_points=32, **kwargs):
+    """Prepare boxes in another process."""
+    script = SCRIPT.format(
+        tests=str(Path(__file__).parent),
+        count=COUNT,
+        gate=str(gate),
+        log=str(log),
+        root=str(root),
+        num_points=num_points,
+    )
+    return subprocess.Popen(
+        [sys.executable, "-c", script], stderr=subprocess.PIPE, text=True, **kwargs
+    )
+
+
+def wait_for(condition):
+    """Poll; the limit only ends a test that would hang."""
+    end = time.monotonic() + 120
+    while not condition():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.02)
+
+
+def gone(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except (FileNotFoundError, ProcessLookupError):
+        return True
+    return state == "Z"
+
+
+def partial_files(root):
+    return list((root / "prepared").glob(".box-*.partial/*.npz"))
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    root = tmp_path_factory.mktemp("undisturbed")
+    return prepare_boxes(BoxSource(COUNT, root / "log"), root, workers=2)
+
+
+def test_one_worker_gives_the_same_bytes_as_two(undisturbed, tmp_path):
+    alone = prepare_boxes(BoxSource(COUNT, tmp_path / "log"), tmp_path, workers=1)
+    assert contents(alone.path) == contents(undisturbed.path)
+
+
+def test_a_prepared_set_is_opened_without_loading_any_model(undisturbed, tmp_path):
+    root = undisturbed.path.parent.parent
+    again = prepare_boxes(BoxSource(COUNT, tmp_path / "log"), root)
+    assert again.path == undisturbed.path
+    assert loads(tmp_path / "log") == ([], set())
+
+
+def test_nothing_but_the_set_and_its_lock_is_left(undisturbed):
+    left = {path.name for path in undisturbed.path.parent.iterdir()}
+    assert left == {undisturbed.path.name, f".{undisturbed.path.name}.lock"}
+
+
+def test_kill_9_and_resume(undisturbed, tmp_path):
+    log, gate = tmp_path / "log", tmp_path / "gate"
+    process = start(tmp_path, log, gate)  # it can finish four models and no more
+    wait_for(lambda: len(partial_files(tmp_path)) == 4 and len(loads(log)[0]) == 6)
+    process.kill()
+    process.communicate()
+    ids, pids = loads(log)
+    wait_for(lambda: all(gone(pid) for pid in pids))
+
+    damaged = sorted(partial_files(tmp_path))
+    damaged[0].write_bytes(damaged[0].read_bytes()[:-40])  # cut off
+    flipped = bytearray(damaged[1].read_bytes())
+    flipped[len(flipped) // 3] ^= 1
+    damaged[1].write_bytes(flipped)
+    log.unlink()
+    resumed = prepare_boxes(BoxSource(COUNT, log), tmp_path)
+    assert contents(resumed.path) == contents(undisturbed.path)
+    again = loads(log)[0]
+    assert len(again) == len(set(again)) == COUNT - 2, "four were done, two of them damaged"
+    assert len(set(again) & set(ids[:4])) == 2
+
+
+def test_two_processes_prepare_one_set(undisturbed, tmp_path):
+    log, gate = tmp_path / "log", tmp_path / "gate"
+    first = start(tmp_path, log, gate)
+    wait_for(lambda: loads(log)[0])
+    second = start(tmp_path, log, gate)
+    assert "waiting" in second.stderr.readline()
+    gate.touch()
+    for process in (first, second):
+        process.communicate()
+        assert process.returncode == 0
+    assert sorted(loads(log)[0]) == list(undisturbed.ids), "each loaded once"
+    assert contents(tmp_path / "prepared" / undisturbed.path.name) == contents(undisturbed.path)
+
+
+def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(tmp_path):
+    log = tmp_path / "log"
+    process = start(tmp_path, log, tmp_path / "never")
+    wait_for(lambda: len(loads(log)[0]) == 6)  # both workers are stuck in a model
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate()
+    assert process.returncode != 0
+    assert "the same command continues" in said
+    assert all(gone(pid) for pid in loads(log)[1])
+    assert len(partial_files(tmp_path)) == 4
+
+
+def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
+    faults = {"b01": "reject", "b02": "raise", "b04": "exit", "b05": "oserror"}
+    got = prepare_boxes(BoxSource(COUNT, tmp_path / "log", faults), tmp_path)
+    rows = list(csv.reader((got.path / "rejected.csv").open(newline="")))
+    assert rows == [
+        ["id", "reason"],
+        ["b01", "it is no box"],
+        ["b02", "ZeroDivisionError: bad box"],
+        ["b04", "its worker process died (out of memory?)"],
+        ["b05", "FileNotFoundError: box.png"],
+    ]
+    assert got.ids == tuple(i for i in undisturbed.ids if i not in faults)
+    assert got.manifest["rejected"] == 4
+    np.testing.assert_array_equal(
+        got.points, undisturbed.points[[undisturbed.index(i) for i in got.ids]]
+    )
+    summary = capfd.readouterr().err.splitlines()[-1]
+    assert f"prepared {COUNT - 4} models" in summary
+    assert "rejected 4 (b01: it is no box" in summary
+    assert str(got.path / "rejected.csv") in summary
+
+
+def test_all_rejected_names_reasons_and_tries_again(tmp_path):
+    faults = {"b00": "reject", "b01": "raise"}
+    with pytest.raises(DataError, match=r"all 2 are rejected \(b00: it is no box; b01: Zero"):
+        prepare_boxes(BoxSource(2, tmp_path / "log", faults), tmp_path, workers=1)
+    assert len(prepare_boxes(BoxSource(2, tmp_path / "log"), tmp_path, workers=1)) == 2
+
+
+def test_no_models(tmp_path):
+    with pytest.raises(DataError, match="no usable model of box: there are none"):
+        prepare_boxes(BoxSource(0, tmp_path / "log"), tmp_path)
+
+
+def test_unwritable_root(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match=r"cannot prepare .*paths\.data"):
+        prepare_boxes(BoxSource(2, tmp_path / "log"), tmp_path / "file")
+
+
+@pytest.mark.parametrize("limit", [2000, 20000], ids=["a model", "the arrays"])
+def test_full_disk(tmp_path, limit):
+    """A limit on the size of files stands in for a full disk: writing fails half-way."""
+    process = start(
+        tmp_path,
+        tmp_path / "log",
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    _, said = process.communicate()
+    assert process.returncode == 1
+    assert "DataError: cannot prepare" in said
+    assert not list((tmp_path / "prepared").glob("box-*"))
+    assert len(prepare_boxes(BoxSource(COUNT, tmp_path / "log"), tmp_path)) == COUNT
+
+
+def test_a_source_that_workers_cannot_import(tmp_path, monkeypatch):
+    class Local(BoxSource):
+        pass
+
+    Local.__qualname__ = "NotThere"
+    Local.__module__ = "box_source"
+    monkeypatch.setattr("box_source.NotThere", Local, raising=False)
+    with pytest.raises(DataError, match="worker processes end as soon as they start"):
+        prepare_boxes(Local(2, tmp_path / "log"), tmp_path, workers=1)
+
+
+def test_the_folder_depends_on_every_setting(undisturbed, tmp_path):
+    log = tmp_path / "log"
+    paths = {
+        prepare_boxes(source, tmp_path, workers=1, **settings).path.name
+        for source, settings in (
+            (BoxSource(1, log), {}),
+            (BoxSource(1, log, version=1), {}),
+            (BoxSource(1, log), {"num_points": 33}),
+            (BoxSource(1, log), {"render": replace(RENDER, elevation=10.0)}),
+        )
+    }
+    assert len(paths) == 4
+
+
+def test_environment_is_left_alone(undisturbed, tmp_path, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    prepare_boxes(BoxSource(1, tmp_path / "log"), tmp_path, workers=1)
+    assert os.environ["OMP_NUM_THREADS"] == "7"
+    assert "MKL_NUM_THREADS" not in os.environ
