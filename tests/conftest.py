@@ -41,7 +41,7 @@ def _few_threads():
     torch.set_num_threads(min(2, torch.get_num_threads()))
 
 
-@pytest.fixture()
+@pytest.fixture
 def unchecked():
     """Switch the checks of shapes off, to see what users see, who run without them."""
     jaxtyping.config.update("jaxtyping_disable", True)

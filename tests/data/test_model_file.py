@@ -57,7 +57,9 @@ def test_mean_of_the_texture_replaces_it(tmp_path):
         face_colors=np.full((4, 4), 77, np.uint8),
         textures=(texture,),
         face_textures=np.array([0, 0, 0, -1], np.int16),
-        face_uvs=np.stack([uv, uv + (0.5, 0), [(0, 0.5), (1, 0.2), (0.5, 0.9)], uv]).astype("f4"),
+        face_uvs=np.stack(
+            [uv, uv + np.array([0.5, 0]), [(0, 0.5), (1, 0.2), (0.5, 0.9)], uv]
+        ).astype("f4"),
     )
     colors = read(recipe(tmp_path, MeshSource(mesh)), "a")["face_colors"]
     np.testing.assert_array_equal(colors[[0, 1, 3]], [(200, 0, 0, 255), (0, 0, 200, 255), [77] * 4])

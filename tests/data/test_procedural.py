@@ -14,7 +14,7 @@ from ffd_lightning.errors import DataError, RejectedModelError
 PACKAGE = "ffd_lightning.data.sources.procedural"
 CATEGORIES = [name for name in SYNSETS if importlib.util.find_spec(f"{PACKAGE}.{name}")]
 COUNT = 40
-FACES = (12, 30_000)
+FACES = (100, 10_000)
 
 pytestmark = pytest.mark.parametrize("category", CATEGORIES)
 

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import UP, beam, bend, draw, lean, sheet
+from ffd_lightning.data.sources.procedural.furniture import UP, beam, bend, draw, lean
 from ffd_lightning.data.sources.procedural.shapes import (
     Array,
     Builder,
-    Family,
     Material,
     pick_material,
     rotation,
@@ -129,9 +128,7 @@ def _add_back(b: Builder, rng: np.random.Generator, case: Case, panel: Panel) ->
     rows.append((0.9 * waist, 0.36 * t + deep, shift))
     flat = np.array([(0.5, 0.46), (0.46, 0.5), (-0.46, 0.5), (-0.5, 0.46)])
     outline = np.concatenate([flat, -flat])
-    rings = [
-        [panel.at(s * x, s * y + o * (1 - s), z) for x, y in outline] for s, z, o in rows
-    ]
+    rings = [[panel.at(s * x, s * y + o * (1 - s), z) for x, y in outline] for s, z, o in rows]
     b.loft("back", case.back, rings)
     for i in range(int(rng.integers(0, 7))):
         slit = (0.5 * waist * w, 0.012 * h, 0.02 * t)

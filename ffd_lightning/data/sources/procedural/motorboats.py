@@ -127,12 +127,15 @@ def _console(
     b.rounded_box("cabin", wall, (0, roof, z + 0.12), (1.25 * wide, 0.024, 0.3), 0.04)
 
 
-def _seat(b: Builder, cover: Material, at: tuple[float, float, float], width: float) -> None:
-    """Add a seat that faces the bow."""
-    middle = np.array(at)
-    b.rounded_box("seat", cover, middle + vec(0, 0.025, 0), (width, 0.05, 0.1), 0.02)
-    turn = rotation((1, 0, 0), 10)
-    b.rounded_box("seat", cover, middle + vec(0, 0.07, 0.05), (width, 0.1, 0.03), 0.012, turn=turn)
+def _seat(
+    b: Builder, cover: Material, at: tuple[float, float, float], width: float, size: float = 1.0
+) -> None:
+    """Add a seat that faces the bow; `size` scales its height and depth."""
+    middle, turn = np.array(at), rotation((1, 0, 0), 10)
+    low, back = (width, 0.05 * size, 0.1 * size), (width, 0.1 * size, 0.03 * size)
+    place = middle + size * vec(0, 0.07, 0.05)
+    b.rounded_box("seat", cover, middle + vec(0, 0.025 * size, 0), low, 0.02, segments=2)
+    b.rounded_box("seat", cover, place, back, 0.012, turn=turn, segments=2)
 
 
 def motor_yacht(rng: np.random.Generator) -> Builder:
@@ -159,7 +162,7 @@ def motor_yacht(rng: np.random.Generator) -> Builder:
         if z1 - z0 < 0.2:
             break
     _arch(b, rng, white, y, (z0 + z1) / 2 + 0.03, 0.8 * width)
-    _sports_deck(b, rng, hull, white, y)
+    _sports_deck(b, rng, hull)
     swim = (1.6 * hull.half(1.0), 0.02, 0.09)
     b.rounded_box(
         "deck", plank(rng), (0, 0.5 * depth, hull.z(1.0, 0.5 * depth) + 0.035), swim, 0.02
@@ -185,13 +188,11 @@ def _arch(
         )
 
 
-def _sports_deck(
-    b: Builder, rng: np.random.Generator, hull: Hull, paint: Material, y: float
-) -> None:
-    """Add a sofa aft, sunbeds on the foredeck, and sometimes a tender."""
+def _sports_deck(b: Builder, rng: np.random.Generator, hull: Hull) -> None:
+    """Add a sofa aft and sometimes a sunbed on the foredeck."""
     cover = pick_material(rng, "fabric")
-    t = 0.93
-    _seat(b, cover, (0, hull.top(t), hull.z(t)), 1.3 * hull.half(t))
+    t = 0.9
+    _seat(b, cover, (0, hull.top(t) - 0.01, hull.z(t)), 1.1 * hull.half(t), 0.7)
     if rng.random() < 0.6:
         bed = (0.9 * hull.half(0.2), 0.03, 0.1)
         b.rounded_box("seat", cover, (0, hull.top(0.2) + 0.015, hull.z(0.2)), bed, 0.02)

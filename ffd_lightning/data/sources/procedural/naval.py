@@ -14,7 +14,7 @@ from ffd_lightning.data.sources.procedural.hulls import (
     tint,
     vec,
 )
-from ffd_lightning.data.sources.procedural.shapes import Builder, Material, rotation
+from ffd_lightning.data.sources.procedural.shapes import Array, Builder, Material, rotation
 
 
 def _navy_hull(rng: np.random.Generator, b: Builder, grey: Material, slim: float) -> Hull:
@@ -67,7 +67,7 @@ def warship(rng: np.random.Generator) -> Builder:
     return b
 
 
-def _tower(b: Builder, rng: np.random.Generator, foot: np.ndarray, grey: Material) -> None:
+def _tower(b: Builder, rng: np.random.Generator, foot: Array, grey: Material) -> None:
     """Add a lattice or a plated mast with radars."""
     height = rng.uniform(0.16, 0.28)
     top = foot + vec(0, height, 0)
@@ -110,9 +110,11 @@ def carrier(rng: np.random.Generator) -> Builder:
     y, long, beam = hull.depth + hull.sheer[0], hull.length, hull.beam
     left, right = -rng.uniform(0.75, 1.0) * beam, rng.uniform(0.6, 0.8) * beam
     angle, ends = rng.uniform(0.0, 0.2) * beam, (-0.52 * long - hull.rake[0], 0.5 * long)
-    outline = [(-0.4 * beam, ends[0]), (0.4 * beam, ends[0]), (right, -0.3 * long),
-               (right, 0.4 * long), (0.45 * beam, ends[1]), (-0.5 * beam, ends[1]),
-               (left, 0.3 * long), (left, -0.15 * long), (-0.5 * beam - angle, -0.25 * long)]  # fmt: skip
+    outline = [
+        *((-0.4 * beam, ends[0]), (0.4 * beam, ends[0]), (right, -0.3 * long), (right, 0.4 * long)),
+        *((0.45 * beam, ends[1]), (-0.5 * beam, ends[1]), (left, 0.3 * long), (left, -0.15 * long)),
+        (-0.5 * beam - angle, -0.25 * long),
+    ]
     ring = np.array([(x, 0.0, z) for x, z in outline])
     slim = ring * (0.92, 1, 0.99)
     b.loft("hull", grey, [ring * (0.6, 1, 0.9) + vec(0, 0.5 * y, 0), slim + vec(0, y, 0)])
@@ -204,7 +206,7 @@ def submarine(rng: np.random.Generator) -> Builder:
 
 
 def _fin(
-    b: Builder, part: str, paint: Material, root: np.ndarray, reach: tuple[float, float, float],
+    b: Builder, part: str, paint: Material, root: Array, reach: tuple[float, float, float],
     chord: float, thickness: float, tip: float,
 ) -> None:  # fmt: skip
     """Add a streamlined fin from `root` along `reach`, its tip scaled by `tip`."""
@@ -225,7 +227,7 @@ def _screw(b: Builder, metal: Material, z: float, radius: float, blades: int) ->
     )
     for k in range(blades):
         spin = rotation((0, 0, 1), 360 * k / blades)
-        turn = spin @ rotation((0, 1, 0), 90) @ rotation((0, 0, 1), 0) @ rotation((0, 1, 0), 55)
+        turn = spin @ rotation((0, 1, 0), 145)
         center = spin @ np.array([0, 0.55 * radius, 0]) + vec(0, 0, z)
         b.ellipsoid(
             "engine", metal, center, (0.22 * radius, 0.45 * radius, 0.04 * radius), 10, turn

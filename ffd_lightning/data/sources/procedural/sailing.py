@@ -22,6 +22,7 @@ from ffd_lightning.data.sources.procedural.hulls import (
 from ffd_lightning.data.sources.procedural.shapes import Array, Builder, Material, pick_material
 
 _LINE = 0.0035  # radius of ropes
+_ALLOY = Material((0.55, 0.57, 0.6))
 
 
 def _rope(b: Builder, start: ArrayLike, end: ArrayLike) -> None:
@@ -83,8 +84,8 @@ def _stays(b: Builder, hull: Hull, foot: Array, height: float, t: float) -> None
     top, half = foot + vec(0, 0.97 * height, 0), hull.half(t) + abs(hull.x)
     for side in (-1, 1):
         spreader = foot + vec(side * 0.6 * half, 0.55 * height, 0)
-        b.cylinder("mast", tint(np.random.default_rng(0), "grey"), foot + vec(0, 0.55 * height, 0),
-                   spreader, 0.006, segments=6)  # fmt: skip
+        start = foot + vec(0, 0.55 * height, 0)
+        b.cylinder("mast", _ALLOY, start, spreader, 0.006, segments=6)
         chain = (side * 0.95 * half, hull.top(t), foot[2] + 0.02)
         _rope(b, chain, spreader)
         _rope(b, spreader, top)
@@ -230,17 +231,17 @@ def catamaran(rng: np.random.Generator) -> Builder:
         house = House(1.7 * gap, z, (y, y + roof), (1.2, -0.2), 0.35, 0.06)
         add_house(b, house, wall, glass, "band", 0.0, (0.35, 0.8))
         foot = foot + vec(0, roof - 0.02, 0)
-    z = shape.z(0.04)
-    b.cylinder("mast", tint(rng, "grey"), (-gap, depth, z), (gap, depth, z), 0.014, segments=10)
+    tip = shape.z(0.04)
+    b.cylinder("mast", tint(rng, "grey"), (-gap, depth, tip), (gap, depth, tip), 0.014, segments=10)
     net = np.array(
-        [[(x, y, at) for x in (-0.85 * gap, 0.0, 0.85 * gap)] for at in (z, front + 0.02)]
+        [[(x, y, at) for x in (-0.85 * gap, 0.0, 0.85 * gap)] for at in (tip, front + 0.02)]
     )
     sheet(b, "deck", tint(rng, "dark"), net, 0.006)
     spar, cloth = pick_material(rng, "metal"), _draw_cloth(rng)
     height = length * rng.uniform(1.0, 1.4)
     _rig(b, rng, spar, cloth, foot, height, back - foot[2] - 0.04)
     _stays(b, replace(shape, x=gap), foot, height, 0.5)
-    _jibs(b, rng, cloth, np.array([0, depth + 0.02, z]), foot, height)
+    _jibs(b, rng, cloth, np.array([0, depth + 0.02, tip]), foot, height)
     for side in (-1, 1):
         rudder = (side * gap, -0.01, shape.z(0.95))
         b.box("keel", lower, rudder, (0.012, 0.5 * depth, 0.05))
@@ -298,8 +299,8 @@ def _wales(b: Builder, rng: np.random.Generator, hull: Hull, trim: Material) -> 
     for t_level in np.linspace(0.06, 0.26, int(rng.integers(1, 4))):
         for side in (-1, 1):
             path = [hull.edge(t, side, -0.004) - vec(0, t_level * hull.depth, 0)
-                    for t in np.linspace(0.03, 1.0, 16)]  # fmt: skip
-            b.tube("hull", trim, path, 0.007, 6)
+                    for t in np.linspace(0.03, 1.0, 13)]  # fmt: skip
+            b.tube("hull", trim, path, 0.007, 5)
     if rng.random() < 0.55:
         for t in np.linspace(0.25, 0.85, int(rng.integers(6, 12))):
             center = (0, hull.top(t) - 0.34 * hull.depth, hull.z(t))

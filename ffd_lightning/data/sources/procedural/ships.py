@@ -75,7 +75,7 @@ def _bridge(
 def _containers(b: Builder, rng: np.random.Generator, hull: Hull, z: tuple[float, float]) -> None:
     """Stack containers of a few colours in bays along the deck."""
     colors = [pick_material(rng, "paint") for _ in range(5)]
-    long, tall = rng.uniform(0.1, 0.14), rng.uniform(0.038, 0.05)
+    long, tall = rng.uniform(0.11, 0.15), rng.uniform(0.038, 0.05)
     columns = int(rng.integers(4, 7))
     bays = max(1, int((z[1] - z[0]) / (1.1 * long)))
     wide = 0.92 * hull.beam / columns
@@ -144,12 +144,8 @@ def _pipes(b: Builder, rng: np.random.Generator, hull: Hull, z: tuple[float, flo
         b.box("cargo", steel, (0, y - 0.014, at), (0.4 * hull.beam, 0.036, 0.012))
     middle = (z[0] + z[1]) / 2
     for at in middle + np.linspace(-0.06, 0.06, 4):
-        ends = np.array([(-0.45, y + 0.02, 0), (0.45, y + 0.02, 0)]) * (hull.beam, 1, 1) + (
-            0,
-            0,
-            at,
-        )
-        b.cylinder("cargo", steel, *ends, 0.009, segments=8)
+        ends = vec(-0.45 * hull.beam, y + 0.02, at), vec(0.45 * hull.beam, y + 0.02, at)
+        b.cylinder("cargo", steel, ends[0], ends[1], 0.009, segments=8)
         b.box("cargo", steel, (0, y, at), (0.7 * hull.beam, 0.03, 0.01))
     for side in (-1, 1):
         foot = np.array([side * 0.2 * hull.beam, hull.depth, middle - 0.12])
@@ -194,5 +190,5 @@ def liner(rng: np.random.Generator) -> Builder:
     for at in np.linspace(front + 0.15, back - 0.2, int(rng.integers(3, 7))):
         for side in (-1, 1):
             boat = (side * (wide / 2 + 0.012), hull.top(0.5) + 0.3 * storey, at)
-            b.ellipsoid("cargo", tint(rng, "orange"), boat, (0.018, 0.018, 0.05), 10)
+            b.ellipsoid("cargo", tint(rng, "orange"), boat, (0.018, 0.018, 0.05), 8)
     return b

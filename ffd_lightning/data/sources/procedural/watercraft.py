@@ -127,24 +127,22 @@ def _workboat(rng: np.random.Generator) -> Builder:
         funnel(b, wall, tint(rng, "red", "blue", "black"), (0, y, z + 0.83 * long), size)
     if rng.random() < 0.5:
         _fenders(b, rng, hull)
-    _gear(b, rng, hull, 0.2 if aft else z + long, 0.5 * hull.z(0.3) if aft else hull.z(0.85), aft)
+    _gear(b, rng, hull, z + long, aft)
     return b
 
 
 def _fenders(b: Builder, rng: np.random.Generator, hull: Hull) -> None:
     """Hang tyres along the sides."""
-    rubber, a = pick_material(rng, "rubber"), np.linspace(0, 2 * np.pi, 13)
+    rubber, a = pick_material(rng, "rubber"), np.linspace(0, 2 * np.pi, 11)
     for t in np.linspace(0.18, 0.9, int(rng.integers(5, 9))):
         for side in (-1, 1):
             middle = hull.edge(t, side, -0.02, -0.02)
             ring = middle + 0.04 * np.stack([0 * a, np.cos(a), np.sin(a)], 1)
-            b.tube("rail", rubber, ring, 0.016, 7)
+            b.tube("rail", rubber, ring, 0.016, 6)
 
 
-def _gear(
-    b: Builder, rng: np.random.Generator, hull: Hull, start: float, end: float, ahead: bool
-) -> None:
-    """Add what stands on the working deck: a derrick with its boom, a winch, boxes of fish."""
+def _gear(b: Builder, rng: np.random.Generator, hull: Hull, start: float, ahead: bool) -> None:
+    """Add a derrick with its boom, a winch and crates: `ahead` of the house or abaft `start`."""
     t = 0.4 if ahead else 0.7
     z = hull.z(t)
     y, steel = hull.top(t), tint(rng, "orange", "grey", "cream")

@@ -1,0 +1,87 @@
+import io
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from hydra.core.utils import JobReturn, JobStatus
+from rich.console import Console
+
+from ffd_lightning.analysis.run import SummaryTable
+from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.analysis.tables import summary_table
+from ffd_lightning.run_folder import RunFolder
+
+SUMMARY = {
+    "chamfer": 0.00321,
+    "undeformed_chamfer": 0.0189,
+    "best_undeformed_chamfer": 0.0058,
+    "effective_templates": 2.5,
+    "entropy": 0.9,
+    "seconds_per_step": 0.5,
+    "num_samples": 93.0,
+}
+
+
+@pytest.fixture
+def runs(tmp_path):
+    result = []
+    for regime in "be":
+        run = RunFolder(tmp_path / regime)
+        run.path.mkdir()
+        run.config.write_text(
+            f"category: {{name: table}}\nregime: {{name: {regime}}}\ntemplates: {{count: 4}}\nseed: 0\n"
+        )
+        result.append(run)
+    result[0].set_status("finished", summary=SUMMARY)
+    result[1].set_status("failed", reason="the disk is full")
+    return result
+
+
+def text(table):
+    buffer = io.StringIO()
+    Console(file=buffer, width=140).print(table)
+    return buffer.getvalue()
+
+
+def test_runs_are_found_and_read(runs, tmp_path):
+    table = load_runs(find_runs(tmp_path))
+    assert table["regime"].tolist() == ["b", "e"]
+    assert table["state"].tolist() == ["finished", "failed"]
+    assert table.loc[0, "chamfer"] == SUMMARY["chamfer"]
+
+
+def test_the_table_shows_numbers_and_failures(runs, tmp_path):
+    shown = text(summary_table(load_runs(runs)))
+    for word in ("3.21", "18.90", "5.80", "2.5", "0.90", "93", "failed", "the disk is full"):
+        assert word in shown
+
+
+def test_a_damaged_status_is_unknown_not_fatal(runs):
+    (runs[0].path / "status.json").write_text("{")
+    assert load_runs(runs)["state"].tolist() == ["unknown", "failed"]
+
+
+def ended(summary_callback, run, value):
+    config = SimpleNamespace(
+        hydra=SimpleNamespace(runtime=SimpleNamespace(output_dir=str(run.path)))
+    )
+    job = JobReturn()
+    job.status, job.return_value = JobStatus.COMPLETED, value
+    summary_callback.on_job_end(config, job)
+
+
+def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, capsys):
+    callback = SummaryTable()
+    ended(callback, runs[0], SUMMARY)
+    ended(callback, runs[1], None)
+    sweep = SimpleNamespace(hydra=SimpleNamespace(sweep=SimpleNamespace(dir=str(Path()))))
+    with pytest.raises(SystemExit, match="1 of 2 runs failed"):
+        callback.on_multirun_end(sweep)
+    assert "3.21" in capsys.readouterr().out
+
+
+def test_a_sweep_without_failure_ends_quietly(runs, capsys):
+    callback = SummaryTable()
+    ended(callback, runs[0], SUMMARY)
+    callback.on_multirun_end(SimpleNamespace())
+    assert "Results" in capsys.readouterr().out

@@ -1,0 +1,105 @@
+import csv
+import json
+
+import numpy as np
+import pytest
+import torch
+
+from ffd_lightning.data.datamodule import Batch
+from ffd_lightning.evaluation.evaluator import (
+    TemplateScores,
+    evaluate,
+    score_templates,
+    write_evaluation,
+)
+from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.nn.network import FfdPrediction
+from ffd_lightning.run_folder import RunFolder
+
+
+def rand(*shape, seed=0):
+    return torch.rand(*shape, generator=torch.Generator().manual_seed(seed))
+
+
+@pytest.fixture
+def case():
+    weights = torch.tensor([[0.2, 0.7, 0.1], [0.5, 0.3, 0.2]])
+    prediction = FfdPrediction(weights, weights, rand(2, 3, 8, 3) - 0.5, weights.log())
+    matrix = rand(3, 20, 8, seed=1)
+    templates = TemplateSample(matrix / matrix.sum(-1, keepdim=True), rand(3, 8, 3, seed=2))
+    images = torch.zeros(2, 3, 32, 32, dtype=torch.uint8)
+    return prediction, Batch(torch.tensor([4, 9]), images, rand(2, 20, 3, seed=3), templates)
+
+
+def naive(a, b):
+    squared = torch.cdist(a.double(), b.double()) ** 2
+    return float(squared.min(1).values.mean() + squared.min(0).values.mean())
+
+
+def test_every_template_is_scored_on_every_query(case):
+    prediction, batch = case
+    scores = score_templates(prediction, batch)
+    matrix, control = batch.templates
+    for q in range(2):
+        for t in range(3):
+            truth = batch.target_points[q]
+            moved = matrix[t] @ (control[t] + prediction.offsets[q, t])
+            assert scores.deformed[q, t] == pytest.approx(naive(moved, truth), rel=1e-4)
+            rest = matrix[t] @ control[t]
+            assert scores.undeformed[q, t] == pytest.approx(naive(rest, truth), rel=1e-4)
+    assert scores.selected.tolist() == [1, 0]
+    assert scores.counts.tolist() == [1, 1, 0]
+
+
+def test_summary_reads_the_selected_and_the_best(case):
+    scores = score_templates(*case)
+    summary = scores.summary()
+    assert summary["chamfer"] == pytest.approx(
+        (scores.deformed[0, 1] + scores.deformed[1, 0]) / 2, rel=1e-6
+    )
+    assert summary["best_undeformed_chamfer"] <= summary["undeformed_chamfer"]
+    assert summary["best_deformed_chamfer"] <= summary["chamfer"]
+    assert summary["effective_templates"] == pytest.approx(2)
+    assert summary["num_samples"] == 2
+
+
+def test_batches_are_joined_and_the_network_is_put_into_evaluation_mode(case):
+    prediction, batch = case
+
+    class Network(torch.nn.Module):
+        def __init__(self):
+            super().__init__()
+            self.weight = torch.nn.Parameter(torch.zeros(1))
+
+        def forward(self, images):
+            assert not self.training
+            return prediction
+
+    scores = evaluate(Network().train(), [batch, batch])
+    assert scores.rows.tolist() == [4, 9, 4, 9]
+    assert scores.deformed.shape == (4, 3)
+
+
+def test_files_say_what_the_scores_say(case, tmp_path):
+    scores = score_templates(*case)
+    ids = [f"m{i}" for i in range(10)]
+    summary = write_evaluation(
+        RunFolder(tmp_path), scores, ids, ["f"] * 10, ["a", "b", "c"], {"seconds_per_step": 0.5}
+    )
+    assert json.loads((tmp_path / "evaluation/chamfer/summary.json").read_text()) == summary
+    with (tmp_path / "evaluation/chamfer/samples.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(r["id"], r["template"]) for r in rows] == [("m4", "b"), ("m9", "a")]
+    assert np.mean([float(r["undeformed_chamfer"]) for r in rows]) == pytest.approx(
+        summary["undeformed_chamfer"]
+    )
+    with (tmp_path / "template_ranking.csv").open() as file:
+        ranking = list(csv.DictReader(file))
+    # Equal counts: the greater mean weight goes first.
+    assert [r["id"] for r in ranking] == ["b", "a", "c"]
+    assert [int(r["count"]) for r in ranking] == [1, 1, 0]
+
+
+def test_scores_of_no_batch_are_an_error():
+    with pytest.raises(ValueError, match="need at least one array"):
+        TemplateScores.concatenate([])
