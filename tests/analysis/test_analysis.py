@@ -29,7 +29,8 @@ def runs(tmp_path):
         run = RunFolder(tmp_path / regime)
         run.path.mkdir()
         run.config.write_text(
-            f"category: {{name: table}}\nregime: {{name: {regime}}}\ntemplates: {{count: 4}}\nseed: 0\n"
+            f"category: {{name: table}}\nregime: {{name: {regime}}}\n"
+            "templates: {count: 4}\nseed: 0\n"
         )
         result.append(run)
     result[0].set_status("finished", summary=SUMMARY)

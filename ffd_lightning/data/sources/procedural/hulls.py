@@ -161,14 +161,18 @@ def bulwark(
     thickness: float = 0.012,
     part: str = "hull",
 ) -> None:
-    """Add a strip that stands on the deck's edge on both sides, from one station to another."""
+    """Add a strip that stands on the deck's edge on both sides, from one station to another.
+
+    Where it begins behind the bow it rises from the deck gradually.
+    """
     low = -0.004
     for side in (-1, 1):
         rings = []
         for t in span[0] + (span[1] - span[0]) * stations():
             inset = min(thickness, 0.6 * hull.half(t))
             outer, inner = hull.edge(t, side, -0.003), hull.edge(t, side, inset)
-            corners = ((outer, low), (outer, height), (inner, height), (inner, low))
+            high = height * min(1.0, 0.3 + 12 * (t - span[0])) if span[0] > 0 else height
+            corners = ((outer, low), (outer, high), (inner, high), (inner, low))
             rings.append([point + vec(0, y, 0) for point, y in corners])
         b.loft(part, material, rings)
 

@@ -26,21 +26,18 @@ from ffd_lightning.data.sources.procedural.shapes import (
 )
 
 
-def outboard(b: Builder, rng: np.random.Generator, top: Array, size: float) -> None:
+def outboard(b: Builder, cowl: Material, top: Array, size: float) -> None:
     """Add an outboard motor behind the top of the stern."""
-    cowl, dark = tint(rng, "black", "white", "dark", "blue"), tint(rng, "dark")
-    head = top + np.array([0, 0.06, 0.05]) * size
-    b.rounded_box("engine", cowl, head, np.array([0.08, 0.1, 0.12]) * size, 0.03 * size)
-    b.box(
-        "engine", dark, top + np.array([0, -0.04, 0.05]) * size, np.array([0.035, 0.2, 0.05]) * size
-    )
-    low = top + np.array([0, -0.17, 0.06]) * size
-    b.ellipsoid("engine", dark, low, np.array([0.022, 0.022, 0.07]) * size, 10)
-    b.box("engine", dark, low + np.array([0, -0.03, 0]) * size, np.array([0.01, 0.05, 0.05]) * size)
+    dark = Material((0.2, 0.21, 0.23))
+    head, low = top + size * vec(0, 0.06, 0.05), top + size * vec(0, -0.17, 0.06)
+    b.rounded_box("engine", cowl, head, size * vec(0.08, 0.1, 0.12), 0.03 * size)
+    b.box("engine", dark, top + size * vec(0, -0.04, 0.05), size * vec(0.035, 0.2, 0.05))
+    b.ellipsoid("engine", dark, low, size * vec(0.022, 0.022, 0.07), 10)
+    b.box("engine", dark, low - size * vec(0, 0.03, 0), size * vec(0.01, 0.05, 0.05))
     for k in range(3):
         turn = rotation((0, 0, 1), 120 * k) @ rotation((0, 1, 0), 35)
-        center = low + turn @ np.array([0, 0.025, 0]) * size + np.array([0, 0, 0.07]) * size
-        b.ellipsoid("engine", dark, center, np.array([0.014, 0.026, 0.004]) * size, 8, turn)
+        center = low + size * (turn @ vec(0, 0.025, 0) + vec(0, 0, 0.07))
+        b.ellipsoid("engine", dark, center, size * vec(0.014, 0.026, 0.004), 8, turn)
 
 
 def _planing_hull(rng: np.random.Generator, length: float, beam: float, depth: float) -> Hull:
@@ -78,9 +75,9 @@ def speedboat(rng: np.random.Generator) -> Builder:
         at = z[0] + (0.5 + 0.36 * i) * (z[1] - z[0])
         for x in (-0.24 * wide, 0.24 * wide) if i == 0 else (0.0,):
             _seat(b, cover, (x, hull.top(0.7), at), 0.32 * wide if i == 0 else 0.8 * wide)
-    motors = int(rng.integers(0, 4))
+    motors, cowl = int(rng.integers(0, 4)), tint(rng, "black", "white", "dark", "blue")
     for x in (np.arange(motors) - (motors - 1) / 2) * 0.11:
-        outboard(b, rng, np.array([x, hull.top(1) + 0.01, hull.z(1)]), 1.0)
+        outboard(b, cowl, vec(x, hull.top(1) + 0.01, hull.z(1)), 1.0)
     if rng.random() < 0.6:
         railing(b, hull, tint(rng, "grey"), 0.04, (0.02, front - 0.06), 5)
     return b

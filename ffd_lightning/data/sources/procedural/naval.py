@@ -158,7 +158,9 @@ def submarine(rng: np.random.Generator) -> Builder:
     dark = tint(rng, "dark", "black")
     length, radius = rng.uniform(1.3, 2.0), rng.uniform(0.085, 0.15)
     nose, tail = rng.uniform(0.08, 0.25), rng.uniform(0.25, 0.45)
-    t = np.concatenate([np.linspace(0, nose, 9), np.linspace(1 - tail, 1, 11)])
+    t = np.concatenate(
+        [nose * (1 - np.cos(np.linspace(0, np.pi / 2, 9))), np.linspace(1 - tail, 1, 11)]
+    )
     share = np.where(t < nose, np.sqrt(np.maximum(1 - (1 - t / nose) ** 2, 0)),
                      1 - 0.88 * np.clip((t - 1 + tail) / tail, 0, 1) ** 1.8)  # fmt: skip
     profile = np.column_stack([radius * np.maximum(share, 0.02), (0.5 - t) * length])

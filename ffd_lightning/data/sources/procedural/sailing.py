@@ -83,7 +83,7 @@ def _stays(b: Builder, hull: Hull, foot: Array, height: float, t: float) -> None
     """Add the shrouds and the backstay of a mast at station `t`, with spreaders."""
     top, half = foot + vec(0, 0.97 * height, 0), hull.half(t) + abs(hull.x)
     for side in (-1, 1):
-        spreader = foot + vec(side * 0.6 * half, 0.55 * height, 0)
+        spreader = foot + vec(side * 0.45 * half, 0.55 * height, 0)
         start = foot + vec(0, 0.55 * height, 0)
         b.cylinder("mast", _ALLOY, start, spreader, 0.006, segments=6)
         chain = (side * 0.95 * half, hull.top(t), foot[2] + 0.02)
@@ -123,8 +123,9 @@ def sailboat(rng: np.random.Generator) -> Builder:
     beam, depth = length * rng.uniform(0.22, 0.34), rng.uniform(0.1, 0.16)
     hull = Hull(
         length, beam, depth, rng.uniform(0.5, 0.65), rng.uniform(0.25, 0.85),
-        rng.uniform(0.75, 1.0), rng.uniform(1.5, 2.2), (rng.uniform(0.02, 0.09), rng.uniform(0, 0.04)),
-        (rng.uniform(0.05, 0.25), rng.uniform(-0.05, 0.12)), (0.6 * depth, 0.6 * depth),
+        rng.uniform(0.75, 1.0), rng.uniform(1.5, 2.2),
+        (rng.uniform(0.02, 0.09), rng.uniform(0, 0.04)), (rng.uniform(0.05, 0.25), rng.uniform(-0.05, 0.12)),
+        (0.6 * depth, 0.6 * depth),
     )  # fmt: skip
     wall = tint(rng, "white", "cream") if rng.random() < 0.6 else plank(rng)
     paint, spar = tint(rng, "white", "white", "navy", "red", "green", "black"), pick_material(

@@ -65,7 +65,8 @@ def _rowboat(rng: np.random.Generator) -> Builder:
         )
     _floor(b, hull, trim)
     if kind == "dinghy" and rng.random() < 0.35:
-        outboard(b, rng, np.array([0, hull.top(1), hull.z(1)]), 0.8)
+        cowl = tint(rng, "black", "white", "dark", "blue")
+        outboard(b, cowl, vec(0, hull.top(1), hull.z(1)), 0.8)
     if kind == "canoe" or rng.random() < 0.75:
         _oars(b, rng, hull, trim, 1 if kind != "dinghy" else int(rng.integers(1, 3)))
     return b
