@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from ffd_lightning.data.sources.procedural.furniture import (
@@ -46,7 +48,7 @@ def bowed(rng: np.random.Generator) -> Builder:
 def _drawer_rows(rng: np.random.Generator) -> tuple[tuple[str, float, float], ...]:
     """Draw two to five equal drawers, from 0 to 1."""
     ends = np.linspace(0, 1, int(rng.integers(3, 7)))
-    return tuple(("drawer", a, c) for a, c in zip(ends, ends[1:], strict=False))
+    return tuple(("drawer", a, c) for a, c in pairwise(ends))
 
 
 def _plan(rng: np.random.Generator, kind: str, size: float) -> tuple[Array, Array]:

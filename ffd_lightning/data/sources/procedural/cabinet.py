@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.data.sources.procedural.bowed_cabinet import bowed
-from ffd_lightning.data.sources.procedural.furniture import bend, corners, draw
+from ffd_lightning.data.sources.procedural.casework import add_cornice, add_top, fill, stand
+from ffd_lightning.data.sources.procedural.furniture import corners, draw
 from ffd_lightning.data.sources.procedural.joinery import (
     BOARD,
-    Bay,
     Joinery,
     carcass,
     dividers,
@@ -22,59 +22,12 @@ from ffd_lightning.data.sources.procedural.joinery import (
     sliding_doors,
     stand,
 )
+from ffd_lightning.data.sources.procedural.kitchen_unit import kitchen
 from ffd_lightning.data.sources.procedural.shapes import Builder, Family, Material, pick_material
 
 PARTS = ("body", "top", "door", "drawer", "shelf", "handle", "leg")
 
 _STANDS = ("plinth", "legs", "splayed", "bracket", "sled", "none")
-
-
-def _top(
-    b: Builder,
-    rng: np.random.Generator,
-    material: Material,
-    size: tuple[float, float, float],
-    z: float = 0.0,
-) -> None:
-    """Add a top with an overhang over `size` (width, height of its underside, depth)."""
-    width, height, depth = size
-    over, thickness = rng.uniform(0.0, 0.04), rng.uniform(0.02, 0.045)
-    center = (0, height + thickness / 2 - 0.002, z - over / 2)
-    board = (width + 2 * over + 0.004, thickness, depth + over + 0.004)
-    b.rounded_box("top", material, center, board, 0.012, rng.uniform(0.2, 0.45) * thickness)
-
-
-def _cornice(
-    b: Builder, material: Material, size: tuple[float, float, float], reach: float, z: float = 0.0
-) -> None:
-    """Add a moulding around the top of `size` (width, its height, depth) that flares by `reach`."""
-    width, height, depth = size
-    rings = []
-    for out, rise in ((0.0, -0.01), (0.3, 0.15), (0.45, 0.7), (1.0, 0.85), (1.0, 1.2)):
-        ring = corners(width + 2 * out * reach, depth + out * reach, height + rise * reach)
-        rings.append(ring + (0, 0, z - out * reach / 2))
-    b.loft("top", material, rings)
-
-
-def _fill(b: Builder, rng: np.random.Generator, style: Joinery, bay: Bay, kind: str) -> None:
-    """Close or furnish a bay: "drawers", "door", "glass", "open" or "mixed" (one above another)."""
-    if kind == "mixed":
-        share = rng.uniform(0.2, 0.45)
-        low, high = bay.split((1 - share, share), across=False)
-        dividers(b, style, [low, high], across=False)
-        first = draw(rng, ["door", "drawers", "open"])
-        _fill(b, rng, style, low, first)
-        _fill(b, rng, style, high, "drawers" if first != "drawers" else "open")
-    elif kind == "drawers":
-        rows = max(1, round(bay.height / rng.uniform(0.14, 0.28)))
-        fronts(b, style, bay, min(rows, 6))
-    elif kind in ("door", "glass"):
-        shelves(b, style, bay, min(4, int(bay.height / 0.35)), style.body)
-        handle = 0.5 if bay.height > 1.1 else 0.85
-        doors(b, style, bay, 2 if bay.width > 0.55 else 1, kind == "glass", handle)
-    elif bay.height > 0.3:
-        most = max(2, min(5, int(bay.height / 0.28)))
-        shelves(b, style, bay, int(rng.integers(1, most)), style.body)
 
 
 def _dresser(rng: np.random.Generator) -> Builder:
@@ -94,7 +47,9 @@ def _dresser(rng: np.random.Generator) -> Builder:
     columns = int(np.clip(columns, *limits[4]))
     base = stand(b, rng, style.body, (width, depth), _STANDS, 0.22)
     bay = carcass(b, style, (width, height, depth), bottom=base)
-    _top(b, rng, style.body if rng.random() < 0.6 else style.front, (width, base + height, depth))
+    add_top(
+        b, rng, style.body if rng.random() < 0.6 else style.front, (width, base + height, depth)
+    )
     graded = np.linspace(rng.uniform(1.0, 1.7), 1.0, rows)
     levels = bay.split(graded, across=False)
     dividers(b, style, levels, across=False)
@@ -154,14 +109,14 @@ def _wardrobe(rng: np.random.Generator) -> Builder:
         columns = bay.split((1, rng.uniform(0.8, 1.4), 1), across=True)
         dividers(b, style, columns, across=True)
         for column, filling in zip(columns, ("door", "mixed", "door"), strict=True):
-            _fill(b, rng, style, column, filling)
+            fill(b, rng, style, column, filling)
     else:
         shelves(b, style, bay, int(rng.integers(1, 5)), style.body)
         doors(b, style, bay, count)
     if rng.random() < 0.6:
-        _cornice(b, style.body, (width, base + height, depth), rng.uniform(0.03, 0.08))
+        add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.03, 0.08))
     else:
-        _top(b, rng, style.body, (width, base + height, depth))
+        add_top(b, rng, style.body, (width, base + height, depth))
     return b
 
 
@@ -187,10 +142,10 @@ def _sideboard(rng: np.random.Generator) -> Builder:
         fillings = [draw(rng, kinds, [0.35, 0.25, 0.2, 0.08, 0.12]) for _ in half]
         fillings += fillings[: count // 2][::-1]
         for column, filling in zip(columns, fillings, strict=True):
-            _fill(b, rng, style, column, filling)
+            fill(b, rng, style, column, filling)
     if rng.random() < 0.7:
         top = style.front if rng.random() < 0.4 else style.body
-        _top(b, rng, top, (width, base + height, depth))
+        add_top(b, rng, top, (width, base + height, depth))
     return b
 
 
@@ -209,14 +164,14 @@ def _bookcase(rng: np.random.Generator) -> Builder:
         if rng.random() < 0.35:
             low, bay = bay.split((rng.uniform(0.3, 0.6), 1), across=False)
             dividers(b, style, [low, bay], across=False)
-            _fill(b, rng, style, low, draw(rng, ["door", "drawers"]))
+            fill(b, rng, style, low, draw(rng, ["door", "drawers"]))
         columns = bay.split(np.ones(int(rng.integers(1, 4)) if width > 0.8 else 1), across=True)
         dividers(b, style, columns, across=True)
         count = max(2, round(bay.height / rng.uniform(0.26, 0.42)) - 1)
         for column in columns:
             shelves(b, style, column, count, style.body)
         if rng.random() < 0.4:
-            _cornice(b, style.body, (width, base + height, depth), rng.uniform(0.02, 0.06))
+            add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.02, 0.06))
     else:
         cell, columns = rng.uniform(0.28, 0.42), int(rng.integers(2, 6))
         tallest = int(rng.integers(max(2, columns - 1), 6))
@@ -237,7 +192,7 @@ def _cells(
     rows: int,
     closed: float,
 ) -> None:
-    """Add a column of square cells of `size` (width, depth); a share `closed` of them has a front."""
+    """Add a column of cells of `size` (width, depth), a share `closed` of them with fronts."""
     width, depth = size
     height = rows * (width - style.board) + style.board
     bay = carcass(b, style, (width, height, depth), (x, 0.0))
@@ -245,7 +200,7 @@ def _cells(
     dividers(b, style, levels, across=False)
     for level in levels:
         if rng.random() < closed:
-            _fill(b, rng, replace(style, inset=True), level, draw(rng, ["door", "drawers"]))
+            fill(b, rng, replace(style, inset=True), level, draw(rng, ["door", "drawers"]))
 
 
 def _rack(
@@ -257,7 +212,9 @@ def _rack(
     metal = pick_material(rng, "metal") if rng.random() < 0.6 else style.body
     feet = corners(width - post, depth - post, 0)
     for x, _, z in feet:
-        b.rounded_box("leg", metal, (x, height / 2, z), (post, height, post), 0.3 * post)
+        b.rounded_box(
+            "leg", metal, (x, height / 2, z), (post, height, post), 0.3 * post, segments=4
+        )
     levels = np.linspace(rng.uniform(0.06, 0.2), 0.985, int(rng.integers(3, 7))) * height
     for y in levels:
         board = (width - 0.4 * post, 0.022, depth - 0.4 * post)
@@ -280,7 +237,7 @@ def _hutch(rng: np.random.Generator) -> Builder:
     low_height, high_height = rng.uniform(0.55, 0.9), rng.uniform(0.6, 1.2)
     base = stand(b, rng, style.body, (width, depth), ("plinth", "bracket", "legs"), 0.14)
     low = carcass(b, style, (width, low_height, depth), bottom=base)
-    _top(b, rng, style.body, (width, base + low_height, depth))
+    add_top(b, rng, style.body, (width, base + low_height, depth))
     count = max(1, round(width / rng.uniform(0.4, 0.6)))
     if rng.random() < 0.6:
         low, row = low.split((1, rng.uniform(0.25, 0.4)), across=False)
@@ -300,12 +257,12 @@ def _hutch(rng: np.random.Generator) -> Builder:
     bay = carcass(b, style, (wide, high_height, deep), (0.0, z), bottom)
     if rng.random() < 0.3:
         for column in bay.split(np.ones(count), across=True):
-            _fill(b, rng, style, column, "open")
+            fill(b, rng, style, column, "open")
     else:
         shelves(b, style, bay, int(rng.integers(1, 4)), style.body)
         doors(b, style, bay, count, glazed=True, handle=0.3)
     size = (wide, bottom + high_height, deep)
-    _cornice(b, style.body, size, rng.uniform(0.03, 0.08), z)
+    add_cornice(b, style.body, size, rng.uniform(0.03, 0.08), z)
     return b
 
 
@@ -352,66 +309,6 @@ def _lockers(b: Builder, rng: np.random.Generator, style: Joinery) -> None:
                     b.box("door", dark, (cell.x, y, z), (0.5 * cell.width, 0.008, 0.004))
 
 
-def _kitchen(rng: np.random.Generator) -> Builder:
-    """Build a kitchen unit: closed bays under a worktop with a sink or hob, often wall units."""
-    b = Builder()
-    style = draw_joinery(rng, ("wood", "paint", "paint", "plastic"))
-    count = int(rng.integers(1, 5))
-    width, height, depth = count * rng.uniform(0.42, 0.62), rng.uniform(0.65, 0.8), 0.58
-    base = stand(b, rng, pick_material(rng, "rubber"), (width, depth), ("plinth", "legs"), 0.14)
-    columns = carcass(b, style, (width, height, depth), bottom=base).split(np.ones(count), True)
-    dividers(b, style, columns, across=True)
-    for column in columns:
-        _fill(b, rng, style, column, draw(rng, ["door", "drawers", "mixed"], [0.5, 0.25, 0.25]))
-    worktop = pick_material(rng, draw(rng, ["wood", "metal", "plastic"]))
-    _top(b, rng, worktop, (width, base + height, depth))
-    level = base + height + 0.035
-    steel = pick_material(rng, "metal")
-    spots = [column.x for column in columns]
-    _sink(b, rng, steel, spots.pop(int(rng.integers(len(spots)))), level)
-    if spots and rng.random() < 0.6:
-        x = spots[int(rng.integers(len(spots)))]
-        b.rounded_box("top", Material((0.08, 0.08, 0.09)), (x, level, 0), (0.44, 0.03, 0.42), 0.02)
-        for i, j in ((-1, -1), (1, -1), (-1, 1), (1, 1)):
-            ring = [(0.05, 0.015), (0.075, 0.022), (0.05, 0.024), (0.03, 0.018)]
-            b.lathe("top", steel, ring, (x + 0.11 * i, level, 0.1 * j), 16)
-    if rng.random() < 0.6:
-        _wall_units(b, rng, style, (width, level, depth), count)
-    return b
-
-
-def _sink(b: Builder, rng: np.random.Generator, steel: Material, x: float, level: float) -> None:
-    """Add a sink's rim, its dark bowl and a tap at `x` on a worktop at `level`."""
-    size = np.array([rng.uniform(0.34, 0.42), 0.024, rng.uniform(0.3, 0.38)])
-    b.rounded_box("top", steel, (x, level, -0.04), size, 0.04)
-    bowl = Material((0.35, 0.36, 0.38))
-    b.rounded_box("top", bowl, (x, level + 0.004, -0.04), size * (0.85, 1, 0.8), 0.06)
-    rise, reach = rng.uniform(0.14, 0.3), rng.uniform(0.12, 0.18)
-    path = np.array([[x, level, 0.2], [x, level + rise, 0.2], [x, level + rise, 0.2 - reach],
-                     [x, level + 0.7 * rise, 0.2 - reach]])  # fmt: skip
-    b.tube("top", steel, bend(path, 0.06), 0.013, 10)
-
-
-def _wall_units(
-    b: Builder,
-    rng: np.random.Generator,
-    style: Joinery,
-    size: tuple[float, float, float],
-    count: int,
-) -> None:
-    """Add a splashback behind a worktop of `size` (width, height, depth) and cases at its top."""
-    width, level, depth = size
-    gap, rise, deep = rng.uniform(0.4, 0.6), rng.uniform(0.45, 0.8), rng.uniform(0.28, 0.36)
-    tiles = Material(pick_material(rng, "plastic").color, "checker", 5.0)
-    low, high = (-width / 2, level - 0.02, depth / 2 - 0.02), (width / 2, level + gap + 0.02)
-    plank(b, "body", tiles, low, (*high, depth / 2))
-    bay = carcass(b, style, (width, rise, deep), (0.0, (depth - deep) / 2), level + gap)
-    columns = bay.split(np.ones(count), across=True)
-    dividers(b, style, columns, across=True)
-    for column in columns:
-        _fill(b, rng, style, column, draw(rng, ["door", "glass", "open"], [0.6, 0.2, 0.2]))
-
-
 FAMILIES: dict[str, Family] = {
     "dresser": _dresser,
     "wardrobe": _wardrobe,
@@ -419,6 +316,6 @@ FAMILIES: dict[str, Family] = {
     "bookcase": _bookcase,
     "hutch": _hutch,
     "filing": _filing,
-    "kitchen": _kitchen,
+    "kitchen": kitchen,
     "bowed": bowed,
 }

@@ -154,7 +154,7 @@ def _running_gear(
     for z, radius, thick in zip(axles, sizes, (0.28, 0.36), strict=True):
         for side in (-1, 1):
             x = side * (width / 2 - thick / 2)
-            wheel(b, rng, radius, thick, (x, radius, z), style)
+            wheel(b, radius, thick, (x, radius, z), style)
             for up, along in ((0.06, -0.22), (0.06, 0.22), (-0.08, -0.2), (-0.08, 0.2)):
                 hub, root = np.array([x, radius + up, z]), np.array([0.1 * side, y + up, z + along])
                 b.cylinder("trim", BLACK, root, hub, 0.018, segments=6)

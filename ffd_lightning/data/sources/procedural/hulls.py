@@ -115,13 +115,13 @@ class Hull:
         power = 1.25 + (self.fullness - 1.25) * min(1.0, t / (0.7 * self.widest))
         drop = np.clip((top - y) / (top - keel), 0, 1)
         x = max(self.half(t) - inset, 0.002) * (1 - drop**power) ** (1 / power)
-        y = y + inset * drop
+        x, y = np.maximum(x, 0.0015), y + inset * drop  # a keel has some breadth
         z = np.array([self.z(t, level) for level in y])
         sides = [np.stack([self.x + s * x, y, z], 1) for s in (-1, 1)]
         return np.concatenate([sides[0], sides[1][::-1]])
 
 
-def stations(count: int = 19) -> Array:
+def stations(count: int = 17) -> Array:
     """Return stations from bow to stern, denser at the bow."""
     t = np.linspace(0, 1, count)
     return 0.55 * t + 0.45 * t**2

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.data.sources.procedural.furniture import (
     UP,
-    LegStyle,
-    add_leg,
-    add_legs,
     bend,
-    corners,
     draw,
-    draw_leg_style,
     lean,
-    rails,
 )
 from ffd_lightning.data.sources.procedural.shapes import Builder, Material, pick_material
 
@@ -47,7 +42,7 @@ class Bay:
     depth: float
 
     def split(self, shares: ArrayLike, across: bool, gap: float = BOARD) -> list[Bay]:
-        """Cut into bays by `shares` of the width (`across`) or height, `gap` apart, from -x or -y."""
+        """Cut by `shares` of the width (`across`) or height into bays `gap` apart, from -x or -y."""
         parts = np.asarray(shares, float) / np.sum(shares)
         length = (self.width if across else self.height) - gap * (len(parts) - 1)
         sizes = parts * length
@@ -138,7 +133,7 @@ def carcass(
 
 def dividers(b: Builder, style: Joinery, bays: Sequence[Bay], across: bool) -> None:
     """Add the boards between consecutive bays, as `Bay.split` made them."""
-    for one, two in zip(bays, bays[1:], strict=False):
+    for one, two in pairwise(bays):
         back = one.back()
         if across:
             low = (one.x + one.width / 2, one.y - one.height / 2 - 0.004, one.front + 0.002)
@@ -204,7 +199,7 @@ def _face(style: Joinery, cell: Bay) -> Bay:
 
 
 def _panel(b: Builder, style: Joinery, part: str, face: Bay) -> float:
-    """Add the board of a door or drawer, its back at `face.front` + BOARD; return z of its front."""
+    """Add the board of a door or drawer, BOARD thick behind `face.front`; return that z."""
     half = np.array([face.width, face.height, 0]) / 2
     middle = np.array([face.x, face.y, face.front + BOARD / 2])
     deep = np.array([0, 0, BOARD / 2])
@@ -215,8 +210,9 @@ def _panel(b: Builder, style: Joinery, part: str, face: Bay) -> float:
         return face.front
     if style.panel == "raised":
         plank(b, part, style.front, middle - half - deep, middle + half + deep)
-        low = middle - inner - 1.5 * deep
-        plank(b, part, style.front, low, middle + inner, 2)
+        size = (2 * inner[0], 0.8 * BOARD, 2 * inner[1])
+        taper = 1 - 0.012 / float(inner[:2].max())
+        b.box(part, style.front, middle - 0.8 * deep, size, lean(-90), taper)
         return face.front
     frame(b, part, style.front, middle, (face.width, face.height), border)
     if style.panel == "louvre" and part == "door":
@@ -287,67 +283,3 @@ def grip(
             b.cylinder("handle", style.handle, foot, foot + 0.03 * out, 0.005, segments=6)
         start, end = (center + 0.03 * out + t * length * along for t in (-0.5, 0.5))
         b.cylinder("handle", style.handle, start, end, 0.008, segments=8)
-
-
-def stand(
-    b: Builder,
-    rng: np.random.Generator,
-    material: Material,
-    size: tuple[float, float],
-    kinds: Sequence[str],
-    height: float = 0.15,
-) -> float:
-    """Add what carries a carcass of `size` (width, depth); return its height.
-
-    `kinds` are any of "none", "plinth", "legs", "splayed", "bracket", "casters" and "sled";
-    `height` is that of the tallest legs.
-    """
-    kind, (width, depth) = draw(rng, kinds), size
-    if kind == "none":
-        return 0.0
-    if kind == "plinth":
-        rise = rng.uniform(0.03, 0.09)
-        low = (-0.49 * width, 0, -0.5 * depth + rng.uniform(0.0, 0.06))
-        plank(b, "leg", material, low, (0.49 * width, rise + 0.003, 0.5 * depth))
-        return rise
-    if kind == "casters":
-        return _casters(b, rng, width, depth)
-    rise = rng.uniform(0.4, 1.0) * height
-    if kind == "sled":
-        side = rng.uniform(0.015, 0.03)
-        feet = corners(0.9 * width, 0.85 * depth, side / 2)
-        style = LegStyle("square", side, ((0, 1), (1, 1)))
-        rails(b, "leg", material, feet, side, side)
-        rails(b, "leg", material, feet + (rise - side) * UP, side, side)
-        add_legs(b, "leg", material, style, feet * (1, 0, 1) + rise * UP, feet * (1, 0, 1))
-    elif kind == "bracket":
-        rise *= 0.7
-        for foot in corners(width - 0.07, depth - 0.07, rise / 2):
-            inward = np.sign(foot) * (1, 0, 1)
-            sizes = (0.13, rise, 0.025), (0.025, rise, 0.13)
-            for block, shift in zip(sizes, (inward * (-0.03, 0, 0.02), inward * (0.02, 0, -0.03)),
-                                    strict=True):  # fmt: skip
-                b.rounded_box("leg", material, foot + shift, block, 0.006, segments=1)
-    else:
-        style = draw_leg_style(rng, (0.03, 0.06), hairpin=0.15 if height > 0.12 else 0.0)
-        margin = 1.3 * style.thickness
-        tops = corners(width - margin, depth - margin, rise + 0.003)
-        spread = np.array([1.04, 0, 1.1]) if kind == "splayed" else np.array([1, 0, 1])
-        inset = np.array([0.86, 1, 0.8]) if kind == "splayed" else np.array([1, 1, 1])
-        add_legs(b, "leg", material, style, tops * inset, tops * inset * spread)
-        if width > 1.6:
-            for z in tops[[0, 2], 2] * inset[2]:
-                add_leg(b, "leg", material, style, (0, rise + 0.003, z), (0, 0, z))
-    return rise
-
-
-def _casters(b: Builder, rng: np.random.Generator, width: float, depth: float) -> float:
-    """Add four wheels on forks; return their height."""
-    metal, rubber = pick_material(rng, "metal"), pick_material(rng, "rubber")
-    radius = rng.uniform(0.02, 0.035)
-    for x, _, z in corners(width - 0.09, depth - 0.09, 0):
-        for side in (-0.012, 0.012):
-            hub = np.array([x + side, radius, z])
-            b.cylinder("leg", rubber, hub - (0.007, 0, 0), hub + (0.007, 0, 0), radius)
-        b.cylinder("leg", metal, (x, radius, z), (x, 2.3 * radius + 0.003, z), 0.012, segments=10)
-    return 2.3 * radius

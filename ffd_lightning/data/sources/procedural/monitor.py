@@ -1,220 +1,230 @@
-"""Monitors and televisions: desktop, wall-mounted, tube, all-in-one, multiple, curved, projection."""
+"""Monitors and televisions: desktop, television, tube, all-in-one, multiple, curved, projection."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import UP, beam, bend, draw, lean
-from ffd_lightning.data.sources.procedural.shapes import (
-    Array,
-    Builder,
-    Material,
-    pick_material,
-    rotation,
+from ffd_lightning.data.sources.procedural.furniture import UP, beam, bend, draw, lean, sheet
+from ffd_lightning.data.sources.procedural.screens import (
+    Case,
+    Panel,
+    add_panel,
+    draw_case,
+    draw_panel,
+    foot,
+    moved,
+    neck,
+    side_speaker,
 )
+from ffd_lightning.data.sources.procedural.shapes import Builder, Family, rotation
+from ffd_lightning.data.sources.procedural.tube_monitor import projection, tube
 
 PARTS = ("screen", "frame", "back", "stand", "base", "speaker", "button")
 
-
-@dataclass(frozen=True)
-class Case:
-    """The materials of one set."""
-
-    frame: Material
-    back: Material
-    stand: Material
-    screen: Material
-    accent: Material
-
-
-def _draw_case(rng: np.random.Generator) -> Case:
-    """Draw the materials: mostly black, grey, white or silver, with a dark or lit screen."""
-    body = _shell(rng)
-    back = body if rng.random() < 0.6 else _shell(rng)
-    stand = body if rng.random() < 0.5 else pick_material(rng, "metal")
-    if rng.random() < 0.55:
-        screen = Material((0.04, 0.05, rng.uniform(0.05, 0.12)))
-    else:
-        hue = Material(pick_material(rng, "paint").color)
-        patterned = rng.random() < 0.3
-        screen = Material(hue.color, "checker", 1.0) if patterned else hue
-    return Case(body, back, stand, screen, pick_material(rng, draw(rng, ["metal", "paint"])))
-
-
-def _shell(rng: np.random.Generator) -> Material:
-    """Draw the plastic or metal of a housing."""
-    kind = draw(rng, ["dark", "light", "metal", "plastic"], [0.45, 0.2, 0.2, 0.15])
-    if kind == "dark":
-        return pick_material(rng, "rubber")
-    if kind == "light":
-        shade = rng.uniform(0.75, 0.95)
-        return Material((shade, shade, shade * rng.uniform(0.85, 1.0)))
-    return pick_material(rng, kind)
-
-
-@dataclass(frozen=True)
-class Panel:
-    """A flat panel.
-
-    Attributes:
-        center: of the panel's middle, (3,).
-        width, height, thickness: overall.
-        turn: (3, 3) rotation about the centre.
-        bezel: width of the frame around the screen.
-        chin: what the frame is wider by below.
-    """
-
-    center: Array
-    width: float
-    height: float
-    thickness: float
-    turn: Array
-    bezel: float
-    chin: float
-
-    def at(self, x: float, y: float, z: float) -> Array:
-        """Return the world position of panel coordinates: x right to left edge and y as +-0.5."""
-        local = np.array([x * self.width, y * self.height, z])
-        return np.asarray(self.turn @ local + self.center)
-
-
-def _draw_panel(rng: np.random.Generator, width: float, degrees: float = 0.0) -> Panel:
-    """Draw a panel of `width`, centred at the origin and tipped back by `degrees`."""
-    ratio = rng.choice([9 / 16, 10 / 16, 3 / 4, 9 / 21, 4 / 5], p=[0.4, 0.2, 0.2, 0.1, 0.1])
-    bezel = width * rng.uniform(0.012, 0.06)
-    chin = bezel * rng.uniform(0.5, 2.5) if rng.random() < 0.5 else 0.0
-    height = (width - 2 * bezel) * float(ratio) + 2 * bezel + chin
-    thickness = width * rng.uniform(0.03, 0.09)
-    return Panel(np.zeros(3), width, height, thickness, lean(degrees), bezel, chin)
-
-
-def _moved(panel: Panel, center: Array, turn: Array | None = None) -> Panel:
-    """Return the panel at another place, perhaps turned further."""
-    matrix = panel.turn if turn is None else turn @ panel.turn
-    return Panel(
-        center, panel.width, panel.height, panel.thickness, matrix, panel.bezel, panel.chin
-    )
-
-
-def _add_panel(b: Builder, rng: np.random.Generator, case: Case, panel: Panel) -> None:
-    """Add a panel's frame, screen, bulging back and controls."""
-    w, h, t = panel.width, panel.height, panel.thickness
-    upright = panel.turn @ rotation((1, 0, 0), 90)  # rounded_box rounds the edges along its y
-    radius = rng.choice([0.1, 0.6, 1.5]) * (panel.bezel + 0.01)
-    front = (w, 0.55 * t, h)
-    b.rounded_box("frame", case.frame, panel.at(0, 0, 0), front, radius, 0.12 * t, upright)
-    screen = (w - 2 * panel.bezel, h - 2 * panel.bezel - panel.chin)
-    size = (screen[0], 0.02 * w, screen[1])
-    place = panel.at(0, 0.5 * panel.chin / h, -0.27 * t + 0.007 * w)
-    b.rounded_box("screen", case.screen, place, size, 0.006, 0.002, upright)
-    _add_back(b, rng, case, panel)
-    spread = rng.uniform(0.02, 0.04)
-    radius = 0.22 * panel.bezel
-    x, y = rng.uniform(0.1, 0.42), -0.5 + (0.5 * panel.bezel + 0.4 * panel.chin) / h
-    for i in range(int(rng.integers(1, 6))):
-        start = panel.at(x - i * spread, y, -0.2 * t)
-        end = panel.at(x - i * spread, y, -0.275 * t - 0.2 * radius)
-        b.cylinder("button", case.accent, start, end, radius, segments=8)
-
-
-def _add_back(b: Builder, rng: np.random.Generator, case: Case, panel: Panel) -> None:
-    """Add the housing behind a panel: a tapering shell, sometimes with slits."""
-    w, h, t = panel.width, panel.height, panel.thickness
-    waist, deep = rng.uniform(0.4, 0.85), rng.uniform(0.3, 1.1) * t
-    shift = rng.uniform(-0.15, 0.05)
-    rows = [(0.97, 0.2 * t, 0.0), (0.95, 0.3 * t, 0.0), (waist, 0.3 * t + deep, shift)]
-    rows.append((0.9 * waist, 0.36 * t + deep, shift))
-    flat = np.array([(0.5, 0.46), (0.46, 0.5), (-0.46, 0.5), (-0.5, 0.46)])
-    outline = np.concatenate([flat, -flat])
-    rings = [[panel.at(s * x, s * y + o * (1 - s), z) for x, y in outline] for s, z, o in rows]
-    b.loft("back", case.back, rings)
-    for i in range(int(rng.integers(0, 7))):
-        slit = (0.5 * waist * w, 0.012 * h, 0.02 * t)
-        place = panel.at(0, (0.3 - 0.05 * i) * waist + shift * (1 - waist), 0.36 * t + deep)
-        b.box("back", case.frame, place, slit, panel.turn)
-
-
-def _foot(b: Builder, rng: np.random.Generator, case: Case, width: float, kind: str) -> float:
-    """Add a base of a `kind` for a panel of `width`; return the height of its upper side."""
-    reach = width * rng.uniform(0.16, 0.3)
-    thick = width * rng.uniform(0.015, 0.04)
-    if kind == "disc":
-        rows = [(reach, 0), (reach, 0.6 * thick), (0.9 * reach, thick), (0.2 * reach, 1.3 * thick)]
-        squash = rng.uniform(0.55, 0.95)
-        b.lathe("base", case.stand, rows, segments=32, squash=squash)
-    elif kind == "plate":
-        size = (2 * reach, thick, rng.uniform(0.9, 1.5) * reach)
-        radius = rng.uniform(0.02, 0.6) * reach
-        b.rounded_box("base", case.stand, (0, thick / 2, 0), size, radius, 0.3 * thick)
-    elif kind == "v":
-        for side in (-1, 1):
-            path = [(0, 1.2 * thick, 0.3 * reach), (0.5 * side * reach, thick, -0.2 * reach),
-                    (1.2 * side * reach, 0.5 * thick, -0.75 * reach)]  # fmt: skip
-            b.tube("base", case.stand, bend(path, 0.4 * reach), 0.5 * thick, 10)
-        beam(b, "base", case.stand, (0, 0.5 * thick, 0.8 * reach), (0, thick, 0), 2 * thick, thick)
-    else:
-        raise ValueError(f"unknown base {kind!r}")
-    return thick
-
-
-def _neck(b: Builder, rng: np.random.Generator, case: Case, low: float, panel: Panel) -> None:
-    """Join a base at height `low` to the back of a panel: a flat, round, bent or twin post."""
-    width = panel.width * rng.uniform(0.06, 0.2)
-    deep = rng.uniform(0.25, 0.5) * width
-    z = panel.thickness * 0.5
-    mount = panel.at(0, -rng.uniform(0.05, 0.3), z)
-    kind = draw(rng, ["flat", "round", "bent", "twin"])
-    foot = np.array([0, 0.4 * low, mount[2] + rng.uniform(0.2, 0.6) * deep])
-    if kind == "twin":
-        for x in (-1.2, 1.2):
-            shift = np.array([x * width, 0, 0])
-            b.cylinder("stand", case.stand, foot + shift, mount + shift + 0.1 * deep * UP,
-                       0.15 * width, segments=12)  # fmt: skip
-    elif kind == "round":
-        b.cylinder("stand", case.stand, foot, mount + 0.2 * width * UP, 0.35 * width, 0.25 * width)
-    elif kind == "bent":
-        behind = foot + np.array([0, 0, 0.9 * deep])
-        knee = np.array([0, mount[1], mount[2] + 1.2 * deep])
-        b.tube("stand", case.stand, bend([behind, knee, mount], 0.5 * deep), 0.18 * width, 12)
-    else:
-        beam(b, "stand", case.stand, foot, mount + 0.2 * width * UP, width, 0.35 * deep)
-    plate = (1.3 * width + 0.03, 1.1 * width + 0.03, 0.9 * panel.thickness)
-    b.rounded_box("stand", case.stand, panel.at(0, (panel.turn.T @ (mount - panel.center))[1]
-                  / panel.height, 0.5 * panel.thickness), plate, 0.01, turn=panel.turn)  # fmt: skip
+_FEET = ("disc", "plate", "v")
 
 
 def _desktop(rng: np.random.Generator) -> Builder:
     """Build a flat screen on a base with a neck, some turned upright or with side speakers."""
     b = Builder()
-    case = _draw_case(rng)
-    panel = _draw_panel(rng, rng.uniform(0.5, 1.1), rng.uniform(-2, 15))
-    if rng.random() < 0.15:
-        panel = Panel(panel.center, panel.height, panel.width, panel.thickness, panel.turn,
-                      panel.bezel, panel.chin)  # fmt: skip
+    case = draw_case(rng)
+    upright = rng.random() < 0.12
+    panel = draw_panel(rng, rng.uniform(0.5, 1.1), rng.uniform(-2, 15), upright)
     width = max(panel.width, 0.6 * panel.height)
-    low = _foot(b, rng, case, width, draw(rng, ["disc", "plate", "v"], [0.4, 0.4, 0.2]))
+    low = foot(b, rng, case, width, draw(rng, _FEET, [0.4, 0.4, 0.2]))
     rise = low + panel.width * rng.uniform(0.05, 0.28) + panel.height / 2
-    panel = _moved(panel, np.array([0, rise, -0.05 * width]))
-    _add_panel(b, rng, case, panel)
-    _neck(b, rng, case, low, panel)
-    if rng.random() < 0.2:
+    panel = moved(panel, np.array([0, rise, -0.05 * width]))
+    add_panel(b, rng, case, panel)
+    neck(b, rng, case, low, panel)
+    if rng.random() < 0.25 and not upright:
         for side in (-1, 1):
-            _side_speaker(b, rng, case, panel, side)
+            side_speaker(b, rng, case, panel, side)
     return b
 
 
-def _side_speaker(
-    b: Builder, rng: np.random.Generator, case: Case, panel: Panel, side: int
-) -> None:
-    """Add a speaker on the left (-1) or right (1) edge of a panel."""
-    wide, tall = 0.09 * panel.width, 0.85 * panel.height
-    place = panel.at(side * (0.5 + 0.5 * wide / panel.width - 0.005), 0, 0.1 * panel.thickness)
+def _television(rng: np.random.Generator) -> Builder:
+    """Build a wide set on two feet, on a short stand, or on an arm or plate on the wall."""
+    b = Builder()
+    case = draw_case(rng)
+    panel = draw_panel(rng, rng.uniform(0.9, 1.5), rng.uniform(0, 4))
+    kind = draw(rng, ["feet", "stand", "arm", "plate"], [0.35, 0.2, 0.25, 0.2])
+    gap = rng.uniform(0.03, 0.1)
+    panel = moved(panel, np.array([0, panel.height / 2 + gap, 0]))
+    add_panel(b, rng, case, panel)
+    if kind == "feet":
+        _two_feet(b, rng, case, panel, gap)
+    elif kind == "stand":
+        low = foot(b, rng, case, 1.2 * panel.width, "plate")
+        post = (rng.uniform(0.1, 0.35) * panel.width, gap + 0.06, 0.03)
+        b.rounded_box("stand", case.stand, (0, low + gap / 2, 0.02), post, 0.01)
+    else:
+        _wall_mount(b, rng, case, panel, kind == "arm")
+    if rng.random() < 0.4:
+        _sound_bar(b, rng, case, panel)
+    return b
+
+
+def _two_feet(b: Builder, rng: np.random.Generator, case: Case, panel: Panel, gap: float) -> None:
+    """Stand a panel on two feet near its ends: inverted V's or blades."""
+    reach, spread = rng.uniform(0.08, 0.16), rng.uniform(0.2, 0.42)
+    splay = rng.uniform(0, 0.12) if rng.random() < 0.5 else 0.0
+    radius = rng.uniform(0.008, 0.016)
+    for side in (-1, 1):
+        x = side * spread * panel.width
+        head = np.array([x, gap + 0.04, 0.3 * panel.thickness])
+        for z in (-reach, reach):
+            path = [head, head * (1, 0, 1) + (side * splay, radius, z)]
+            b.tube("stand", case.stand, path, (1.4 * radius, radius), 10)
+        if splay == 0:
+            blade = (2 * radius, 1.2 * radius, 2.2 * reach)
+            b.rounded_box("base", case.stand, (x, 0.6 * radius, head[2]), blade, radius)
+
+
+def _wall_mount(b: Builder, rng: np.random.Generator, case: Case, panel: Panel, arm: bool) -> None:
+    """Add a plate for the wall, joined to the panel by a folded arm or by two rails."""
+    wide = rng.uniform(0.12, 0.4) * panel.width
+    hold = panel.at(0, 0, 1.0 * panel.thickness)
+    wall = hold[2] + rng.uniform(0.12, 0.4) * (1.0 if arm else 0.4)
+    y = hold[1]
+    plate = (wide if not arm else 0.12, rng.uniform(0.15, 0.4) * panel.height, 0.02)
+    b.rounded_box("base", case.stand, (0, y, wall), plate, 0.01)
+    if arm:
+        elbow = np.array([rng.choice([-1, 1]) * 0.5 * wide, y, (wall + hold[2]) / 2])
+        for end in (np.array([0, y, wall]), hold):
+            beam(b, "stand", case.stand, end, elbow, 0.03, 0.05)
+        b.cylinder("stand", case.stand, elbow - 0.035 * UP, elbow + 0.035 * UP, 0.022)
+        size = (0.2, 0.03, 0.2)
+        turn = panel.turn @ rotation((1, 0, 0), 90)
+        b.rounded_box("stand", case.stand, hold - (0, 0, 0.01), size, 0.01, turn=turn)
+        return
+    for x in (-0.4 * wide, 0.4 * wide):
+        for rise in (-0.3, 0.3):
+            start = np.array([x, y + rise * plate[1], wall])
+            beam(b, "stand", case.stand, start, (*start[:2], 0.3 * panel.thickness), 0.025, 0.04)
+
+
+def _sound_bar(b: Builder, rng: np.random.Generator, case: Case, panel: Panel) -> None:
+    """Add a strip of loudspeakers along the lower edge of a panel."""
+    wide, tall = rng.uniform(0.5, 0.95) * panel.width, rng.uniform(0.04, 0.08)
     turn = panel.turn @ rotation((1, 0, 0), 90)
-    size = (wide, 0.8 * panel.thickness, tall)
-    b.rounded_box("speaker", case.back, place, size, 0.3 * wide, 0.1 * panel.thickness, turn)
-    for y in (-0.25, 0.25):
-        spot = place + panel.turn @ np.array([0, y * tall, -0.38 * panel.thickness])
-        end = spot + panel.turn @ np.array([0, 0, -0.06 * panel.thickness])
-        b.cylinder("speaker", case.accent, spot, end, 0.38 * wide, 0.3 * wide, 16)
+    place = panel.at(0, -0.5 + 0.2 * tall / panel.height, 0.1 * panel.thickness)
+    size = (wide, 0.9 * panel.thickness, tall)
+    b.rounded_box("speaker", case.back, place, size, 0.3 * tall, 0.004, turn)
+    for x in np.linspace(-0.42, 0.42, int(rng.integers(2, 7))) * wide:
+        spot = place + panel.turn @ np.array([x, 0, -0.44 * panel.thickness])
+        end = spot + panel.turn @ np.array([0, 0, -0.05 * panel.thickness])
+        b.cylinder("speaker", case.accent, spot, end, 0.36 * tall, 0.3 * tall, 14)
+
+
+def _all_in_one(rng: np.random.Generator) -> Builder:
+    """Build a screen with a deep chin on a bent sheet or a hoop, some with a keyboard."""
+    b = Builder()
+    case = draw_case(rng)
+    panel = draw_panel(rng, rng.uniform(0.5, 0.8), rng.uniform(2, 18), chin=rng.uniform(0.04, 0.13))
+    gap = rng.uniform(0.06, 0.2)
+    panel = moved(panel, np.array([0, panel.height / 2 + gap, 0]))
+    add_panel(b, rng, case, panel)
+    wide, deep = rng.uniform(0.2, 0.5) * panel.width, rng.uniform(0.12, 0.22)
+    thickness = rng.uniform(0.008, 0.02)
+    hold = panel.at(0, rng.uniform(-0.25, 0.0), 0.7 * panel.thickness)
+    heel = np.array([0, thickness / 2, hold[2] + rng.uniform(0.04, 0.12)])
+    toe = np.array([0, thickness / 2, heel[2] - 1.6 * deep])
+    path = bend([hold, heel, toe], 0.06)
+    if rng.random() < 0.6:
+        sides = np.array([[-wide / 2, 0, 0], [wide / 2, 0, 0]])
+        sheet(b, "stand", case.stand, path[:, None] + sides[None], thickness)
+    else:
+        for x in (-wide / 2, wide / 2):
+            b.tube("stand", case.stand, path + (x, 0, 0), thickness / 2 + 0.002, 10)
+        bar = np.array([[-wide / 2, 0, 0], [wide / 2, 0, 0]])
+        b.tube("base", case.stand, toe + bar, thickness / 2 + 0.002, 10)
+    if rng.random() < 0.35:
+        _keyboard(b, rng, case, panel, toe[2])
+    return b
+
+
+def _keyboard(b: Builder, rng: np.random.Generator, case: Case, panel: Panel, z: float) -> None:
+    """Lay a keyboard in front of a screen whose stand ends at `z`."""
+    wide, deep = rng.uniform(0.6, 0.85) * panel.width, rng.uniform(0.13, 0.18)
+    center = np.array([0, 0.012, z - 0.05 - deep / 2])
+    tip = lean(-4)
+    b.rounded_box("base", case.frame, center, (wide, 0.018, deep), 0.015, turn=tip)
+    for i in range(4):
+        row = (0.94 * wide, 0.008, 0.17 * deep)
+        place = center + tip @ np.array([0, 0.011, (i - 1.5) * 0.22 * deep])
+        b.rounded_box("button", case.back, place, row, 0.004, turn=tip, segments=1)
+
+
+def _multiple(rng: np.random.Generator) -> Builder:
+    """Build two to four panels, side by side, above each other or both, on one post."""
+    b = Builder()
+    case = draw_case(rng)
+    panel = draw_panel(rng, rng.uniform(0.5, 0.7), 0.0)
+    columns, rows = [(2, 1), (3, 1), (1, 2), (2, 2)][int(rng.choice(4, p=[0.4, 0.25, 0.2, 0.15]))]
+    angle = rng.uniform(0, 25) if columns > 1 else 0.0
+    low = foot(b, rng, case, (0.7 + 0.45 * columns) * panel.width, draw(rng, _FEET))
+    spacing = np.array([panel.width * 1.02 * np.cos(np.radians(angle / 2)), panel.height * 1.04])
+    bottom = low + rng.uniform(0.05, 0.2) + panel.height / 2
+    bar = 2.2 * panel.thickness + 0.03
+    high = bottom + (rows - 1) * spacing[1]
+    for row in range(rows):
+        y = bottom + row * spacing[1]
+        for column in range(columns):
+            offset = column - (columns - 1) / 2
+            sway = np.sin(np.radians(angle)) * panel.width * (abs(offset) - (columns - 1) / 2)
+            place = np.array([offset * spacing[0], y, -0.5 * sway * abs(offset) - abs(sway) * 0])
+            turned = moved(panel, place, rotation(UP, -angle * offset))
+            add_panel(b, rng, case, turned)
+            knob = turned.at(0, 0, 0.3 * panel.thickness)
+            end = np.array([0.75 * knob[0], y, bar])
+            beam(b, "stand", case.stand, knob, end, 0.03, 0.05)
+        if columns > 1:
+            reach = 0.4 * (columns - 1) * spacing[0]
+            beam(b, "stand", case.stand, (-reach, y, bar), (reach, y, bar), 0.025, 0.04)
+    b.cylinder("stand", case.stand, (0, 0.3 * low, bar), (0, high + 0.06, bar), 0.022)
+    b.rounded_box("base", case.stand, (0, low / 2, bar), (0.12, low, 0.1), 0.01)
+    return b
+
+
+def _curved(rng: np.random.Generator) -> Builder:
+    """Build a wide screen bent around the viewer, on a V-shaped or flat foot."""
+    b = Builder()
+    case = draw_case(rng)
+    width, ratio = rng.uniform(0.8, 1.3), rng.uniform(0.36, 0.6)
+    height, sag = width * ratio, rng.uniform(0.06, 0.16) * width
+    thickness, bezel = rng.uniform(0.02, 0.05), rng.uniform(0.008, 0.03)
+    low = foot(b, rng, case, width, draw(rng, _FEET))
+    bottom = low + rng.uniform(0.03, 0.16)
+    u, v = np.linspace(-0.5, 0.5, 17), np.linspace(0, 1, 5)
+
+    def bent(inset: float, z: float) -> np.ndarray:
+        x = u * (width - 2 * inset)
+        y = bottom + inset + v * (height - 2 * inset)
+        depth = z - sag * (x / (0.5 * width)) ** 2
+        grid = [np.broadcast_to(a, (len(v), len(u))) for a in (x, y[:, None], depth)]
+        return np.stack(grid, -1)
+
+    sheet(b, "frame", case.frame, bent(0.0, 0.0), thickness)
+    sheet(b, "screen", case.screen, bent(bezel, -thickness / 2), 0.006)
+    sheet(b, "back", case.back, bent(0.16 * height, 0.7 * thickness), thickness)
+    size = (rng.uniform(0.15, 0.35) * width, 0.5 * height, 0.05)
+    middle = np.array([0, bottom + 0.5 * height, 1.3 * thickness])
+    b.rounded_box("back", case.back, middle, size, 0.02)
+    start, end = np.array([0, 0.4 * low, middle[2] + 0.07]), middle + (0, 0, 0.01)
+    beam(b, "stand", case.stand, start, end, rng.uniform(0.05, 0.14), 0.03)
+    for i in range(int(rng.integers(1, 5))):
+        spot = np.array([0.06 * i - 0.1, bottom + 0.4 * bezel, -0.4 * thickness])
+        b.cylinder("button", case.accent, spot, spot - (0, 0, 0.2 * thickness), 0.3 * bezel,
+                   segments=8)  # fmt: skip
+    return b
+
+
+FAMILIES: dict[str, Family] = {
+    "desktop": _desktop,
+    "television": _television,
+    "tube": tube,
+    "all_in_one": _all_in_one,
+    "multiple": _multiple,
+    "curved": _curved,
+    "projection": projection,
+}

@@ -1,4 +1,4 @@
-"""Sailing craft: sloops, ketches and catamarans; square-riggers and junks."""
+"""Sailing craft: sloops, ketches, catamarans and square-riggers."""
 
 from __future__ import annotations
 
@@ -124,12 +124,12 @@ def sailboat(rng: np.random.Generator) -> Builder:
     hull = Hull(
         length, beam, depth, rng.uniform(0.5, 0.65), rng.uniform(0.25, 0.85),
         rng.uniform(0.75, 1.0), rng.uniform(1.5, 2.2),
-        (rng.uniform(0.02, 0.09), rng.uniform(0, 0.04)), (rng.uniform(0.05, 0.25), rng.uniform(-0.05, 0.12)),
-        (0.6 * depth, 0.6 * depth),
+        (rng.uniform(0.02, 0.09), rng.uniform(0, 0.04)),
+        (rng.uniform(0.05, 0.25), rng.uniform(-0.05, 0.12)), (0.6 * depth, 0.6 * depth),
     )  # fmt: skip
     wall = tint(rng, "white", "cream") if rng.random() < 0.6 else plank(rng)
-    paint, spar = tint(rng, "white", "white", "navy", "red", "green", "black"), pick_material(
-        rng, draw(rng, ["wood", "metal"], [0.35, 0.65]))  # fmt: skip
+    paint = tint(rng, "white", "white", "navy", "red", "green", "black")
+    spar = pick_material(rng, draw(rng, ["wood", "metal"], [0.35, 0.65]))
     solid_hull(b, hull, paint, tint(rng, "red", "navy", "black", "blue"), 0.5 * depth, plank(rng))
     bulwark(b, hull, wall, rng.uniform(0.008, 0.03))
     _keel(b, rng, hull)
@@ -321,12 +321,12 @@ def _square_rig(
     for i in range(tiers):
         low, high = (foot + vec(0, y, 0) + ahead for y in (levels[i] + 0.015, levels[i + 1]))
         reach = np.array([halves[i + 1] * 1.08, 0, 0])
-        b.cylinder("mast", spar, high - reach, high + reach, 0.009, segments=8)
+        b.cylinder("mast", spar, high - reach, high + reach, 0.009, segments=6)
         top, bottom = reach * 0.92, np.array([halves[i] * 0.95, 0, 0])
         if furled:
             path = [high + t * top + vec(0, 0.01, 0) for t in (-0.95, -0.4, 0.0, 0.4, 0.95)]
-            b.tube("sail", cloth, path, (0.01, 0.02, 0.026, 0.02, 0.01), 8)
+            b.tube("sail", cloth, path, (0.01, 0.02, 0.026, 0.02, 0.01), 7)
         else:
             blown = (0, 0, -rng.uniform(0.05, 0.09))
             sides = (low - bottom, low + bottom, high - top, high + top)
-            add_sail(b, cloth, sides, blown, 6, 6)
+            add_sail(b, cloth, sides, blown, 5, 6)

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from ffd_lightning.data.sources.procedural.car_cabin import Cabin, cabin, draw_glass
 from ffd_lightning.data.sources.procedural.car_parts import (
     BLACK,
     CHROME,
     LAMP,
     RED,
-    Cabin,
     Stance,
-    cabin,
-    draw_glass,
     draw_paint,
     wheels,
 )
@@ -69,8 +67,8 @@ def _body(
     sizes = [(nose, slim, belt - 0.12), (cowl - 0.1, 0.66 * width, belt - 0.02)]
     rings = []
     for z, w, top in sizes:
-        side = [(w / 2, low), (w / 2, top - 0.18), (0.4 * w, top - 0.05), (0.18 * w, top)]
-        rings.append([(x, y, z) for x, y in side + [(-x, y) for x, y in reversed(side)]])
+        flank = [(w / 2, low), (w / 2, top - 0.18), (0.4 * w, top - 0.05), (0.18 * w, top)]
+        rings.append([(x, y, z) for x, y in flank + [(-x, y) for x, y in reversed(flank)]])
     b.loft("hood", paint, rings)
     for side in (-1, 1):
         for t in np.linspace(0.35, 0.75, int(rng.integers(4, 9))):
