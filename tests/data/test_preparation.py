@@ -21,28 +21,49 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from box_source import BoxSource, prepare_boxes
 gate = Path({gate!r}) if {gate!r} else None
-prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r}, num_points={num_points})
+prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
 """
 
 
-def start(root, log, gate="", num_points=32, **kwargs):
-    """Prepare boxes in another process."""
-    script = SCRIPT.format(
-        tests=str(Path(__file__).parent),
-        count=COUNT,
-        gate=str(gate),
-        log=str(log),
-        root=str(root),
-        num_points=num_points,
-    )
-    return subprocess.Popen(
-        [sys.executable, "-c", script], stderr=subprocess.PIPE, text=True, **kwargs
-    )
+LIMIT = 60  # seconds; only ends a test that would hang
+
+
+@pytest.fixture
+def log(tmp_path):
+    """The log of loads; workers named there that a failed test leaves behind are ended."""
+    yield tmp_path / "log"
+    for pid in loads(tmp_path / "log")[1]:
+        if not gone(pid) and b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes():
+            os.kill(pid, signal.SIGKILL)
+
+
+@pytest.fixture
+def start(tmp_path, log):
+    """Return a function that prepares boxes in another process."""
+    processes = []
+
+    def run(gate="", **kwargs):
+        script = SCRIPT.format(
+            tests=str(Path(__file__).parent),
+            count=COUNT,
+            gate=str(gate),
+            log=str(log),
+            root=str(tmp_path),
+        )
+        command = [sys.executable, "-c", script]
+        process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, **kwargs)
+        processes.append(process)
+        return process
+
+    yield run
+    for process in processes:
+        process.kill()
+        process.wait()
+        process.stderr.close()
 
 
 def wait_for(condition):
-    """Poll; the limit only ends a test that would hang."""
-    end = time.monotonic() + 120
+    end = time.monotonic() + LIMIT
     while not condition():
         assert time.monotonic() < end, "nothing happened"
         time.sleep(0.02)
@@ -83,12 +104,11 @@ def test_nothing_but_the_set_and_its_lock_is_left(undisturbed):
     assert left == {undisturbed.path.name, f".{undisturbed.path.name}.lock"}
 
 
-def test_kill_9_and_resume(undisturbed, tmp_path):
-    log, gate = tmp_path / "log", tmp_path / "gate"
-    process = start(tmp_path, log, gate)  # it can finish four models and no more
+def test_kill_9_and_resume(undisturbed, tmp_path, start, log):
+    process = start(tmp_path / "never")  # it can finish four models and no more
     wait_for(lambda: len(partial_files(tmp_path)) == 4 and len(loads(log)[0]) == 6)
     process.kill()
-    process.communicate()
+    process.wait()
     ids, pids = loads(log)
     wait_for(lambda: all(gone(pid) for pid in pids))
 
@@ -105,26 +125,25 @@ def test_kill_9_and_resume(undisturbed, tmp_path):
     assert len(set(again) & set(ids[:4])) == 2
 
 
-def test_two_processes_prepare_one_set(undisturbed, tmp_path):
-    log, gate = tmp_path / "log", tmp_path / "gate"
-    first = start(tmp_path, log, gate)
+def test_two_processes_prepare_one_set(undisturbed, tmp_path, start, log):
+    gate = tmp_path / "gate"
+    first = start(gate)
     wait_for(lambda: loads(log)[0])
-    second = start(tmp_path, log, gate)
+    second = start(gate)
     assert "waiting" in second.stderr.readline()
     gate.touch()
     for process in (first, second):
-        process.communicate()
+        process.communicate(timeout=LIMIT)
         assert process.returncode == 0
     assert sorted(loads(log)[0]) == list(undisturbed.ids), "each loaded once"
     assert contents(tmp_path / "prepared" / undisturbed.path.name) == contents(undisturbed.path)
 
 
-def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(tmp_path):
-    log = tmp_path / "log"
-    process = start(tmp_path, log, tmp_path / "never")
+def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(tmp_path, start, log):
+    process = start(tmp_path / "never")
     wait_for(lambda: len(loads(log)[0]) == 6)  # both workers are stuck in a model
     process.send_signal(signal.SIGINT)
-    _, said = process.communicate()
+    _, said = process.communicate(timeout=LIMIT)
     assert process.returncode != 0
     assert "the same command continues" in said
     assert all(gone(pid) for pid in loads(log)[1])
@@ -172,14 +191,12 @@ def test_unwritable_root(tmp_path):
 
 
 @pytest.mark.parametrize("limit", [2000, 20000], ids=["a model", "the arrays"])
-def test_full_disk(tmp_path, limit):
+def test_full_disk(tmp_path, start, log, limit):
     """A limit on the size of files stands in for a full disk: writing fails half-way."""
     process = start(
-        tmp_path,
-        tmp_path / "log",
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
     )
-    _, said = process.communicate()
+    _, said = process.communicate(timeout=LIMIT)
     assert process.returncode == 1
     assert "DataError: cannot prepare" in said
     assert not list((tmp_path / "prepared").glob("box-*"))

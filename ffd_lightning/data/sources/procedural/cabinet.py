@@ -20,7 +20,6 @@ from ffd_lightning.data.sources.procedural.joinery import (
     plank,
     shelves,
     sliding_doors,
-    stand,
 )
 from ffd_lightning.data.sources.procedural.kitchen_unit import kitchen
 from ffd_lightning.data.sources.procedural.shapes import Builder, Family, Material, pick_material
@@ -256,7 +255,9 @@ def _hutch(rng: np.random.Generator) -> Builder:
     bottom += gap
     bay = carcass(b, style, (wide, high_height, deep), (0.0, z), bottom)
     if rng.random() < 0.3:
-        for column in bay.split(np.ones(count), across=True):
+        columns = bay.split(np.ones(max(1, count - 1)), across=True)
+        dividers(b, style, columns, across=True)
+        for column in columns:
             fill(b, rng, style, column, "open")
     else:
         shelves(b, style, bay, int(rng.integers(1, 4)), style.body)

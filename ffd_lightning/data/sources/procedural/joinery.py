@@ -42,7 +42,7 @@ class Bay:
     depth: float
 
     def split(self, shares: ArrayLike, across: bool, gap: float = BOARD) -> list[Bay]:
-        """Cut by `shares` of the width (`across`) or height into bays `gap` apart, from -x or -y."""
+        """Cut by `shares` of the width (`across`) or height into bays `gap` apart, lowest first."""
         parts = np.asarray(shares, float) / np.sum(shares)
         length = (self.width if across else self.height) - gap * (len(parts) - 1)
         sizes = parts * length

@@ -20,9 +20,9 @@ def kitchen(rng: np.random.Generator) -> Builder:
     """Build a kitchen unit: closed bays under a worktop with a sink or hob, often wall units."""
     b = Builder()
     style = draw_joinery(rng, ("wood", "paint", "paint", "plastic"))
-    count = int(rng.integers(1, 5))
+    count = int(rng.choice([1, 2, 3, 4], p=[0.15, 0.3, 0.35, 0.2]))
     width, height, depth = count * rng.uniform(0.42, 0.62), rng.uniform(0.65, 0.8), 0.58
-    base = stand(b, rng, pick_material(rng, "rubber"), (width, depth), ("plinth", "legs"), 0.14)
+    base = stand(b, rng, pick_material(rng, "rubber"), (width, depth), ("plinth", "bracket"), 0.14)
     columns = carcass(b, style, (width, height, depth), bottom=base).split(np.ones(count), True)
     dividers(b, style, columns, across=True)
     for column in columns:
@@ -35,10 +35,12 @@ def kitchen(rng: np.random.Generator) -> Builder:
     _sink(b, rng, steel, spots.pop(int(rng.integers(len(spots)))), level)
     if spots and rng.random() < 0.6:
         x = spots[int(rng.integers(len(spots)))]
-        b.rounded_box("top", Material((0.08, 0.08, 0.09)), (x, level, 0), (0.44, 0.03, 0.42), 0.02)
+        b.rounded_box(
+            "top", Material((0.08, 0.08, 0.09)), (x, level, 0), (0.44, 0.03, 0.42), 0.02, segments=2
+        )
         for i, j in ((-1, -1), (1, -1), (-1, 1), (1, 1)):
             ring = [(0.05, 0.015), (0.075, 0.022), (0.05, 0.024), (0.03, 0.018)]
-            b.lathe("top", steel, ring, (x + 0.11 * i, level, 0.1 * j), 16)
+            b.lathe("top", steel, ring, (x + 0.11 * i, level, 0.1 * j), 12)
     if rng.random() < 0.6:
         _wall_units(b, rng, style, (width, level, depth), count)
     return b

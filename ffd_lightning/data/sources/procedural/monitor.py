@@ -163,25 +163,24 @@ def _multiple(rng: np.random.Generator) -> Builder:
     columns, rows = [(2, 1), (3, 1), (1, 2), (2, 2)][int(rng.choice(4, p=[0.4, 0.25, 0.2, 0.15]))]
     angle = rng.uniform(0, 25) if columns > 1 else 0.0
     low = foot(b, rng, case, (0.7 + 0.45 * columns) * panel.width, draw(rng, _FEET))
-    spacing = np.array([panel.width * 1.02 * np.cos(np.radians(angle / 2)), panel.height * 1.04])
     bottom = low + rng.uniform(0.05, 0.2) + panel.height / 2
     bar = 2.2 * panel.thickness + 0.03
-    high = bottom + (rows - 1) * spacing[1]
-    for row in range(rows):
-        y = bottom + row * spacing[1]
-        for column in range(columns):
-            offset = column - (columns - 1) / 2
-            sway = np.sin(np.radians(angle)) * panel.width * (abs(offset) - (columns - 1) / 2)
-            place = np.array([offset * spacing[0], y, -0.5 * sway * abs(offset) - abs(sway) * 0])
-            turned = moved(panel, place, rotation(UP, -angle * offset))
+    step = 1.03 * panel.width
+    levels = bottom + np.arange(rows) * 1.04 * panel.height
+    for y in levels:
+        for offset in np.arange(columns) - (columns - 1) / 2:
+            swing = np.radians(angle * offset)  # each outer edge comes towards the viewer
+            inner = max(abs(offset) - 0.5, 0.0)
+            x = np.sign(offset) * step * (inner + 0.5 * np.cos(swing))
+            place = np.array([x, y, -0.5 * step * np.sin(abs(swing))])
+            turned = moved(panel, place, rotation(UP, angle * offset))
             add_panel(b, rng, case, turned)
             knob = turned.at(0, 0, 0.3 * panel.thickness)
-            end = np.array([0.75 * knob[0], y, bar])
-            beam(b, "stand", case.stand, knob, end, 0.03, 0.05)
+            beam(b, "stand", case.stand, knob, (0.8 * x, y, bar), 0.03, 0.05)
         if columns > 1:
-            reach = 0.4 * (columns - 1) * spacing[0]
+            reach = 0.4 * columns * (columns - 1) / 2 * step
             beam(b, "stand", case.stand, (-reach, y, bar), (reach, y, bar), 0.025, 0.04)
-    b.cylinder("stand", case.stand, (0, 0.3 * low, bar), (0, high + 0.06, bar), 0.022)
+    b.cylinder("stand", case.stand, (0, 0.3 * low, bar), (0, levels[-1] + 0.06, bar), 0.022)
     b.rounded_box("base", case.stand, (0, low / 2, bar), (0.12, low, 0.1), 0.01)
     return b
 

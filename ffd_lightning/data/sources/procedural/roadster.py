@@ -46,7 +46,7 @@ def roadster(rng: np.random.Generator) -> Builder:
     )
     belt = stance.top(front)
     shell(b, paint, stance)
-    walls(b, paint, stance, (front, rear), (floor - 0.03, belt), 0.09, (False, False))
+    walls(b, paint, stance, (front, rear), (floor - 0.15, belt), 0.09, (False, False))
     hood(b, paint, stance, (-half + 0.2, front - 0.08))
     face(b, rng, stance, paint)
     wheels(b, rng, stance)
@@ -93,4 +93,4 @@ def _cockpit(
     hub = np.array([spread * rng.choice([-1, 1]), belt, front + 0.3])
     b.cylinder("trim", BLACK, hub + [0, -0.1, -0.3], hub, 0.025, segments=8)
     ring = [(0.17, -0.015), (0.19, 0), (0.17, 0.015), (0.15, 0)]
-    b.lathe("trim", BLACK, [*ring, ring[0]], hub, 20, rotation((1, 0, 0), 65))
+    b.lathe("trim", BLACK, [*ring, ring[0]], hub, 14, rotation((1, 0, 0), 65))

@@ -29,8 +29,8 @@ class Case:
 
 def draw_case(rng: np.random.Generator) -> Case:
     """Draw the materials: mostly black, grey, white or silver, with a dark or lit screen."""
-    body = _shell(rng)
-    back = body if rng.random() < 0.6 else _shell(rng)
+    body = draw_housing(rng)
+    back = body if rng.random() < 0.6 else draw_housing(rng)
     stand = body if rng.random() < 0.5 else pick_material(rng, "metal")
     if rng.random() < 0.55:
         screen = Material((0.04, 0.05, rng.uniform(0.05, 0.12)))
@@ -41,7 +41,7 @@ def draw_case(rng: np.random.Generator) -> Case:
     return Case(body, back, stand, screen, pick_material(rng, draw(rng, ["metal", "paint"])))
 
 
-def _shell(rng: np.random.Generator) -> Material:
+def draw_housing(rng: np.random.Generator) -> Material:
     """Draw the plastic or metal of a housing."""
     kind = draw(rng, ["dark", "light", "metal", "plastic"], [0.45, 0.2, 0.2, 0.15])
     if kind == "dark":

@@ -17,9 +17,12 @@ from ffd_lightning.data.sources.procedural.shapes import Array, Builder, pick_ma
 
 
 def _bulged(
-    b: Builder, case: Case, center: tuple[float, float, float], size: tuple[float, float],
+    b: Builder,
+    case: Case,
+    center: tuple[float, float, float],
+    size: tuple[float, float],
     bulge: float,
-) -> None:  # fmt: skip
+) -> None:
     """Add a picture tube's face of `size` (width, height) that bulges towards -z."""
     u, v = np.meshgrid(np.linspace(-1, 1, 11), np.linspace(-1, 1, 9))
     round_x, round_y = u * (1 - 0.04 * v**2), v * (1 - 0.05 * u**2)
@@ -51,9 +54,13 @@ def _bezel(
 
 
 def _housing(
-    b: Builder, rng: np.random.Generator, case: Case, middle: Array, size: tuple[float, float],
+    b: Builder,
+    rng: np.random.Generator,
+    case: Case,
+    middle: Array,
+    size: tuple[float, float],
     depth: float,
-) -> None:  # fmt: skip
+) -> None:
     """Add the shell behind a tube, tapering towards its neck, with slits."""
     flat = np.array([(0.5, 0.42), (0.47, 0.48), (0.42, 0.5), (-0.42, 0.5), (-0.47, 0.48),
                      (-0.5, 0.42)])  # fmt: skip
@@ -68,15 +75,21 @@ def _housing(
         ring[:, 1] -= sink * (1 - scale) * size[1] / 2
         rings.append(np.column_stack([ring, np.full(len(ring), t * depth)]) + middle)
     b.loft("back", case.back, rings)
-    for i in range(int(rng.integers(3, 9))):
-        t = 0.05 + 0.05 * i
-        slit = (0.5 * size[0], 0.012, 0.018)
-        b.box("back", case.frame, middle + (0, size[1] * 0.475, t * shoulder * depth * 2), slit)
+    reach = shoulder * depth - 0.03
+    for z in np.arange(0.03, reach, 0.035)[: int(rng.integers(2, 9))]:
+        slit = (0.5 * size[0], 0.012, 0.014)
+        b.box(
+            "back", case.frame, middle + (0, 0.49 * size[1] - 0.04 * size[1] * z / reach, z), slit
+        )
 
 
 def _controls(
-    b: Builder, rng: np.random.Generator, case: Case, start: tuple[float, float, float], reach: float
-) -> None:  # fmt: skip
+    b: Builder,
+    rng: np.random.Generator,
+    case: Case,
+    start: tuple[float, float, float],
+    reach: float,
+) -> None:
     """Add a row of push buttons from `start` towards -x over `reach`, the first one large."""
     x, y, z = start
     b.cylinder("button", case.accent, (x, y, z + 0.005), (x, y, z - 0.012), 0.016, segments=14)
@@ -86,9 +99,13 @@ def _controls(
 
 
 def _side_grilles(
-    b: Builder, rng: np.random.Generator, case: Case, x: float, place: tuple[float, float],
+    b: Builder,
+    rng: np.random.Generator,
+    case: Case,
+    x: float,
+    place: tuple[float, float],
     size: tuple[float, float],
-) -> None:  # fmt: skip
+) -> None:
     """Add a loudspeaker grille of `size` at +-`x`: louvres or two cones; `place` is (y, z)."""
     (y, z), (wide, tall) = place, size
     cones = rng.random() < 0.4

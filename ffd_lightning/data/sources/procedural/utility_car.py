@@ -63,13 +63,20 @@ def bus(rng: np.random.Generator) -> Builder:
     profile = ((-half, belt - 0.04), (0.0, belt), (half, belt))
     stance = Stance(length, width, axles, r, 0.3, profile, 0.95)
     shell(b, paint, stance)
-    rake, gap = rng.uniform(0.02, 0.3), rng.uniform(1.1, 1.9)
+    rake, gap = rng.uniform(0.02, 0.3), rng.uniform(1.3, 2.0)
     pillars = tuple(np.linspace(0, 1, round(length / gap) + 1)[1:-1])
     lintel = rng.uniform(0.75, 0.9)
     for deck in range(1 + int(rng.random() < 0.25)):
         low = belt + deck * (tall + 0.45)
         if deck:
-            b.rounded_box("body", paint, (0, low - 0.2, 0), (0.97 * width, 0.5, length - 0.08), 0.1)
+            b.rounded_box(
+                "body",
+                paint,
+                (0, low - 0.2, 0),
+                (0.97 * width, 0.5, length - 0.08),
+                0.1,
+                segments=2,
+            )
         ends, widths = (0.04 - half, half - 0.04), (0.97 * width, 0.93 * width)
         roof = (ends[0] + rake, half - 0.1)
         shape = Cabin(ends, roof, (low, low + tall), widths, pillars, 0.08)
@@ -118,7 +125,7 @@ def pickup(rng: np.random.Generator) -> Builder:
         size = (stance.width, tall, half - back - 0.12)
         b.rounded_box("body", draw_paint(rng), center, size, 0.04)
         return b
-    walls(b, paint, stance, (back + 0.05, half - 0.01), (floor - 0.02, belt), 0.07)
+    walls(b, paint, stance, (back + 0.05, half - 0.01), (floor - 0.2, belt), 0.07)
     if rng.random() < 0.3:
         x, z = 0.46 * stance.width - 0.06, back + 0.2
         hoop = [(-x, belt - 0.05, z), (-0.85 * x, high, z), (0.85 * x, high, z)]
