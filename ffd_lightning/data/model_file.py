@@ -23,10 +23,10 @@ from ffd_lightning.geometry.sampling import sample_surface
 
 # Barycentric coordinates spread over a face, (36, 3).
 _FACE_PLACES = np.array([(i, j, 7 - i - j) for i in range(8) for j in range(8 - i)]) / 7
-_CONTENTS = {
-    *("images", "points", "face_ids", "point_parts", "vertices", "faces", "face_parts"),
-    *("face_colors", "family", "part_names"),
-}
+_CONTENTS = frozenset(
+    ("images", "points", "face_ids", "point_parts", "vertices", "faces", "face_parts")
+    + ("face_colors", "family", "part_names")
+)
 
 
 @dataclass(frozen=True)

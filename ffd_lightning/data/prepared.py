@@ -18,9 +18,9 @@ from ffd_lightning.errors import DataError
 MANIFEST = "manifest.json"
 REJECTED = "rejected.csv"
 UNKNOWN_PART = 255
-_REQUIRED = {
-    *("images", "points", "face_ids", "vertices", "faces", "face_colors", "mesh_offsets"),
-}
+_REQUIRED = frozenset(
+    ("images", "points", "face_ids", "vertices", "faces", "face_colors", "mesh_offsets")
+)
 _PER_MODEL = ("images", "points", "face_ids", "point_parts")
 
 

@@ -111,7 +111,7 @@ def draw_paint(rng: np.random.Generator) -> Material:
 def shell(b: Builder, paint: Material, stance: Stance) -> None:
     """Add the body with open wheel arches, and the dark underbody that shows through them."""
     arch, half = 1.13 * stance.radius, stance.length / 2
-    stations = [*np.linspace(-half, half, 16), *(z for z, _ in stance.profile)]
+    stations = [*np.linspace(-half, half, 13), *(z for z, _ in stance.profile)]
     for axle in stance.axles:
         inner = [axle - arch * np.cos(a) for a in np.linspace(0.02, np.pi - 0.02, 9)]
         stations += [axle - 1.002 * arch, *inner, axle + 1.002 * arch]
@@ -151,7 +151,7 @@ def wheel(
     rim, w = 0.66 * radius, thickness / 2
     profile = [(rim, -w), (0.93 * radius, -w), (radius, -0.6 * w), (radius, 0.6 * w)]
     profile += [(0.93 * radius, w), (rim, 0.9 * w), (0.97 * rim, 0.4 * w)]
-    b.lathe("wheel", RUBBER, profile, center, 18, turn)
+    b.lathe("wheel", RUBBER, profile, center, 16, turn)
     face = center + np.array([0.45 * w * out, 0, 0])
     plate = BLACK if kind == "spokes" else metal
     bulge = [
@@ -160,7 +160,7 @@ def wheel(
         (0.45 * rim, 0.25 * w),
         (0.1 * rim, 0.3 * w),
     ]
-    b.lathe("wheel", plate, bulge, face, 14, turn)
+    b.lathe("wheel", plate, bulge, face, 12, turn)
     if kind == "spokes":
         for i in range(count):
             spin = rotation((1, 0, 0), 360 * i / count)

@@ -1,4 +1,4 @@
-"""Mobile telephones: smartphones, candy bars, flips, sliders, keyboards, bricks, docked handsets."""
+"""Telephones: smartphones, candy bars, flips, sliders, keyboards, bricks, docked handsets."""
 
 from __future__ import annotations
 
@@ -112,7 +112,8 @@ def _candybar(rng: np.random.Generator) -> Builder:
     finish = draw_finish(rng)
     width = rng.uniform(0.34, 0.5)
     body = upright(width, 1.0, width * rng.uniform(0.24, 0.5))
-    shell(b, rng, "body", finish.body, body, rng.uniform(-0.1, 0.14), rng.uniform(3.5, 8))
+    palm = rng.uniform(0.1, 0.5) if rng.random() < 0.6 else 0.0
+    shell(b, rng, "body", finish.body, body, rng.uniform(-0.1, 0.14), rng.uniform(3.5, 8), palm)
     split = rng.uniform(-0.06, 0.14)
     share = rng.uniform(0.66, 0.8)
     display(b, rng, finish, body, (split + 0.04, rng.uniform(0.34, 0.4), share))
@@ -126,8 +127,8 @@ def _candybar(rng: np.random.Generator) -> Builder:
     if rng.random() < 0.45:
         aerial(b, rng, finish, body, int(rng.choice([-1, 1])))
     side_buttons(b, rng, finish, body)
-    if rng.random() < 0.5:
-        camera(b, rng, finish, body)
+    if palm == 0.0:
+        camera(b, rng, finish, body, center=True)
     return b
 
 
@@ -141,22 +142,30 @@ def _half(
     """Add one half of a folding or sliding telephone, its two shells of different material."""
     size = (body.width, body.height, 0.6 * body.depth)
     edge = 0.2 * body.depth
-    tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge, 4)
+    tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge)
     tile(b, "body", finish.back, body, body.at(0, 0, -0.7 * body.depth),
-         (0.99 * size[0], 0.99 * size[1], size[2]), radius, edge, 4)  # fmt: skip
+         (0.99 * size[0], 0.99 * size[1], size[2]), radius, edge)  # fmt: skip
 
 
 def _flip(rng: np.random.Generator) -> Builder:
-    """Build a clamshell, open by 95 to 175 degrees or shut, with a barrel hinge."""
+    """Build a clamshell, open by 105 to 178 degrees or shut, with a barrel hinge."""
     b = Builder()
     finish = draw_finish(rng)
     width, tall = rng.uniform(0.4, 0.6), rng.uniform(0.52, 0.6)
     depth, radius = rng.uniform(0.06, 0.12), width * rng.uniform(0.05, 0.3)
-    opening = 0.0 if rng.random() < 0.2 else rng.uniform(95, 175)
-    lower = upright(width, tall, depth)
-    tip = rotation((1, 0, 0), 180 - opening)  # open flat is in line with the lower half
-    hinge = np.array([0, tall, -depth / 2])
-    upper = _lid(hinge, tip, width, tall * rng.uniform(0.9, 1.0), depth * rng.uniform(0.7, 1.0))
+    opening = 0.0 if rng.random() < 0.2 else rng.uniform(105, 178)
+    # The lid bends towards the viewer; the keys lean back so that the screen can be seen.
+    fold = 180 - opening
+    pose = rotation((1, 0, 0), fold * rng.uniform(0.5, 1.0) if opening else 0.0)
+    lower = Body(pose @ np.array([0, tall / 2, 0]), width, tall, depth, pose)
+    hinge = lower.at(0, 0.5)
+    upper = _lid(
+        hinge,
+        pose @ rotation((1, 0, 0), -fold),
+        width,
+        tall * rng.uniform(0.9, 1.0),
+        depth * rng.uniform(0.7, 1.0),
+    )
     for half in (lower, upper):
         _half(b, rng, finish, half, radius)
     barrel = 0.5 * depth
@@ -227,7 +236,8 @@ def _keyboard(rng: np.random.Generator) -> Builder:
     finish = draw_finish(rng)
     width, height = rng.uniform(0.55, 0.85), rng.uniform(0.9, 1.05)
     body = upright(width, height, width * rng.uniform(0.12, 0.22))
-    if rng.random() < 0.5:
+    rounded = bool(rng.random() < 0.5)
+    if rounded:
         shell(b, rng, "body", finish.body, body, rng.uniform(-0.05, 0.06), rng.uniform(5, 9))
     else:
         _half(b, rng, finish, body, width * rng.uniform(0.06, 0.22))
@@ -238,7 +248,7 @@ def _keyboard(rng: np.random.Generator) -> Builder:
     display(b, rng, finish, body, (split + 0.16, 0.39, rng.uniform(0.76, 0.86)), rng.random() < 0.5)
     earpiece(b, rng, body, 0.445)
     side_buttons(b, rng, finish, body)
-    camera(b, rng, finish, body)
+    camera(b, rng, finish, body, center=rounded)
     return b
 
 
@@ -259,8 +269,7 @@ def _brick(rng: np.random.Generator) -> Builder:
     keypad(b, rng, finish, body, (-0.36, top - 0.02, 0.76), (rows, 3))
     earpiece(b, rng, body, 0.4)
     earpiece(b, rng, body, -0.43)
-    for _ in range(2):
-        aerial(b, rng, finish, body, 1 if rng.random() < 0.5 else -1)
+    aerial(b, rng, finish, body, int(rng.choice([-1, 1])))
     side_buttons(b, rng, finish, body)
     if rng.random() < 0.35:
         _flap(b, rng, finish, body)
@@ -287,7 +296,7 @@ def _docked(rng: np.random.Generator) -> Builder:
     body = upright(width, 1.0, width * rng.uniform(0.35, 0.6))
     tip = rotation((1, 0, 0), rng.uniform(5, 25))
     body = Body(tip @ np.array([0, 0.55, 0]), width, 1.0, body.depth, tip)
-    shell(b, rng, "body", finish.body, body, rng.uniform(-0.1, 0.15), rng.uniform(3, 6))
+    shell(b, rng, "body", finish.body, body, rng.uniform(-0.1, 0.15), rng.uniform(3, 6), 0.3)
     split = rng.uniform(0.02, 0.12)
     display(b, rng, finish, body, (split, split + rng.uniform(0.14, 0.24), 0.72))
     navigation(b, rng, finish, body, split - 0.07, 0.3)

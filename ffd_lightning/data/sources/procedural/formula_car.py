@@ -6,16 +6,14 @@ import numpy as np
 
 from ffd_lightning.data.sources.procedural.car_parts import BLACK, draw_paint, wheel
 from ffd_lightning.data.sources.procedural.furniture import beam
+from ffd_lightning.data.sources.procedural.sections import superellipse
 from ffd_lightning.data.sources.procedural.shapes import Array, Builder, Material, pick_material
-
-_ANGLES = 2 * np.pi * (np.arange(14) + 0.5) / 14
 
 
 def _oval(z: float, y: float, width: float, height: float) -> Array:
-    """Return a rounded section (14, 3) about (0, y, z)."""
-    circle = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], 1)
-    flat = np.sign(circle) * np.abs(circle) ** 0.6 * np.array([width, height]) / 2
-    return np.column_stack([flat[:, 0], y + flat[:, 1], np.full(14, z)])
+    """Return a rounded section (16, 3) about (0, y, z)."""
+    flat = superellipse(0.5) * np.array([width, height]) / 2
+    return np.column_stack([flat[:, 0], y + flat[:, 1], np.full(16, z)])
 
 
 def formula(rng: np.random.Generator) -> Builder:

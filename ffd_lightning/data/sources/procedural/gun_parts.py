@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.data.sources.procedural.furniture import beam, bend, draw
+from ffd_lightning.data.sources.procedural.sections import superellipse
 from ffd_lightning.data.sources.procedural.shapes import Array, Builder, Material, pick_material
 
 BLACK = Material((0.03, 0.03, 0.03))
 IRON = Material((0.14, 0.14, 0.15))
-
-_ANGLES = 2 * np.pi * (np.arange(16) + 0.5) / 16
 
 
 def at(forward: float, up: float, side: float = 0.0) -> Array:
@@ -37,16 +36,9 @@ def draw_furniture(rng: np.random.Generator, wood: float = 0.5) -> Material:
     return Material(color, pattern, 3.0, seed=int(rng.integers(1 << 30)))
 
 
-def _ring(boxiness: float) -> Array:
-    """Return a superellipse (16, 2) that fills the square [-1, 1]^2: 0 is round, 1 is square."""
-    circle = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], 1)
-    rounded = np.sign(circle) * np.abs(circle) ** (1 - 0.8 * boxiness)
-    return rounded / np.abs(rounded).max()
-
-
 def bar(b: Builder, part: str, material: Material, rows: ArrayLike, boxiness: float = 0.7) -> None:
     """Add a body along z from rows (forward, lower end, upper end, width)."""
-    ring = _ring(boxiness)
+    ring = superellipse(boxiness)
     sections = []
     for forward, low, high, width in np.asarray(rows, float):
         y = (low + high) / 2 + ring[:, 1] * (high - low) / 2
@@ -72,7 +64,7 @@ def sweep(
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
     depths = np.broadcast_to(np.asarray(depth, float), len(points))
     widths = np.broadcast_to(np.asarray(width, float), len(points))
-    ring, sections = _ring(boxiness), []
+    ring, sections = superellipse(boxiness), []
     for point, (df, du), d, w in zip(points, tangents, depths, widths, strict=True):
         flat = point + ring[:, 1:] * d / 2 * np.array([-du, df])
         sections.append(np.column_stack([ring[:, 0] * w / 2, flat[:, 1], -flat[:, 0]]))

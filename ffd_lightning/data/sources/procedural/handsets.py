@@ -103,15 +103,17 @@ def shell(
     body: Body,
     waist: float = 0.0,
     squareness: float = 5.0,
+    palm: float = 0.0,
 ) -> None:
     """Add a rounded housing, narrower by `waist` in the middle, wider above or below.
 
-    Its cross-section is a superellipse of the exponent `squareness`, so its front stays flat.
+    Its cross-section is a superellipse of the exponent `squareness`, so its front stays flat;
+    its back bulges by the share `palm`.
     """
     a = 2 * np.pi * np.arange(28) / 28
     section = np.stack([np.cos(a), np.zeros(28), np.sin(a)], 1)
     section = np.sign(section) * np.abs(section) ** (2 / squareness)
-    tilt, swell = rng.uniform(-0.06, 0.06), rng.uniform(0.0, 0.5)
+    tilt = rng.uniform(-0.06, 0.06)
     ends = np.array([0.0, 0.015, 0.05, 0.12])
     t = np.concatenate([ends, np.linspace(0.2, 0.8, 7), 1 - ends[::-1]])
     nose = rng.uniform(0.5, 0.85)  # how blunt the ends are
@@ -121,7 +123,7 @@ def shell(
     rings = []
     for level, w, d in zip(t, wide, deep, strict=True):
         ring = section * np.array([w * body.width / 2, 1, d * body.depth / 2])
-        ring[ring[:, 2] > 0, 2] *= 1 + swell * np.sin(np.pi * level)  # the palm side
+        ring[ring[:, 2] > 0, 2] *= 1 + palm * np.sin(np.pi * level)
         rings.append((ring + (0, (level - 0.5) * body.height, 0)) @ body.turn.T + body.center)
     b.loft(part, material, rings)
 
@@ -175,10 +177,10 @@ def keypad(
     rows, columns = grid
     wide = share * body.width / columns
     tall = (high - low) * body.height / rows
-    shape = draw(rng, ["round", "pill", "square", "flush"]) if rows * columns < 24 else "square"
-    fill = rng.uniform(0.7, 0.9) if shape != "flush" else 0.97
+    shape = draw(rng, ["round", "pill", "square", "flush"]) if rows * columns < 20 else "square"
+    fill = rng.uniform(0.7, 0.9) if shape != "flush" else 0.94
     bend = rng.uniform(0.0, 0.25) if columns == 3 else 0.0  # the outer keys sit higher
-    height = rng.uniform(0.01, 0.03)
+    height, steps = rng.uniform(0.01, 0.03), 2 if rows * columns < 13 else 1
     last = pick_material(rng, "paint") if rng.random() < 0.3 else finish.keys
     for row in range(rows):
         for column in range(columns):
@@ -195,7 +197,7 @@ def keypad(
             else:
                 square = min(size[:2])
                 flat = (square, square, height) if shape == "round" else size
-                tile(b, "key", material, body, place, flat, 0.49 * min(flat[:2]), segments=2)
+                tile(b, "key", material, body, place, flat, 0.49 * min(flat[:2]), segments=steps)
 
 
 def navigation(
@@ -245,24 +247,27 @@ def side_buttons(b: Builder, rng: np.random.Generator, finish: Finish, body: Bod
     for i in range(int(rng.integers(1, 5))):
         side = -1 if i % 2 else 1
         tall = rng.uniform(0.05, 0.12)
-        place = body.at(side * 0.5, 0.32 - 0.14 * (i // 2) - 0.06 * i, -body.depth / 2)
-        size = (0.022, tall * body.height, 0.35 * body.depth)
+        x = side * (0.5 - 0.024 / body.width)
+        place = body.at(x, 0.32 - 0.14 * (i // 2) - 0.06 * i, -body.depth / 2)
+        size = (0.068, tall * body.height, min(0.35 * body.depth, 0.05))
         b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
     if rng.random() < 0.4:
         place = body.at(rng.uniform(-0.3, 0.3), 0.5, -body.depth / 2)
-        size = (0.14 * body.width, 0.02, 0.35 * body.depth)
+        size = (0.14 * body.width, 0.02, min(0.35 * body.depth, 0.05))
         b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
 
 
-def camera(b: Builder, rng: np.random.Generator, finish: Finish, body: Body) -> None:
-    """Add one to four lenses on the back, on a raised plate or bare, and a flash."""
+def camera(
+    b: Builder, rng: np.random.Generator, finish: Finish, body: Body, center: bool = False
+) -> None:
+    """Add one to four lenses on the back, on a raised plate or bare, in a corner or at the `center`."""
     count = int(rng.integers(1, 5))
     radius = rng.uniform(0.05, 0.085) * body.width
     pitch = 2.4 * radius
     spots = [(0, 0), (0, 1), (1, 0), (1, 1)][:count]
     sizes = np.max(np.array(spots) + 1, axis=0) * pitch + 0.3 * radius
-    x0 = 0.42 * body.width - sizes[0] if rng.random() < 0.7 else -sizes[0] / 2
-    y0 = 0.46 * body.height - sizes[1]
+    x0 = 0.42 * body.width - sizes[0] if rng.random() < 0.7 and not center else -sizes[0] / 2
+    y0 = (0.38 if center else 0.46) * body.height - sizes[1]
     middle = (x0 + sizes[0] / 2) / body.width, (y0 + sizes[1] / 2) / body.height
     raised = rng.uniform(0.005, 0.02)
     if count > 1 or rng.random() < 0.5:

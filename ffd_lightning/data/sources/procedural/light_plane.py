@@ -69,20 +69,16 @@ def _ground(
 def _cab(b: Builder, rows: Array, paint: Material, front: float, top: float, wide: float) -> None:
     """Add an upright cabin with glass all around below a high wing at height `top`."""
     low = height_at(rows, front, 0.4)
-    plan = [
-        (front - 0.09, low, 0.02),
-        (front, top, 0.0),
-        (front + 0.16, top, 0.0),
-        (front + 0.3, low, 0.1),
-    ]
-    rings = []
-    for inset, material in ((1.0, GLASS),):
-        for z, y, _ in plan:
-            w = inset * wide * (0.5 if z > front + 0.2 else 0.92) / 2
-            rings.append(
-                [(-w, low - 0.03, z), (-0.9 * w, y, z), (0.9 * w, y, z), (w, low - 0.03, z)]
-            )
-        b.loft("window", material, rings)
+    sections = []
+    for z, y, w in (
+        (front - 0.09, low, 0.46 * wide),
+        (front, top, 0.46 * wide),
+        (front + 0.16, top, 0.46 * wide),
+        (front + 0.3, low, 0.25 * wide),
+    ):
+        base = low - 0.03
+        sections.append([(-w, base, z), (-0.9 * w, y, z), (0.9 * w, y, z), (w, base, z)])
+    b.loft("window", GLASS, sections)
     for z in (front, front + 0.16):
         for side in (-1, 1):
             foot, head = (side * 0.47 * wide, low - 0.02, z), (side * 0.425 * wide, top, z)
@@ -123,11 +119,6 @@ def light_plane(rng: np.random.Generator) -> Builder:
     place = lead + (0.13 if nose else 0.02)
     _ground(b, rng, paint, rows, rng.uniform(reach, z), place, nose)
     propeller(b, rng, (0, 0, -0.505), rng.uniform(0.11, 0.15), int(rng.integers(2, 4)), accent)
-    stripe = (0.012, 0.02, 0.5)
-    for side in (-1, 1):
-        b.box(
-            "body", accent, (side * 0.33 * wide, 0.02 * tall, -0.05), stripe
-        ) if rng.random() < 0 else None
     return b
 
 

@@ -219,25 +219,7 @@ def flying_wing(rng: np.random.Generator) -> Builder:
     )
     fuselage(b, "body", paint, rows)
     canopy(b, rows, (lead + 0.06, lead + 0.22), 0.5 * wide, 0.015, paint)
-    count = int(rng.choice([2, 2, 4]))
-    for x in (
-        np.linspace(-0.5, 0.5, count) * rng.uniform(1.3, 1.7) * wide * (1 if count == 2 else 1.4)
-    ):
-        z = lead + slope * abs(x) + 0.1
-        pod = [
-            (z, 0.035, 0.075, 0.05),
-            (z + 0.12, 0.035, 0.08, 0.055),
-            (z + 0.26, 0.02, 0.05, 0.025),
-        ]
-        fuselage(b, "engine", accent if count == 4 else paint, pod, 0.5, x)
-        fuselage(
-            b,
-            "engine",
-            BLACK,
-            [(z - 0.003, 0.035, 0.06, 0.035), (z + 0.01, 0.035, 0.06, 0.035)],
-            0.5,
-            x,
-        )
+    _buried_engines(b, rng, (paint, accent), wide, (lead, slope))
     if rng.random() < 0.45:
         hold = edge[-1] - [0.04, 0, 0]
         fin = [hold, hold + [0.02, rng.uniform(0.08, 0.16), 0.08]]
@@ -245,3 +227,27 @@ def flying_wing(rng: np.random.Generator) -> Builder:
     for x, z in ((0.0, lead + 0.12), (-0.5 * wide, lead + 0.34), (0.5 * wide, lead + 0.34)):
         undercarriage(b, STEEL, (x, 0.0, z), rng.uniform(0.1, 0.11), 0.022)
     return b
+
+
+def _buried_engines(
+    b: Builder,
+    rng: np.random.Generator,
+    colors: tuple[Material, Material],
+    wide: float,
+    edge: tuple[float, float],
+) -> None:
+    """Add two or four humps on a wing whose leading edge is (z at the middle, slope)."""
+    lead, slope = edge
+    apart = rng.uniform(1.3, 1.7) * wide
+    xs = (
+        np.linspace(-0.5, 0.5, 2) * apart
+        if rng.random() < 0.67
+        else np.linspace(-0.7, 0.7, 4) * apart
+    )
+    for x in xs:
+        z = lead + slope * abs(x) + 0.1
+        pod = [(z, 0.035, 0.075, 0.05), (z + 0.12, 0.035, 0.08, 0.055)]
+        pod += [(z + 0.26, 0.02, 0.05, 0.025)]
+        fuselage(b, "engine", colors[len(xs) // 4], pod, 0.5, x)
+        mouth = [(z + d, 0.035, 0.06, 0.035) for d in (-0.003, 0.01)]
+        fuselage(b, "engine", BLACK, mouth, 0.5, x)

@@ -1,4 +1,4 @@
-"""Aeroplanes: airliner, turboprop, light aircraft, biplane, fighter, warbird, glider, flying wing."""
+"""Aeroplanes: airliner, turboprop, light, biplane, glider, warbird, fighter, flying wing."""
 
 from __future__ import annotations
 

@@ -39,7 +39,7 @@ def draw_livery(rng: np.random.Generator, drab: float = 0.0) -> tuple[Material, 
 
 
 def oval(row: ArrayLike, boxiness: float = 0.0, grow: float = 1.0, side: float = 0.0) -> Array:
-    """Return the section (20, 3) at x = `side` of a row (z, height of its middle, width, height)."""
+    """Return the section (20, 3) of a row (z, middle's height, width, height) at x = `side`."""
     z, y, width, height = np.asarray(row, float)
     flat = superellipse(boxiness, 20) * np.array([width, height]) / 2 * grow
     return np.column_stack([side + flat[:, 0], y + flat[:, 1], np.full(20, z)])
@@ -64,8 +64,8 @@ def tapered(
 
     `nose` and `tail` are the lengths of the two cones; the tail's underside rises by `upsweep`.
     """
-    a, rows = np.linspace(0.12, np.pi / 2, 6), []
-    for angle in a:
+    rows = []
+    for angle in (0.01, 0.1, 0.3, 0.6, 1.0, np.pi / 2):
         s = np.sin(angle) ** 0.7
         y = -0.14 * height * (1 - s)
         rows.append((-length / 2 + nose * (1 - np.cos(angle)), y, width * s, height * s))
@@ -232,7 +232,7 @@ def windows(
     up: float,
     size: tuple[float, float],
 ) -> None:
-    """Add a row of `count` cabin windows to both flanks, `up` of the half-height above the middle."""
+    """Add `count` cabin windows to both flanks, `up` of the half-height above the middle."""
     for z in np.linspace(*ends, count):
         x = 0.5 * width_at(rows, z) * np.sqrt(1 - up**2)
         y = height_at(rows, z, up)
@@ -242,17 +242,18 @@ def windows(
 
 def windscreen(b: Builder, rows: Array, z: float, depth: float) -> None:
     """Add the cockpit's glass: a band around the upper front of a fuselage."""
+    angles = np.radians(np.linspace(16, 84, 6))
     for side in (-1, 1):
         rings = []
-        for at in (z, z + depth):
+        for at in np.linspace(z, z + depth, 4):
             middle, half = height_at(rows, at, 0), 0.5 * width_at(rows, at)
             tall = height_at(rows, at, 1) - middle
-            angles = np.radians([18, 40, 62, 82])
-            arc = np.stack([side * half * np.cos(angles), middle + tall * np.sin(angles)], 1)
-            inner = arc * [0.97, 1] - [0, 0.03 * tall]
-            outer = arc * [1.015, 1] + [0, 0.012 * tall]
-            flat = np.concatenate([outer, inner[::-1]])
-            rings.append(np.column_stack([flat, np.full(8, at)]))
+            flat = [
+                (s * half * np.cos(angles), middle + s * tall * np.sin(angles)) for s in (1.03, 0.9)
+            ]
+            outer, inner = (np.stack(xy, 1) for xy in flat)
+            ring = np.concatenate([outer, inner[::-1]]) * [side, 1]
+            rings.append(np.column_stack([ring, np.full(12, at)]))
         b.loft("window", GLASS, rings)
 
 
