@@ -16,7 +16,7 @@ demo: $(VENV)/.installed
 	$(BIN)/python train.py -m regime=b,w,e,r category=table name=demo
 
 test: $(VENV)/.installed-dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

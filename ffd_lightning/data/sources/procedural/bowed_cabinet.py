@@ -118,7 +118,7 @@ def _curved_front(
 ) -> None:
     """Add a door or drawer on the stretch `span` (0 to 1) of the front, its handle at `side`."""
     t = np.linspace(0, 1, len(path))
-    along = np.linspace(*span, 9)
+    along = np.linspace(*span, 13)
     flat = np.stack([np.interp(along, t, path[:, i]) for i in (0, 1)], 1)
     run = np.gradient(flat, axis=0)
     normal = np.stack([run[:, 1], -run[:, 0]], 1) / np.linalg.norm(run, axis=1, keepdims=True)
@@ -132,7 +132,7 @@ def _curved_front(
         inner = (place + 0.5 * BOARD * normal)[1:-1]
         raised = [np.insert(inner, 1, y, axis=1) for y in heights + np.clip(inset, -0.06, 0.06)]
         sheet(b, part, style.front, np.array(raised), 0.012)
-    spot = (7 if side > 0 else 1) if part == "door" else 4
+    spot = (11 if side > 0 else 1) if part == "door" else 6
     start = np.insert(flat[spot] + BOARD * normal[spot], 1, heights.mean())
     across = np.insert(run[spot] / np.linalg.norm(run[spot]), 1, 0.0)
     _handle(b, style, start, np.insert(normal[spot], 1, 0.0), UP if part == "door" else across)

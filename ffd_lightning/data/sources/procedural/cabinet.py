@@ -132,7 +132,6 @@ def _sideboard(rng: np.random.Generator) -> Builder:
     half = rng.uniform(0.6, 1.6, (count + 1) // 2)
     shares = np.concatenate([half, half[: count // 2][::-1]])  # symmetric, as most are
     if rng.random() < 0.2:
-        shelves(b, style, bay, 1, style.body)
         sliding_doors(b, style, bay, count)
     else:
         columns = bay.split(shares, across=True)
@@ -171,13 +170,15 @@ def _bookcase(rng: np.random.Generator) -> Builder:
             shelves(b, style, column, count, style.body)
         if rng.random() < 0.4:
             add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.02, 0.06))
+        else:
+            add_top(b, rng, style.body, (width, base + height, depth))
     else:
-        cell, columns = rng.uniform(0.28, 0.42), int(rng.integers(2, 6))
-        tallest = int(rng.integers(max(2, columns - 1), 6))
+        cell, across = rng.uniform(0.28, 0.42), int(rng.integers(2, 6))
+        tallest = int(rng.integers(max(2, across - 1), 6))
         direction = int(rng.choice([-1, 1]))
-        for i in range(columns):
+        for i in range(across):
             rows = max(1, tallest - i) if kind == "stairs" else tallest
-            x = direction * (i - (columns - 1) / 2) * (cell - style.board)
+            x = direction * (i - (across - 1) / 2) * (cell - style.board)
             _cells(b, rng, style, (cell, depth), x, rows, 0.3 if kind == "grid" else 0.1)
     return b
 

@@ -113,7 +113,7 @@ def shell(b: Builder, paint: Material, stance: Stance) -> None:
     arch, half = 1.13 * stance.radius, stance.length / 2
     stations = [*np.linspace(-half, half, 13), *(z for z, _ in stance.profile)]
     for axle in stance.axles:
-        inner = [axle - arch * np.cos(a) for a in np.linspace(0.02, np.pi - 0.02, 9)]
+        inner = [axle - arch * np.cos(a) for a in np.linspace(0.02, np.pi - 0.02, 8)]
         stations += [axle - 1.002 * arch, *inner, axle + 1.002 * arch]
     inside = [z for z in sorted(stations) if -half <= z <= half]
     kept = np.array(inside)[np.diff(inside, prepend=-np.inf) > 1e-4]
@@ -151,7 +151,7 @@ def wheel(
     rim, w = 0.66 * radius, thickness / 2
     profile = [(rim, -w), (0.93 * radius, -w), (radius, -0.6 * w), (radius, 0.6 * w)]
     profile += [(0.93 * radius, w), (rim, 0.9 * w), (0.97 * rim, 0.4 * w)]
-    b.lathe("wheel", RUBBER, profile, center, 16, turn)
+    b.lathe("wheel", RUBBER, profile, center, 14, turn)
     face = center + np.array([0.45 * w * out, 0, 0])
     plate = BLACK if kind == "spokes" else metal
     bulge = [
@@ -207,9 +207,9 @@ def face(b: Builder, rng: np.random.Generator, stance: Stance, paint: Material) 
             center = np.array([side * (0.93 * half - size[0] / 2 - 0.02), y, z])
             material = LAMP if end < 0 else RED
             if shape == "round":
-                b.ellipsoid("light", material, center, (size[0] / 2, size[1] / 2, 0.04), 10)
+                b.ellipsoid("light", material, center, (size[0] / 2, size[1] / 2, 0.04), 8)
             else:
-                b.rounded_box("light", material, center, (*size, 0.06), 0.025, segments=2)
+                b.rounded_box("light", material, center, (*size, 0.06), 0.025, segments=1)
         low = stance.clearance + 0.2 * tall
         box = (1.98 * half, 0.22 * tall, 0.16)
         b.rounded_box("trim", bumper, (0, low, z - end * 0.03), box, 0.07, segments=2)

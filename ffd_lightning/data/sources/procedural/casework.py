@@ -49,7 +49,8 @@ def add_cornice(
     """Add a moulding around the top of `size` (width, its height, depth) that flares by `reach`."""
     width, height, depth = size
     rings = []
-    for out, rise in ((0.0, -0.01), (0.3, 0.15), (0.45, 0.7), (1.0, 0.85), (1.0, 1.2)):
+    profile = [(0.0, -0.01), (0.3, 0.15), (0.33, 0.4), (0.5, 0.65), (0.8, 0.78), (1.0, 0.85)]
+    for out, rise in [*profile, (1.0, 1.2)]:
         ring = corners(width + 2 * out * reach, depth + out * reach, height + rise * reach)
         rings.append(ring + (0, 0, z - out * reach / 2))
     b.loft("top", material, rings)
@@ -114,7 +115,7 @@ def stand(
             sizes = (0.13, rise, 0.025), (0.025, rise, 0.13)
             for block, shift in zip(sizes, (inward * (-0.03, 0, 0.02), inward * (0.02, 0, -0.03)),
                                     strict=True):  # fmt: skip
-                b.rounded_box("leg", material, foot + shift, block, 0.006, segments=1)
+                b.box("leg", material, foot + shift, block)
     else:
         style = draw_leg_style(rng, (0.03, 0.06), hairpin=0.15 if height > 0.12 else 0.0)
         margin = 1.3 * style.thickness

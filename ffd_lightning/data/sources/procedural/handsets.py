@@ -260,7 +260,7 @@ def side_buttons(b: Builder, rng: np.random.Generator, finish: Finish, body: Bod
 def camera(
     b: Builder, rng: np.random.Generator, finish: Finish, body: Body, center: bool = False
 ) -> None:
-    """Add one to four lenses on the back, on a raised plate or bare, in a corner or at the `center`."""
+    """Add one to four lenses on the back, on a plate or bare, in a corner or in the `center`."""
     count = int(rng.integers(1, 5))
     radius = rng.uniform(0.05, 0.085) * body.width
     pitch = 2.4 * radius

@@ -170,7 +170,9 @@ def doors(
 
 
 def sliding_doors(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
-    """Close a bay with overlapping doors on two tracks."""
+    """Close a bay with overlapping doors on two tracks, a shelf or more behind them."""
+    inner = replace(bay, front=bay.front + 2 * BOARD, depth=bay.depth - 2 * BOARD)
+    shelves(b, style, inner, max(1, round(bay.height / 0.4) - 1), style.body)
     for i, cell in enumerate(bay.split(np.ones(count), across=True, gap=0.0)):
         shift = 0.004 + (0.024 if i % 2 else 0.0)
         face = replace(cell, width=cell.width + 0.03, front=cell.front + shift)
@@ -182,9 +184,9 @@ def sliding_doors(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
 
 
 def shelves(b: Builder, style: Joinery, bay: Bay, count: int, material: Material) -> None:
-    """Add `count` boards to a bay, evenly, set back a little."""
+    """Add `count` boards to a bay, evenly, behind where inset doors are."""
     for y in np.linspace(-0.5, 0.5, count + 2)[1:-1] * bay.height + bay.y:
-        low = (bay.x - bay.width / 2 - 0.003, y - BOARD / 2, bay.front + 0.03 * bay.depth)
+        low = (bay.x - bay.width / 2 - 0.003, y - BOARD / 2, bay.front + 1.3 * BOARD)
         high = (bay.x + bay.width / 2 + 0.003, y + BOARD / 2, bay.back())
         plank(b, "shelf", material, low, high)
 

@@ -20,8 +20,8 @@ def kitchen(rng: np.random.Generator) -> Builder:
     """Build a kitchen unit: closed bays under a worktop with a sink or hob, often wall units."""
     b = Builder()
     style = draw_joinery(rng, ("wood", "paint", "paint", "plastic"))
-    count = int(rng.choice([1, 2, 3, 4], p=[0.15, 0.3, 0.35, 0.2]))
-    width, height, depth = count * rng.uniform(0.42, 0.62), rng.uniform(0.65, 0.8), 0.58
+    count = int(rng.choice([1, 2, 3], p=[0.2, 0.4, 0.4]))
+    width, height, depth = count * rng.uniform(0.42, 0.75), rng.uniform(0.65, 0.8), 0.58
     base = stand(b, rng, pick_material(rng, "rubber"), (width, depth), ("plinth", "bracket"), 0.14)
     columns = carcass(b, style, (width, height, depth), bottom=base).split(np.ones(count), True)
     dividers(b, style, columns, across=True)
@@ -49,13 +49,13 @@ def kitchen(rng: np.random.Generator) -> Builder:
 def _sink(b: Builder, rng: np.random.Generator, steel: Material, x: float, level: float) -> None:
     """Add a sink's rim, its dark bowl and a tap at `x` on a worktop at `level`."""
     size = np.array([rng.uniform(0.34, 0.42), 0.024, rng.uniform(0.3, 0.38)])
-    b.rounded_box("top", steel, (x, level, -0.04), size, 0.04)
+    b.rounded_box("top", steel, (x, level, -0.04), size, 0.04, segments=2)
     bowl = Material((0.35, 0.36, 0.38))
-    b.rounded_box("top", bowl, (x, level + 0.004, -0.04), size * (0.85, 1, 0.8), 0.06)
+    b.rounded_box("top", bowl, (x, level + 0.004, -0.04), size * (0.85, 1, 0.8), 0.06, segments=2)
     rise, reach = rng.uniform(0.14, 0.3), rng.uniform(0.12, 0.18)
     path = np.array([[x, level, 0.2], [x, level + rise, 0.2], [x, level + rise, 0.2 - reach],
                      [x, level + 0.7 * rise, 0.2 - reach]])  # fmt: skip
-    b.tube("top", steel, bend(path, 0.06), 0.013, 10)
+    b.tube("top", steel, bend(path, 0.06, 3), 0.013, 8)
 
 
 def _wall_units(

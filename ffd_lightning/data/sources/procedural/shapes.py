@@ -130,10 +130,14 @@ class Builder:
     _count: int = 0
 
     def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
-        """Add raw triangles: vertices (v, 3), faces (f, 3)."""
-        v, f = np.asarray(vertices, float).reshape(-1, 3), np.asarray(faces, np.int64)
+        """Add raw triangles, vertices (v, 3), faces (f, 3); those without area are left out."""
+        v = np.asarray(vertices, float).reshape(-1, 3)
+        f = np.asarray(faces, np.int64).reshape(-1, 3)
+        a, b, c = (v[f[:, i]] for i in range(3))
+        doubled = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        f = f[doubled > 1e-12 * max(float(np.ptp(v, axis=0).max()), 1e-12) ** 2]
         self._vertices.append(v)
-        self._faces.append(f.reshape(-1, 3) + self._count)
+        self._faces.append(f + self._count)
         self._count += len(v)
         self._parts.append((part, len(self._faces[-1])))
         self._materials.append((material, len(self._faces[-1])))

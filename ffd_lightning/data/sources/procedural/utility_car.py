@@ -63,10 +63,11 @@ def bus(rng: np.random.Generator) -> Builder:
     profile = ((-half, belt - 0.04), (0.0, belt), (half, belt))
     stance = Stance(length, width, axles, r, 0.3, profile, 0.95)
     shell(b, paint, stance)
-    rake, gap = rng.uniform(0.02, 0.3), rng.uniform(1.5, 2.2)
-    pillars = tuple(np.linspace(0, 1, round(length / gap) + 1)[1:-1])
-    lintel = rng.uniform(0.75, 0.9)
-    for deck in range(1 + int(rng.random() < 0.25)):
+    rake, gap, lintel = rng.uniform(0.02, 0.3), rng.uniform(1.2, 2.2), rng.uniform(0.75, 0.9)
+    decks = 1 + int(rng.random() < 0.25)
+    bays = min(round(length / gap), 9 if decks == 1 else 5)
+    pillars = tuple(np.linspace(0, 1, bays + 1)[1:-1])
+    for deck in range(decks):
         low = belt + deck * (tall + 0.45)
         if deck:
             b.rounded_box(
