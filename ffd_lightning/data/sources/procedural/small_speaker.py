@@ -1,11 +1,12 @@
-"""Loudspeakers that are no boxes: portable ones, balls and eggs, horns and megaphones."""
+"""Small speakers: pods on the desk, portable ones, horns, and sets of several."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.facing import Front, knob, plate
-from ffd_lightning.data.sources.procedural.furniture import beam, bend, circle, draw, lean
+from ffd_lightning.data.sources.procedural.furniture import UP, bend, circle, draw, lean
 from ffd_lightning.data.sources.procedural.shapes import (
     Array,
     Builder,
@@ -13,237 +14,252 @@ from ffd_lightning.data.sources.procedural.shapes import (
     pick_material,
     rotation,
 )
-from ffd_lightning.data.sources.procedural.speaker_parts import Finish, draw_finish, driver
+from ffd_lightning.data.sources.procedural.speaker_parts import (
+    FORWARD,
+    Cabinet,
+    Finish,
+    Units,
+    add_cabinet,
+    add_driver,
+    add_feet,
+    add_handle,
+    add_knobs,
+    add_skin,
+    draw_cabinet,
+    draw_cloth,
+    draw_finish,
+    row_of_bays,
+    two_way,
+)
 
-_BRIGHT = ("plastic", "paint", "rubber", "metal")
+SIDEWAYS = rotation((0, 0, 1), -90)
+"""Turns what is upright so that it points to +x."""
 
 
-def portable(rng: np.random.Generator) -> Builder:
-    """Build a portable: a lying or upright tube, or a radio recorder with a handle."""
-    b = Builder()
-    finish = draw_finish(rng, _BRIGHT)
-    kind = draw(rng, ["lying", "upright", "recorder"])
-    if kind == "recorder":
-        _recorder(b, rng, finish)
-        return b
-    radius = rng.uniform(0.14, 0.3)
-    length = radius * (rng.uniform(3.0, 6.0) if kind == "lying" else rng.uniform(1.2, 4.0))
-    turn = rotation((0, 0, 1), 90) if kind == "lying" else np.eye(3)
-    lift = radius + 0.02 if kind == "lying" else 0.03 + length / 2
-    center, bulge = np.array([0, lift, 0]), rng.uniform(0.9, 1.12)
-    rows = [(0.9, -0.48), (1, -0.44), (bulge, 0), (1, 0.44), (0.9, 0.48)]
-    b.lathe("grille", finish.grille, [(r * radius, t * length) for r, t in rows], center, 32, turn)
-    for side in (-1, 1):
-        cap = [(0.97, 0.4), (1.04, 0.42), (1.04, 0.49), (0.9, 0.5), (0.88, 0.48)]
-        profile = [(r * radius, side * t * length) for r, t in cap]
-        b.lathe("cabinet", finish.cabinet, profile, center, 32, turn)
-    if kind == "lying":
-        for side in (-1, 1):
-            face = Front(center + (side * 0.485 * length, 0, 0), rotation((0, 1, 0), -90 * side))
-            driver(b, finish, face, (0, 0), 0.75 * radius)
-            foot = (0.1 * length, 0.06, 1.2 * radius)
-            b.rounded_box("stand", finish.ring, (side * 0.3 * length, 0.03, 0), foot, 0.02)
-        top = center + (0, radius * (0.5 + 0.5 * bulge), 0)
-    else:
-        driver(b, finish, Front(center + (0, 0.485 * length, 0), lean(90)), (0, 0), 0.6 * radius)
-        b.cylinder("stand", finish.ring, (0, 0, 0), (0, 0.05, 0), 0.85 * radius, segments=28)
-        top = None
-    _controls(b, rng, finish, top, center - (0, 0, radius * bulge), length)
+def pod(rng: np.random.Generator) -> Builder:
+    """Build an egg, a ball or a drum around one driver, on a neck, on legs or on the ground."""
+    b, finish = Builder(), draw_finish(rng)
+    _add_pod(b, rng, finish, rng.uniform(0.09, 0.16), np.zeros(3))
     return b
 
 
-def _controls(
+def _add_pod(
     b: Builder,
     rng: np.random.Generator,
     finish: Finish,
-    top: Array | None,
-    side: Array,
-    length: float,
+    radius: float,
+    at: Array,
+    yaw: float = 0.0,
 ) -> None:
-    """Add buttons and a loop on top of a lying tube (`top`), or a badge and strap at its `side`."""
-    if top is None:
-        plate(b, "control", finish.metal, Front(side), (0, 0), (0.1, 0.05, 0.04), 0.02)
-        return
-    face = Front(top, lean(90))
-    for i in range(int(rng.integers(2, 5))):
-        rows = [(0.03, -0.02), (0.03, 0.006), (0.004, 0.012)]
-        knob(b, "control", finish.metal, face, (0.09 * i - 0.1, 0), rows, 14)
-    if rng.random() < 0.5:
-        reach = 0.38 * length
-        path = top + np.array([(-reach, -0.06, 0), (-reach, 0.16, 0), (reach, 0.16, 0),
-                               (reach, -0.06, 0)])  # fmt: skip
-        b.tube("handle", finish.ring, bend(path, 0.1), 0.02, 10)
-
-
-def _recorder(b: Builder, rng: np.random.Generator, finish: Finish) -> None:
-    """Add a radio recorder: two drivers beside a deck or dial, keys, a handle, an aerial."""
-    width, height, depth = rng.uniform(0.9, 1.4), rng.uniform(0.4, 0.6), rng.uniform(0.2, 0.32)
-    center = np.array([0, 0.02 + height / 2, 0])
-    radius = rng.uniform(0.02, 0.12)
-    b.rounded_box("cabinet", finish.cabinet, center, (width, height, depth), radius, 0.02)
-    front = Front(center - (0, 0, depth / 2))
-    woofer = min(rng.uniform(0.3, 0.42) * height, 0.19 * width)
-    for side in (-1, 1):
-        driver(b, finish, front, (side * 0.3 * width, -0.05 * height), woofer)
-        if rng.random() < 0.5:
-            small = (side * 0.13 * width, 0.36 * height)
-            driver(b, finish, front, small, 0.06 * height)
-        foot = (0.08, 0.03, 0.7 * depth)
-        b.rounded_box("stand", finish.ring, (side * 0.35 * width, 0.015, 0), foot, 0.01)
-    middle = 2 * (0.3 * width - 1.1 * woofer)
-    plate(b, "control", finish.metal, front, (0, -0.12 * height), (middle, 0.5 * height, 0.03), 0.02)
-    window = (0.8 * middle, 0.26 * height, 0.045)
-    plate(b, "control", Material((0.1, 0.12, 0.14)), front, (0, -0.1 * height), window, 0.015)
-    dial = (0.6 * width, 0.1 * height, 0.02)
-    plate(b, "control", Material((0.85, 0.8, 0.65)), front, (0, 0.4 * height), dial, 0.01)
-    for x in np.linspace(-0.3, 0.3, int(rng.integers(4, 9))) * width:
-        key = (0.06, 0.05, 0.1)
-        b.rounded_box("control", finish.ring, center + (x, height / 2, -0.2 * depth), key, 0.008)
-    reach, rise = 0.44 * width, rng.uniform(0.12, 0.2)
-    arch = np.array([(-reach, -0.05, 0), (-reach, rise, 0), (reach, rise, 0), (reach, -0.05, 0)])
-    b.tube("handle", finish.metal, bend(arch + center + (0, height / 2, 0), 0.06), 0.022, 10)
-    if rng.random() < 0.6:
-        start = center + (0.4 * width, height / 2 - 0.02, 0.35 * depth)
-        b.cylinder("handle", finish.metal, start, start + (rng.uniform(-0.3, 0.3), 0.5, 0), 0.008,
-                   0.005, 8)  # fmt: skip
-
-
-def ball(rng: np.random.Generator) -> Builder:
-    """Build a ball, egg or stack of balls with drivers, on a ring, three legs or a post."""
-    b = Builder()
-    finish = draw_finish(rng, _BRIGHT)
-    radius, long = rng.uniform(0.24, 0.36), rng.uniform(0.85, 1.35)
-    kind = draw(rng, ["ring", "legs", "post"])
-    rise = {"ring": 0.03, "legs": rng.uniform(0.1, 0.25), "post": rng.uniform(0.2, 0.8)}[kind]
-    deep = rng.uniform(0.8, 1.1)
-    center = np.array([0, rise + long * radius, 0])
-    _bowl(b, finish, center, radius, long, deep, rng.uniform(0.35, 0.7))
-    if rng.random() < 0.4:
-        small = rng.uniform(0.4, 0.65) * radius
-        above = center + (0, long * radius + 0.85 * small, -0.1 * radius)
-        _bowl(b, finish, above, small, 1.0, 1.0, 0.5)
-    if kind == "ring":
-        rows = [(0.5, 0), (0.55, 0.02), (0.5, 0.12), (0.4, 0.12)]
-        b.lathe("stand", finish.metal, [(r * radius, y) for r, y in rows], segments=28)
+    """Add a pod that stands at `at`."""
+    stretch, tilt = rng.uniform(0.8, 1.6), rng.uniform(0, 25)
+    kind = draw(rng, ["ground", "neck", "legs"], [0.25, 0.45, 0.3])
+    low = {"ground": -0.03 * radius, "neck": rng.uniform(0.1, 1.6) * radius, "legs": 0.35 * radius}[
+        kind
+    ]
+    turn = rotation(UP, yaw) @ lean(tilt)
+    center = at + (low + stretch * radius) * UP
+    if kind == "neck":
+        wide = radius * rng.uniform(0.6, 1.0)
+        rows = [
+            (wide, 0),
+            (wide, 0.08 * radius),
+            (0.85 * wide, 0.14 * radius),
+            (0.1 * wide, 0.17 * radius),
+        ]
+        b.lathe("stand", finish.rim, rows, at, 28)
+        b.cylinder("stand", finish.rim, at + 0.02 * UP, center, 0.14 * radius)
     elif kind == "legs":
-        tops = circle(3, 0.4 * radius, rise + 0.25 * radius, 90)
-        for top, foot in zip(tops, circle(3, 0.85 * radius, 0, 90), strict=True):
-            b.cylinder("stand", finish.metal, foot, top, 0.012, 0.025, 10)
+        for x, y, z in circle(3, 0.65 * radius, 0, yaw + 90):
+            foot = at + (x, y, z)
+            head = center + (0.6 * x, -0.6 * stretch * radius, 0.6 * z)
+            b.cylinder("stand", finish.rim, foot, head, 0.05 * radius, 0.1 * radius, 12)
     else:
-        b.cylinder("stand", finish.metal, (0, 0.01, 0), (0, rise + 0.1 * radius, 0), 0.035)
-        rows = [(0.8 * radius, 0), (0.78 * radius, 0.02), (0.2 * radius, 0.05)]
-        b.lathe("stand", finish.metal, rows, segments=32)
-    return b
+        b.lathe("stand", finish.rim, radius * np.array([(0.6, 0), (0.5, 0.15), (0.3, 0.2)]), at)
+    _add_body(b, rng, finish, center, turn, (radius, stretch))
 
 
-def _bowl(
-    b: Builder, finish: Finish, center: Array, radius: float, long: float, deep: float, cut: float
-) -> None:
-    """Add an ellipsoid cut off in front, closed by a baffle of `cut` its radius with a driver."""
-    end = np.arcsin(np.clip(cut, 0.0, 0.95))
-    angles = np.linspace(np.pi * 0.98, end, 14)
-    rows = [(radius * np.sin(a), deep * radius * np.cos(a)) for a in angles]
-    b.lathe("cabinet", finish.cabinet, rows, center, 28, lean(-90), squash=long)
-    plane = Front(center - (0, 0, deep * radius * np.cos(end)))
-    driver(b, finish, plane, (0, 0), 0.92 * cut * radius * min(long, 1.0))
-
-
-def horn(rng: np.random.Generator) -> Builder:
-    """Build a horn: on a bracket, as a hand-held megaphone, on a post, or a gramophone's."""
-    b = Builder()
-    finish = draw_finish(rng, ("plastic", "metal", "paint", "wood"))
-    kind = draw(rng, ["bracket", "megaphone", "post", "gramophone"])
-    mouth, length = rng.uniform(0.25, 0.42), rng.uniform(0.5, 0.9)
-    if kind == "gramophone":
-        _gramophone(b, rng, finish, mouth)
-        return b
-    level = {"bracket": 0.5, "megaphone": 0.5, "post": rng.uniform(1.0, 1.6)}[kind]
-    tips = [0.0] if kind != "post" else [120.0 * i for i in range(int(rng.integers(1, 4)))]
-    for degrees in tips:
-        turn = rotation((0, 1, 0), degrees) @ lean(-90)
-        _flare(b, rng, finish, np.array([0, level, 0]), turn, (mouth, length))
-    if kind == "post":
-        b.cylinder("stand", finish.metal, (0, 0, 0), (0, level + 0.15, 0), 0.035)
-        b.lathe("stand", finish.metal, [(0.2, 0), (0.2, 0.03), (0.05, 0.06)])
-    elif kind == "bracket":
-        z, half = 0.12 * length - 0.4 * length, 0.8 * mouth
-        path = [(-half, level, z), (-half, 0.03, z), (half, 0.03, z), (half, level, z)]
-        for start, end in zip(path, path[1:], strict=False):
-            beam(b, "stand", finish.metal, start, end, 0.05, 0.02)
-        b.cylinder("stand", finish.metal, path[0], path[3], 0.015, segments=8)
-        b.rounded_box("stand", finish.metal, (0, 0.015, z), (1.3 * half, 0.03, 0.16), 0.02)
-    else:
-        grip = rng.uniform(0.22, 0.32)
-        start, end = np.array([0, level, 0.02]), np.array([0, level - grip - 0.1, 0.06])
-        beam(b, "handle", finish.ring, start, end, 0.055, 0.08)
-        b.rounded_box("control", pick_material(rng, "paint"), (0, level - 0.16, -0.02),
-                      (0.03, 0.06, 0.06), 0.008)  # fmt: skip
-    return b
-
-
-def _flare(
+def _add_body(
     b: Builder,
     rng: np.random.Generator,
     finish: Finish,
     center: Array,
     turn: Array,
-    size: tuple[float, float],
+    extent: tuple[float, float],
 ) -> None:
-    """Add a flaring horn along `turn`'s y from a can at `center`; `size` is (mouth, length)."""
-    mouth, length = size
-    neck, power = 0.06, rng.uniform(1.5, 3.5)
-    t = np.linspace(0, 1, 9)
-    outside = np.stack([neck + (mouth - neck) * t**power, 0.1 + t * length], 1)
-    inside = outside[::-1] * (0.94, 1) - (0, 0.004)
-    b.lathe("cabinet", finish.cabinet, np.concatenate([outside, inside[:-2]]), center, 28, turn)
-    lip = [(mouth * 0.97, -0.012), (mouth * 1.03, -0.012), (mouth * 1.03, 0.012),
-           (mouth * 0.95, 0.012)]  # fmt: skip
-    tip = center + turn @ np.array([0, 0.1 + length, 0])
-    rings = [*lip, lip[0]]
-    angles = 2 * np.pi * np.arange(28) / 28
-    b.loft("cabinet", finish.ring,
-           [np.stack([r * np.cos(angles), np.full(28, y), -r * np.sin(angles)], 1) @ turn.T + tip
-            for r, y in rings], caps=False)  # fmt: skip
-    can = rng.uniform(0.08, 0.14)
-    rows = [(0.8 * can, -0.2), (can, -0.18), (can, 0.06), (0.8 * can, 0.12)]
-    b.lathe("driver", finish.metal, rows, center, 24, turn)
-    bullet = [(0.16 * mouth, 0.45 * length), (0.2 * mouth, 0.7 * length), (0.1 * mouth,
-              0.95 * length), (0.01, length)]  # fmt: skip
-    b.lathe("driver", finish.ring, bullet, center, 20, turn)
+    """Add a body turned about the forward axis, cut off at the front, where its driver sits.
+
+    `extent` is its radius and how much taller than wide it is.
+    """
+    radius, stretch = extent
+    blunt, length = rng.uniform(0.4, 1.0), radius * rng.uniform(0.8, 1.5)
+    a = np.linspace(rng.uniform(0.75, 1.15), np.pi - 0.08, 16)
+    rows = np.stack(
+        [radius * np.sin(a) ** blunt, length * np.sign(np.cos(a)) * np.abs(np.cos(a)) ** blunt], 1
+    )
+    oval = turn @ np.diag([1, stretch, 1])
+    add_skin(b, "body", finish.body, rows, center, oval)
+    add_skin(b, "body", finish.body, [rows[-1], (0.02 * radius, rows[-1, 1])], center, oval)
+    mouth, out = rows[0]
+    r = mouth * rng.uniform(0.8, 0.95) * min(1.0, stretch)
+    front = center - turn @ np.array([0, 0, out])
+    spare = mouth * stretch - r
+    shift = -0.85 * spare if stretch > 1.15 else 0.0
+    a = 2 * np.pi * np.arange(24) / 24
+    disc = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
+    rings = [mouth * disc * (1, stretch, 1), 0.93 * r * disc + shift * UP]
+    b.loft("body", finish.rim, [ring @ turn.T + front for ring in rings], caps=False)
+    add_driver(b, finish, "woofer", front + turn @ (shift * UP), r, turn)
+    treble = 0.75 * spare
+    if shift and treble > 0.12 * r:
+        place = turn @ np.array([0, shift + r + treble, -0.01 * r])
+        add_driver(b, finish, "tweeter", front + place, treble, turn)
 
 
-def _gramophone(b: Builder, rng: np.random.Generator, finish: Finish, mouth: float) -> None:
-    """Add a gramophone: a box with a turntable and a crank, and a horn that rises and bends."""
-    wood = pick_material(rng, "wood")
-    side, tall = rng.uniform(0.45, 0.6), rng.uniform(0.18, 0.3)
-    b.rounded_box("stand", wood, (0, 0.02, 0), (1.12 * side, 0.04, 1.12 * side), 0.01)
-    b.rounded_box("stand", wood, (0, 0.02 + tall / 2, 0), (side, tall, side), 0.01)
-    top = 0.02 + tall
-    b.cylinder("driver", Material((0.05, 0.05, 0.05)), (0, top, 0), (0, top + 0.025, 0), 0.4 * side)
-    post = np.array([0, top, 0.42 * side])
-    height = rng.uniform(0.55, 0.8)
-    path = [post - (0, 0.05, 0), post + (0, 0.6 * height, 0.08), post + (0, height, -0.1)]
-    path += [post + (0, height + 0.1, -0.35), post + (0, height + 0.16, -0.6)]
-    points = bend(path, 0.25, 6)
-    t = np.linspace(0, 1, len(points))
-    radii = 0.02 + 0.06 * t + (mouth - 0.08) * t ** rng.uniform(3, 5)
-    _funnel(b, finish.cabinet, points, radii)
-    crank = [(side / 2, 0.6 * tall, 0), (side / 2 + 0.1, 0.6 * tall, 0),
-             (side / 2 + 0.1, 0.6 * tall - 0.12, 0), (side / 2 + 0.2, 0.6 * tall - 0.12, 0)]  # fmt: skip
-    b.tube("handle", finish.metal, bend(crank, 0.02), 0.012, 8)
+def portable(rng: np.random.Generator) -> Builder:
+    """Build a lying or upright tube in cloth, or a boombox with a handle."""
+    b, finish = Builder(), draw_finish(rng)
+    kind = draw(rng, ["tube", "can", "boombox"], [0.3, 0.25, 0.45])
+    if kind == "boombox":
+        _boombox(b, rng, finish)
+        return b
+    radius, half = rng.uniform(0.04, 0.07), rng.uniform(0.05, 0.14)
+    cloth = pick_material(rng, "fabric") if rng.random() < 0.6 else draw_cloth(rng)
+    turn, center = (SIDEWAYS, radius * UP) if kind == "tube" else (np.eye(3), (half + 0.012) * UP)
+    rows = [(radius, -0.93 * half), (radius, 0.0), (radius, 0.93 * half)]
+    b.lathe("grille", cloth, rows, center, 36, turn)
+    for sign in (-1, 1):
+        flip = turn @ rotation((1, 0, 0), 0 if sign > 0 else 180)
+        cap = [(1.03, 0.88), (1.05, 0.94), (1.0, 1.0), (0.85, 1.03), (0.8, 0.99)]
+        b.lathe("body", finish.body, np.array(cap) * (radius, half), center, 36, flip)
+    if kind == "tube":
+        for sign in (-1, 1):
+            out = rotation(UP, 90.0 * -sign)
+            add_driver(b, finish, "woofer", center + (sign * 1.1 * half, 0, 0), 0.75 * radius, out)
+            foot = (0.25 * half, 0.3 * radius, radius)
+            b.rounded_box("stand", finish.rim, (sign * 0.5 * half, 0.1 * radius, 0), foot, 0.01)
+    else:
+        b.lathe("stand", finish.rim, [(0.8 * radius, 0), (0.9 * radius, 0.02)], segments=32)
+        rows = [(0.5 * radius, 0), (0.5 * radius, 0.008), (0.42 * radius, 0.012)]
+        b.lathe("panel", finish.rim, rows, (0, 2.02 * half + 0.012, 0))
+    if rng.random() < 0.5:
+        ends = np.array([(-0.6, 0, 0), (0.6, 0, 0)]) * (half if kind == "tube" else radius)
+        rise = 0.94 * radius if kind == "tube" else half
+        add_handle(b, finish.rim, ends + center + rise * UP, rng.uniform(0.03, 0.07), 0.005)
+    return b
 
 
-def _funnel(b: Builder, material: Material, points: Array, radii: Array) -> None:
-    """Add a hollow tube along `points` that opens at its end: out along it and back inside."""
-    tangents = np.gradient(points, axis=0)
-    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    across = np.array([1.0, 0, 0])
-    angles = 2 * np.pi * np.arange(28) / 28
-    rings = []
-    for shrink in (1.0, 0.93):
-        for point, tangent, r in zip(points, tangents, radii * shrink, strict=True):
-            up = np.cross(tangent, across)
-            circle_ = np.cos(angles)[:, None] * across + np.sin(angles)[:, None] * up
-            rings.append(point + r * circle_)
-    n = len(points)
-    b.loft("cabinet", material, rings[:n] + rings[n:][::-1])
+def _boombox(b: Builder, rng: np.random.Generator, finish: Finish) -> None:
+    """Add a wide box with two or four drivers around a panel, knobs above, and a handle."""
+    wide, tall, deep = rng.uniform(0.4, 0.65), rng.uniform(0.18, 0.32), rng.uniform(0.1, 0.16)
+    cabinet = Cabinet(wide, tall, deep, (0, 0.012, 0), bevel=rng.uniform(0.008, 0.025))
+    side: Units = [("woofer", tall * rng.uniform(0.3, 0.44))]
+    if rng.random() < 0.4:
+        side.insert(0, ("tweeter", 0.12 * tall))
+    space = ("blank", 0.45 * tall)
+    add_cabinet(
+        b, cabinet, finish, row_of_bays(cabinet.face, [*side, space, *side[::-1]], across=True)
+    )
+    add_feet(b, finish.rim, wide, deep, 0.012, False)
+    metal, y = pick_material(rng, "metal"), 0.012 + tall / 2
+    size = (0.75 * tall, 0.02, rng.uniform(0.3, 0.6) * tall)
+    b.rounded_box("panel", metal, (0, y - 0.08 * tall, 0), size, 0.01, 0.004, FORWARD)
+    window = (0.8 * size[0], 0.012, 0.5 * size[2])
+    b.rounded_box("panel", finish.rim, (0, y - 0.08 * tall, -0.008), window, 0.006, 0.003, FORWARD)
+    ends = [(x * tall, y + 0.38 * tall, -0.002) for x in (-0.3, 0.3)]
+    add_knobs(b, metal, *ends, 0.05 * tall, int(rng.integers(2, 6)))
+    reach = rng.uniform(0.3, 0.46) * wide
+    top = np.array([(x, 0.008 + tall, deep / 2) for x in (-reach, reach)])
+    add_handle(b, finish.rim, top, rng.uniform(0.04, 0.09), 0.009)
+
+
+def horn(rng: np.random.Generator) -> Builder:
+    """Build a round or oblong public-address horn in a bracket, on a wall plate, post or foot."""
+    b = Builder()
+    skin, metal = (
+        pick_material(rng, draw(rng, ["plastic", "paint", "metal"])),
+        pick_material(rng, "metal"),
+    )
+    long, mouth = rng.uniform(0.25, 0.5), rng.uniform(0.13, 0.24)
+    throat, flare = rng.uniform(0.03, 0.05), rng.uniform(1.3, 3.0)
+    squash = rng.uniform(0.5, 0.8) if rng.random() < 0.35 else 1.0
+    low = mouth * squash + rng.uniform(0.06, 0.12)
+    at, turn = low * UP, np.diag([1.0, squash, 1.0])
+    t = np.linspace(0, 1, 12)
+    outer = np.stack([throat + (mouth - throat) * t**flare, long * t], 1)
+    lip = [(1.05 * mouth, long), (1.05 * mouth, long + 0.015), (0.97 * mouth, long + 0.012)]
+    inner = outer[::-1] - (0.008, -0.002)
+    add_skin(b, "body", skin, np.concatenate([outer, lip, inner]), at, turn)
+    plug = [(0.6, 0.15), (0.75, 0.3), (0.5, 0.42), (0.1, 0.48)]
+    b.lathe("driver", metal, np.array(plug) * (1.3 * throat, long), at, 20, turn @ FORWARD)
+    b.cylinder("driver", metal, at - (0, 0, 0.25 * long), at + (0, 0, 0.05), 0.35 * throat)
+    deep, wide = rng.uniform(0.08, 0.16), rng.uniform(1.3, 2.2) * throat
+    rows = [
+        (throat, -0.02),
+        (wide, 0.0),
+        (wide, 0.8 * deep),
+        (0.8 * wide, deep),
+        (0.1 * wide, deep),
+    ]
+    b.lathe("driver", pick_material(rng, "metal"), rows, at, 28, rotation((1, 0, 0), 90))
+    arm = wide + 0.02
+    hook = [
+        (-arm, low, 0.5 * deep),
+        (-arm, 0.02, 0.5 * deep),
+        (arm, 0.02, 0.5 * deep),
+        (arm, low, 0.5 * deep),
+    ]
+    b.tube("stand", metal, bend(hook, 0.03), 0.01, 8)
+    b.cylinder(
+        "stand", metal, at + (-arm - 0.02, 0, 0.5 * deep), at + (arm + 0.02, 0, 0.5 * deep), 0.014
+    )
+    _horn_mount(b, rng, metal, 0.5 * deep, wide)
+    return b
+
+
+def _horn_mount(
+    b: Builder, rng: np.random.Generator, metal: Material, z: float, wide: float
+) -> None:
+    """Add a foot below the bracket of a horn, or a tall post."""
+    if rng.random() < 0.4:
+        drop = rng.uniform(0.3, 0.9)
+        b.cylinder("stand", metal, (0, -drop, z), (0, 0.02, z), 0.02)
+        rows = [(0.13, 0), (0.13, 0.015), (0.03, 0.03)]
+        b.lathe("stand", metal, rows, (0, -drop - 0.01, z), 28)
+        return
+    b.rounded_box("stand", metal, (0, 0.006, z), (2.2 * wide, 0.016, 0.16), 0.01, 0.004)
+
+
+def speaker_set(rng: np.random.Generator) -> Builder:
+    """Build a pair of equal boxes, or a subwoofer with two or four satellites around it."""
+    b, finish = Builder(), draw_finish(rng)
+    if rng.random() < 0.35:
+        cabinet = draw_cabinet(rng, (0.15, 0.26), (0.25, 0.75), (0.16, 0.3))
+        bays = row_of_bays(cabinet.face, two_way(rng, cabinet.width), rng.uniform(0, 0.5))
+        apart, yaw = cabinet.width * rng.uniform(0.65, 1.4), rng.uniform(0, 15)
+        for side in (-1, 1):
+            one = replace(cabinet, foot=(side * apart, 0.0, 0.0), yaw=side * yaw)
+            add_cabinet(b, one, finish, bays)
+        return b
+    cabinet = draw_cabinet(rng, (0.18, 0.3), (0.22, 0.36), (0.2, 0.32), (0, 0.02, 0))
+    big: Units = [("woofer", cabinet.width * rng.uniform(0.32, 0.45))]
+    if rng.random() < 0.4:
+        big.append(("port", 0.12 * cabinet.width))
+    add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, big, 0.1))
+    add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, 0.02, False)
+    size, pairs = rng.uniform(0.08, 0.13), 1 if rng.random() < 0.7 else 2
+    pods, state = rng.random() < 0.4, int(rng.integers(1 << 30))
+    tall = size * rng.uniform(1.2, 2.6)
+    for pair in range(pairs):
+        x = cabinet.width / 2 + size * (1.1 + 1.6 * pair)
+        for side in (-1, 1):
+            same = np.random.default_rng(state)  # so that all satellites match
+            foot = (side * x, 0.0, -0.6 * size * pair)
+            if pods:
+                _add_pod(b, same, finish, 0.5 * size, np.array(foot), side * 10.0)
+                continue
+            one = Cabinet(size, tall, 0.9 * size, foot, 8.0, side * 10.0, 0.06 * size)
+            units: Units = [("woofer", 0.4 * size), ("tweeter", 0.2 * size)]
+            bays = row_of_bays(one.face, units[: 1 if tall < 1.6 * size else 2])
+            add_cabinet(b, one, finish, bays)
+    return b

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.data.sources.procedural.furniture import UP, beam, draw, lean
+from ffd_lightning.data.sources.procedural.furniture import UP, circle, draw, lean
 from ffd_lightning.data.sources.procedural.shapes import (
     Array,
     Builder,
@@ -19,6 +19,9 @@ from ffd_lightning.data.sources.procedural.shapes import (
 
 FORWARD = rotation((1, 0, 0), -90)
 """Turns what is upright so that it points to the front."""
+
+Units = list[tuple[str, float]]
+"""What is mounted in a front: (kind, radius) each."""
 
 _BLACK = Material((0.06, 0.06, 0.07))
 _PER_SIDE = 7  # points on each side of a rectangular ring
@@ -95,7 +98,7 @@ class Cabinet:
 
 def draw_finish(rng: np.random.Generator) -> Finish:
     """Draw a wooden, black, lacquered or plastic body and drivers to go with it."""
-    kind = draw(rng, ["wood", "black", "paint", "plastic"], [0.4, 0.25, 0.15, 0.2])
+    kind = draw(rng, ["wood", "black", "paint", "plastic"], [0.4, 0.18, 0.2, 0.22])
     body = pick_material(rng, "rubber" if kind == "black" else kind)
     rim = _BLACK if rng.random() < 0.45 else pick_material(rng, "metal")
     tones = [
@@ -117,9 +120,41 @@ def draw_cloth(rng: np.random.Generator) -> Material:
     return Material(color, pattern, 5.0, seed=int(rng.integers(1 << 30)))
 
 
+def draw_cabinet(
+    rng: np.random.Generator,
+    width: tuple[float, float],
+    height: tuple[float, float],
+    depth: tuple[float, float],
+    foot: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Cabinet:
+    """Draw the sizes within their ranges, the bevel, and straight, tapered or bowed sides."""
+    w, h, d = rng.uniform(*width), rng.uniform(*height), rng.uniform(*depth)
+    side = draw(rng, ["straight", "tapered", "bowed"], [0.6, 0.15, 0.25])
+    back = 1.0 if side == "straight" else rng.uniform(0.4, 0.8)
+    curve = rng.uniform(1.8, 3.0) if side == "bowed" else 1.0
+    bevel = w * rng.uniform(0.02, 0.1)
+    return Cabinet(w, h, d, foot, bevel=bevel, back=back, curve=curve)
+
+
+def two_way(rng: np.random.Generator, width: float) -> Units:
+    """Draw one or two cones, a tweeter and perhaps a port, from below up."""
+    big = width * rng.uniform(0.32, 0.46)
+    units: Units = [("woofer", big)]
+    if rng.random() < 0.25:
+        units.append(("woofer", big * rng.uniform(0.6, 1.0)))
+    treble = "horn" if rng.random() < 0.12 else "tweeter"
+    units.append((treble, width * (0.38 if treble == "horn" else rng.uniform(0.15, 0.26))))
+    if rng.random() < 0.2:
+        units.reverse()
+    if rng.random() < 0.35:
+        kind = draw(rng, ["port", "slot"])
+        units.insert(0, (kind, width * (rng.uniform(0.12, 0.2) if kind == "port" else 0.35)))
+    return units
+
+
 def row_of_bays(
     face: tuple[float, float],
-    units: Sequence[tuple[str, float]],
+    units: Units,
     blank: float = 0.0,
     across: bool = False,
 ) -> list[Bay]:
@@ -193,7 +228,7 @@ def _add_bay(b: Builder, cabinet: Cabinet, finish: Finish, bay: Bay) -> None:
         hole = _rectangle(2 * bay.radius, bay.radius * (0.9 if bay.kind == "horn" else 0.3))
     else:
         angles = np.arctan2(outer[:, 1], outer[:, 0])
-        reach = 0.93 * bay.radius if bay.radius else 0.01 * min(bay.size)
+        reach = 0.93 * bay.radius if bay.radius else 0.03 * min(bay.size)
         hole = reach * np.stack([np.cos(angles), np.sin(angles)], 1)
     board = [cabinet.world(_lift(flat, 0, bay.center)) for flat in (outer, hole)]
     b.loft("body", finish.body, board, caps=False)
@@ -213,7 +248,7 @@ def _add_bay(b: Builder, cabinet: Cabinet, finish: Finish, bay: Bay) -> None:
         add_driver(b, finish, bay.kind, center, bay.radius, cabinet.turn)
 
 
-def _open(
+def add_skin(
     b: Builder, part: str, material: Material, rows: ArrayLike, at: ArrayLike, turn: Array
 ) -> None:
     """Add a surface turned about the forward axis through `at`; rows are (radius, out)."""
@@ -228,9 +263,9 @@ def add_port(
 ) -> None:
     """Add a flared bass port that goes `depth` into the body."""
     rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / radius)]
-    _open(b, "port", finish.rim, radius * np.array(rows), center, turn)
-    _open(
-        b, "port", _BLACK, [(0.71 * radius, -0.98 * depth), (0.01 * radius, -depth)], center, turn
+    add_skin(b, "port", finish.rim, radius * np.array(rows), center, turn)
+    add_skin(
+        b, "port", _BLACK, [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)], center, turn
     )
 
 
@@ -240,18 +275,18 @@ def add_driver(
     """Add a "woofer" (rim, surround, sunk cone, cap) or a "tweeter" (plate, dome) facing -z."""
     r = radius
     rim = [(1.0, -0.01), (1.0, 0.05), (0.97, 0.08), (0.86, 0.08), (0.84, 0.03)]
-    _open(b, "driver", finish.rim, r * np.array(rim), center, turn)
+    add_skin(b, "driver", finish.rim, r * np.array(rim), center, turn)
     matrix = turn @ FORWARD
     if kind == "tweeter":
         flare = [(0.85, 0.04), (0.5, -0.05), (0.42, -0.06), (0.36, -0.02)]
-        _open(b, "driver", finish.rim, r * np.array(flare), center, turn)
+        add_skin(b, "driver", finish.rim, r * np.array(flare), center, turn)
         a = np.linspace(0, 1.5, 6)
         dome = np.stack([0.38 * np.cos(a), 0.3 * np.sin(a) - 0.04], 1)
         b.lathe("driver", finish.cap, r * dome, center, 20, matrix)
         return
     roll = [(0.85, 0.03), (0.82, 0.09), (0.77, 0.11), (0.72, 0.08), (0.7, 0.0)]
-    _open(b, "driver", _BLACK, r * np.array(roll), center, turn)
-    _open(
+    add_skin(b, "driver", _BLACK, r * np.array(roll), center, turn)
+    add_skin(
         b,
         "driver",
         finish.cone,
@@ -262,6 +297,11 @@ def add_driver(
     a = np.linspace(0, 1.5, 5)
     cap = np.stack([0.27 * np.cos(a), 0.16 * np.sin(a) - 0.33], 1)
     b.lathe("driver", finish.cap, r * cap, center, 20, matrix)
+
+
+def share_below(cabinet: Cabinet, bay: Bay) -> float:
+    """Return the share of the front's height that ends with `bay`."""
+    return 0.5 + (bay.center[1] + bay.size[1] / 2) / cabinet.face[1]
 
 
 def add_grille(
@@ -304,7 +344,9 @@ def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
                 near = np.array([x * share * cabinet.width / 2, y * cabinet.height / 2])
                 near -= np.array([x, y]) * 0.42 * size
                 center = cabinet.world((*near, z))
-                b.rounded_box("body", material, center, [size] * 3, 0.25 * size, turn=cabinet.turn)
+                b.rounded_box(
+                    "body", material, center, [size] * 3, 0.25 * size, turn=cabinet.turn, segments=1
+                )
 
 
 def add_knobs(
@@ -317,6 +359,12 @@ def add_knobs(
         b.lathe("panel", material, rows, center, 12, FORWARD)
 
 
-def add_post(b: Builder, material: Material, low: ArrayLike, high: ArrayLike, size: float) -> None:
-    """Add a square post of a stand."""
-    beam(b, "stand", material, low, high, size, size)
+def add_tripod(b: Builder, metal: Material, height: float, spread: float, middle: Array) -> None:
+    """Add a pole on three splayed legs with braces."""
+    b.cylinder("stand", metal, middle + 0.1 * UP, middle + (height - 0.005) * UP, 0.016)
+    joint = middle + 0.55 * height * UP
+    b.cylinder("stand", metal, joint - 0.03 * UP, joint + 0.03 * UP, 0.028)
+    for foot in circle(3, spread, 0.012, 90) + middle:
+        b.cylinder("stand", metal, joint, foot, 0.011, segments=10)
+        brace = 0.35 * joint + 0.65 * foot
+        b.cylinder("stand", metal, middle + 0.12 * UP, brace, 0.008, segments=8)
