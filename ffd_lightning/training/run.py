@@ -236,12 +236,14 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         warnings.filterwarnings("ignore", ".*mid-epoch.*")
         warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
         warnings.filterwarnings("ignore", ".*LeafSpec.*")
+        warnings.filterwarnings("ignore", ".*exists and is not empty.*")
         trainer = _trainer(cfg, run, done, timer)
         try:
             trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
         except SystemExit:
             # Lightning turns Ctrl-C into an exit; the entry script says how to go on.
             raise KeyboardInterrupt from None
+    trainer.save_checkpoint(run.checkpoint)  # whatever schedule.checkpoint_every divides
     if not trainer.is_global_zero:
         return {}
     return _finish(cfg, run, data, module, trainer, timer)

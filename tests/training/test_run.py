@@ -77,6 +77,18 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
     assert run.finished
 
 
+def test_the_last_checkpoint_is_the_evaluated_one_and_evaluation_resumes(tiny_config, tmp_path):
+    run, config = RunFolder(tmp_path), tiny_config("schedule.checkpoint_every=3")
+    train(config, run)
+    assert torch.load(run.checkpoint, weights_only=False)["global_step"] == 8
+    before = samples(run)
+    run.set_status("running")  # as a kill during the evaluation leaves it
+    (run.evaluation("chamfer") / "samples.csv").unlink()
+    train(config, run)
+    assert run.finished
+    assert samples(run) == before
+
+
 def test_the_seed_fixes_everything(finished, tiny_config, tmp_path):
     again, other = RunFolder(tmp_path / "again"), RunFolder(tmp_path / "other")
     train(tiny_config(), again)
