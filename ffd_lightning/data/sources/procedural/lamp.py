@@ -19,6 +19,7 @@ from ffd_lightning.data.sources.procedural.lamp_parts import (
     add_foot,
     add_harp,
     add_shade,
+    ball,
     draw_body_material,
     draw_metal,
     draw_shade,
@@ -85,9 +86,9 @@ def _body(
         _stack(b, rng, material, metal, extent)
     elif kind == "block":
         top = rng.uniform(0.5, 1.2) * radius
-        rows = [(radius, 0), (top, 0.97 * rise), (0.92 * top, rise)]
-        section = outline(draw(rng, ["square", "hexagon", "round", "oval"]))
-        turned(b, "base", material, rows, section, at)
+        rows = np.array([(radius, 0), (top, 0.97 * rise), (0.92 * top, rise)])
+        section = draw(rng, ["square", "hexagon", "round", "oval"])
+        turned(b, "base", material, rows, outline(section), at)
     elif kind == "loop":
         a = np.linspace(-0.5 * np.pi, 1.5 * np.pi, 33)
         half, thick = rise / 2, rng.uniform(0.012, 0.028)
@@ -127,7 +128,7 @@ def _stack(
         wide = radius * shares[i]
         middle = np.array([0, foot + size / 2, 0])
         if kind == "ball":
-            b.ellipsoid("base", skin, middle, (0.9 * wide, 0.52 * size, 0.9 * wide), 22)
+            ball(b, "base", skin, middle, np.array([0.9 * wide, 0.52 * size]))
         elif kind == "disc":
             half, edge = 0.5 * size, 0.12 * size
             rows = [
@@ -173,8 +174,9 @@ def _floor(rng: np.random.Generator) -> Builder:
         add_bulb(b, metal, (0, height, 0), 0.09)
     elif head == "globe":
         size = rng.uniform(0.1, 0.2)
-        radii = (size, size * rng.uniform(0.8, 1.5), size)
-        b.ellipsoid("shade", draw_shade_material(rng), (0, height + 0.9 * radii[1], 0), radii, 28)
+        radii = size * np.array([1, rng.uniform(0.8, 1.5)])
+        center = (0, height + 0.9 * radii[1], 0)
+        ball(b, "shade", draw_shade_material(rng), center, radii)
     else:
         _branches(b, rng, metal, height)
     return b
@@ -235,7 +237,7 @@ def _arc(rng: np.random.Generator) -> Builder:
     kinds = {"dome": 0.5, "drum": 0.15, "empire": 0.15, "bowl": 0.2}
     shade = draw_shade(rng, wide, wide * rng.uniform(0.7, 1.2), kinds, fine=count < 3)
     height, reach = rng.uniform(1.2, 1.7), back + rng.uniform(0.2, 0.6)
-    last, lean = rng.uniform(1.9, 2.7), rng.uniform(0.25, 0.6)
+    last, lean = rng.uniform(1.9, 2.6), rng.uniform(0.4, 0.65)
     for i, side in enumerate(np.linspace(-50, 50, count) if count > 1 else [0.0]):
         tall = height * (1 - 0.12 * (i % 3))
         a = np.linspace(0, last, 24)
@@ -243,7 +245,7 @@ def _arc(rng: np.random.Generator) -> Builder:
         rise = (1 - lean) * tall * np.sin(a)
         points = np.stack([0 * a, lean * tall + rise, -along], 1)
         path = np.concatenate([[(0, low - 0.01, 0)], points]) @ rotation(UP, side).T + (0, 0, back)
-        b.tube("pole", metal, path, np.linspace(thick, 0.6 * thick, len(path)), 10)
+        b.tube("pole", metal, path, list(np.linspace(thick, 0.6 * thick, len(path))), 10)
         end = path[-1] - 0.03 * UP
         b.cylinder("arm", metal, path[-1] + 0.005 * UP, end - 0.01 * UP, 0.012, segments=10)
         _head(b, shade, metal, end, np.eye(3), 0.1)
@@ -256,25 +258,30 @@ def _desk(rng: np.random.Generator) -> Builder:
     metal, material = draw_metal(rng), draw_body_material(rng)
     foot, back = rng.uniform(0.015, 0.04), rng.uniform(0.0, 0.06)
     add_foot(b, rng, material, rng.uniform(0.07, 0.12), foot)
-    lower, upper = rng.uniform(0.22, 0.4), rng.uniform(0.2, 0.38)
+    lower, upper = rng.uniform(0.27, 0.42), rng.uniform(0.2, 0.38)
     start = np.array([0, foot + 0.01, back])
     if rng.random() < 0.35:
         rise = lower + upper * rng.uniform(0.3, 0.6)
         corner = start + (0, rise, 0)
-        points = [start, corner, corner + (0, 0.03, -upper), corner + (0, -0.1, -1.1 * upper)]
+        points = [
+            start - 0.02 * UP,
+            corner,
+            corner + (0, 0.03, -upper),
+            corner + (0, -0.1, -1.1 * upper),
+        ]
         path = bend(points, 0.3, 8)
         b.tube("arm", metal, path, 0.012, 10)
         end, tilt = path[-1], rng.uniform(0, 25)
     else:
-        tip, fall = np.radians(rng.uniform(5, 40)), np.radians(rng.uniform(-20, 60))
+        tip, fall = np.radians(rng.uniform(5, 32)), np.radians(rng.uniform(-10, 60))
         elbow = start + lower * np.array([0, np.cos(tip), np.sin(tip)])
         end = elbow + upper * np.array([0, np.sin(fall), -np.cos(fall)])
         gap = 0.014 if rng.random() < 0.5 else 0.0
         for first, second in ((start, elbow), (elbow, end)):
             _rods(b, metal, first, second, gap)
         for joint in (start, elbow, end):
-            ends = (joint + (side * (0.012 + gap), 0, 0) for side in (-1, 1))
-            b.cylinder("arm", material, *ends, 0.022, segments=16)
+            axle = np.array([0.012 + gap, 0, 0])
+            b.cylinder("arm", material, joint - axle, joint + axle, 0.022, segments=16)
         tilt = rng.uniform(0, 50)
     if rng.random() < 0.25:
         _bar_head(b, rng, material, end)

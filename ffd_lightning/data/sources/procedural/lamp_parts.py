@@ -91,6 +91,13 @@ def turned(
     b.loft(part, material, _rings(rows, section, at, None, twist))
 
 
+def ball(b: Builder, part: str, material: Material, center: ArrayLike, radii: Array) -> None:
+    """Add an ellipsoid whose poles are small flats, so that no face is without area."""
+    a = np.linspace(-1.5, 1.5, 15)
+    rows = np.stack([radii[0] * np.cos(a), radii[1] * np.sin(a)], 1)
+    b.lathe(part, material, rows, center, 26)
+
+
 @dataclass(frozen=True)
 class Shade:
     """A thin open shell.
@@ -148,7 +155,7 @@ def draw_shade(
     sections = ["round", "square", "hexagon", "fluted", "oval"]
     other = 0.12 if kind in ("drum", "empire", "bell") else 0.0
     section = draw(rng, sections, [1 - 3 * other, other, 0.5 * other, other, 0.5 * other])
-    shape = outline(section if fine else "round", 28 if fine else 16)
+    shape = outline(section if fine else "round", 28 if fine else 14)
     if section == "square" and fine:
         shape = 1.25 * shape
     trim = draw_metal(rng) if fine and rng.random() < 0.35 else None
@@ -185,8 +192,8 @@ def add_shade(
         x, z = shade.section[i * len(shade.section) // count] * (mouth - 0.5 * wall)
         spoke = np.array([[0, 0, 0], [x, 0, z]]) + level
         b.tube("shade", metal, spoke @ matrix.T + at, 0.004, 6)
-    ends = (matrix @ level * k + at for k in (1.6, 0.2))
-    b.cylinder("shade", metal, *ends, 0.012, segments=10)
+    low, high = (matrix @ level * k + at for k in (1.6, 0.2))
+    b.cylinder("shade", metal, low, high, 0.012, segments=10)
 
 
 def add_bulb(
@@ -196,7 +203,7 @@ def add_bulb(
     at, matrix = np.asarray(socket, float), np.eye(3) if turn is None else turn
     b.cylinder("bulb", metal, at, at + matrix @ (0.4 * size * UP), 0.17 * size, segments=10)
     rows = [(0.14, 0.36), (0.2, 0.48), (0.31, 0.68), (0.3, 0.82), (0.18, 0.95), (0.03, 1.0)]
-    b.lathe("bulb", _GLOW, size * np.array(rows), at, 12, matrix)
+    b.lathe("bulb", _GLOW, size * np.array(rows), at, 12 if size > 0.08 else 8, matrix)
 
 
 def add_harp(b: Builder, metal: Material, low: float, high: float, reach: float) -> None:
@@ -205,8 +212,8 @@ def add_harp(b: Builder, metal: Material, low: float, high: float, reach: float)
     for sign in (-1, 1):
         x, y = sign * reach * np.cos(a), (low + high) / 2 + (high - low) / 2 * np.sin(a)
         b.tube("shade", metal, np.stack([x, y, 0 * a], 1), 0.004, 6)
-    b.lathe("shade", metal, [(0.005, 0), (0.006, 0.012), (0.014, 0.024), (0.012, 0.04), (0.003, 0.05)],
-            (0, high - 0.005, 0), 10)  # fmt: skip
+    rows = [(0.005, 0), (0.006, 0.012), (0.014, 0.024), (0.012, 0.04), (0.003, 0.05)]
+    b.lathe("shade", metal, rows, (0, high - 0.005, 0), 10)
 
 
 def add_foot(

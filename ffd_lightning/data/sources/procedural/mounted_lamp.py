@@ -132,7 +132,8 @@ def chandelier(rng: np.random.Generator) -> Builder:
     size = rng.uniform(0.05, 0.085)
     shade = draw_shade(rng, size, size * rng.uniform(1.1, 1.8), CUPS, fine=False, glass=0.3)
     tiers = 2 if rng.random() < 0.25 and head == "candle" else 1
-    reach, count = rng.uniform(0.28, 0.5), int(rng.integers(3, 9))
+    most = 8 if head == "candle" and tiers == 1 else 6
+    reach, count = rng.uniform(0.28, 0.5), int(rng.integers(3, most + 1))
     for tier in range(tiers):
         out = reach * (1 - 0.45 * tier)
         number = max(3, count - 2 * tier)
@@ -164,7 +165,7 @@ def _arm_path(
     points = [(0.0, start, 0.0), (0.45 * reach, start + sag, 0.0)]
     if kind == "scroll":
         points = [(0, start, 0), (0.3 * reach, start - 0.8 * sag, 0), (0.6 * reach, start + sag, 0)]
-    return bend([*points, (reach, start + sag / 2, 0), (reach, start + rise, 0)], reach, 7)
+    return bend([*points, (reach, start + sag / 2, 0), (reach, start + rise, 0)], reach, 3)
 
 
 def _arm(b: Builder, metal: Material, shade: Shade, head: str, path: Array) -> None:
@@ -207,9 +208,9 @@ def sconce(rng: np.random.Generator) -> Builder:
         middle = 0.04 if x == 0 else 0.0
         foot = np.array([0.1 * x, 0, 0.01])
         end = np.array([x, 0.06 if up else 0.02, -reach - middle])
-        points = [foot, foot - (0, sag, 0.4 * reach), (x, -0.06 - abs(sag), end[2]), end]
+        points = np.array([foot, foot - (0, sag, 0.4 * reach), (x, -0.06 - abs(sag), end[2]), end])
         if not up:
-            points = [foot, (0.1 * x, 0.1, -0.3 * reach), (x, 0.12, end[2]), end]
+            points[1:3] = (0.1 * x, 0.1, -0.3 * reach), (x, 0.12, end[2])
         b.tube("arm", metal, bend(points, 0.1, 6), 0.009, 8)
         add_shade(b, shade, metal, end, FLIP if up else None)
         add_bulb(b, metal, end, min(0.1, 0.8 * shade.height), None if up else FLIP)
@@ -242,8 +243,9 @@ def lantern(rng: np.random.Generator) -> Builder:
         _rose(b, metal, 0.07, np.array([0, top + length, 0]))
         _cord(b, metal, np.array([0, top + length, 0]), length + 0.01)
     elif mount == "stand":
-        a = np.linspace(0, np.pi, 15)
-        loop = np.stack([0.5 * wide * np.cos(a), top - 0.02 + 0.5 * wide * np.sin(a), 0 * a], 1)
+        a = np.linspace(0, np.pi, 21)
+        rise = top - low - tall + rng.uniform(0.03, 0.12)
+        loop = np.stack([0.7 * wide * np.cos(a), low + tall + rise * np.sin(a), 0 * a], 1)
         b.tube("arm", metal, loop, 0.008, 8)
     return b
 

@@ -14,20 +14,22 @@ from ffd_lightning.data.sources.procedural.shapes import (
     pick_material,
     rotation,
 )
-from ffd_lightning.data.sources.procedural.speaker_parts import (
+from ffd_lightning.data.sources.procedural.speaker_drivers import (
     FORWARD,
-    Cabinet,
     Finish,
+    add_driver,
+    add_skin,
+    draw_cloth,
+    draw_finish,
+)
+from ffd_lightning.data.sources.procedural.speaker_parts import (
+    Cabinet,
     Units,
     add_cabinet,
-    add_driver,
     add_feet,
     add_handle,
     add_knobs,
-    add_skin,
     draw_cabinet,
-    draw_cloth,
-    draw_finish,
     row_of_bays,
     two_way,
 )
@@ -167,7 +169,7 @@ def _boombox(b: Builder, rng: np.random.Generator, finish: Finish) -> None:
     window = (0.8 * size[0], 0.012, 0.5 * size[2])
     b.rounded_box("panel", finish.rim, (0, y - 0.08 * tall, -0.008), window, 0.006, 0.003, FORWARD)
     ends = [(x * tall, y + 0.38 * tall, -0.002) for x in (-0.3, 0.3)]
-    add_knobs(b, metal, *ends, 0.05 * tall, int(rng.integers(2, 6)))
+    add_knobs(b, metal, ends, 0.05 * tall, int(rng.integers(2, 6)))
     reach = rng.uniform(0.3, 0.46) * wide
     top = np.array([(x, 0.008 + tall, deep / 2) for x in (-reach, reach)])
     add_handle(b, finish.rim, top, rng.uniform(0.04, 0.09), 0.009)
@@ -247,8 +249,8 @@ def speaker_set(rng: np.random.Generator) -> Builder:
         big.append(("port", 0.12 * cabinet.width))
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, big, 0.1))
     add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, 0.02, False)
-    size, pairs = rng.uniform(0.08, 0.13), 1 if rng.random() < 0.7 else 2
-    pods, state = rng.random() < 0.4, int(rng.integers(1 << 30))
+    size, pairs = rng.uniform(0.07, 0.12), 1 if rng.random() < 0.7 else 2
+    pods, state = pairs == 1 and rng.random() < 0.5, int(rng.integers(1 << 30))
     tall = size * rng.uniform(1.2, 2.6)
     for pair in range(pairs):
         x = cabinet.width / 2 + size * (1.1 + 1.6 * pair)
@@ -260,6 +262,6 @@ def speaker_set(rng: np.random.Generator) -> Builder:
                 continue
             one = Cabinet(size, tall, 0.9 * size, foot, 8.0, side * 10.0, 0.06 * size)
             units: Units = [("woofer", 0.4 * size), ("tweeter", 0.2 * size)]
-            bays = row_of_bays(one.face, units[: 1 if tall < 1.6 * size else 2])
+            bays = row_of_bays(one.face, units[: 1 if pairs == 2 or tall < 1.6 * size else 2])
             add_cabinet(b, one, finish, bays)
     return b

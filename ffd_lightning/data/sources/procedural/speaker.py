@@ -14,17 +14,19 @@ from ffd_lightning.data.sources.procedural.shapes import (
     rotation,
 )
 from ffd_lightning.data.sources.procedural.small_speaker import horn, pod, portable, speaker_set
-from ffd_lightning.data.sources.procedural.speaker_parts import (
+from ffd_lightning.data.sources.procedural.speaker_drivers import (
     Finish,
+    add_driver,
+    draw_cloth,
+    draw_finish,
+)
+from ffd_lightning.data.sources.procedural.speaker_parts import (
     Units,
     add_cabinet,
-    add_driver,
     add_feet,
     add_grille,
     add_tripod,
     draw_cabinet,
-    draw_cloth,
-    draw_finish,
     row_of_bays,
     share_below,
     two_way,
@@ -46,7 +48,7 @@ def _bookshelf(rng: np.random.Generator) -> Builder:
     if low:
         add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low, False)
     if rng.random() < 0.2:
-        cover = bays[int(rng.integers(len(bays)))] if rng.random() < 0.4 else bays[-1]
+        cover = bays[-2] if rng.random() < 0.4 else bays[-1]
         add_grille(b, draw_cloth(rng), cabinet, 0.0, share_below(cabinet, cover))
     return b
 
@@ -108,9 +110,10 @@ def _stand(rng: np.random.Generator) -> Builder:
         return b
     size = (wide * rng.uniform(1.0, 1.4), 0.03, deep * rng.uniform(1.0, 1.3))
     b.rounded_box("stand", metal, middle + 0.015 * UP, size, 0.01)
-    places = {"one": [(0, 0)], "two": [(-0.25, 0), (0.25, 0)]}
+    four = [(-0.28, -0.3), (0.28, -0.3), (0.28, 0.3), (-0.28, 0.3)]
+    places = {"one": [(0.0, 0.0)], "two": [(-0.25, 0.0), (0.25, 0.0)], "four": four}
     side = rng.uniform(0.05, 0.09) if kind == "one" else 0.035
-    for x, z in places.get(kind, [(-0.28, -0.3), (0.28, -0.3), (0.28, 0.3), (-0.28, 0.3)]):
+    for x, z in places[kind]:
         at = middle + (x * wide, 0, z * deep)
         beam(b, "stand", metal, at + 0.02 * UP, at + (low - 0.01) * UP, side, side)
     return b

@@ -1,4 +1,4 @@
-"""What all speakers have in common: cabinets whose fronts are tiled by bays, and drivers."""
+"""What all speakers have in common: cabinets whose fronts are tiled by bays."""
 
 from __future__ import annotations
 
@@ -13,17 +13,19 @@ from ffd_lightning.data.sources.procedural.shapes import (
     Array,
     Builder,
     Material,
-    pick_material,
     rotation,
 )
-
-FORWARD = rotation((1, 0, 0), -90)
-"""Turns what is upright so that it points to the front."""
+from ffd_lightning.data.sources.procedural.speaker_drivers import (
+    BLACK,
+    FORWARD,
+    Finish,
+    add_driver,
+    add_port,
+)
 
 Units = list[tuple[str, float]]
 """What is mounted in a front: (kind, radius) each."""
 
-_BLACK = Material((0.06, 0.06, 0.07))
 _PER_SIDE = 7  # points on each side of a rectangular ring
 
 
@@ -42,16 +44,6 @@ class Bay:
     radius: float
     center: tuple[float, float]
     size: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Finish:
-    """The materials of a speaker: of its body, its rims, its cones and its dust caps."""
-
-    body: Material
-    rim: Material
-    cone: Material
-    cap: Material
 
 
 @dataclass(frozen=True)
@@ -94,30 +86,6 @@ class Cabinet:
         """Move points (..., 3), given from the middle of the front, to the world."""
         local = np.asarray(points, float) + np.array([0, self.height / 2, 0])
         return local @ self.turn.T + np.asarray(self.foot)
-
-
-def draw_finish(rng: np.random.Generator) -> Finish:
-    """Draw a wooden, black, lacquered or plastic body and drivers to go with it."""
-    kind = draw(rng, ["wood", "black", "paint", "plastic"], [0.4, 0.18, 0.2, 0.22])
-    body = pick_material(rng, "rubber" if kind == "black" else kind)
-    rim = _BLACK if rng.random() < 0.45 else pick_material(rng, "metal")
-    tones = [
-        (0.13, 0.13, 0.14),
-        (0.85, 0.84, 0.8),
-        (0.8, 0.66, 0.2),
-        (0.5, 0.52, 0.55),
-        (0.3, 0.2, 0.15),
-    ]
-    cone = Material(tones[int(rng.choice(5, p=[0.45, 0.15, 0.12, 0.18, 0.1]))])
-    return Finish(body, rim, cone, cone if rng.random() < 0.4 else pick_material(rng, "metal"))
-
-
-def draw_cloth(rng: np.random.Generator) -> Material:
-    """Draw the cloth or perforated metal of a grille."""
-    value = rng.uniform(0.12, 0.6)
-    color = (value, value * rng.uniform(0.85, 1), value * rng.uniform(0.7, 1))
-    pattern = draw(rng, ["fabric", "speckle", ""], [0.5, 0.3, 0.2])
-    return Material(color, pattern, 5.0, seed=int(rng.integers(1 << 30)))
 
 
 def draw_cabinet(
@@ -178,7 +146,7 @@ def row_of_bays(
     for (kind, r), length in zip(kinds, lengths, strict=True):
         middle = start + length / 2
         start += length
-        if length > 1e-6:
+        if length > 1e-3 * long:
             place, size = (
                 ((middle, 0.0), (length, wide)) if across else ((0.0, middle), (wide, length))
             )
@@ -241,62 +209,11 @@ def _add_bay(b: Builder, cabinet: Cabinet, finish: Finish, bay: Bay) -> None:
         rings = [cabinet.world(_lift(s * hole, z, bay.center)) for s, z in scales]
         b.loft("port" if bay.kind == "slot" else "driver", finish.rim, rings, caps=False)
         throat = [cabinet.world(_lift(s * hole, 0.79 * deep, bay.center)) for s in (0.32, 0.02)]
-        b.loft("port", _BLACK, throat, caps=False)
+        b.loft("port", BLACK, throat, caps=False)
     elif bay.kind == "port":
         add_port(b, finish, center, bay.radius, deep, cabinet.turn)
     else:
         add_driver(b, finish, bay.kind, center, bay.radius, cabinet.turn)
-
-
-def add_skin(
-    b: Builder, part: str, material: Material, rows: ArrayLike, at: ArrayLike, turn: Array
-) -> None:
-    """Add a surface turned about the forward axis through `at`; rows are (radius, out)."""
-    a = 2 * np.pi * np.arange(24) / 24
-    circle = np.stack([np.cos(a), np.sin(a), 0 * a], 1)
-    rings = [(r * circle - (0, 0, out)) @ turn.T + np.asarray(at) for r, out in np.asarray(rows)]
-    b.loft(part, material, rings, caps=False)
-
-
-def add_port(
-    b: Builder, finish: Finish, center: ArrayLike, radius: float, depth: float, turn: Array
-) -> None:
-    """Add a flared bass port that goes `depth` into the body."""
-    rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / radius)]
-    add_skin(b, "port", finish.rim, radius * np.array(rows), center, turn)
-    add_skin(
-        b, "port", _BLACK, [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)], center, turn
-    )
-
-
-def add_driver(
-    b: Builder, finish: Finish, kind: str, center: ArrayLike, radius: float, turn: Array
-) -> None:
-    """Add a "woofer" (rim, surround, sunk cone, cap) or a "tweeter" (plate, dome) facing -z."""
-    r = radius
-    rim = [(1.0, -0.01), (1.0, 0.05), (0.97, 0.08), (0.86, 0.08), (0.84, 0.03)]
-    add_skin(b, "driver", finish.rim, r * np.array(rim), center, turn)
-    matrix = turn @ FORWARD
-    if kind == "tweeter":
-        flare = [(0.85, 0.04), (0.5, -0.05), (0.42, -0.06), (0.36, -0.02)]
-        add_skin(b, "driver", finish.rim, r * np.array(flare), center, turn)
-        a = np.linspace(0, 1.5, 6)
-        dome = np.stack([0.38 * np.cos(a), 0.3 * np.sin(a) - 0.04], 1)
-        b.lathe("driver", finish.cap, r * dome, center, 20, matrix)
-        return
-    roll = [(0.85, 0.03), (0.82, 0.09), (0.77, 0.11), (0.72, 0.08), (0.7, 0.0)]
-    add_skin(b, "driver", _BLACK, r * np.array(roll), center, turn)
-    add_skin(
-        b,
-        "driver",
-        finish.cone,
-        r * np.array([(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)]),
-        center,
-        turn,
-    )
-    a = np.linspace(0, 1.5, 5)
-    cap = np.stack([0.27 * np.cos(a), 0.16 * np.sin(a) - 0.33], 1)
-    b.lathe("driver", finish.cap, r * cap, center, 20, matrix)
 
 
 def share_below(cabinet: Cabinet, bay: Bay) -> float:
@@ -349,13 +266,12 @@ def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
                 )
 
 
-def add_knobs(
-    b: Builder, material: Material, first: ArrayLike, last: ArrayLike, radius: float, count: int
-) -> None:
-    """Add `count` round knobs that point to the front, evenly from `first` to `last`."""
+def add_knobs(b: Builder, material: Material, ends: ArrayLike, radius: float, count: int) -> None:
+    """Add `count` round knobs that point to the front, evenly between two points, (2, 3)."""
+    first, last = np.asarray(ends, float)
     rows = radius * np.array([(1.0, -0.1), (1.0, 0.3), (0.8, 0.4), (0.7, 1.0), (0.6, 1.1)])
     for t in np.linspace(0, 1, count):
-        center = (1 - t) * np.asarray(first, float) + t * np.asarray(last, float)
+        center = (1 - t) * first + t * last
         b.lathe("panel", material, rows, center, 12, FORWARD)
 
 

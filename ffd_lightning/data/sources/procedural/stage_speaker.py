@@ -8,11 +8,15 @@ import numpy as np
 
 from ffd_lightning.data.sources.procedural.furniture import UP, bend, draw
 from ffd_lightning.data.sources.procedural.shapes import Builder, Material, pick_material
-from ffd_lightning.data.sources.procedural.speaker_parts import (
+from ffd_lightning.data.sources.procedural.speaker_drivers import (
     FORWARD,
+    Finish,
+    draw_cloth,
+    draw_finish,
+)
+from ffd_lightning.data.sources.procedural.speaker_parts import (
     Bay,
     Cabinet,
-    Finish,
     Units,
     add_cabinet,
     add_corners,
@@ -21,8 +25,6 @@ from ffd_lightning.data.sources.procedural.speaker_parts import (
     add_handle,
     add_knobs,
     add_tripod,
-    draw_cloth,
-    draw_finish,
     row_of_bays,
 )
 
@@ -93,14 +95,16 @@ def amplifier(rng: np.random.Generator) -> Builder:
     plate = (0.9 * case.width, 0.014, 0.7 * rise)
     turn = case.turn @ FORWARD
     b.rounded_box("panel", panel, case.world((0, y, 0)), plate, 0.008, turn=turn)
-    ends = (case.world((side * 0.38 * case.width, y, -0.006)) for side in (-1, 1))
-    add_knobs(b, knob, *ends, 0.016, int(rng.integers(4, 9)))
+    x = 0.38 * case.width
+    add_knobs(
+        b, knob, case.world([(-x, y, -0.006), (x, y, -0.006)]), 0.016, int(rng.integers(4, 9))
+    )
     top = [
         case.world((side * 0.2 * case.width, case.height / 2 - 0.004, 0.5 * deep))
         for side in (-1, 1)
     ]
     add_handle(b, finish.rim, top, 0.04, 0.011)
-    if rng.random() < 0.6:
+    if rng.random() < 0.6 and not cabinet.tilt:
         add_corners(b, knob, cabinet)
     return b
 
