@@ -66,6 +66,7 @@ def estate(rng: np.random.Generator) -> Builder:
     """Draw a hatchback, estate or minivan: the roof reaches the tail."""
     b = Builder()
     stance = draw_stance(rng, (3.2, 5.0), (1.55, 1.9), (0.27, 0.34), (0.15, 0.25))
+    stance = replace(stance, nose=rng.uniform(0.86, 0.94))
     half, belt = stance.length / 2, rng.uniform(0.86, 1.02)
     cowl = -half + rng.uniform(0.75, 1.35)
     rear = half - rng.uniform(0.06, 0.16)

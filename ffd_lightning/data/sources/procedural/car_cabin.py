@@ -65,16 +65,29 @@ class Cabin:
         middle = (low[2] + high[2]) / 2
         return np.column_stack([flat[:, 0], np.full(16, low[1]), flat[:, 1] + middle])
 
+    def pillar_ring(self, along: float, up: float, side: float) -> Array:
+        """Return a pillar's horizontal outline (8, 3), its outer faces just proud of the glass.
+
+        It is level, so that however far the pillar leans its ends stay below the roof.
+        """
+        half, proud = self.pillar / 2, 0.01
+        middle = self.point(along, up, side) - np.array([side * (half - proud), 0, 0])
+        middle[2] += {0.0: half - proud, 1.0: proud - half}.get(along, 0.0)
+        # Corner pillars must be as round as the glass and the roof are there.
+        chamfer = min(0.03, 0.8 * half) if along in (0.0, 1.0) else 0.2 * half
+        a, c = half, half - chamfer
+        flat = np.array([(a, c), (c, a), (-c, a), (-a, c), (-a, -c), (-c, -a), (c, -a), (a, -c)])
+        return np.insert(flat, 1, 0, axis=1) + middle
+
 
 def cabin(b: Builder, paint: Material, glass: Material, shape: Cabin, roof: Material) -> None:
     """Add windows, pillars and a roof."""
     b.loft("window", glass, [shape.ring(up) for up in (-0.15, 0.0, 0.5, 1.0)])
     for side in (-1, 1):
         for along in (0.0, *shape.pillars, 1.0):
-            inset = {0.0: 0.012, 1.0: -0.012}.get(along, 0.0)
-            foot, head = (shape.point(along, up, 0.985 * side) for up in (-0.1, 1.0))
-            shift = np.array([-0.012 * side if inset else 0, 0, inset])
-            b.cylinder("roof", paint, foot + shift, head + shift, 0.58 * shape.pillar, segments=6)
+            levels = (-0.1, 0.0, 1.0) if along in (0.0, 1.0) else (-0.1, 1.0)
+            rings = [shape.pillar_ring(along, up, side) for up in levels]
+            b.loft("roof", paint, rings)
     thick = 0.05 * (shape.heights[1] - shape.heights[0]) + 0.02
     rise = np.array([0, thick, 0])
     rings = [shape.ring(0.97, 0.02), shape.ring(1.0, 0.012) + 0.3 * rise]

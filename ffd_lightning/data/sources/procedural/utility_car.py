@@ -34,7 +34,7 @@ def van(rng: np.random.Generator) -> Builder:
     """Draw a van: panel van or people carrier, its bonnet short or none."""
     b, panel = Builder(), rng.random() < 0.45
     stance = draw_stance(rng, (3.6, 6.0), (1.7, 2.1), (0.3, 0.36), (0.18, 0.3))
-    stance = replace(stance, nose=rng.uniform(0.86, 0.95))
+    stance = replace(stance, nose=rng.uniform(0.92, 0.98))
     half, belt = stance.length / 2, rng.uniform(1.0, 1.2)
     cowl, rear = -half + rng.uniform(0.12, 0.75), half - 0.05
     stance = with_profile(
@@ -65,7 +65,7 @@ def bus(rng: np.random.Generator) -> Builder:
     shell(b, paint, stance)
     rake, gap, lintel = rng.uniform(0.02, 0.3), rng.uniform(1.2, 2.2), rng.uniform(0.75, 0.9)
     decks = 1 + int(rng.random() < 0.25)
-    bays = min(round(length / gap), 9 if decks == 1 else 5)
+    bays = min(round(length / gap), 9 if decks == 1 else 4)
     pillars = tuple(np.linspace(0, 1, bays + 1)[1:-1])
     for deck in range(decks):
         low = belt + deck * (tall + 0.45)
@@ -74,7 +74,7 @@ def bus(rng: np.random.Generator) -> Builder:
                 "body",
                 paint,
                 (0, low - 0.2, 0),
-                (0.97 * width, 0.5, length - 0.08),
+                (0.98 * width, 0.5, length - 0.04),  # a little proud of the glass
                 0.1,
                 segments=2,
             )
