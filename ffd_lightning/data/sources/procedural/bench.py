@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import (
+from ffd_lightning.data.sources.procedural.parts.furniture import (
     UP,
     LegStyle,
     add_leg,
@@ -22,14 +22,14 @@ from ffd_lightning.data.sources.procedural.furniture import (
     pad,
     rails,
 )
-from ffd_lightning.data.sources.procedural.park_bench import add_boards, draw_bench_size, park
+from ffd_lightning.data.sources.procedural.parts.park_bench import add_boards, draw_bench_size, park
+from ffd_lightning.data.sources.procedural.parts.upholstery import draw_cover
 from ffd_lightning.data.sources.procedural.shapes import (
     Builder,
     Family,
     Material,
     pick_material,
 )
-from ffd_lightning.data.sources.procedural.upholstery import draw_cover
 
 PARTS = ("seat", "back", "arm", "leg", "table")
 

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.bowed_cabinet import bowed
-from ffd_lightning.data.sources.procedural.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.data.sources.procedural.furniture import corners, draw
-from ffd_lightning.data.sources.procedural.joinery import (
+from ffd_lightning.data.sources.procedural.parts.bowed_cabinet import bowed
+from ffd_lightning.data.sources.procedural.parts.casework import add_cornice, add_top, fill, stand
+from ffd_lightning.data.sources.procedural.parts.furniture import corners, draw
+from ffd_lightning.data.sources.procedural.parts.joinery import (
     BOARD,
     Joinery,
     carcass,
@@ -21,7 +21,7 @@ from ffd_lightning.data.sources.procedural.joinery import (
     shelves,
     sliding_doors,
 )
-from ffd_lightning.data.sources.procedural.kitchen_unit import kitchen
+from ffd_lightning.data.sources.procedural.parts.kitchen_unit import kitchen
 from ffd_lightning.data.sources.procedural.shapes import Builder, Family, Material, pick_material
 
 PARTS = ("body", "top", "door", "drawer", "shelf", "handle", "leg")

@@ -6,14 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.car_cabin import Cabin, closed_car
-from ffd_lightning.data.sources.procedural.car_parts import BLACK, Stance, draw_stance, with_profile
-from ffd_lightning.data.sources.procedural.formula_car import formula
-from ffd_lightning.data.sources.procedural.furniture import beam
-from ffd_lightning.data.sources.procedural.roadster import roadster
+from ffd_lightning.data.sources.procedural.parts.car_cabin import Cabin, closed_car
+from ffd_lightning.data.sources.procedural.parts.car_parts import (
+    BLACK,
+    Stance,
+    draw_stance,
+    with_profile,
+)
+from ffd_lightning.data.sources.procedural.parts.formula_car import formula
+from ffd_lightning.data.sources.procedural.parts.furniture import beam
+from ffd_lightning.data.sources.procedural.parts.roadster import roadster
+from ffd_lightning.data.sources.procedural.parts.utility_car import bus, pickup, van
+from ffd_lightning.data.sources.procedural.parts.vintage_car import vintage
 from ffd_lightning.data.sources.procedural.shapes import Builder, Family, Material, rotation
-from ffd_lightning.data.sources.procedural.utility_car import bus, pickup, van
-from ffd_lightning.data.sources.procedural.vintage_car import vintage
 
 PARTS = ("body", "roof", "hood", "window", "wheel", "light", "trim", "seat")
 

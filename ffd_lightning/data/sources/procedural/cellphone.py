@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import draw
-from ffd_lightning.data.sources.procedural.handsets import (
+from ffd_lightning.data.sources.procedural.parts.furniture import draw
+from ffd_lightning.data.sources.procedural.parts.handsets import (
     Body,
     Finish,
     aerial,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import (
+from ffd_lightning.data.sources.procedural.parts.furniture import (
     UP,
     LegStyle,
     add_leg,
@@ -22,17 +22,10 @@ from ffd_lightning.data.sources.procedural.furniture import (
     slats,
     stretchers,
 )
-from ffd_lightning.data.sources.procedural.shapes import (
-    Array,
-    Builder,
-    Family,
-    Material,
-    pick_material,
-)
-from ffd_lightning.data.sources.procedural.shell_chair import shell
-from ffd_lightning.data.sources.procedural.stool import stool
-from ffd_lightning.data.sources.procedural.swivel_chair import swivel
-from ffd_lightning.data.sources.procedural.upholstery import (
+from ffd_lightning.data.sources.procedural.parts.shell_chair import shell
+from ffd_lightning.data.sources.procedural.parts.stool import stool
+from ffd_lightning.data.sources.procedural.parts.swivel_chair import swivel
+from ffd_lightning.data.sources.procedural.parts.upholstery import (
     add_arm,
     add_base,
     add_feet,
@@ -43,6 +36,13 @@ from ffd_lightning.data.sources.procedural.upholstery import (
     back_point,
     draw_cover,
     draw_seating,
+)
+from ffd_lightning.data.sources.procedural.shapes import (
+    Array,
+    Builder,
+    Family,
+    Material,
+    pick_material,
 )
 
 PARTS = ("seat", "back", "arm", "leg")

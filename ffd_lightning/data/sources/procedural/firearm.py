@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import bend, draw
-from ffd_lightning.data.sources.procedural.gun_parts import (
+from ffd_lightning.data.sources.procedural.parts.furniture import bend, draw
+from ffd_lightning.data.sources.procedural.parts.gun_parts import (
     BLACK,
     at,
     bar,
@@ -17,7 +17,7 @@ from ffd_lightning.data.sources.procedural.gun_parts import (
     sweep,
     trigger,
 )
-from ffd_lightning.data.sources.procedural.long_gun import (
+from ffd_lightning.data.sources.procedural.parts.long_gun import (
     assault_rifle,
     hunting_rifle,
     machine_gun,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import (
+from ffd_lightning.data.sources.procedural.parts.furniture import (
     UP,
     LegStyle,
     add_legs,
@@ -12,7 +12,7 @@ from ffd_lightning.data.sources.procedural.furniture import (
     circle,
     draw,
 )
-from ffd_lightning.data.sources.procedural.lamp_parts import (
+from ffd_lightning.data.sources.procedural.parts.lamp_parts import (
     FLIP,
     Shade,
     add_bulb,
@@ -28,7 +28,12 @@ from ffd_lightning.data.sources.procedural.lamp_parts import (
     turned,
     turned_rows,
 )
-from ffd_lightning.data.sources.procedural.mounted_lamp import chandelier, lantern, pendant, sconce
+from ffd_lightning.data.sources.procedural.parts.mounted_lamp import (
+    chandelier,
+    lantern,
+    pendant,
+    sconce,
+)
 from ffd_lightning.data.sources.procedural.shapes import (
     Array,
     Builder,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import UP, beam, bend, draw, lean, sheet
-from ffd_lightning.data.sources.procedural.screens import (
+from ffd_lightning.data.sources.procedural.parts.furniture import UP, beam, bend, draw, lean, sheet
+from ffd_lightning.data.sources.procedural.parts.screens import (
     Case,
     Panel,
     add_panel,
@@ -16,8 +16,8 @@ from ffd_lightning.data.sources.procedural.screens import (
     neck,
     side_speaker,
 )
+from ffd_lightning.data.sources.procedural.parts.tube_monitor import projection, tube
 from ffd_lightning.data.sources.procedural.shapes import Builder, Family, rotation
-from ffd_lightning.data.sources.procedural.tube_monitor import projection, tube
 
 PARTS = ("screen", "frame", "back", "stand", "base", "speaker", "button")
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import draw
-from ffd_lightning.data.sources.procedural.light_plane import biplane, glider, light_plane
-from ffd_lightning.data.sources.procedural.military_plane import fighter, flying_wing, warbird
-from ffd_lightning.data.sources.procedural.plane_parts import (
+from ffd_lightning.data.sources.procedural.parts.furniture import draw
+from ffd_lightning.data.sources.procedural.parts.light_plane import biplane, glider, light_plane
+from ffd_lightning.data.sources.procedural.parts.military_plane import fighter, flying_wing, warbird
+from ffd_lightning.data.sources.procedural.parts.plane_parts import (
     STEEL,
     draw_livery,
     fuselage,

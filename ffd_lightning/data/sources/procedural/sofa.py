@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import (
+from ffd_lightning.data.sources.procedural.parts.furniture import (
     UP,
     LegStyle,
     add_leg,
@@ -20,13 +20,7 @@ from ffd_lightning.data.sources.procedural.furniture import (
     rails,
     sheet,
 )
-from ffd_lightning.data.sources.procedural.shapes import (
-    Array,
-    Builder,
-    Family,
-    pick_material,
-)
-from ffd_lightning.data.sources.procedural.upholstery import (
+from ffd_lightning.data.sources.procedural.parts.upholstery import (
     Seating,
     add_arm,
     add_base,
@@ -37,6 +31,12 @@ from ffd_lightning.data.sources.procedural.upholstery import (
     add_tufts,
     back_point,
     draw_seating,
+)
+from ffd_lightning.data.sources.procedural.shapes import (
+    Array,
+    Builder,
+    Family,
+    pick_material,
 )
 
 PARTS = ("seat", "back", "arm", "leg")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import importlib
-import importlib.util
 from dataclasses import dataclass
 from types import ModuleType
 
@@ -80,9 +79,8 @@ def families(category: str) -> tuple[str, ...]:
 
 def _generator(category: str) -> ModuleType:
     """Import a category's module: it has PARTS and FAMILIES."""
-    there = [name for name in SYNSETS if importlib.util.find_spec(f"{__package__}.{name}")]
-    if category not in there:
-        raise DataError(f"no procedural models of {category!r}, only of: {', '.join(there)}")
+    if category not in SYNSETS:
+        raise DataError(f"no procedural models of {category!r}, only of: {', '.join(SYNSETS)}")
     return importlib.import_module(f"{__package__}.{category}")
 
 

@@ -6,21 +6,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import UP, beam, circle, draw
-from ffd_lightning.data.sources.procedural.shapes import (
-    Builder,
-    Family,
-    pick_material,
-    rotation,
+from ffd_lightning.data.sources.procedural.parts.furniture import UP, beam, circle, draw
+from ffd_lightning.data.sources.procedural.parts.small_speaker import (
+    horn,
+    pod,
+    portable,
+    speaker_set,
 )
-from ffd_lightning.data.sources.procedural.small_speaker import horn, pod, portable, speaker_set
-from ffd_lightning.data.sources.procedural.speaker_drivers import (
+from ffd_lightning.data.sources.procedural.parts.speaker_drivers import (
     Finish,
     add_driver,
     draw_cloth,
     draw_finish,
 )
-from ffd_lightning.data.sources.procedural.speaker_parts import (
+from ffd_lightning.data.sources.procedural.parts.speaker_parts import (
     Units,
     add_cabinet,
     add_feet,
@@ -31,7 +30,13 @@ from ffd_lightning.data.sources.procedural.speaker_parts import (
     share_below,
     two_way,
 )
-from ffd_lightning.data.sources.procedural.stage_speaker import amplifier, stage
+from ffd_lightning.data.sources.procedural.parts.stage_speaker import amplifier, stage
+from ffd_lightning.data.sources.procedural.shapes import (
+    Builder,
+    Family,
+    pick_material,
+    rotation,
+)
 
 PARTS = ("body", "driver", "port", "grille", "panel", "handle", "stand")
 

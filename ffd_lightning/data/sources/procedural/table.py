@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.desk import desk
-from ffd_lightning.data.sources.procedural.furniture import (
+from ffd_lightning.data.sources.procedural.parts.desk import desk
+from ffd_lightning.data.sources.procedural.parts.furniture import (
     UP,
     LegStyle,
     add_leg,
@@ -18,8 +18,7 @@ from ffd_lightning.data.sources.procedural.furniture import (
     rails,
     stretchers,
 )
-from ffd_lightning.data.sources.procedural.shapes import Builder, Family, Material, pick_material
-from ffd_lightning.data.sources.procedural.tabletops import (
+from ffd_lightning.data.sources.procedural.parts.tabletops import (
     SIZES,
     draw_materials,
     draw_size,
@@ -27,6 +26,7 @@ from ffd_lightning.data.sources.procedural.tabletops import (
     rectangular_top,
     round_top,
 )
+from ffd_lightning.data.sources.procedural.shapes import Builder, Family, Material, pick_material
 
 PARTS = ("top", "leg", "support", "shelf", "drawer")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.data.sources.procedural.furniture import draw
-from ffd_lightning.data.sources.procedural.hulls import (
+from ffd_lightning.data.sources.procedural.parts.furniture import draw
+from ffd_lightning.data.sources.procedural.parts.hulls import (
     House,
     Hull,
     add_house,
@@ -18,9 +18,10 @@ from ffd_lightning.data.sources.procedural.hulls import (
     tint,
     vec,
 )
-from ffd_lightning.data.sources.procedural.motorboats import motor_yacht, outboard, speedboat
-from ffd_lightning.data.sources.procedural.naval import carrier, submarine, warship
-from ffd_lightning.data.sources.procedural.sailing import catamaran, sailboat, tall_ship
+from ffd_lightning.data.sources.procedural.parts.motorboats import motor_yacht, outboard, speedboat
+from ffd_lightning.data.sources.procedural.parts.naval import carrier, submarine, warship
+from ffd_lightning.data.sources.procedural.parts.sailing import catamaran, sailboat, tall_ship
+from ffd_lightning.data.sources.procedural.parts.ships import freighter, liner
 from ffd_lightning.data.sources.procedural.shapes import (
     Builder,
     Family,
@@ -28,7 +29,6 @@ from ffd_lightning.data.sources.procedural.shapes import (
     pick_material,
     rotation,
 )
-from ffd_lightning.data.sources.procedural.ships import freighter, liner
 
 PARTS = (
     "hull", "deck", "cabin", "mast", "sail", "keel", "funnel", "engine", "cargo", "gun", "seat",

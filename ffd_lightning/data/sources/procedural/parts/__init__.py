@@ -1,0 +1,1 @@
+"""Building blocks that categories share, and families of theirs that fill a file."""
