@@ -235,15 +235,18 @@ def validate(cfg: TrainConfig) -> None:
     Raises:
         ConfigError: names every setting that cannot work, and the way out.
     """
-    problems = [message for wrong, message in _checks(cfg) if wrong]
+    checks = [*_number_checks(cfg), *_data_checks(cfg), *_regime_checks(cfg)]
+    problems = [message for wrong, message in checks if wrong]
     if problems:
         raise ConfigError("; ".join(problems))
 
 
-def _checks(cfg: TrainConfig) -> list[tuple[bool, str]]:
-    data, render, schedule, regime = cfg.data, cfg.data.render, cfg.schedule, cfg.regime
+_Checks = list[tuple[bool, str]]  # whether something is wrong, and what
+
+
+def _number_checks(cfg: TrainConfig) -> _Checks:
+    data, render, schedule = cfg.data, cfg.data.render, cfg.schedule
     templates, network = cfg.templates, cfg.network
-    needs_file = templates.strategy in (TemplateStrategy.listed, TemplateStrategy.ranking)
     positive = {
         "schedule.steps": schedule.steps,
         "schedule.num_points": schedule.num_points,
@@ -262,7 +265,6 @@ def _checks(cfg: TrainConfig) -> list[tuple[bool, str]]:
         "data.render.samples": render.samples,
         "logger.every": cfg.logger.every,
     }
-    folder = data.source is SourceKind.folder
     return [
         *((not value > 0, f"{key}={value} must be above 0") for key, value in positive.items()),
         (schedule.batch_size < 2, "schedule.batch_size must be 2 or more (batch norm needs it)"),
@@ -271,6 +273,13 @@ def _checks(cfg: TrainConfig) -> list[tuple[bool, str]]:
             f"schedule.num_points={schedule.num_points} is more than "
             f"data.num_points={data.num_points}, the points kept per model",
         ),
+    ]
+
+
+def _data_checks(cfg: TrainConfig) -> _Checks:
+    data, render = cfg.data, cfg.data.render
+    folder = data.source is SourceKind.folder
+    return [
         (folder and not data.root, "data=folder needs data.root=DIR, a folder of categories"),
         (
             folder and bool(data.root) and not Path(str(data.root)).is_dir(),
@@ -280,6 +289,21 @@ def _checks(cfg: TrainConfig) -> list[tuple[bool, str]]:
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
         (not render.azimuths, "data.render.azimuths needs at least one angle"),
         (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
+        (
+            Path(cfg.category.name).name != cfg.category.name,
+            f"category.name={cfg.category.name} must be the name of a folder, not a path",
+        ),
+        (
+            cfg.category.synset is not None and not re.fullmatch(r"\d{8}", cfg.category.synset),
+            f"category.synset={cfg.category.synset} must be 8 digits; quote it",
+        ),
+    ]
+
+
+def _regime_checks(cfg: TrainConfig) -> _Checks:
+    data, regime, templates, network = cfg.data, cfg.regime, cfg.templates, cfg.network
+    needs_file = templates.strategy in (TemplateStrategy.listed, TemplateStrategy.ranking)
+    return [
         (
             needs_file and not (templates.file and Path(templates.file).is_file()),
             f"templates.strategy={templates.strategy.value} needs templates.file=FILE, a file that "
@@ -307,9 +331,5 @@ def _checks(cfg: TrainConfig) -> list[tuple[bool, str]]:
         (
             cfg.seed < 0 or data.seed < 0 or templates.seed < 0,
             "seed, data.seed and templates.seed must not be negative",
-        ),
-        (
-            cfg.category.synset is not None and not re.fullmatch(r"\d{8}", cfg.category.synset),
-            f"category.synset={cfg.category.synset} must be 8 digits; quote it",
         ),
     ]

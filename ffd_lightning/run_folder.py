@@ -10,8 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
+from omegaconf import OmegaConf
 
+from ffd_lightning.config import TrainConfig
 from ffd_lightning.errors import ConfigError, DataError
+
+# What may differ between the two halves of a resumed run: where it runs, not what it computes.
+_MACHINE_KEYS = ("trainer", "preparation", "paths", "logger", "callbacks", "restart", "name")
 
 
 def write_atomic(path: Path, text: str) -> None:
@@ -87,3 +92,44 @@ class RunFolder:
         except OSError as error:
             raise DataError(f"cannot write the run folder {self.path}: {error}") from None
         return lock
+
+
+def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
+    """Write `config.yaml`, or make sure that the one there is of the same run.
+
+    Raises:
+        ConfigError: the folder holds a run with other settings; the message lists them.
+    """
+    content = OmegaConf.to_yaml(OmegaConf.structured(cfg))
+    if run.config.exists() and not cfg.restart:
+        try:
+            earlier = OmegaConf.load(run.config)
+        except Exception as error:
+            raise ConfigError(
+                f"{run.config} is damaged ({error}): remove it or add restart=true"
+            ) from None
+        differences = _differences(earlier, OmegaConf.create(content))
+        if differences:
+            raise ConfigError(
+                f"{run.path} holds a run with other settings: {'; '.join(differences)}. Choose "
+                "another run with name=..., or add restart=true to discard what is there"
+            )
+    if cfg.restart:
+        run.checkpoint.unlink(missing_ok=True)
+        (run.path / "status.json").unlink(missing_ok=True)
+        for events in (run.path / "tensorboard").glob("events.*"):
+            events.unlink()
+    write_atomic(run.config, content)
+
+
+def _differences(earlier: Any, now: Any, prefix: str = "") -> list[str]:
+    result = []
+    for key in sorted(set(earlier) | set(now)):
+        if not prefix and key in _MACHINE_KEYS:
+            continue
+        a, b = earlier.get(key), now.get(key)
+        if OmegaConf.is_dict(a) and OmegaConf.is_dict(b):
+            result += _differences(a, b, f"{prefix}{key}.")
+        elif a != b:
+            result.append(f"{prefix}{key} was {a}, now {b}")
+    return result

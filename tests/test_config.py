@@ -119,6 +119,7 @@ def test_mistakes_on_the_command_line_get_one_message(arguments, words, tmp_path
         (["data.train_fraction=1.0"], "train_fraction"),
         (["category.synset='123'"], "8 digits"),
         (["seed=-1"], "seed"),
+        (["category=custom", "category.name=../mug"], "not a path"),
     ],
 )
 def test_values_that_cannot_work_are_named(overrides, word):

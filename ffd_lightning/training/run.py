@@ -18,7 +18,7 @@ from lightning import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 
@@ -32,7 +32,7 @@ from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder
-from ffd_lightning.run_folder import RunFolder, write_atomic
+from ffd_lightning.run_folder import RunFolder, check_folder
 from ffd_lightning.training.callbacks import (
     ExampleImages,
     StepProgressBar,
@@ -43,9 +43,6 @@ from ffd_lightning.training.callbacks import (
 from ffd_lightning.training.module import FfdModule
 
 log = logging.getLogger(__name__)
-
-# What may differ between the two halves of a resumed run: where it runs, not what it computes.
-_MACHINE_KEYS = ("trainer", "preparation", "paths", "logger", "callbacks", "restart", "name")
 
 
 def train_job(cfg: DictConfig) -> dict[str, float] | None:
@@ -107,47 +104,6 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
             raise
         run.set_status("finished", steps=cfg.schedule.steps, protocol=PROTOCOL, summary=summary)
         return summary
-
-
-def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
-    """Write `config.yaml`, or make sure that the one there is of the same run.
-
-    Raises:
-        ConfigError: the folder holds a run with other settings; the message lists them.
-    """
-    content = OmegaConf.to_yaml(OmegaConf.structured(cfg))
-    if run.config.exists() and not cfg.restart:
-        try:
-            earlier = OmegaConf.load(run.config)
-        except Exception as error:
-            raise ConfigError(
-                f"{run.config} is damaged ({error}): remove it or add restart=true"
-            ) from None
-        differences = _differences(earlier, OmegaConf.create(content))
-        if differences:
-            raise ConfigError(
-                f"{run.path} holds a run with other settings: {'; '.join(differences)}. Choose "
-                "another run with name=..., or add restart=true to discard what is there"
-            )
-    if cfg.restart:
-        run.checkpoint.unlink(missing_ok=True)
-        (run.path / "status.json").unlink(missing_ok=True)
-        for events in (run.path / "tensorboard").glob("events.*"):
-            events.unlink()
-    write_atomic(run.config, content)
-
-
-def _differences(earlier: Any, now: Any, prefix: str = "") -> list[str]:
-    result = []
-    for key in sorted(set(earlier) | set(now)):
-        if not prefix and key in _MACHINE_KEYS:
-            continue
-        a, b = earlier.get(key), now.get(key)
-        if OmegaConf.is_dict(a) and OmegaConf.is_dict(b):
-            result += _differences(a, b, f"{prefix}{key}.")
-        elif a != b:
-            result.append(f"{prefix}{key} was {a}, now {b}")
-    return result
 
 
 def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
