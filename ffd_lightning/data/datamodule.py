@@ -53,27 +53,29 @@ def make_batch(
     views: Sequence[int],
     num_points: int,
     rng: np.random.Generator,
+    mine: slice = slice(None),
 ) -> Batch:
     """Read images and draw fresh points for queries and templates.
 
     Args:
         prepared: where queries come from.
         bank: the templates.
-        rows: q rows of the prepared set.
-        views: q indices of views.
+        rows: rows of the prepared set.
+        views: as many indices of views.
         num_points: points per cloud, drawn without replacement.
         rng: draws the points.
+        mine: which q of the rows to return. Points are drawn for all of them, so that a share of
+            a batch is the same wherever it is made.
     """
-    images = np.stack([prepared.images[r, v, ..., :3] for r, v in zip(rows, views, strict=True)])
     total = prepared.points.shape[1]
-    clouds = [
-        prepared.points[r][rng.choice(total, num_points, replace=False, shuffle=False)]
-        for r in rows
-    ]
+    draws = [rng.choice(total, num_points, replace=False, shuffle=False) for _ in rows]
+    rows, views = rows[mine], views[mine]
+    images = np.stack([prepared.images[r, v, ..., :3] for r, v in zip(rows, views, strict=True)])
+    clouds = np.stack([prepared.points[r][d] for r, d in zip(rows, draws[mine], strict=True)])
     return Batch(
         rows=torch.as_tensor(rows, dtype=torch.int64),
         images=torch.from_numpy(images).permute(0, 3, 1, 2),
-        target_points=torch.from_numpy(np.stack(clouds)),
+        target_points=torch.from_numpy(clouds),
         templates=bank.sample(num_points, rng),
     )
 
@@ -110,9 +112,9 @@ class TrainingSteps(Dataset[Batch]):
         self.prepared, self.bank, self.rows = prepared, bank, rows
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.rank, self.world_size = rank, world_size
-        self._order = lru_cache(maxsize=4)(self._shuffled)
 
-    def _shuffled(self, epoch: int) -> NDArray[np.int64]:
+    @lru_cache(maxsize=8)  # noqa: B019 - a run has one of these
+    def _order(self, epoch: int) -> NDArray[np.int64]:
         return np.random.default_rng([self.seed, 1, epoch]).permutation(self.rows)
 
     def __getitem__(self, step: int) -> Batch:
@@ -123,7 +125,7 @@ class TrainingSteps(Dataset[Batch]):
         views = rng.integers(self.prepared.images.shape[1], size=self.batch_size)
         mine = slice(self.rank, None, self.world_size)
         return make_batch(
-            self.prepared, self.bank, rows[mine], views[mine].tolist(), self.num_points, rng
+            self.prepared, self.bank, rows, views.tolist(), self.num_points, rng, mine
         )
 
 

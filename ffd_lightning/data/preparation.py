@@ -23,6 +23,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from filelock import FileLock, Timeout
 
@@ -196,7 +197,7 @@ def _run_pool(
             _check_start(pool)
             while todo or pending:
                 while todo and len(pending) < in_hand:
-                    pending[pool.submit(_work, todo[0])] = todo[0]
+                    pending[_submit(pool, _work, todo[0])] = todo[0]
                     todo.popleft()
                 for future in wait(pending, return_when=FIRST_COMPLETED).done:
                     future.result()
@@ -218,13 +219,28 @@ def _run_pool(
 def _check_start(pool: ProcessPoolExecutor) -> None:
     """Tell workers that cannot even start from workers that die over a model."""
     try:
-        pool.submit(os.getpid).result()
+        _submit(pool, os.getpid).result()
     except BrokenProcessPool:
         raise DataError(
             "worker processes end as soon as they start; their own message is above. A script "
             'that prepares data must do so below `if __name__ == "__main__":`, and the source '
             "must be importable from a module"
         ) from None
+
+
+def _submit(pool: ProcessPoolExecutor, function: Callable[..., Any], *args: str) -> Future[Any]:
+    """Submit work; a worker process that is started for it never sees Ctrl-C.
+
+    A terminal sends Ctrl-C to the workers too, and one that is still importing would answer with
+    a traceback. They inherit the mask; the parent gets what was held back when it is lifted.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        return pool.submit(function, *args)
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        return pool.submit(function, *args)
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
@@ -251,7 +267,7 @@ def _start_worker(recipe: Recipe) -> None:
     """Keep the recipe, leave Ctrl-C to the parent, and end when the parent is gone."""
     global _recipe
     _recipe = recipe
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without the mask of `_submit`
     parent = multiprocessing.parent_process()
     assert parent is not None
 

@@ -65,7 +65,8 @@ def _read_ids(
     prepared: PreparedSet, count: int, strategy: TemplateStrategy, file: str | Path | None
 ) -> tuple[str, ...]:
     try:
-        text = Path(str(file)).read_text(encoding="utf-8")
+        # -sig: some editors put a byte order mark first.
+        text = Path(str(file)).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(f"templates.file={file} cannot be read: {error}") from None
     if strategy is TemplateStrategy.ranking:
@@ -74,11 +75,10 @@ def _read_ids(
             raise ConfigError(
                 f"templates.file={file} has no column `id`: give a run's template_ranking.csv"
             )
-        ids = [row["id"] for row in rows]
+        column = [(row["id"] or "").strip() for row in rows]  # None where a row is short
     else:
-        lines = (line.split("#")[0].strip() for line in text.splitlines())
-        ids = [line for line in lines if line]
-    ids = list(dict.fromkeys(ids))
+        column = [line.split("#")[0].strip() for line in text.splitlines()]
+    ids = list(dict.fromkeys(i for i in column if i))
     if len(ids) < count:
         raise ConfigError(f"templates.file={file} lists {len(ids)} ids, {count} are needed")
     unknown = sorted(set(ids[:count]) - set(prepared.ids))
@@ -91,8 +91,9 @@ def _read_ids(
 
 
 def _farthest_points(prepared: PreparedSet, count: int) -> tuple[str, ...]:
-    """Farthest-point choice under Chamfer distance, among at most `_CANDIDATES` models."""
-    candidates = np.linspace(0, len(prepared) - 1, min(len(prepared), _CANDIDATES)).astype(int)
+    """Farthest-point choice under Chamfer distance, among `_CANDIDATES` models of a larger set."""
+    size = min(len(prepared), max(_CANDIDATES, count))
+    candidates = np.linspace(0, len(prepared) - 1, size).astype(int)
     points = torch.from_numpy(
         np.stack([prepared.points[i, :_CANDIDATE_POINTS] for i in candidates]).astype(np.float32)
     )

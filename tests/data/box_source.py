@@ -58,9 +58,9 @@ def box_mesh(number):
     return b.mesh()
 
 
-def prepare_boxes(source, root, workers=2, num_points=32, render=RENDER):
+def prepare_boxes(source, root, workers=2, num_points=32, render=RENDER, category="box"):
     return prepare(
-        source, "box", num_points=num_points, render=render, root=Path(root), workers=workers
+        source, category, num_points=num_points, render=render, root=Path(root), workers=workers
     )
 
 

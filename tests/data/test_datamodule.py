@@ -1,101 +1,247 @@
+import itertools
+import pickle
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
+from box_source import RENDER, BoxSource
 
-from ffd_lightning.config import TemplateStrategy
-from ffd_lightning.data.datamodule import EvaluationChunks, StepSampler, TrainingSteps
-from ffd_lightning.data.templates import TemplateBank, choose_templates
+from ffd_lightning.config import RenderConfig, TemplateStrategy
+from ffd_lightning.data.datamodule import (
+    EvaluationChunks,
+    FfdDataModule,
+    StepSampler,
+    TrainingSteps,
+)
+from ffd_lightning.data.sources.procedural.source import ProceduralSource
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.training.run import build_data
+
+BATCH, POINTS, STEPS = 4, 32, 6
+
+
+def make_module(source, category, root, render, **settings):
+    module = FfdDataModule(
+        source=source,
+        category=category,
+        data_root=root,
+        render=render,
+        train_fraction=0.7,
+        num_templates=2,
+        template_strategy=TemplateStrategy.diverse,
+        batch_size=BATCH,
+        num_points=POINTS,
+        steps=STEPS,
+        preparation_workers=1,
+        **settings,
+    )
+    module.prepare_data()
+    module.setup()
+    return module
 
 
 @pytest.fixture(scope="module")
-def bank(prepared):
-    return TemplateBank(prepared, choose_templates(prepared, 2, TemplateStrategy.diverse))
+def tables(prepared, data_root):
+    """Tables, on the prepared set that is there already."""
+    render = RenderConfig(height=48, width=64, samples=1)
+    module = make_module(ProceduralSource(24), "table", data_root, render, num_cloud_points=256)
+    assert module.prepared.path == prepared.path
+    return module
 
 
-@pytest.fixture
-def steps(prepared, bank):
-    def make(seed=0, **kwargs):
-        return TrainingSteps(prepared, bank, np.arange(3, 13), 4, 64, seed, **kwargs)
+@pytest.fixture(scope="module")
+def boxes(tmp_path_factory):
+    """Boxes seen from two sides."""
+    root = tmp_path_factory.mktemp("boxes")
+    return make_module(BoxSource(10, root / "log"), "box", root, RENDER, num_cloud_points=64)
 
-    return make
+
+def training_steps(module, seed=0, rank=0, world_size=1, batch_size=BATCH):
+    rows = module.rows(module.split.train)
+    return TrainingSteps(
+        module.prepared, module.bank, rows, batch_size, POINTS, seed, rank, world_size
+    )
 
 
 def tensors(batch):
-    return [batch.rows, batch.images, batch.target_points, *batch.templates]
+    return {
+        "rows": batch.rows,
+        "images": batch.images,
+        "target_points": batch.target_points,
+        "deformation_matrix": batch.templates.deformation_matrix,
+        "control_points": batch.templates.control_points,
+    }
 
 
-def same(a, b):
-    return all(torch.equal(x, y) for x, y in zip(tensors(a), tensors(b), strict=True))
+def equal(a, b):
+    pairs = zip(tensors(a).values(), tensors(b).values(), strict=True)
+    return all(torch.equal(x, y) for x, y in pairs)
 
 
-def test_a_step_depends_on_seed_and_index_alone(steps):
-    one, two = steps(), steps()
-    forward = [one[k] for k in range(6)]
-    backward = [two[k] for k in reversed(range(6))][::-1]
-    assert all(same(a, b) for a, b in zip(forward, backward, strict=True))
-    assert not same(forward[0], steps(seed=1)[0])
+def test_templates_training_and_test_models_are_disjoint_and_complete(tables):
+    parts = [tables.bank.ids, tables.split.train, tables.split.test]
+    assert sorted(i for part in parts for i in part) == list(tables.prepared.ids)
+    assert len(tables.bank.ids) == 2
 
 
-def test_points_are_new_at_every_step_and_belong_to_their_model(steps, prepared):
-    dataset = steps()
-    seen = {}
-    for k in range(10):
-        batch = dataset[k]
-        for row, cloud in zip(batch.rows.tolist(), batch.target_points, strict=True):
-            all_points = torch.from_numpy(np.array(prepared.points[row]))
-            assert len(cloud.unique(dim=0)) == 64
-            assert (torch.cdist(cloud, all_points).amin(1) < 1e-3).all()
-            assert not any(torch.equal(cloud, other) for other in seen.setdefault(row, []))
-            seen[row].append(cloud)
+def test_setup_runs_once(tables):
+    before = tables.prepared, tables.bank, tables.split
+    tables.setup("fit")
+    tables.setup("test")
+    assert all(
+        a is b for a, b in zip(before, (tables.prepared, tables.bank, tables.split), strict=True)
+    )
 
 
-def test_every_model_is_seen_once_a_pass_and_order_changes(steps):
-    dataset = steps()
-    rows = [r for k in range(5) for r in dataset[k].rows.tolist()]
-    first, second = rows[:10], rows[10:]
-    assert sorted(first) == sorted(second) == list(range(3, 13))
-    assert first != second
+# --- training steps -----------------------------------------------------------------------------
 
 
-def test_images_are_those_of_the_rows(steps, prepared):
-    batch = steps()[0]
+def test_a_step_holds_what_the_prepared_set_holds(tables):
+    batch = training_steps(tables)[3]
+    for row, image, points in zip(batch.rows, batch.images, batch.target_points, strict=True):
+        rgb = tables.prepared.images[int(row), 0, ..., :3]
+        np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
+        cloud = {tuple(p) for p in tables.prepared.points[int(row)].tolist()}
+        drawn = {tuple(p) for p in points.tolist()}
+        assert len(drawn) == POINTS, "without replacement"
+        assert drawn <= cloud
     assert batch.images.dtype == torch.uint8
-    for row, image in zip(batch.rows.tolist(), batch.images, strict=True):
-        np.testing.assert_array_equal(
-            image.permute(1, 2, 0).numpy(), prepared.images[row, 0, ..., :3]
-        )
+    assert batch.templates.deformation_matrix.shape == (2, POINTS, 64)
 
 
-def test_devices_share_the_batch(steps):
-    whole = steps()[2].rows
-    parts = [steps(rank=r, world_size=2)[2] for r in range(2)]
-    assert torch.equal(torch.stack([p.rows for p in parts], 1).flatten(), whole)
-    with pytest.raises(ConfigError, match="batch_size=4"):
-        steps(world_size=3)
+def test_a_step_is_a_function_of_seed_and_number(tables):
+    one, other = training_steps(tables), training_steps(tables)
+    forth = [one[k] for k in range(12)]
+    back = [other[k] for k in reversed(range(12))][::-1]
+    assert all(equal(a, b) for a, b in zip(forth, back, strict=True))
+    assert not any(equal(a, b) for a, b in itertools.pairwise(forth))
+    assert not any(equal(a, training_steps(tables, seed=1)[k]) for k, a in enumerate(forth))
 
 
-def test_the_sampler_starts_where_training_stopped():
-    sampler = StepSampler(3, 6)
-    assert list(sampler) == [3, 4, 5]
-    assert len(sampler) == 6
+def test_points_are_drawn_afresh_at_each_step_and_for_each_query(tables):
+    row = tables.rows(tables.split.train)[:1]
+    steps = TrainingSteps(tables.prepared, tables.bank, row, BATCH, POINTS, seed=0)
+    clouds = torch.cat([steps[k].target_points for k in range(3)])
+    assert len({cloud.numpy().tobytes() for cloud in clouds}) == 3 * BATCH
+    matrices = [steps[k].templates.deformation_matrix for k in range(3)]
+    assert len({matrix.numpy().tobytes() for matrix in matrices}) == 3
 
 
-def test_evaluation_covers_its_rows_once_with_fixed_points(prepared, bank):
-    chunks = EvaluationChunks(prepared, bank, np.arange(7), 3, 64)
-    assert len(chunks) == 3
-    assert torch.cat([c.rows for c in chunks]).tolist() == list(range(7))
-    assert same(chunks[1], EvaluationChunks(prepared, bank, np.arange(7), 3, 64)[1])
+def test_every_model_is_seen_once_in_each_pass(tables):
+    steps, rows = training_steps(tables), tables.rows(tables.split.train).tolist()
+    count = len(rows)
+    assert count % BATCH, "passes end in the middle of a step"
+    seen = torch.cat([steps[k].rows for k in range(3 * count)]).tolist()
+    passes = [seen[i : i + count] for i in range(0, 4 * count, count)]
+    assert [sorted(p) for p in passes] == [rows] * 4
+    assert len({tuple(p) for p in passes}) == 4, "each in another order"
 
 
-def test_the_module_keeps_templates_and_both_parts_apart(tiny_config, prepared):
-    data = build_data(tiny_config())
-    data.prepare_data()
-    data.setup()
-    train, test, templates = set(data.split.train), set(data.split.test), set(data.bank.ids)
-    assert train.isdisjoint(test)
-    assert templates.isdisjoint(train | test)
-    assert train | test | templates == set(data.prepared.ids)
-    first = next(iter(data.train_dataloader()))
-    assert {data.prepared.ids[r] for r in first.rows.tolist()} <= train
+@pytest.mark.parametrize("world_size", [2, 4])
+def test_devices_share_out_what_one_would_see(boxes, world_size):
+    for step in range(4):
+        whole = training_steps(boxes)[step]
+        shares = [training_steps(boxes, 0, rank, world_size)[step] for rank in range(world_size)]
+        for rank, share in enumerate(shares):
+            for name in ("rows", "images", "target_points"):
+                expected = tensors(whole)[name][rank::world_size]
+                assert torch.equal(tensors(share)[name], expected), (name, rank)
+            assert torch.equal(
+                share.templates.deformation_matrix, whole.templates.deformation_matrix
+            )
+
+
+def test_a_batch_that_cannot_be_shared_out(tables):
+    with pytest.raises(ConfigError, match=r"schedule\.batch_size=5 .* over 2 devices"):
+        training_steps(tables, world_size=2, batch_size=5)
+
+
+def test_views_vary(boxes):
+    steps = training_steps(boxes)
+    views = {row: set() for row in boxes.rows(boxes.split.train).tolist()}
+    for k in range(40):
+        batch = steps[k]
+        for row, image in zip(batch.rows.tolist(), batch.images, strict=True):
+            sides = boxes.prepared.images[row, ..., :3]
+            matches = [v for v in (0, 1) if np.array_equal(sides[v], image.permute(1, 2, 0))]
+            assert len(matches) == 1
+            views[row].update(matches)
+    assert all(seen == {0, 1} for seen in views.values())
+
+
+def test_steps_can_be_sent_to_another_process(tables):
+    """As loaders must where processes are spawned and not forked."""
+    steps = training_steps(tables)
+    expected = steps[2]
+    assert equal(pickle.loads(pickle.dumps(steps))[2], expected)
+
+
+# --- evaluation chunks --------------------------------------------------------------------------
+
+
+def test_chunks_hold_every_test_model_once(tables):
+    rows = tables.rows(tables.split.test)
+    assert len(rows) > 3
+    chunks = EvaluationChunks(tables.prepared, tables.bank, rows, 3, POINTS)
+    batches = [chunks[k] for k in range(len(chunks))]
+    assert torch.cat([b.rows for b in batches]).tolist() == rows.tolist()
+    assert [len(b.rows) for b in batches[:-1]] == [3] * (len(batches) - 1)
+    for k in (-1, len(chunks)):
+        with pytest.raises(IndexError):
+            chunks[k]
+
+
+def test_chunks_are_the_same_at_every_call_and_show_the_first_view(boxes):
+    first, again = boxes.evaluation_chunks(), boxes.evaluation_chunks()
+    assert len(first) == -(-len(boxes.split.test) // BATCH)
+    for k in reversed(range(len(first))):
+        batch = first[k]
+        assert equal(batch, again[k])
+        rgb = boxes.prepared.images[batch.rows.numpy(), 0, ..., :3]
+        np.testing.assert_array_equal(batch.images.permute(0, 2, 3, 1), rgb)
+
+
+# --- loaders ------------------------------------------------------------------------------------
+
+
+def test_sampler_counts_from_the_start_and_goes_on_in_the_middle():
+    assert list(StepSampler(0, 3)) == [0, 1, 2]
+    assert list(StepSampler(2, 5)) == [2, 3, 4]
+    assert list(StepSampler(5, 5)) == []
+    assert len(StepSampler(2, 5)) == 5
+
+
+def test_a_resumed_loader_goes_on_where_the_run_stopped(tables):
+    whole = list(tables.train_dataloader())
+    assert len(whole) == STEPS
+    tables.trainer = SimpleNamespace(global_rank=0, world_size=1, global_step=2)
+    try:
+        resumed = list(tables.train_dataloader())
+    finally:
+        tables.trainer = None
+    assert len(resumed) == STEPS - 2
+    assert all(equal(a, b) for a, b in zip(resumed, whole[2:], strict=True))
+
+
+def test_each_device_loads_its_own_share(tables):
+    whole = next(iter(tables.train_dataloader()))
+    tables.trainer = SimpleNamespace(global_rank=1, world_size=2, global_step=0)
+    try:
+        share = next(iter(tables.train_dataloader()))
+    finally:
+        tables.trainer = None
+    assert share.rows.tolist() == whole.rows.tolist()[1::2]
+
+
+def test_reading_ahead_changes_nothing(tables):
+    whole = list(tables.train_dataloader())
+    tables.num_workers = 1
+    try:
+        ahead = list(tables.train_dataloader())
+    finally:
+        tables.num_workers = 0
+    assert all(equal(a, b) for a, b in zip(ahead, whole, strict=True))
+    validation = list(tables.val_dataloader())
+    assert (
+        torch.cat([b.rows for b in validation]).tolist() == tables.rows(tables.split.test).tolist()
+    )

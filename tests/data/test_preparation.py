@@ -1,6 +1,7 @@
 import csv
 import os
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -12,6 +13,8 @@ import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, contents, loads, prepare_boxes
 
+from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.sources.procedural.source import ProceduralSource
 from ffd_lightning.errors import DataError
 
 COUNT = 10
@@ -21,9 +24,11 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from box_source import BoxSource, prepare_boxes
 gate = Path({gate!r}) if {gate!r} else None
-prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
+try:
+    prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
+except KeyboardInterrupt:
+    sys.exit(130)
 """
-
 
 LIMIT = 60  # seconds; only ends a test that would hang
 
@@ -77,6 +82,18 @@ def gone(pid):
     return state == "Z"
 
 
+def workers_of(process):
+    """Return the pids of worker processes, whether they have got to their first model or not."""
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+    commands = {int(pid): Path(f"/proc/{pid}/cmdline") for pid in children}
+    return {pid for pid, file in commands.items() if b"spawn_main" in file.read_bytes()}
+
+
+def is_importing(pid):
+    """Numpy is mapped early, and other libraries take a while after it."""
+    return "_multiarray_umath" in Path(f"/proc/{pid}/maps").read_text()
+
+
 def partial_files(root):
     return list((root / "prepared").glob(".box-*.partial/*.npz"))
 
@@ -104,10 +121,12 @@ def test_nothing_but_the_set_and_its_lock_is_left(undisturbed):
     assert left == {undisturbed.path.name, f".{undisturbed.path.name}.lock"}
 
 
-def test_kill_9_and_resume(undisturbed, tmp_path, start, log):
-    process = start(tmp_path / "never")  # it can finish four models and no more
+@pytest.mark.parametrize("kill", [os.kill, os.killpg], ids=["parent alone", "whole group"])
+def test_kill_9_and_resume(undisturbed, tmp_path, start, log, kill):
+    # It can finish four models and no more.
+    process = start(tmp_path / "never", start_new_session=True)
     wait_for(lambda: len(partial_files(tmp_path)) == 4 and len(loads(log)[0]) == 6)
-    process.kill()
+    kill(process.pid, signal.SIGKILL)
     process.wait()
     ids, pids = loads(log)
     wait_for(lambda: all(gone(pid) for pid in pids))
@@ -139,15 +158,32 @@ def test_two_processes_prepare_one_set(undisturbed, tmp_path, start, log):
     assert contents(tmp_path / "prepared" / undisturbed.path.name) == contents(undisturbed.path)
 
 
-def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(tmp_path, start, log):
-    process = start(tmp_path / "never")
+def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(undisturbed, tmp_path, start, log):
+    process = start(tmp_path / "never", start_new_session=True)
     wait_for(lambda: len(loads(log)[0]) == 6)  # both workers are stuck in a model
-    process.send_signal(signal.SIGINT)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to parent and workers
     _, said = process.communicate(timeout=LIMIT)
-    assert process.returncode != 0
+    assert process.returncode == 130
     assert "the same command continues" in said
+    assert "Traceback" not in said
     assert all(gone(pid) for pid in loads(log)[1])
     assert len(partial_files(tmp_path)) == 4
+    log.unlink()
+    resumed = prepare_boxes(BoxSource(COUNT, log), tmp_path)
+    assert contents(resumed.path) == contents(undisturbed.path)
+    assert len(loads(log)[0]) == COUNT - 4
+
+
+def test_workers_leave_ctrl_c_to_the_parent_even_while_they_start(tmp_path, start, log):
+    process = start(tmp_path / "never", start_new_session=True)
+    wait_for(lambda: any(is_importing(pid) for pid in workers_of(process)))
+    for pid in workers_of(process):
+        os.kill(pid, signal.SIGINT)
+    wait_for(lambda: len(loads(log)[0]) == 6 or process.poll() is not None)
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=LIMIT)
+    assert process.returncode == 130, said
+    assert "Traceback" not in said
 
 
 def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
@@ -177,6 +213,24 @@ def test_all_rejected_names_reasons_and_tries_again(tmp_path):
     with pytest.raises(DataError, match=r"all 2 are rejected \(b00: it is no box; b01: Zero"):
         prepare_boxes(BoxSource(2, tmp_path / "log", faults), tmp_path, workers=1)
     assert len(prepare_boxes(BoxSource(2, tmp_path / "log"), tmp_path, workers=1)) == 2
+
+
+def test_no_such_category(tmp_path):
+    with pytest.raises(DataError, match="no procedural models of 'unicorn', only of: plane"):
+        prepare(ProceduralSource(2), "unicorn", num_points=8, render=RENDER, root=tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_damaged_set_is_not_built_over(undisturbed, tmp_path):
+    """The user deletes it, not the program: what else lies in the folder is not its business."""
+    root = shutil.copytree(undisturbed.path.parent, tmp_path / "prepared").parent
+    file = root / "prepared" / undisturbed.path.name / "images.npy"
+    file.write_bytes(b"")
+    with pytest.raises(DataError, match=r"images\.npy is damaged .* delete the folder"):
+        prepare_boxes(BoxSource(COUNT, tmp_path / "log"), root)
+    shutil.rmtree(file.parent)
+    again = prepare_boxes(BoxSource(COUNT, tmp_path / "log"), root)
+    assert contents(again.path) == contents(undisturbed.path)
 
 
 def test_no_models(tmp_path):
@@ -223,9 +277,10 @@ def test_the_folder_depends_on_every_setting(undisturbed, tmp_path):
             (BoxSource(1, log, version=1), {}),
             (BoxSource(1, log), {"num_points": 33}),
             (BoxSource(1, log), {"render": replace(RENDER, elevation=10.0)}),
+            (BoxSource(1, log), {"category": "crate"}),
         )
     }
-    assert len(paths) == 4
+    assert len({path.rpartition("-")[2] for path in paths}) == 5
 
 
 def test_environment_is_left_alone(undisturbed, tmp_path, monkeypatch):

@@ -1,6 +1,7 @@
 import json
 import pickle
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -94,6 +95,11 @@ def change_dtype(path):
     np.save(path, np.load(path).view(np.int32))
 
 
+def swap(path):
+    """Put another array of the set in its place."""
+    path.write_bytes((path.parent / "vertices.npy").read_bytes())
+
+
 def edit(**changes):
     def change(path):
         path.write_text(json.dumps(json.loads(path.read_text()) | changes))
@@ -108,6 +114,7 @@ def edit(**changes):
         ("images.npy", lambda path: path.unlink()),
         ("points.npy", change_dtype),
         ("face_ids.npy", lambda path: path.write_bytes(b"?" * path.stat().st_size)),
+        ("points.npy", swap),
         ("manifest.json", lambda path: path.unlink()),
         ("manifest.json", lambda path: path.write_text("[]")),
         ("manifest.json", lambda path: path.write_text('{"ids": []')),
@@ -122,6 +129,22 @@ def test_damage_is_named_on_opening(copy, name, damage):
         PreparedSet.open(copy)
     assert str(copy / name) in str(error.value)
     assert f"delete the folder {copy} and run the same command again" in str(error.value)
+
+
+class Trap:
+    def __reduce__(self):
+        return Path.touch, (Path("sprung"),)
+
+
+def test_pickled_objects_are_refused_and_never_run(copy, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    np.save(copy / "points.npy", np.array([Trap()], object), allow_pickle=True)
+    manifest = json.loads((copy / "manifest.json").read_text())
+    manifest["files"]["points"]["bytes"] = (copy / "points.npy").stat().st_size
+    (copy / "manifest.json").write_text(json.dumps(manifest))
+    with pytest.raises(DataError, match=r"points\.npy is damaged"):
+        PreparedSet.open(copy)
+    assert not Path("sprung").exists()
 
 
 def test_verify_sees_a_changed_byte(copy):

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from ffd_lightning.data.splits import split_ids
 from ffd_lightning.errors import DataError
 
-IDS = [f"table-{i:06d}" for i in range(2000)]
+IDS = [f"table-{i:06d}" for i in range(5000)]
 
 
 def test_parts_are_disjoint_sorted_and_complete():

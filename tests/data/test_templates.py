@@ -1,120 +1,256 @@
+import itertools
+from pathlib import Path
+
 import numpy as np
 import pytest
 import torch
+from scipy.spatial import cKDTree
 
 from ffd_lightning.config import TemplateStrategy
+from ffd_lightning.data import templates
+from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.templates import TemplateBank, choose_templates
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.losses.chamfer import chamfer_distance
 
-DIVERSE, RANDOM = TemplateStrategy.diverse, TemplateStrategy.random
-LISTED, RANKING = TemplateStrategy.listed, TemplateStrategy.ranking
+MAX_EDGE = 0.08
+
+
+@pytest.fixture(scope="module")
+def distances(prepared):
+    """Chamfer distances between the clouds that the choice looks at, by trees, (n, n)."""
+    trees = [cKDTree(cloud.astype(np.float64)) for cloud in prepared.points]
+    table = np.zeros((len(trees), len(trees)))
+    for i, j in itertools.permutations(range(len(trees)), 2):
+        table[i, j] += (trees[j].query(trees[i].data)[0] ** 2).mean()
+        table[j, i] += (trees[j].query(trees[i].data)[0] ** 2).mean()
+    return table
 
 
 @pytest.fixture(scope="module")
 def bank(prepared):
-    return TemplateBank(prepared, choose_templates(prepared, 3, DIVERSE), (3, 2, 1), max_edge=0.2)
+    ids = choose_templates(prepared, 3, TemplateStrategy.random, seed=4)
+    return TemplateBank(prepared, ids, max_edge=MAX_EDGE)
 
 
-def least_distance(prepared, ids):
-    clouds = [torch.from_numpy(np.array(prepared.points[prepared.index(i)])) for i in ids]
-    pairs = [(a, b) for k, a in enumerate(clouds) for b in clouds[:k]]
-    return min(float(chamfer_distance(a, b, "mean")) for a, b in pairs)
+def choose_from(prepared, path, text, count=2, strategy=TemplateStrategy.listed):
+    path.write_bytes(text.encode())
+    return choose_templates(prepared, count, strategy, path)
 
 
-def test_diverse_spreads_better_than_chance(prepared):
-    diverse = choose_templates(prepared, 5, DIVERSE)
-    assert len(set(diverse)) == 5
-    assert choose_templates(prepared, 5, DIVERSE) == diverse
-    chance = [
-        least_distance(prepared, choose_templates(prepared, 5, RANDOM, seed=s)) for s in range(6)
+def least_distance(distances, rows):
+    return min(distances[i, j] for i, j in itertools.combinations(rows, 2))
+
+
+# --- choosing -----------------------------------------------------------------------------------
+
+
+def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, distances):
+    rows = [int(distances.sum(0).argmin())]
+    while len(rows) < 6:
+        rows.append(max(range(len(prepared)), key=lambda i: distances[i, rows].min()))
+    chosen = choose_templates(prepared, 6, TemplateStrategy.diverse)
+    assert chosen == tuple(prepared.ids[r] for r in rows)
+
+
+def test_diverse_spreads_better_than_random(prepared, distances):
+    def spread(strategy, seed=0):
+        ids = choose_templates(prepared, 5, strategy, seed=seed)
+        return least_distance(distances, [prepared.index(i) for i in ids])
+
+    random = np.mean([spread(TemplateStrategy.random, seed) for seed in range(20)])
+    assert spread(TemplateStrategy.diverse) > 1.5 * random
+
+
+@pytest.mark.parametrize("strategy", [TemplateStrategy.diverse, TemplateStrategy.random])
+def test_as_many_templates_as_models(prepared, strategy):
+    chosen = choose_templates(prepared, len(prepared), strategy)
+    assert sorted(chosen) == list(prepared.ids)
+
+
+def test_few_candidates_still_give_distinct_templates(prepared, monkeypatch):
+    monkeypatch.setattr(templates, "_CANDIDATES", 4)
+    assert len(set(choose_templates(prepared, 8, TemplateStrategy.diverse))) == 8
+
+
+def test_random_is_a_function_of_the_seed(prepared):
+    draws = [
+        choose_templates(prepared, 4, TemplateStrategy.random, seed=s) for s in (0, 0, 1, 2, 3)
     ]
-    assert least_distance(prepared, diverse) > np.mean(chance)
+    assert draws[0] == draws[1]
+    assert len(set(draws)) == 4
+    assert all(len(set(draw)) == 4 and set(draw) <= set(prepared.ids) for draw in draws)
 
 
-def test_random_repeats_by_seed(prepared):
-    first = choose_templates(prepared, 6, RANDOM, seed=1)
-    assert len(set(first)) == 6
-    assert choose_templates(prepared, 6, RANDOM, seed=1) == first
-    assert choose_templates(prepared, 6, RANDOM, seed=2) != first
+@pytest.mark.parametrize("strategy", list(TemplateStrategy))
+def test_more_templates_than_models(prepared, strategy):
+    with pytest.raises(DataError, match=r"25 templates .* only 24 models: choose fewer"):
+        choose_templates(prepared, 25, strategy, "ids.txt")
 
 
-def test_all_models_can_be_templates_but_no_more(prepared):
-    assert sorted(choose_templates(prepared, len(prepared), DIVERSE)) == list(prepared.ids)
-    with pytest.raises(DataError, match="25 templates"):
-        choose_templates(prepared, 25, DIVERSE)
+# --- files --------------------------------------------------------------------------------------
 
 
-def test_listed_ignores_comments_blank_lines_and_repeats(prepared, tmp_path):
-    file = tmp_path / "ids.txt"
-    a, b, c = prepared.ids[:3]
-    file.write_bytes(f"# mine\r\n{b}\r\n\r\n{a}  # good\r\n{b}\r\n{c}\r\n".encode())
-    assert choose_templates(prepared, 2, LISTED, file) == (b, a)
-    assert choose_templates(prepared, 3, LISTED, file) == (b, a, c)
+def test_listed_keeps_the_order_of_the_file(prepared, tmp_path):
+    a, b, c = prepared.ids[7], prepared.ids[2], prepared.ids[5]
+    text = f"# chosen by hand\n\n  {a}  # the first\n{a}\n\n{b}\n{c}\n"
+    assert choose_from(prepared, tmp_path / "ids", text) == (a, b)
+    assert choose_from(prepared, tmp_path / "ids", text, 3) == (a, b, c)
 
 
-def test_ranking_takes_the_first(prepared, tmp_path):
-    file = tmp_path / "template_ranking.csv"
-    file.write_text("rank,id,count\n" + "\n".join(f"{k},{i},1" for k, i in enumerate(prepared.ids)))
-    assert choose_templates(prepared, 4, RANKING, file) == prepared.ids[:4]
+@pytest.mark.parametrize("strategy", [TemplateStrategy.listed, TemplateStrategy.ranking])
+@pytest.mark.parametrize("mark", ["", "\ufeff"], ids=["plain", "byte order mark"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"], ids=["unix", "windows"])
+def test_what_editors_do_to_a_file(prepared, tmp_path, strategy, mark, end):
+    lines = [prepared.ids[3], prepared.ids[1], ""]
+    if strategy is TemplateStrategy.ranking:
+        lines = ["id,rank", *(f"{line},1" for line in lines[:2]), ""]
+    text = mark + end.join(lines)
+    chosen = choose_from(prepared, tmp_path / "ids", text, strategy=strategy)
+    assert chosen == (prepared.ids[3], prepared.ids[1])
 
 
-@pytest.mark.parametrize(
-    ("strategy", "text", "match"),
-    [
-        (LISTED, None, "cannot be read"),
-        (LISTED, "", "lists 0 ids, 2 are needed"),
-        (LISTED, "nobody\nno-one\n", "not in"),
-        (RANKING, "rank,name\n1,a\n", "no column `id`"),
-    ],
-)
-def test_files_that_do_not_fit_are_named(prepared, tmp_path, strategy, text, match):
-    file = tmp_path / "file"
-    if text is not None:
-        file.write_text(text)
-    with pytest.raises(ConfigError, match=match) as error:
-        choose_templates(prepared, 2, strategy, file)
-    assert str(file) in str(error.value)
+def test_ranking_reads_the_column_by_its_name(prepared, tmp_path):
+    a, b = prepared.ids[9], prepared.ids[4]
+    text = f"rank,id,family\n1,{a},x\n\n2,{a},x\n3, {b},x\n4\n"
+    ranking = TemplateStrategy.ranking
+    assert choose_from(prepared, tmp_path / "r.csv", text, strategy=ranking) == (a, b)
 
 
-def test_the_bank_reproduces_its_clouds_and_meshes(bank):
-    clouds = bank.deformation_matrix @ bank.control_points
-    torch.testing.assert_close(clouds, bank.points, atol=1e-5, rtol=0)
-    for t in range(len(bank)):
-        mesh, matrix = bank.subdivided(t)
-        rest = matrix @ bank.control_points[t]
-        np.testing.assert_allclose(rest.numpy(), mesh.vertices, atol=1e-5)
+@pytest.mark.parametrize("text", ["", "name\nx\ny\n"])
+def test_ranking_without_ids(prepared, tmp_path, text):
+    with pytest.raises(ConfigError, match="no column `id`"):
+        choose_from(prepared, tmp_path / "r.csv", text, strategy=TemplateStrategy.ranking)
 
 
-def test_subdivision_keeps_edges_short_and_parts_in_place(bank):
-    for t, coarse in enumerate(bank.meshes):
-        mesh, _ = bank.subdivided(t)
-        corners = mesh.vertices[mesh.faces]
-        assert np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max() <= 0.2
-        for part in np.unique(coarse.face_parts):
-            assert area(mesh, part) == pytest.approx(area(coarse, part), rel=1e-5)
+def test_short_rows_of_a_ranking_are_no_ids(prepared, tmp_path):
+    text = f"rank,id\n1,{prepared.ids[0]}\n2\n3,\n"
+    with pytest.raises(ConfigError, match="lists 1 ids, 2 are needed"):
+        choose_from(prepared, tmp_path / "r.csv", text, strategy=TemplateStrategy.ranking)
 
 
-def area(mesh, part):
-    a, b, c = np.moveaxis(mesh.vertices[mesh.faces[mesh.face_parts == part]], 1, 0)
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+def test_repeated_ids_count_once(prepared, tmp_path):
+    text = f"{prepared.ids[0]}\n{prepared.ids[0]}\n"
+    with pytest.raises(ConfigError, match=r"ids lists 1 ids, 2 are needed"):
+        choose_from(prepared, tmp_path / "ids", text)
 
 
-def test_samples_are_fresh_rows_of_each_template(bank):
-    rng = np.random.default_rng(0)
-    first, second = bank.sample(50, rng), bank.sample(50, rng)
-    assert first.deformation_matrix.shape == (3, 50, bank.control_points.shape[1])
-    assert not torch.equal(first.deformation_matrix, second.deformation_matrix)
-    for t in range(3):
-        distance = torch.cdist(first.deformation_matrix[t], bank.deformation_matrix[t]).amin(1)
-        assert distance.max() < 1e-3
-        assert len(first.deformation_matrix[t].unique(dim=0)) == 50
+def test_unknown_ids_are_named_where_they_are_needed(prepared, tmp_path):
+    text = f"{prepared.ids[0]}\nunicorn\n"
+    with pytest.raises(ConfigError, match=r"names 1 models .* 'unicorn'"):
+        choose_from(prepared, tmp_path / "ids", text)
+    assert choose_from(prepared, tmp_path / "ids", text, 1) == (prepared.ids[0],)
 
 
-def test_offsets_move_the_mesh_as_they_move_the_cloud(bank):
-    offsets = torch.full((bank.control_points.shape[1], 3), 0.25)
-    moved = bank.deformed_mesh(1, offsets)
-    np.testing.assert_allclose(moved.vertices, bank.subdivided(1)[0].vertices + 0.25, atol=1e-5)
-    cloud = deform(bank.deformation_matrix[1], bank.control_points[1], offsets)
-    torch.testing.assert_close(cloud, bank.points[1] + 0.25, atol=1e-5, rtol=0)
+@pytest.mark.parametrize("make", [lambda path: None, Path.mkdir, lambda p: p.write_bytes(b"\xff")])
+def test_unreadable_file(prepared, tmp_path, make):
+    make(tmp_path / "ids")
+    with pytest.raises(ConfigError, match=r"templates\.file=.*ids cannot be read"):
+        choose_templates(prepared, 2, TemplateStrategy.listed, tmp_path / "ids")
+
+
+# --- the bank -----------------------------------------------------------------------------------
+
+
+def test_the_bank_holds_the_prepared_models(prepared, bank):
+    rows = [prepared.index(i) for i in bank.ids]
+    assert len(bank) == 3
+    np.testing.assert_array_equal(bank.points, prepared.points[rows])
+    np.testing.assert_array_equal(bank.point_parts, prepared.point_parts[rows])
+    assert bank.families == tuple(prepared.families[r] for r in rows)
+    np.testing.assert_array_equal(bank.meshes[1].faces, prepared.mesh(rows[1]).faces)
+
+
+def test_decomposition_reproduces_the_clouds(bank):
+    torch.testing.assert_close(
+        bank.deformation_matrix @ bank.control_points, bank.points, atol=1e-5, rtol=0
+    )
+    assert bank.deformation_matrix.dtype == bank.control_points.dtype == torch.float32
+
+
+def test_the_lattice_is_the_box_of_the_mesh_and_not_of_the_cloud(bank):
+    for mesh, control in zip(bank.meshes, bank.control_points.numpy(), strict=True):
+        corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+        np.testing.assert_allclose(control.min(0), corners.min(0), atol=1e-6)
+        np.testing.assert_allclose(control.max(0), corners.max(0), atol=1e-6)
+
+
+def test_sample_draws_for_each_template_its_own_points(bank):
+    def drawn(sample):
+        """Which points of each cloud are in the sample, by their coordinates."""
+        points = sample.deformation_matrix @ sample.control_points
+        found = [cKDTree(c).query(p) for c, p in zip(bank.points, points, strict=True)]
+        assert max(distance.max() for distance, _ in found) < 1e-5
+        return [set(index.tolist()) for _, index in found]
+
+    sets = drawn(bank.sample(40, np.random.default_rng(0)))
+    assert [len(s) for s in sets] == [40] * 3, "without replacement"
+    assert all(a != b for a, b in itertools.combinations(sets, 2))
+    assert drawn(bank.sample(40, np.random.default_rng(0))) == sets
+    assert drawn(bank.sample(40, np.random.default_rng(1))) != sets
+    everything = drawn(bank.sample(256, np.random.default_rng(0)))
+    assert everything == [set(range(256))] * 3
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_subdivided_mesh_keeps_shape_parts_and_colors(bank, index):
+    coarse, (fine, matrix) = bank.meshes[index], bank.subdivided(index)
+    corners = fine.vertices[fine.faces]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+    assert edges.max() <= MAX_EDGE < np.ptp(coarse.vertices, axis=0).max()
+    for part in np.unique(coarse.face_parts):
+        areas = [area(m, m.face_parts == part) for m in (coarse, fine)]
+        assert areas[0] == pytest.approx(areas[1], rel=1e-9)
+    for color in np.unique(coarse.face_colors, axis=0):
+        areas = [area(m, (m.face_colors == color).all(1)) for m in (coarse, fine)]
+        assert areas[0] == pytest.approx(areas[1], rel=1e-9)
+    reproduced = (matrix @ bank.control_points[index]).numpy()
+    np.testing.assert_allclose(reproduced, fine.vertices, atol=1e-5)
+
+
+def area(mesh, faces):
+    corners = mesh.vertices[mesh.faces[faces]]
+    edges = corners[:, 1:] - corners[:, :1]
+    return np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2
+
+
+def test_deformed_mesh_moves_as_the_offsets_say(bank):
+    rest = bank.subdivided(0)[0].vertices
+    zero = torch.zeros_like(bank.control_points[0])
+    np.testing.assert_allclose(bank.deformed_mesh(0, zero).vertices, rest, atol=1e-5)
+    shift = torch.tensor([0.1, -0.2, 0.3])
+    moved = bank.deformed_mesh(0, zero + shift)
+    np.testing.assert_allclose(moved.vertices, rest + shift.numpy(), atol=1e-5)
+    stretched = bank.deformed_mesh(0, 0.5 * bank.control_points[0])
+    np.testing.assert_allclose(stretched.vertices, 1.5 * rest, atol=1e-5)
+
+
+def test_vertices_that_no_face_uses_do_not_widen_the_lattice():
+    bank = TemplateBank(square_set(np.vstack([SQUARE, (9, 9, 9)])), ("square",))
+    np.testing.assert_allclose(bank.control_points[0].amax(0), (0.5, 0, 0.5), atol=1e-6)
+
+
+def test_flat_template():
+    """All control points lie in its plane, and moving them all moves it out of that plane."""
+    bank = TemplateBank(square_set(SQUARE), ("square",))
+    assert bank.point_parts is None
+    points = bank.deformation_matrix @ bank.control_points
+    torch.testing.assert_close(points, bank.points, atol=1e-6, rtol=0)
+    lifted = bank.deformed_mesh(0, torch.tensor([0.0, 1, 0]).expand(64, 3))
+    np.testing.assert_allclose(lifted.vertices[:, 1], 1, atol=1e-6)
+    assert lifted.face_parts is None
+
+
+SQUARE = np.array([(-0.5, 0, -0.5), (0.5, 0, -0.5), (0.5, 0, 0.5), (-0.5, 0, 0.5)])
+
+
+def square_set(vertices):
+    """One flat square without parts."""
+    cloud = np.random.default_rng(0).uniform(-0.5, 0.5, (1, 20, 3)) * (1, 0, 1)
+    arrays = {
+        "points": cloud.astype(np.float32),
+        "vertices": vertices.astype(np.float32),
+        "faces": np.array([(0, 1, 2), (0, 2, 3)], np.int32),
+        "face_colors": np.full((2, 4), 255, np.uint8),
+        "mesh_offsets": np.array([(0, 0), (len(vertices), 2)]),
+    }
+    return PreparedSet(Path("square"), {}, ("square",), ("",), (), arrays)
