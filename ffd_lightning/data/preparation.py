@@ -208,8 +208,9 @@ def _run_pool(
             for _ in range(len(pending) - len(left)):
                 advance()
             return left
-        except BaseException:  # Ctrl-C or a full disk: no reason to wait for models in work
-            pool.shutdown(wait=False, cancel_futures=True)
+        except BaseException:
+            # Ctrl-C or a full disk: no reason to wait for models in work. The pool gives up when
+            # its workers die; leaving it waits for that, as its thread must not outlive it.
             for process in set(multiprocessing.active_children()) - others:
                 process.terminate()
             raise
@@ -236,8 +237,9 @@ def _submit(pool: ProcessPoolExecutor, function: Callable[..., Any], *args: str)
     """
     if not hasattr(signal, "pthread_sigmask"):
         return pool.submit(function, *args)
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
     try:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         return pool.submit(function, *args)
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -20,6 +20,7 @@ from ffd_lightning.errors import DataError
 COUNT = 10
 SCRIPT = """
 import sys
+import threading
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from box_source import BoxSource, prepare_boxes
@@ -27,7 +28,7 @@ gate = Path({gate!r}) if {gate!r} else None
 try:
     prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
 except KeyboardInterrupt:
-    sys.exit(130)
+    sys.exit(130 if threading.active_count() == 1 else "threads are left")
 """
 
 LIMIT = 60  # seconds; only ends a test that would hang
