@@ -61,7 +61,7 @@ def reconstruction_figure(
     inputs = np.stack([prepared.images[r, 0, ..., :3] for r in rows])
     images = torch.from_numpy(inputs).permute(0, 3, 1, 2).to(device)
     prediction = network(images)
-    selected = prediction.template_weights.argmax(1).tolist()
+    selected = prediction.template_index.tolist()
 
     def draw(mesh: Mesh) -> NDArray[np.uint8]:
         return render(
