@@ -4,25 +4,24 @@ import torch
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.geometry import nearest
-from ffd_lightning.geometry.nearest import nearest_neighbors
+from ffd_lightning.geometry.nearest import nearest_neighbors, torch_backend
 
 
 def clouds(*shape, seed=0, dtype=torch.float64):
     return torch.randn(*shape, 3, dtype=dtype, generator=torch.Generator().manual_seed(seed))
 
 
-@pytest.fixture(params=["numba", "torch"])
+@pytest.fixture(params=["numba", "tree", "torch"])
 def backend(request, monkeypatch):
-    monkeypatch.setattr(nearest, "_on_cpu", lambda _: request.param == "numba")
-    monkeypatch.setattr(nearest, "_CHUNK_DISTANCES", 300)
+    monkeypatch.setattr(torch_backend, "_CHUNK_DISTANCES", 300)
     return request.param
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
-@pytest.mark.parametrize(("n", "m"), [(1, 1), (5, 3), (64, 65), (130, 67), (3, 300)])
+@pytest.mark.parametrize(("n", "m"), [(1, 1), (5, 3), (64, 65), (130, 67), (3, 300), (1030, 9)])
 def test_exact_both_ways(backend, dtype, n, m):
     a, b = clouds(3, n, seed=1, dtype=dtype), clouds(3, m, seed=2, dtype=dtype)
-    result = nearest_neighbors(a, b)
+    result = nearest_neighbors(a, b, backend)
     for k in range(3):
         squared = cdist(a[k].numpy(), b[k].numpy(), "sqeuclidean")
         np.testing.assert_allclose(result.a_to_b[k], squared.min(1), rtol=1e-5)
@@ -36,10 +35,10 @@ def test_exact_both_ways(backend, dtype, n, m):
 
 def test_shared_clouds_broadcast(backend):
     a, b = clouds(2, 4, 9), clouds(2, 1, 7, seed=1)
-    result = nearest_neighbors(a, b)
+    result = nearest_neighbors(a, b, backend)
     assert result.a_to_b.shape == (2, 4, 9)
     assert result.b_to_a.shape == (2, 4, 7)
-    one = nearest_neighbors(a[1, 2], b[1, 0])
+    one = nearest_neighbors(a[1, 2], b[1, 0], backend)
     torch.testing.assert_close(result.a_to_b[1, 2], one.a_to_b)
     torch.testing.assert_close(result.b_to_a_index[1, 2], one.b_to_a_index)
 
@@ -48,7 +47,7 @@ def test_gradients_reach_shared_clouds(backend):
     a, b = clouds(2, 2, 5).requires_grad_(), clouds(2, 1, 4, seed=1).requires_grad_()
 
     def f(a, b):
-        result = nearest_neighbors(a, b)
+        result = nearest_neighbors(a, b, backend)
         return (result.a_to_b * torch.arange(5)).sum(), result.b_to_a.square().sum()
 
     assert torch.autograd.gradcheck(f, (a, b))
@@ -56,9 +55,78 @@ def test_gradients_reach_shared_clouds(backend):
 
 def test_ties_and_duplicates_give_distance_zero(backend):
     a = clouds(6)
-    result = nearest_neighbors(torch.cat([a, a]), a)
+    result = nearest_neighbors(torch.cat([a, a]), a, backend)
     assert (result.a_to_b == 0).all()
     assert (result.b_to_a == 0).all()
+
+
+@pytest.mark.parametrize("shape", [(2, 3, 5), (30,)])
+def test_gradient_only_where_asked(backend, shape):
+    a, b = clouds(*shape, 6).requires_grad_(), clouds(4, seed=1)
+    result = nearest_neighbors(a, b, backend)
+    (result.a_to_b.sum() + 3 * result.b_to_a.sum()).backward()
+    x = a.detach().clone().requires_grad_()
+    squared = (x[..., :, None, :] - b).square().sum(-1)
+    (squared.amin(-1).sum() + 3 * squared.amin(-2).sum()).backward()
+    torch.testing.assert_close(a.grad, x.grad)
+
+
+@pytest.mark.parametrize("bad", [torch.nan, torch.inf, -torch.inf])
+def test_points_that_are_not_finite_are_nobodys_neighbour(backend, bad):
+    a, b = clouds(2, 20), clouds(2, 20, seed=1)
+    a[0, 3, 1] = bad
+    b[:, 0, 2] = bad
+    b[1] = bad
+    result = nearest_neighbors(a, b, backend)
+    squared = cdist(a[0, :3].numpy(), b[0, 1:].numpy(), "sqeuclidean")
+    np.testing.assert_allclose(result.a_to_b[0, :3], squared.min(1))
+    np.testing.assert_array_equal(result.a_to_b_index[0, :3], squared.argmin(1) + 1)
+    assert result.a_to_b[0, 3].isnan()
+    assert result.b_to_a[0, 0].isnan()
+    assert not (result.b_to_a_index[0] == 3).any()
+    assert result.a_to_b[1].isinf().all()
+    assert (result.a_to_b_index[1] == 0).all()
+
+
+def test_distances_that_overflow_are_infinite(backend):
+    a = torch.tensor([[1e30, 0, 0]])
+    result = nearest_neighbors(a, -a, backend)
+    assert result.a_to_b.item() == torch.inf
+    assert result.a_to_b_index.item() == 0
+
+
+def test_neighbouring_threads_do_not_mix(backend):
+    a, b = clouds(37, 11, dtype=torch.float32), clouds(37, 5, seed=1, dtype=torch.float32)
+    together = nearest_neighbors(a, b, backend)
+    for k in range(37):
+        for whole, one in zip(together, nearest_neighbors(a[k], b[k], backend), strict=True):
+            assert torch.equal(whole[k], one)
+
+
+def test_backend_is_chosen_by_device_and_size(monkeypatch):
+    used = []
+    module = nearest._module
+    monkeypatch.setattr(nearest, "_module", lambda name: used.append(name) or module(name))
+    monkeypatch.setattr(nearest, "TREE_POINTS", 50)
+    cases = [
+        (49, torch.float32, "numba"),
+        (50, torch.float64, "tree"),
+        (50, torch.float16, "torch"),
+    ]
+    for points, dtype, expected in cases:
+        used.clear()
+        nearest_neighbors(torch.rand(points, 3, dtype=dtype), torch.rand(60, 3, dtype=dtype))
+        assert used[0] == expected
+    cuda = torch.device("cuda")
+    monkeypatch.setattr(nearest, "find_spec", lambda name: name)
+    assert nearest.choose_backend(cuda, torch.float32, 10**6) == "triton"
+    monkeypatch.setattr(nearest, "find_spec", lambda _: None)
+    assert nearest.choose_backend(cuda, torch.float32, 10**6) == "torch"
+
+
+def test_a_backend_that_does_not_work_here_is_refused():
+    with pytest.raises(ValueError, match="numba', 'tree', 'torch'"):
+        nearest_neighbors(clouds(3), clouds(3), "triton")
 
 
 def test_repeats_to_the_last_bit():
@@ -77,6 +145,7 @@ def test_repeats_to_the_last_bit():
     ("a", "b", "match"),
     [
         (torch.zeros(0, 3), torch.zeros(1, 3), "empty"),
+        (torch.zeros(0, 1, 3), torch.zeros(1, 3), "no pair"),
         (torch.zeros(2, 2), torch.zeros(2, 2), "3 coordinates"),
         (torch.zeros(2, 3), torch.zeros(2, 3, dtype=torch.float64), "differ"),
     ],

@@ -1,0 +1,142 @@
+"""Exact nearest neighbours between pairs of clouds, both ways, differentiable.
+
+One function, `nearest_neighbors`, and a module per backend behind it, chosen by device and size:
+
+=========  ==========================================================================
+`numba`    CPU: every distance once, queries as SIMD lanes
+`tree`     CPU, large clouds: scipy's k-d tree
+`triton`   CUDA: every distance once, running minima in registers
+`torch`    everything else, and the oracle of the tests: plain torch in bounded chunks
+=========  ==========================================================================
+
+A backend is a module `<name>_backend`, imported when first used. To take one out, delete the module
+and its line in `usable_backends`.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from importlib.util import find_spec
+from types import ModuleType
+from typing import Any, Literal, NamedTuple
+
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor
+
+Backend = Literal["numba", "tree", "triton", "torch"]
+
+# From this many points in the smaller cloud on, the tree is faster (benchmarks/README.md).
+TREE_POINTS = 16_384
+
+
+class NearestNeighbors(NamedTuple):
+    """Nearest neighbours of every point, both ways; distances are squared."""
+
+    a_to_b: Float[Tensor, "*batch num_a"]
+    a_to_b_index: Int[Tensor, "*batch num_a"]
+    b_to_a: Float[Tensor, "*batch num_b"]
+    b_to_a_index: Int[Tensor, "*batch num_b"]
+
+
+def nearest_neighbors(
+    a: Float[Tensor, "*batch_a num_a 3"],
+    b: Float[Tensor, "*batch_b num_b 3"],
+    backend: Backend | None = None,
+) -> NearestNeighbors:
+    """Find the nearest point of `b` for every point of `a`, and the other way round.
+
+    Exact: the index attains the smallest squared distance (of equals, either). Batch shapes
+    broadcast without copying a cloud, so one query cloud (q, 1, N, 3) is shared by its templates'
+    clouds (q, T, N, 3). Gradients flow to both clouds through the indices, once. Nothing of size
+    N x M is kept in memory.
+
+    Args:
+        a: (*batch_a, N, 3), float32 or float64 (other floating types work, in plain torch).
+        b: (*batch_b, M, 3), same dtype and device; N and M may differ.
+        backend: which of the backends to use, chosen by device and size when None.
+
+    Returns:
+        Squared distances a->b (*batch, N), indices into b, squared distances b->a (*batch, M),
+        indices into a. A point that is not finite is nobody's neighbour; its own distance is inf
+        or nan, its index 0.
+
+    Raises:
+        ValueError: an empty cloud or batch, other than 3 coordinates, different dtypes or devices,
+            a backend that does not work for these.
+
+    >>> result = nearest_neighbors(torch.zeros(1, 3), torch.tensor([[3.0, 0, 0], [1, 0, 0]]))
+    >>> result.a_to_b, result.a_to_b_index, result.b_to_a
+    (tensor([1.]), tensor([1]), tensor([9., 1.]))
+    """
+    if a.shape[-1] != 3 or b.shape[-1] != 3:
+        raise ValueError(f"points must have 3 coordinates, got {a.shape[-1]} and {b.shape[-1]}")
+    if a.shape[-2] == 0 or b.shape[-2] == 0:
+        raise ValueError(f"clouds must not be empty, got {a.shape[-2]} and {b.shape[-2]} points")
+    if a.dtype != b.dtype or a.device != b.device:
+        raise ValueError(f"clouds differ: {a.dtype} on {a.device}, {b.dtype} on {b.device}")
+    batch = torch.broadcast_shapes(a.shape[:-2], b.shape[:-2])
+    if 0 in batch:
+        raise ValueError(f"there is no pair of clouds in {tuple(a.shape)} and {tuple(b.shape)}")
+    usable = usable_backends(a.device, a.dtype)
+    if backend is not None and backend not in usable:
+        raise ValueError(
+            f"backend={backend!r} does not work for {a.dtype} on {a.device}: use one of {usable}"
+        )
+    index_a, index_b = _pair_index(a.shape[:-2], batch), _pair_index(b.shape[:-2], batch)
+    clouds_a, clouds_b = a.reshape(-1, *a.shape[-2:]), b.reshape(-1, *b.shape[-2:])
+    chosen = backend or choose_backend(a.device, a.dtype, min(a.shape[-2], b.shape[-2]))
+    result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, chosen)
+    return NearestNeighbors(*(r.reshape(*batch, -1) for r in result))
+
+
+def usable_backends(device: torch.device, dtype: torch.dtype) -> list[Backend]:
+    """Return the backends that work for such points, the one for small clouds first."""
+    full = dtype in (torch.float32, torch.float64)
+    usable: list[Backend] = []
+    if device.type == "cpu" and full:
+        usable += ["numba", "tree"]
+    if device.type == "cuda" and dtype == torch.float32 and find_spec("triton") is not None:
+        usable += ["triton"]
+    return [*usable, "torch"]
+
+
+def choose_backend(device: torch.device, dtype: torch.dtype, points: int) -> Backend:
+    """Return the backend for clouds of at least so many points."""
+    usable = usable_backends(device, dtype)
+    return "tree" if "tree" in usable and points >= TREE_POINTS else usable[0]
+
+
+def _module(backend: Backend) -> ModuleType:
+    return import_module(f"{__name__}.{backend}_backend")
+
+
+def _pair_index(shape: torch.Size, batch: torch.Size) -> Tensor:
+    """Return which cloud of a flattened batch of `shape` each pair of `batch` uses, (pairs,)."""
+    return torch.arange(shape.numel()).reshape(shape).expand(batch).reshape(-1)
+
+
+class _Nearest(torch.autograd.Function):
+    """Nearest neighbours of pairs (a[index_a[p]], b[index_b[p]])."""
+
+    @staticmethod
+    def forward(
+        ctx: Any, a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor, backend: Backend
+    ) -> tuple:
+        d_ab, i_ab, d_ba, i_ba = _module(backend).search(a.detach(), b.detach(), index_a, index_b)
+        ctx.save_for_backward(a, b, index_a, index_b, i_ab, i_ba)
+        ctx.mark_non_differentiable(i_ab, i_ba)
+        # The tree has no gradient of its own: indices are indices.
+        ctx.gradient = _module("numba" if backend == "tree" else backend).gradient
+        return d_ab, i_ab, d_ba, i_ba
+
+    @staticmethod
+    @torch.autograd.function.once_differentiable
+    def backward(ctx: Any, g_ab: Tensor, _i: Tensor, g_ba: Tensor, _j: Tensor) -> tuple:
+        a, b, index_a, index_b, i_ab, i_ba = (t.detach() for t in ctx.saved_tensors)
+        grad_a = grad_b = None
+        if ctx.needs_input_grad[0]:
+            grad_a = ctx.gradient(a, b, index_a, index_b, i_ab, i_ba, g_ab, g_ba)
+        if ctx.needs_input_grad[1]:
+            grad_b = ctx.gradient(b, a, index_b, index_a, i_ba, i_ab, g_ba, g_ab)
+        return grad_a, grad_b, None, None, None

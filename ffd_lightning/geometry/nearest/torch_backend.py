@@ -1,0 +1,61 @@
+"""Nearest neighbours in plain torch: any device, any floating type, memory bounded by chunks."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+_CHUNK_DISTANCES = 1 << 24
+
+
+def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tensor, ...]:
+    """Return squared distances and indices, a to b and b to a, for the pairs of clouds."""
+    num_a, num_b = a.shape[1], b.shape[1]
+    rows = max(1, min(num_a, _CHUNK_DISTANCES // num_b))
+    pairs = max(1, _CHUNK_DISTANCES // (rows * num_b))
+    index_a, index_b = index_a.to(a.device), index_b.to(a.device)
+    parts = []
+    for p in range(0, len(index_a), pairs):
+        cloud_a, cloud_b = a[index_a[p : p + pairs]], b[index_b[p : p + pairs]]
+        d_ab, i_ab = [], []
+        d_ba = torch.full(cloud_b.shape[:2], torch.inf, dtype=a.dtype, device=a.device)
+        i_ba = torch.zeros(cloud_b.shape[:2], dtype=torch.int64, device=a.device)
+        for r in range(0, num_a, rows):
+            difference = cloud_a[:, r : r + rows, None] - cloud_b[:, None]
+            squared = difference.square_().sum(-1).nan_to_num_(torch.inf, torch.inf)
+            low = squared.min(2)
+            d_ab.append(low.values)
+            i_ab.append(low.indices)
+            high = squared.min(1)
+            closer = high.values < d_ba
+            d_ba = torch.where(closer, high.values, d_ba)
+            i_ba = torch.where(closer, high.indices + r, i_ba)
+        nearest_a, nearest_b = torch.cat(i_ab, 1), i_ba
+        part = []
+        for d, i, cloud in ((torch.cat(d_ab, 1), nearest_a, cloud_a), (d_ba, nearest_b, cloud_b)):
+            part += [
+                torch.where(cloud.isfinite().all(-1), d, torch.nan),
+                torch.where(d < torch.inf, i, 0),
+            ]
+        parts.append(part)
+    return tuple(torch.cat(column) for column in zip(*parts, strict=True))
+
+
+def gradient(
+    a: Tensor,
+    b: Tensor,
+    index_a: Tensor,
+    index_b: Tensor,
+    i_ab: Tensor,
+    i_ba: Tensor,
+    g_ab: Tensor,
+    g_ba: Tensor,
+) -> Tensor:
+    """Return the gradient with respect to `a`, (A, N, 3)."""
+    index_a, index_b = index_a.to(a.device), index_b.to(a.device)
+    pair_a, pair_b = a[index_a], b[index_b]
+    to_b = i_ab[..., None].expand(-1, -1, 3)
+    to_a = i_ba[..., None].expand(-1, -1, 3)
+    forth = 2 * g_ab[..., None] * (pair_a - pair_b.gather(1, to_b))
+    back = 2 * g_ba[..., None] * (pair_a.gather(1, to_a) - pair_b)
+    return torch.zeros_like(a).index_add_(0, index_a, forth.scatter_add(1, to_a, back))
