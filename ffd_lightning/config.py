@@ -39,6 +39,15 @@ class SourceKind(Enum):
     folder = "folder"
 
 
+class Residency(Enum):
+    """Where images and clouds are kept while training."""
+
+    auto = "auto"
+    disk = "disk"
+    ram = "ram"
+    device = "device"
+
+
 class EncoderKind(Enum):
     """Which image encoder."""
 
@@ -127,6 +136,7 @@ class DataConfig:
     seed: int = 0
     num_points: int = 16384
     train_fraction: float = 0.8
+    residency: Residency = Residency.auto
     render: RenderConfig = field(default_factory=RenderConfig)
 
 
@@ -154,13 +164,19 @@ class ScheduleConfig:
 
 @dataclass
 class TrainerConfig:
-    """Where to train; passed to `lightning.Trainer`. `num_workers` are the data loader's."""
+    """Where to train; passed to `lightning.Trainer`.
+
+    `precision=bf16-mixed` runs the network, and nothing else, in bfloat16. `num_workers` are the
+    data loader's processes, by default none on the CPU and some beside a GPU. `compile` has
+    `torch.compile` fuse the encoder's layers.
+    """
 
     accelerator: str = MISSING
     devices: str = "auto"
     strategy: str = "auto"
     precision: str = "32-true"
-    num_workers: int = 0
+    num_workers: int | None = None
+    compile: bool = False
     progress_bar: bool = True
 
 

@@ -16,7 +16,18 @@ from ffd_lightning.config import TrainConfig
 from ffd_lightning.errors import ConfigError, DataError
 
 # What may differ between the two halves of a resumed run: where it runs, not what it computes.
-_MACHINE_KEYS = ("trainer", "preparation", "paths", "logger", "callbacks", "restart", "name")
+_MACHINE_KEYS = frozenset(
+    (
+        "trainer",
+        "preparation",
+        "paths",
+        "logger",
+        "callbacks",
+        "restart",
+        "name",
+        "data.residency",
+    )
+)
 
 
 def write_atomic(path: Path, text: str) -> None:
@@ -125,7 +136,7 @@ def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
 def _differences(earlier: Any, now: Any, prefix: str = "") -> list[str]:
     result = []
     for key in sorted(set(earlier) | set(now)):
-        if not prefix and key in _MACHINE_KEYS:
+        if f"{prefix}{key}" in _MACHINE_KEYS:
             continue
         a, b = earlier.get(key), now.get(key)
         if OmegaConf.is_dict(a) and OmegaConf.is_dict(b):

@@ -6,85 +6,83 @@ killed and continued, or split over devices, sees the same queries and the same 
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int, UInt8
 from lightning import LightningDataModule
 from numpy.typing import NDArray
-from torch import Tensor
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from ffd_lightning.config import RenderConfig, TemplateStrategy
+from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy
+from ffd_lightning.data.batches import Batch, Draw, ModelStore, choose_residency, resident_bytes
 from ffd_lightning.data.preparation import prepare
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.splits import Split, split_ids
 from ffd_lightning.data.templates import TemplateBank, choose_templates
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.geometry.lattice import Degrees
 
+log = logging.getLogger(__name__)
 
-class Batch(NamedTuple):
-    """What one step sees.
-
-    Attributes:
-        rows: row of each query in the prepared set, (q,).
-        images: RGB over white, (q, 3, H, W) uint8.
-        target_points: ground truth clouds, (q, N, 3).
-        templates: decomposed points of all templates.
-    """
-
-    rows: Int[Tensor, " queries"]
-    images: UInt8[Tensor, "queries 3 height width"]
-    target_points: Float[Tensor, "queries num_points 3"]
-    templates: TemplateSample
+_GPU_WORKERS = 2
 
 
-def make_batch(
-    prepared: PreparedSet,
-    bank: TemplateBank,
+class Sizes(NamedTuple):
+    """What there is to draw from: views per model, points per cloud, templates."""
+
+    views: int
+    cloud_points: int
+    templates: int
+
+
+def make_draw(
     rows: Sequence[int],
     views: Sequence[int],
+    sizes: Sizes,
     num_points: int,
     rng: np.random.Generator,
     mine: slice = slice(None),
-) -> Batch:
-    """Read images and draw fresh points for queries and templates.
+) -> Draw:
+    """Draw fresh points for queries and templates, each its own, without replacement.
 
     Args:
-        prepared: where queries come from.
-        bank: the templates.
         rows: rows of the prepared set.
         views: as many indices of views.
-        num_points: points per cloud, drawn without replacement.
+        sizes: what there is to draw from.
+        num_points: points per cloud.
         rng: draws the points.
         mine: which q of the rows to return. Points are drawn for all of them, so that a share of
             a batch is the same wherever it is made.
     """
-    total = prepared.points.shape[1]
-    draws = [rng.choice(total, num_points, replace=False, shuffle=False) for _ in rows]
-    rows, views = rows[mine], views[mine]
-    images = np.stack([prepared.images[r, v, ..., :3] for r, v in zip(rows, views, strict=True)])
-    clouds = np.stack([prepared.points[r][d] for r, d in zip(rows, draws[mine], strict=True)])
-    return Batch(
-        rows=torch.as_tensor(rows, dtype=torch.int64),
-        images=torch.from_numpy(images).permute(0, 3, 1, 2),
-        target_points=torch.from_numpy(clouds),
-        templates=bank.sample(num_points, rng),
+    points, template_points = (
+        np.stack(
+            [
+                rng.choice(sizes.cloud_points, num_points, replace=False, shuffle=False)
+                for _ in range(clouds)
+            ]
+        )
+        for clouds in (len(rows), sizes.templates)
+    )
+    return Draw(
+        *(
+            torch.as_tensor(np.asarray(index, np.int64))
+            for index in (rows[mine], views[mine], points[mine], template_points)
+        )
     )
 
 
-class TrainingSteps(Dataset[Batch]):
-    """Item k is the batch of training step k: whole passes over the shuffled models, end to end.
+class TrainingDraws(Dataset[Draw]):
+    """Item k is the draw of training step k: whole passes over the shuffled models, end to end.
 
     Args:
-        prepared, bank, rows: the models to train on.
+        rows: the models to train on.
+        sizes: what there is to draw from.
         batch_size: queries a step, over all devices.
         num_points: points per cloud.
         seed: decides order, views and points.
@@ -96,9 +94,8 @@ class TrainingSteps(Dataset[Batch]):
 
     def __init__(
         self,
-        prepared: PreparedSet,
-        bank: TemplateBank,
         rows: NDArray[np.int64],
+        sizes: Sizes,
         batch_size: int,
         num_points: int,
         seed: int,
@@ -109,7 +106,7 @@ class TrainingSteps(Dataset[Batch]):
             raise ConfigError(
                 f"schedule.batch_size={batch_size} cannot be split evenly over {world_size} devices"
             )
-        self.prepared, self.bank, self.rows = prepared, bank, rows
+        self.rows, self.sizes = rows, sizes
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.rank, self.world_size = rank, world_size
 
@@ -117,42 +114,52 @@ class TrainingSteps(Dataset[Batch]):
     def _order(self, epoch: int) -> NDArray[np.int64]:
         return np.random.default_rng([self.seed, 1, epoch]).permutation(self.rows)
 
-    def __getitem__(self, step: int) -> Batch:
+    def __getitem__(self, step: int) -> Draw:
         places = step * self.batch_size + np.arange(self.batch_size)
         count = len(self.rows)
         rows = [int(self._order(int(p) // count)[int(p) % count]) for p in places]
         rng = np.random.default_rng([self.seed, 2, step])
-        views = rng.integers(self.prepared.images.shape[1], size=self.batch_size)
+        views = rng.integers(self.sizes.views, size=self.batch_size)
         mine = slice(self.rank, None, self.world_size)
-        return make_batch(
-            self.prepared, self.bank, rows, views.tolist(), self.num_points, rng, mine
-        )
+        return make_draw(rows, views.tolist(), self.sizes, self.num_points, rng, mine)
 
 
-class EvaluationChunks(Dataset[Batch]):
+class EvaluationDraws(Dataset[Draw]):
     """Item k is the k-th chunk of the models to evaluate: first view, points fixed by `seed`."""
 
     def __init__(
         self,
-        prepared: PreparedSet,
-        bank: TemplateBank,
         rows: NDArray[np.int64],
+        sizes: Sizes,
         batch_size: int,
         num_points: int,
         seed: int = 0,
     ) -> None:
-        self.prepared, self.bank, self.rows = prepared, bank, rows
+        self.rows, self.sizes = rows, sizes
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
 
     def __len__(self) -> int:
         return -(-len(self.rows) // self.batch_size)
 
-    def __getitem__(self, chunk: int) -> Batch:
+    def __getitem__(self, chunk: int) -> Draw:
         if not 0 <= chunk < len(self):
             raise IndexError(chunk)
         rows = self.rows[chunk * self.batch_size : (chunk + 1) * self.batch_size].tolist()
         rng = np.random.default_rng([self.seed, 3, chunk])
-        return make_batch(self.prepared, self.bank, rows, [0] * len(rows), self.num_points, rng)
+        return make_draw(rows, [0] * len(rows), self.sizes, self.num_points, rng)
+
+
+class Gathered(Dataset[Batch]):
+    """Draws made into batches as they are read, for data that loader processes can reach."""
+
+    def __init__(self, draws: Dataset[Draw], store: ModelStore) -> None:
+        self.draws, self.store = draws, store
+
+    def __len__(self) -> int:
+        return len(self.draws)  # type: ignore[arg-type]
+
+    def __getitem__(self, index: int) -> Batch:
+        return self.store.batch(self.draws[index])
 
 
 class StepSampler(Sampler[int]):
@@ -182,7 +189,8 @@ class FfdDataModule(LightningDataModule):
         degrees, max_edge: see `TemplateBank`.
         batch_size, num_points, steps: queries a step, points per cloud and step, steps in all.
         seed: decides what each step sees.
-        num_workers: processes that read ahead.
+        residency: where images and clouds are kept while training.
+        num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
         preparation_workers: processes that prepare data, 0 for one per core.
 
     Attributes:
@@ -214,7 +222,8 @@ class FfdDataModule(LightningDataModule):
         num_points: int = 1024,
         steps: int = 100_000,
         seed: int = 0,
-        num_workers: int = 0,
+        residency: Residency = Residency.auto,
+        num_workers: int | None = None,
         preparation_workers: int = 0,
     ) -> None:
         super().__init__()
@@ -229,7 +238,7 @@ class FfdDataModule(LightningDataModule):
         self.template_file, self.template_seed = template_file, template_seed
         self.degrees, self.max_edge = degrees, max_edge
         self.batch_size, self.num_points, self.steps = batch_size, num_points, steps
-        self.seed, self.num_workers = seed, num_workers
+        self.seed, self.residency, self.num_workers = seed, residency, num_workers
         self.preparation_workers = preparation_workers
 
     def _prepare(self) -> PreparedSet:
@@ -265,13 +274,26 @@ class FfdDataModule(LightningDataModule):
         """Return the prepared set's rows of model ids."""
         return np.asarray([self.prepared.index(i) for i in ids], np.int64)
 
-    def train_dataloader(self) -> DataLoader[Batch]:
+    @cached_property
+    def store(self) -> ModelStore:
+        """Where batches come from: what `residency` says, on the trainer's device if it has one."""
+        device = self.trainer.strategy.root_device if self.trainer else torch.device("cpu")
+        size = resident_bytes(self.prepared, self.bank)
+        residency = self.residency
+        if residency is Residency.auto:
+            residency = choose_residency(size, device)
+        if residency is Residency.disk:
+            return ModelStore(self.prepared, self.bank)
+        place = device if residency is Residency.device else torch.device("cpu")
+        log.info("reading %.1f GB of images and clouds into memory (%s)", size / 1e9, place)
+        return ModelStore(self.prepared, self.bank, place)
+
+    def train_dataloader(self) -> DataLoader[Any]:
         """Steps from the trainer's current one to the last."""
         trainer = self.trainer
-        dataset = TrainingSteps(
-            self.prepared,
-            self.bank,
+        draws = TrainingDraws(
             self.rows(self.split.train),
+            self._sizes,
             self.batch_size,
             self.num_points,
             self.seed,
@@ -279,28 +301,45 @@ class FfdDataModule(LightningDataModule):
             trainer.world_size if trainer else 1,
         )
         start = trainer.global_step if trainer else 0
-        return self._loader(dataset, StepSampler(start, self.steps))
+        return self._loader(draws, StepSampler(start, self.steps))
 
-    def val_dataloader(self) -> DataLoader[Batch]:
+    def val_dataloader(self) -> DataLoader[Any]:
         """The test models: nothing is chosen by them, they only show how training goes."""
         return self.test_dataloader()
 
-    def test_dataloader(self) -> DataLoader[Batch]:
+    def test_dataloader(self) -> DataLoader[Any]:
         """The test models with fixed points."""
-        return self._loader(self.evaluation_chunks(), None)
+        return self._loader(self._evaluation_draws(), None)
 
-    def evaluation_chunks(self) -> EvaluationChunks:
-        """Return the test models in chunks, the same at every call."""
+    def on_after_batch_transfer(self, batch: Draw | Batch, dataloader_idx: int) -> Batch:
+        """Gather a draw where the data is resident; batches read from files pass through."""
+        return self.store.batch(batch) if isinstance(batch, Draw) else batch
+
+    def evaluation_batches(self) -> Iterator[Batch]:
+        """Yield the test models in chunks, the same at every call."""
+        draws = self._evaluation_draws()
+        return (self.store.batch(draws[k]) for k in range(len(draws)))
+
+    def _evaluation_draws(self) -> EvaluationDraws:
         rows = self.rows(self.split.test)
-        return EvaluationChunks(self.prepared, self.bank, rows, self.batch_size, self.num_points)
+        return EvaluationDraws(rows, self._sizes, self.batch_size, self.num_points)
 
-    def _loader(self, dataset: Dataset[Batch], sampler: Sampler[int] | None) -> DataLoader[Batch]:
-        cuda = torch.cuda.is_available()
+    @property
+    def _sizes(self) -> Sizes:
+        views, cloud_points = self.prepared.images.shape[1], self.prepared.points.shape[1]
+        return Sizes(views, cloud_points, len(self.bank))
+
+    def _loader(self, draws: Dataset[Draw], sampler: Sampler[int] | None) -> DataLoader[Any]:
+        mapped = self.store.device is None
+        on_gpu = self.trainer is not None and self.trainer.strategy.root_device.type == "cuda"
+        workers = self.num_workers
+        if workers is None:
+            # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
+            workers = _GPU_WORKERS if on_gpu else 0
         return DataLoader(
-            dataset,
+            Gathered(draws, self.store) if mapped else draws,
             batch_size=None,
             sampler=sampler,
-            num_workers=self.num_workers,
-            pin_memory=cuda,
-            persistent_workers=False,
+            num_workers=workers,
+            pin_memory=on_gpu,
         )

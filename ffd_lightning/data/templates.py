@@ -16,13 +16,14 @@ from ffd_lightning.config import TemplateStrategy
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.deformation import TemplateSample, deform, deformation_matrix
+from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.lattice import Degrees, Lattice
 from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.geometry.subdivision import subdivide
 
 _CANDIDATES = 1000
-_CANDIDATE_POINTS = 512
+_SPREAD = 16
+_CANDIDATE_POINTS = 256
 
 
 def choose_templates(
@@ -98,7 +99,7 @@ def _farthest_points(prepared: PreparedSet, count: int) -> tuple[str, ...]:
         np.stack([prepared.points[i, :_CANDIDATE_POINTS] for i in candidates]).astype(np.float32)
     )
     # The most central model: the least total distance to a spread of others.
-    spread = points[np.linspace(0, len(points) - 1, min(len(points), 64)).astype(int)]
+    spread = points[np.linspace(0, len(points) - 1, min(len(points), _SPREAD)).astype(int)]
     central = torch.stack([_distances(p, points) for p in spread]).sum(0)
     chosen = [int(central.argmin())]
     distance = torch.full((len(points),), torch.inf)
@@ -159,16 +160,6 @@ class TemplateBank:
 
     def __len__(self) -> int:
         return len(self.ids)
-
-    def sample(self, count: int, rng: np.random.Generator) -> TemplateSample:
-        """Draw `count` points of every template, without replacement, each its own."""
-        matrix = self.deformation_matrix
-        total = matrix.shape[1]
-        rows = [
-            matrix[t, torch.from_numpy(rng.choice(total, count, replace=False, shuffle=False))]
-            for t in range(len(self))
-        ]
-        return TemplateSample(torch.stack(rows), self.control_points)
 
     @lru_cache(maxsize=64)  # noqa: B019 - one bank lives as long as its run
     def subdivided(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import logging
 import math
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import torch
 from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
+from torch._dynamo import lookup_backend
 
 from ffd_lightning.config import EncoderKind
 from ffd_lightning.errors import ConfigError, DataError
@@ -15,6 +18,8 @@ from ffd_lightning.nn.encoder import ImageEncoder, MobileNetV1
 from ffd_lightning.nn.heads import TemplateHeads
 from ffd_lightning.nn.keras_weights import load_keras_weights
 from ffd_lightning.nn.timm_encoder import TimmEncoder
+
+log = logging.getLogger(__name__)
 
 
 class FfdPrediction(NamedTuple):
@@ -186,3 +191,21 @@ def build_encoder(
     if weights is not None:
         load_keras_weights(encoder, weights)
     return encoder
+
+
+def compile_encoder(network: TemplateFfdNetwork) -> None:
+    """Have `torch.compile` fuse the encoder's layers at first use; training goes on if it cannot.
+
+    Fused layers save passes over memory on the CPU and launches of kernels on a GPU; compilation
+    takes a minute, once per machine. Weights, checkpoints and results (to rounding) are the same.
+    """
+    network.encoder.compile(backend=_inductor_or_eager)
+
+
+def _inductor_or_eager(graph: torch.fx.GraphModule, inputs: list[Tensor]) -> Callable[..., Any]:
+    try:
+        return lookup_backend("inductor")(graph, inputs)
+    except Exception as error:  # whatever a compiler stumbles over
+        reason = str(error).split("\n")[0]
+        log.warning("trainer.compile=true: goes on without, since compilation failed (%s)", reason)
+        return graph.forward

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import statistics
 import time
+from collections import deque
 from typing import Any
 
 import numpy as np
@@ -17,19 +18,26 @@ from ffd_lightning.evaluation.evaluator import TemplateScores
 from ffd_lightning.training.module import FfdModule
 
 _WARM_UP_STEPS = 5
+_KEPT_STEPS = 1000
 
 
 class StepTimer(Callback):
-    """Median wall time from one step's end to the next, data included, validation left out."""
+    """Median wall time from one step's end to the next, data included, validation left out.
+
+    Of the last 1,000 steps; the first 5 of a run or of its continuation are warm-up.
+    """
 
     def __init__(self) -> None:
-        self._durations: list[float] = []
+        self._durations: deque[float] = deque(maxlen=_KEPT_STEPS)
         self._last: float | None = None
+        self._to_skip = _WARM_UP_STEPS
 
     def on_train_batch_end(self, *_: Any) -> None:
         """Note the time since the last step."""
         now = time.perf_counter()
-        if self._last is not None:
+        if self._to_skip:
+            self._to_skip -= 1
+        elif self._last is not None:
             self._durations.append(now - self._last)
         self._last = now
 
@@ -39,17 +47,16 @@ class StepTimer(Callback):
 
     def state_dict(self) -> dict[str, Any]:
         """Keep the durations in checkpoints, so that a resumed run reports its whole."""
-        return {"durations": self._durations}
+        return {"durations": list(self._durations)}
 
     def load_state_dict(self, state_dict: dict[str, Any]) -> None:
         """Take up the durations of a checkpoint."""
-        self._durations = list(state_dict["durations"])
+        self._durations.extend(state_dict["durations"])
 
     @property
     def seconds_per_step(self) -> float:
-        """Median in seconds, warm-up left out; nan before there is any."""
-        durations = self._durations[_WARM_UP_STEPS:] or self._durations
-        return statistics.median(durations) if durations else float("nan")
+        """Median in seconds; nan before there is any."""
+        return statistics.median(self._durations) if self._durations else float("nan")
 
 
 class StepProgressBar(TQDMProgressBar):

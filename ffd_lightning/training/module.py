@@ -8,7 +8,7 @@ from lightning.pytorch.utilities.types import OptimizerConfig, OptimizerLRSchedu
 from torch import Tensor
 
 from ffd_lightning.config import LearningRateDecay
-from ffd_lightning.data.datamodule import Batch
+from ffd_lightning.data.batches import Batch
 from ffd_lightning.evaluation.evaluator import TemplateScores, score_templates
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
@@ -94,7 +94,7 @@ class FfdModule(LightningModule):
 
     def configure_optimizers(self) -> OptimizerConfig | OptimizerLRSchedulerConfig:
         """Adam, with the chosen decay stepped every batch."""
-        optimizer = torch.optim.Adam(self.parameters(), lr=self.learning_rate)
+        optimizer = torch.optim.Adam(self.parameters(), lr=self.learning_rate, fused=True)
         if self.learning_rate_decay is LearningRateDecay.none:
             return {"optimizer": optimizer}
         decay = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, T_max=self.steps)

@@ -31,7 +31,7 @@ from ffd_lightning.evaluation.evaluator import PROTOCOL, evaluate, write_evaluat
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.losses.objective import Objective
-from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder
+from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder, compile_encoder
 from ffd_lightning.run_folder import RunFolder, check_folder
 from ffd_lightning.training.callbacks import (
     ExampleImages,
@@ -150,6 +150,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         num_points=cfg.schedule.num_points,
         steps=cfg.schedule.steps,
         seed=cfg.seed,
+        residency=cfg.data.residency,
         num_workers=cfg.trainer.num_workers,
         preparation_workers=cfg.preparation.workers,
     )
@@ -161,8 +162,11 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     data = build_data(cfg)
     data.prepare_data()
     data.setup()
+    network = build_network(cfg)
+    if cfg.trainer.compile:
+        compile_encoder(network)
     module = FfdModule(
-        build_network(cfg),
+        network,
         Objective(
             weighting=cfg.regime.weighting,
             entropy_weight=cfg.regime.entropy_weight,
@@ -270,8 +274,8 @@ def _finish(
     timer: StepTimer,
 ) -> dict[str, float]:
     """Evaluate the trained network, draw the figure, and close the log."""
-    chunks = data.evaluation_chunks()
-    scores = evaluate(module.network, (chunks[i] for i in range(len(chunks))))
+    module.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
+    scores = evaluate(module.network, data.evaluation_batches())
     summary = write_evaluation(
         run,
         scores,

@@ -7,15 +7,18 @@ import pytest
 import torch
 from box_source import RENDER, BoxSource
 
-from ffd_lightning.config import RenderConfig, TemplateStrategy
+from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy
+from ffd_lightning.data import batches
+from ffd_lightning.data.batches import ModelStore
 from ffd_lightning.data.datamodule import (
-    EvaluationChunks,
+    EvaluationDraws,
     FfdDataModule,
+    Gathered,
     StepSampler,
-    TrainingSteps,
+    TrainingDraws,
 )
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, DataError
 
 BATCH, POINTS, STEPS = 4, 32, 6
 
@@ -58,9 +61,8 @@ def boxes(tmp_path_factory):
 
 def training_steps(module, seed=0, rank=0, world_size=1, batch_size=BATCH):
     rows = module.rows(module.split.train)
-    return TrainingSteps(
-        module.prepared, module.bank, rows, batch_size, POINTS, seed, rank, world_size
-    )
+    draws = TrainingDraws(rows, module._sizes, batch_size, POINTS, seed, rank, world_size)
+    return Gathered(draws, module.store)
 
 
 def tensors(batch):
@@ -71,6 +73,13 @@ def tensors(batch):
         "deformation_matrix": batch.templates.deformation_matrix,
         "control_points": batch.templates.control_points,
     }
+
+
+def trainer(global_step=0, global_rank=0, world_size=1):
+    strategy = SimpleNamespace(root_device=torch.device("cpu"))
+    return SimpleNamespace(
+        strategy=strategy, global_step=global_step, global_rank=global_rank, world_size=world_size
+    )
 
 
 def equal(a, b):
@@ -120,7 +129,8 @@ def test_a_step_is_a_function_of_seed_and_number(tables):
 
 def test_points_are_drawn_afresh_at_each_step_and_for_each_query(tables):
     row = tables.rows(tables.split.train)[:1]
-    steps = TrainingSteps(tables.prepared, tables.bank, row, BATCH, POINTS, seed=0)
+    draws = TrainingDraws(row, tables._sizes, BATCH, POINTS, seed=0)
+    steps = Gathered(draws, tables.store)
     clouds = torch.cat([steps[k].target_points for k in range(3)])
     assert len({cloud.numpy().tobytes() for cloud in clouds}) == 3 * BATCH
     matrices = [steps[k].templates.deformation_matrix for k in range(3)]
@@ -182,23 +192,71 @@ def test_steps_can_be_sent_to_another_process(tables):
 def test_chunks_hold_every_test_model_once(tables):
     rows = tables.rows(tables.split.test)
     assert len(rows) > 3
-    chunks = EvaluationChunks(tables.prepared, tables.bank, rows, 3, POINTS)
-    batches = [chunks[k] for k in range(len(chunks))]
-    assert torch.cat([b.rows for b in batches]).tolist() == rows.tolist()
-    assert [len(b.rows) for b in batches[:-1]] == [3] * (len(batches) - 1)
+    chunks = EvaluationDraws(rows, tables._sizes, 3, POINTS)
+    draws = [chunks[k] for k in range(len(chunks))]
+    assert torch.cat([d.rows for d in draws]).tolist() == rows.tolist()
+    assert [len(d.rows) for d in draws[:-1]] == [3] * (len(draws) - 1)
     for k in (-1, len(chunks)):
         with pytest.raises(IndexError):
             chunks[k]
 
 
 def test_chunks_are_the_same_at_every_call_and_show_the_first_view(boxes):
-    first, again = boxes.evaluation_chunks(), boxes.evaluation_chunks()
+    first, again = list(boxes.evaluation_batches()), list(boxes.evaluation_batches())
     assert len(first) == -(-len(boxes.split.test) // BATCH)
-    for k in reversed(range(len(first))):
-        batch = first[k]
-        assert equal(batch, again[k])
+    for batch, same in zip(first, again, strict=True):
+        assert equal(batch, same)
         rgb = boxes.prepared.images[batch.rows.numpy(), 0, ..., :3]
         np.testing.assert_array_equal(batch.images.permute(0, 2, 3, 1), rgb)
+
+
+# --- residency ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("residency", [Residency.ram, Residency.device])
+def test_where_the_data_is_kept_changes_nothing(boxes, residency):
+    elsewhere = make_module(
+        boxes.source, "box", boxes.data_root, RENDER, num_cloud_points=64, residency=residency
+    )
+    mapped = list(boxes.train_dataloader())
+    draws = list(elsewhere.train_dataloader())
+    assert not isinstance(draws[0], batches.Batch)
+    resident = [elsewhere.on_after_batch_transfer(d, 0) for d in draws]
+    assert all(equal(a, b) for a, b in zip(mapped, resident, strict=True))
+    assert elsewhere.store.images.shape[-1] == 3
+    assert not np.shares_memory(elsewhere.store.points.numpy(), elsewhere.prepared.points)
+
+
+def test_files_are_mapped_and_not_copied(boxes):
+    assert boxes.residency is Residency.auto
+    assert np.shares_memory(boxes.store.images.numpy(), boxes.prepared.images)
+    assert np.shares_memory(boxes.store.points.numpy(), boxes.prepared.points)
+
+
+def test_copying_in_blocks(boxes, monkeypatch):
+    monkeypatch.setattr(batches, "_BLOCK_BYTES", boxes.prepared.points[:3].nbytes)
+    store = ModelStore(boxes.prepared, boxes.bank, torch.device("cpu"))
+    np.testing.assert_array_equal(store.points, boxes.prepared.points)
+    np.testing.assert_array_equal(store.images, boxes.prepared.images[..., :3])
+
+
+def test_too_little_memory_is_said(boxes, monkeypatch):
+    def full(*_, **__):
+        raise torch.OutOfMemoryError("CUDA out of memory")
+
+    monkeypatch.setattr(batches.torch, "empty", full)
+    with pytest.raises(DataError, match=r"GB on cpu.*data\.residency=ram"):
+        ModelStore(boxes.prepared, boxes.bank, torch.device("cpu"))
+
+
+def test_automatic_residency(monkeypatch):
+    gpu = torch.device("cuda", 0)
+    monkeypatch.setattr(torch.cuda, "mem_get_info", lambda _: (100, 1000))
+    monkeypatch.setattr(batches, "_available_memory", lambda: 1000)
+    assert batches.choose_residency(1, torch.device("cpu")) is Residency.disk
+    assert batches.choose_residency(50, gpu) is Residency.device
+    assert batches.choose_residency(51, gpu) is Residency.ram
+    assert batches.choose_residency(501, gpu) is Residency.disk
 
 
 # --- loaders ------------------------------------------------------------------------------------
@@ -214,7 +272,7 @@ def test_sampler_counts_from_the_start_and_goes_on_in_the_middle():
 def test_a_resumed_loader_goes_on_where_the_run_stopped(tables):
     whole = list(tables.train_dataloader())
     assert len(whole) == STEPS
-    tables.trainer = SimpleNamespace(global_rank=0, world_size=1, global_step=2)
+    tables.trainer = trainer(global_step=2)
     try:
         resumed = list(tables.train_dataloader())
     finally:
@@ -225,7 +283,7 @@ def test_a_resumed_loader_goes_on_where_the_run_stopped(tables):
 
 def test_each_device_loads_its_own_share(tables):
     whole = next(iter(tables.train_dataloader()))
-    tables.trainer = SimpleNamespace(global_rank=1, world_size=2, global_step=0)
+    tables.trainer = trainer(global_rank=1, world_size=2)
     try:
         share = next(iter(tables.train_dataloader()))
     finally:
@@ -245,3 +303,16 @@ def test_reading_ahead_changes_nothing(tables):
     assert (
         torch.cat([b.rows for b in validation]).tolist() == tables.rows(tables.split.test).tolist()
     )
+
+
+def test_each_template_has_its_own_points(tables):
+    for count in (40, 256):
+        draws = TrainingDraws(tables.rows(tables.split.train), tables._sizes, BATCH, count, seed=0)
+        draw = draws[0]
+        batch = tables.store.batch(draw)
+        drawn = [set(points) for points in draw.template_points.tolist()]
+        assert [len(points) for points in drawn] == [count] * 2, "without replacement"
+        assert (drawn[0] == drawn[1]) == (count == 256)
+        for t, points in enumerate(draw.template_points):
+            matrix = tables.bank.deformation_matrix[t, points]
+            assert torch.equal(batch.templates.deformation_matrix[t], matrix)

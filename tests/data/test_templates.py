@@ -174,23 +174,6 @@ def test_the_lattice_is_the_box_of_the_mesh_and_not_of_the_cloud(bank):
         np.testing.assert_allclose(control.max(0), corners.max(0), atol=1e-6)
 
 
-def test_sample_draws_for_each_template_its_own_points(bank):
-    def drawn(sample):
-        """Which points of each cloud are in the sample, by their coordinates."""
-        points = sample.deformation_matrix @ sample.control_points
-        found = [cKDTree(c).query(p) for c, p in zip(bank.points, points, strict=True)]
-        assert max(distance.max() for distance, _ in found) < 1e-5
-        return [set(index.tolist()) for _, index in found]
-
-    sets = drawn(bank.sample(40, np.random.default_rng(0)))
-    assert [len(s) for s in sets] == [40] * 3, "without replacement"
-    assert all(a != b for a, b in itertools.combinations(sets, 2))
-    assert drawn(bank.sample(40, np.random.default_rng(0))) == sets
-    assert drawn(bank.sample(40, np.random.default_rng(1))) != sets
-    everything = drawn(bank.sample(256, np.random.default_rng(0)))
-    assert everything == [set(range(256))] * 3
-
-
 @pytest.mark.parametrize("index", range(3))
 def test_subdivided_mesh_keeps_shape_parts_and_colors(bank, index):
     coarse, (fine, matrix) = bank.meshes[index], bank.subdivided(index)

@@ -1,0 +1,160 @@
+"""What one step sees: drawn as indices, then gathered wherever the data is kept."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from typing import Any, NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int, UInt8
+from numpy.typing import NDArray
+from torch import Tensor
+
+from ffd_lightning.config import Residency
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.errors import DataError
+from ffd_lightning.geometry.deformation import TemplateSample
+
+_BLOCK_BYTES = 1 << 26
+
+
+class Draw(NamedTuple):
+    """A batch as indices: quick to draw ahead, and small enough to be sent anywhere.
+
+    Attributes:
+        rows: row of each query in the prepared set, (q,).
+        views: view of each query, (q,).
+        points: which points of each query's cloud, (q, N).
+        template_points: which points of each template's cloud, (T, N).
+    """
+
+    rows: Int[Tensor, " queries"]
+    views: Int[Tensor, " queries"]
+    points: Int[Tensor, "queries num_points"]
+    template_points: Int[Tensor, "templates num_points"]
+
+
+class Batch(NamedTuple):
+    """What one step sees.
+
+    Attributes:
+        rows: row of each query in the prepared set, (q,).
+        images: RGB over white, (q, 3, H, W) uint8.
+        target_points: ground truth clouds, (q, N, 3).
+        templates: decomposed points of all templates.
+    """
+
+    rows: Int[Tensor, " queries"]
+    images: UInt8[Tensor, "queries 3 height width"]
+    target_points: Float[Tensor, "queries num_points 3"]
+    templates: TemplateSample
+
+
+class ModelStore:
+    """Images, clouds and decomposed templates in one place, from which draws become batches.
+
+    Args:
+        prepared: the models.
+        bank: the templates.
+        device: where to copy everything to; None leaves the models in their files, mapped into
+            memory, and the templates where they are.
+
+    Raises:
+        DataError: the device has too little memory.
+    """
+
+    def __init__(
+        self, prepared: PreparedSet, bank: TemplateBank, device: torch.device | None = None
+    ) -> None:
+        self._made_of = prepared, bank, device
+        self.device = device
+        self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
+        if device is None:
+            self.images, self.points = _mapped(prepared.images), _mapped(prepared.points)
+            return
+        try:
+            self.images = _copied(prepared.images, 3, device)
+            self.points = _copied(prepared.points, 3, device)
+            self.control_points, self.matrix = (
+                bank.control_points.to(device),
+                self.matrix.to(device),
+            )
+        except (torch.OutOfMemoryError, MemoryError):
+            gigabytes = resident_bytes(prepared, bank) / 1e9
+            raise DataError(
+                f"{prepared.path} needs {gigabytes:.1f} GB on {device}, which has less: use "
+                "data.residency=ram or disk"
+            ) from None
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Another process maps the files itself: tensors would travel as a copy of them all.
+        return ModelStore, self._made_of
+
+    def batch(self, draw: Draw) -> Batch:
+        """Gather what was drawn, on the device where the data is."""
+        rows, views, points, template_points = (
+            index.to(self.images.device, non_blocking=True) for index in draw
+        )
+        images = _select(self.images, rows[:, None], views[:, None])[:, 0]
+        clouds = _select(self.points, rows[:, None], points)
+        templates = torch.arange(len(template_points), device=rows.device)[:, None]
+        matrix = _select(self.matrix, templates, template_points)
+        return Batch(
+            rows=rows,
+            images=images[..., :3].permute(0, 3, 1, 2),
+            target_points=clouds,
+            templates=TemplateSample(matrix, self.control_points),
+        )
+
+
+def resident_bytes(prepared: PreparedSet, bank: TemplateBank) -> int:
+    """Return what `ModelStore` copies to a device, in bytes."""
+    images = prepared.images.size * 3 // prepared.images.shape[-1]
+    return images + prepared.points.nbytes + bank.deformation_matrix.nbytes
+
+
+def choose_residency(size: int, device: torch.device) -> Residency:
+    """Return what `data.residency=auto` means for so many bytes and this device.
+
+    On the CPU the files stay where they are: the system keeps what is read of them in memory, once
+    for all runs of a machine. A GPU takes all that fits into half of its free memory, the machine's
+    memory what fits into half of what is available.
+    """
+    if device.type == "cpu":
+        return Residency.disk
+    if device.type == "cuda" and size <= torch.cuda.mem_get_info(device)[0] / 2:
+        return Residency.device
+    return Residency.ram if size <= _available_memory() / 2 else Residency.disk
+
+
+def _available_memory() -> int:
+    """Return the machine's memory that is not in use, in bytes; half of it all where unknown."""
+    pages = os.sysconf("SC_PHYS_PAGES") / 2
+    if "SC_AVPHYS_PAGES" in os.sysconf_names:
+        pages = os.sysconf("SC_AVPHYS_PAGES")
+    return int(pages * os.sysconf("SC_PAGE_SIZE"))
+
+
+def _select(table: Tensor, first: Tensor, second: Tensor) -> Tensor:
+    """Return table[first, second]: as one flat selection, several times faster on the CPU."""
+    flat = first * table.shape[1] + second
+    return table.flatten(0, 1).index_select(0, flat.flatten()).unflatten(0, flat.shape)
+
+
+def _mapped(array: NDArray[Any]) -> Tensor:
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*not writable.*")  # nothing writes to it
+        return torch.from_numpy(array)
+
+
+def _copied(array: NDArray[Any], channels: int, device: torch.device) -> Tensor:
+    """Copy the first channels of an array to a device, without a second copy in memory."""
+    shape = (*array.shape[:-1], channels)
+    result = torch.empty(shape, dtype=_mapped(array[:0]).dtype, device=device)
+    step = max(1, _BLOCK_BYTES * len(array) // max(array.nbytes, 1))
+    for i in range(0, len(array), step):
+        result[i : i + step] = torch.from_numpy(np.array(array[i : i + step, ..., :channels]))
+    return result
