@@ -80,6 +80,9 @@ def prepare(
     target = Path(root) / "prepared" / f"{category}-{key}"
     if target.exists():
         return PreparedSet.open(target)
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        # A worker that is still importing the script would wait for the lock its parent holds.
+        raise RuntimeError('prepare() is called outside of `if __name__ == "__main__":`')
     ids = source.model_ids(category)
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 
@@ -36,6 +35,8 @@ def subdivide(
     if not max_edge > 0:
         raise ValueError(f"max_edge must be above 0, got {max_edge}")
     vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
+    import trimesh  # takes half a second, and a run on prepared data needs it at its end only
+
     new_vertices, new_faces, index = trimesh.remesh.subdivide_to_size(
         vertices, faces, max_edge=max_edge, max_iter=40, return_index=True
     )

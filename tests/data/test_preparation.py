@@ -269,6 +269,24 @@ def test_a_source_that_workers_cannot_import(tmp_path, monkeypatch):
         prepare_boxes(Local(2, tmp_path / "log"), tmp_path, workers=1)
 
 
+def test_a_script_without_the_guard_ends_and_says_so(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from pathlib import Path\n"
+        "from box_source import RENDER, BoxSource\n"
+        "from ffd_lightning.data.preparation import prepare\n"
+        "here = Path(__file__).parent\n"
+        "prepare(BoxSource(2, here / 'log'), 'box', num_points=8, render=RENDER, root=here)\n"
+    )
+    command = [sys.executable, str(script)]
+    path = os.pathsep.join(p for p in sys.path if p)
+    environment = {**os.environ, "PYTHONPATH": path}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+    assert done.returncode == 1
+    assert 'prepare() is called outside of `if __name__ == "__main__":`' in done.stderr
+    assert "worker processes end as soon as they start" in done.stderr
+
+
 def test_the_folder_depends_on_every_setting(undisturbed, tmp_path):
     log = tmp_path / "log"
     paths = {

@@ -83,7 +83,7 @@ def nearest_neighbors(
         raise ValueError(
             f"backend={backend!r} does not work for {a.dtype} on {a.device}: use one of {usable}"
         )
-    index_a, index_b = _pair_index(a.shape[:-2], batch), _pair_index(b.shape[:-2], batch)
+    index_a, index_b = (_pair_index(x.shape[:-2], batch, x.device) for x in (a, b))
     clouds_a, clouds_b = a.reshape(-1, *a.shape[-2:]), b.reshape(-1, *b.shape[-2:])
     chosen = backend or choose_backend(a.device, a.dtype, min(a.shape[-2], b.shape[-2]))
     result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, chosen)
@@ -111,9 +111,10 @@ def _module(backend: Backend) -> ModuleType:
     return import_module(f"{__name__}.{backend}_backend")
 
 
-def _pair_index(shape: torch.Size, batch: torch.Size) -> Tensor:
+def _pair_index(shape: torch.Size, batch: torch.Size, device: torch.device) -> Tensor:
     """Return which cloud of a flattened batch of `shape` each pair of `batch` uses, (pairs,)."""
-    return torch.arange(shape.numel()).reshape(shape).expand(batch).reshape(-1)
+    clouds = torch.arange(shape.numel(), device=device)
+    return clouds.reshape(shape).expand(batch).reshape(-1)
 
 
 class _Nearest(torch.autograd.Function):

@@ -13,7 +13,6 @@ def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tens
     num_a, num_b = a.shape[1], b.shape[1]
     rows = max(1, min(num_a, _CHUNK_DISTANCES // num_b))
     pairs = max(1, _CHUNK_DISTANCES // (rows * num_b))
-    index_a, index_b = index_a.to(a.device), index_b.to(a.device)
     parts = []
     for p in range(0, len(index_a), pairs):
         cloud_a, cloud_b = a[index_a[p : p + pairs]], b[index_b[p : p + pairs]]
@@ -52,7 +51,6 @@ def gradient(
     g_ba: Tensor,
 ) -> Tensor:
     """Return the gradient with respect to `a`, (A, N, 3)."""
-    index_a, index_b = index_a.to(a.device), index_b.to(a.device)
     pair_a, pair_b = a[index_a], b[index_b]
     to_b = i_ab[..., None].expand(-1, -1, 3)
     to_a = i_ba[..., None].expand(-1, -1, 3)

@@ -1,0 +1,208 @@
+"""The CUDA backend: on a GPU where there is one, else in Triton's interpreter, on the CPU.
+
+The interpreter has to be chosen before triton is imported, so `test_in_the_interpreter` runs this
+file again in a process of its own.
+"""
+
+import inspect
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+
+from ffd_lightning.geometry.nearest import torch_backend
+
+triton = pytest.importorskip("triton")
+
+INTERPRETED = os.environ.get("TRITON_INTERPRET") == "1"
+DEVICE = "cuda" if torch.cuda.is_available() and not INTERPRETED else "cpu"
+runs = pytest.mark.skipif(DEVICE == "cpu" and not INTERPRETED, reason="needs a GPU or interpreter")
+
+
+@pytest.fixture
+def backend():
+    from ffd_lightning.geometry.nearest import triton_backend
+
+    return triton_backend
+
+
+def clouds(*shape, seed=0):
+    return torch.randn(*shape, 3, generator=torch.Generator().manual_seed(seed)).to(DEVICE)
+
+
+def pairs(a, b, count):
+    """Indices that share clouds where count exceeds their number."""
+    numbers = torch.arange(count, device=DEVICE)
+    return numbers * len(a) // count, numbers % len(b)
+
+
+def check(backend, a, b, count):
+    """Compare with the oracle; where neighbours are equally near, either index will do."""
+    index_a, index_b = pairs(a, b, count)
+    result = backend.search(a, b, index_a, index_b)
+    expected = torch_backend.search(a, b, index_a, index_b)
+    for got, want in zip(result, expected, strict=True):
+        assert got.dtype == want.dtype
+        assert got.shape == want.shape
+    pair_a, pair_b = a[index_a], b[index_b]
+    for at, points, others in ((0, pair_a, pair_b), (2, pair_b, pair_a)):
+        torch.testing.assert_close(result[at], expected[at], rtol=1e-5, atol=0, equal_nan=True)
+        named = others.gather(1, result[at + 1][..., None].expand(-1, -1, 3))
+        found = result[at].isfinite()
+        attained = (points - named).square().sum(-1)
+        torch.testing.assert_close(attained[found], expected[at][found], rtol=1e-5, atol=0)
+        assert (result[at + 1][~found] == 0).all()
+    return result
+
+
+@runs
+@pytest.mark.parametrize(
+    ("n", "m"), [(1, 1), (5, 3), (31, 1), (1, 70), (64, 64), (130, 67), (97, 211)]
+)
+def test_agrees_with_torch(backend, n, m):
+    check(backend, clouds(2, n, seed=1), clouds(3, m, seed=2), 3)
+
+
+@runs
+def test_work_split_between_programs(backend, monkeypatch):
+    monkeypatch.setattr(backend, "_PROGRAMS", 24)  # few, so that a program has tiles in a row
+    monkeypatch.setattr(backend, "_MAX_SPLITS", 3)
+    check(backend, clouds(1, 200), clouds(1, 2500, seed=1), 1)  # both clouds in parts
+    check(backend, clouds(2, 150), clouds(12, 70, seed=1), 12)  # two parts of rows
+    check(backend, clouds(2, 150), clouds(30, 70, seed=1), 30)  # one part
+
+
+@runs
+def test_strided_clouds(backend):
+    a, b = clouds(2, 40).mT.contiguous().mT, clouds(4, 2, 9, seed=1)[:, 0]
+    check(backend, a, b, 4)
+
+
+@runs
+def test_duplicates_and_ties(backend):
+    grid = torch.cartesian_prod(*[torch.arange(4.0)] * 3).to(DEVICE)[None]
+    assert (check(backend, torch.cat([grid, grid], 1), grid, 1)[0] == 0).all()
+    check(backend, grid, grid + 0.5, 1)
+    check(backend, torch.zeros_like(grid), torch.ones_like(grid), 1)
+
+
+@runs
+def test_points_that_are_not_finite(backend):
+    a, b = clouds(2, 70), clouds(2, 40, seed=1)
+    a[0, 3], a[0, 68, 1], a[1, 0, 2] = torch.nan, torch.inf, -torch.inf
+    b[0, 39, 0], b[0, 7], b[1, 5] = torch.nan, torch.inf, -torch.inf
+    check(backend, a, b, 2)
+    b[:] = torch.nan
+    d_ab, i_ab, d_ba, i_ba = check(backend, a, b, 2)
+    assert d_ab[0, 0] == torch.inf
+    assert d_ba.isnan().all()
+    assert not i_ab.any()
+    assert not i_ba.any()
+
+
+@runs
+def test_far_points(backend):
+    check(backend, 1e15 * clouds(1, 40), 1e15 * clouds(1, 40, seed=1), 1)
+    # Squares overflow: nothing is found, as with the oracle.
+    check(backend, 1e30 * clouds(1, 40), 1e30 * clouds(1, 40, seed=1), 1)
+
+
+@runs
+@pytest.mark.parametrize(("num_a", "num_b", "count"), [(3, 3, 3), (6, 2, 6), (2, 6, 6), (1, 1, 2)])
+def test_gradient(backend, num_a, num_b, count):
+    a, b = clouds(num_a, 33), clouds(num_b, 300, seed=1)
+    index_a, index_b = pairs(a, b, count)
+    d_ab, i_ab, d_ba, i_ba = torch_backend.search(a, b, index_a, index_b)
+    g_ab, g_ba = torch.rand_like(d_ab), torch.ones(1, device=DEVICE).expand(d_ba.shape)
+    arguments = a, b, index_a, index_b, i_ab, i_ba, g_ab, g_ba
+    expected = torch_backend.gradient(*arguments)
+    torch.testing.assert_close(backend.gradient(*arguments), expected, rtol=1e-4, atol=1e-4)
+
+
+@runs
+def test_gradient_of_strided_clouds(backend):
+    a, b = clouds(2, 9).mT.contiguous().mT, clouds(2, 7, seed=1)
+    index = torch.arange(2, device=DEVICE)
+    d_ab, i_ab, d_ba, i_ba = torch_backend.search(a, b, index, index)
+    arguments = a, b, index, index, i_ab, i_ba, torch.rand_like(d_ab), torch.rand_like(d_ba)
+    expected = torch_backend.gradient(*arguments)
+    torch.testing.assert_close(backend.gradient(*arguments), expected, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.skipif(DEVICE == "cpu", reason="needs a GPU")
+def test_repeats_when_asked_to(backend):
+    a, b = clouds(1, 500), clouds(40, 500, seed=1)
+    index_a, index_b = pairs(a, b, 40)
+    d_ab, i_ab, d_ba, i_ba = backend.search(a, b, index_a, index_b)
+    arguments = a, b, index_a, index_b, i_ab, i_ba, torch.rand_like(d_ab), torch.rand_like(d_ba)
+    torch.use_deterministic_algorithms(True)
+    try:
+        first = backend.gradient(*arguments)
+        assert all(torch.equal(first, backend.gradient(*arguments)) for _ in range(5))
+    finally:
+        torch.use_deterministic_algorithms(False)
+
+
+@pytest.mark.skipif(INTERPRETED, reason="is in it")
+def test_in_the_interpreter():
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")}
+    environment |= {"TRITON_INTERPRET": "1", "CUDA_VISIBLE_DEVICES": ""}
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", __file__]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True)
+    if "only 0-dimensional arrays can be converted" in done.stdout:
+        pytest.skip("the interpreter of triton before 3.9 does not know numpy 2.4")
+    assert done.returncode == 0, done.stdout
+    assert re.search(r"\b\d\d passed|^\.{10}", done.stdout, re.MULTILINE), done.stdout
+
+
+def compiled(kernel, types, constants, num_warps):
+    """Compile for a Hopper GPU, which needs none, as for aligned pointers and widths."""
+    from triton.backends.compiler import GPUTarget
+    from triton.compiler import ASTSource
+
+    signature = {name: types.get(name, "i32") for name in kernel.arg_names}
+    if "constexprs" in inspect.signature(ASTSource.__init__).parameters:
+        signature |= dict.fromkeys(constants, "constexpr")
+        positions = {(kernel.arg_names.index(name),): v for name, v in constants.items()}
+        aligned = [n for n, kind in signature.items() if kind.startswith("*") or "width" in n]
+        attributes = {(kernel.arg_names.index(n),): [["tt.divisibility", 16]] for n in aligned}
+        source = ASTSource(kernel, signature, constexprs=positions, attrs=attributes)
+    else:  # until triton 3.2
+        signature = {name: t for name, t in signature.items() if name not in constants}
+        source = ASTSource(kernel, signature, constants=constants)
+    target = GPUTarget("cuda", 90, 32)
+    return triton.compile(source, target=target, options={"num_warps": num_warps})
+
+
+@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled in the interpreter")
+@pytest.mark.parametrize(
+    ("name", "floats", "integers", "constants", "num_warps"),
+    [
+        ("_lay_out", "clouds out", "", {"AWAY": 0.0, "LANES": 32, "POINTS": 256}, 4),
+        ("_sweep", "rows columns", "index_a index_b near_a near_b", {"ROWS": 32, "LANES": 32}, 1),
+        (
+            "_find",
+            "points others d",
+            "index_points index_others near i",
+            {"AWAY": 0.0, "LANES": 32, "QUERIES": 32, "CANDIDATES": 32},
+            1,
+        ),
+        ("_add_gradients", "a b g_ab g_ba result", "index_a index_b i_ab i_ba", {"POINTS": 256}, 4),
+    ],
+)
+def test_compiles_without_spilling(backend, tmp_path, name, floats, integers, constants, num_warps):
+    types = dict.fromkeys(floats.split(), "*fp32") | dict.fromkeys(integers.split(), "*i64")
+    binary = compiled(getattr(backend, name), types, constants, num_warps).asm["cubin"]
+    tool = Path(triton.__file__).parent / "backends/nvidia/bin/cuobjdump"
+    if not tool.exists():
+        pytest.skip("this triton brings no cuobjdump")
+    (tmp_path / "kernel.cubin").write_bytes(binary)
+    command = [tool, "--dump-resource-usage", tmp_path / "kernel.cubin"]
+    usage = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    used = {key: int(value) for key, value in re.findall(r"\b(REG|STACK|LOCAL):(\d+)", usage)}
+    assert used["REG"] > 0
+    assert used["STACK"] == used["LOCAL"] == 0
