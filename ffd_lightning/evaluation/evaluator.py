@@ -90,7 +90,7 @@ def score_templates(prediction: FfdPrediction, batch: Batch) -> TemplateScores:
 
     target = batch.target_points[:, None]
     deformed = deform(*batch.templates, prediction.offsets)
-    undeformed = batch.templates.deformation_matrix @ batch.templates.control_points
+    undeformed = deform(*batch.templates, torch.zeros_like(batch.templates.control_points))
     return TemplateScores(
         rows=batch.rows.cpu().numpy(),
         weights=array(prediction.template_weights),

@@ -63,9 +63,13 @@ class StepProgressBar(TQDMProgressBar):
     """Lightning's progress bar, counting steps of the whole training."""
 
     def get_metrics(self, trainer: Trainer, pl_module: LightningModule) -> dict[str, Any]:
-        """Leave the logger's version out."""
-        metrics = super().get_metrics(trainer, pl_module)
-        return {name: value for name, value in metrics.items() if name != "v_num"}
+        """Show the Chamfer distance of the selected templates; nothing of the logger's.
+
+        Read here, where the bar is redrawn: Lightning's own `prog_bar` reads it back from the
+        device at every step, which makes each step wait for the one before.
+        """
+        chamfer = trainer.callback_metrics.get("train/chamfer")
+        return {} if chamfer is None else {"chamfer": f"{float(chamfer):.4f}"}
 
     def on_train_epoch_start(self, trainer: Trainer, *_: Any) -> None:
         """Name the bar: the only epoch is the run."""

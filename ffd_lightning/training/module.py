@@ -65,7 +65,6 @@ class FfdModule(LightningModule):
         )
         terms = {"loss": total.detach(), **terms}
         self.log_dict({f"train/{k}": v for k, v in terms.items()}, batch_size=len(batch.rows))
-        self.log("chamfer", terms["chamfer"], prog_bar=True, logger=False)
         # Devices average their gradients; the paper sums over the queries of the batch.
         return total * self.trainer.world_size
 

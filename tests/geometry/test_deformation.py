@@ -153,3 +153,10 @@ def test_fit_keeps_control_points_near_where_there_are_no_points():
     assert error < 0.8 * rest
     with pytest.raises(ValueError, match="ridge"):
         fit_offsets(matrix, lattice.control_points(), points, ridge=0)
+
+
+def test_mixed_precision_leaves_geometry_alone():
+    matrix, control, offsets = torch.rand(9, 8), torch.rand(8, 3), torch.rand(2, 8, 3)
+    expected = deform(matrix, control, offsets)
+    with torch.autocast("cpu", torch.bfloat16):
+        assert torch.equal(deform(matrix, control, offsets), expected)

@@ -4,8 +4,14 @@ import torch
 
 from ffd_lightning.config import EncoderKind
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.nn import network as network_module
 from ffd_lightning.nn.encoder import MobileNetV1
-from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder, standardize
+from ffd_lightning.nn.network import (
+    TemplateFfdNetwork,
+    build_encoder,
+    compile_encoder,
+    standardize,
+)
 
 SIZE = (64, 96)
 
@@ -152,3 +158,37 @@ def test_build_encoder_refuses_settings_of_the_other_kind():
     )
     assert encoder.out_channels == 512
     assert encoder.layers.get_submodule("conv1_bn").momentum == 0.3
+
+
+class _Plain(torch.nn.Module):
+    """Not MobileNet: the compiler cannot see through the checks of shapes of the tests."""
+
+    def __init__(self):
+        super().__init__()
+        self.conv = torch.nn.Conv2d(3, 4, 3)
+
+    def forward(self, images):
+        return self.conv(images).relu()
+
+
+@pytest.mark.parametrize("works", [True, False])
+def test_compilation_changes_nothing_and_may_fail(monkeypatch, caplog, works):
+    used = []
+
+    def backend(graph, inputs):
+        if not works:
+            raise RuntimeError("no compiler\nhere")
+        used.append(graph)
+        return graph.forward
+
+    monkeypatch.setattr(network_module, "lookup_backend", lambda _: backend)
+    torch.compiler.reset()
+    network = build()
+    network.encoder = _Plain()
+    names, images = list(network.state_dict()), torch.rand(2, 3, 8, 8)
+    expected = network.encoder(images)
+    compile_encoder(network)
+    assert torch.equal(network.encoder(images), expected)
+    assert list(network.state_dict()) == names
+    assert bool(used) == works
+    assert ("compilation failed (no compiler)" in caplog.text) != works

@@ -1,0 +1,1 @@
+"""Timings against named peers; run by `make bench`, described in README.md."""

@@ -1,0 +1,162 @@
+"""Run the benchmarks: `python -m benchmarks --help`."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+# Before torch is loaded, as train.py does it.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+import torch
+from rich.console import Console
+from rich.table import Table
+
+from benchmarks import nearest, preparation, training_step
+from benchmarks.timing import Row
+
+SECTIONS = ("nearest", "scaling", "step", "preparation")
+
+
+def main() -> None:
+    """Measure, print one table, write JSON and a plot."""
+    arguments = _arguments()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    devices = [torch.device("cpu")]
+    if torch.cuda.is_available():
+        devices.append(torch.device("cuda"))
+    rows: list[Row] = []
+    curves: dict[str, Any] = {}
+    console = Console(stderr=True)
+    for device in devices:
+        if "nearest" in arguments.only:
+            console.log(f"nearest neighbours on {device} ...")
+            rows += nearest.measure(device, arguments.quick)
+        if "scaling" in arguments.only:
+            console.log(f"scaling on {device} ...")
+            curves[device.type] = nearest.scaling(device, arguments.quick)
+    if "step" in arguments.only:
+        console.log("training step ...")
+        rows += training_step.measure(devices[-1], arguments.quick, not arguments.quick)
+        rows += _memory()
+    if "preparation" in arguments.only:
+        console.log("preparation and start ...")
+        rows += preparation.measure(arguments.meshes, arguments.quick)
+    if devices[-1].type == "cpu":
+        rows.append(Row("CUDA", "everything", note="not measured: there is no GPU here"))
+    machine = _machine()
+    _print(rows, machine)
+    result = {"machine": machine, "rows": [row.json() for row in rows], "scaling": curves}
+    file = arguments.out / "benchmarks.json"
+    file.write_text(json.dumps(result, indent=1), encoding="utf-8")
+    print(f"\n{file}", end="")
+    if curves:
+        print(f", {_plot(curves, machine, arguments.out / 'scaling.png')}", end="")
+    print()
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="fewer rounds: does it all run?")
+    parser.add_argument("--only", nargs="+", choices=SECTIONS, default=list(SECTIONS))
+    parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
+    parser.add_argument(
+        "--meshes", type=Path, help="a folder with a folder `all` of OBJ models, to prepare those"
+    )
+    return parser.parse_args()
+
+
+def _memory() -> list[Row]:
+    """Peak memory of a process of its own, since this one holds the peers as well."""
+    section, name = "memory", "peak of 6 full steps, CPU"
+    if not Path("/proc/self/status").exists():
+        return [Row(section, name, note="not measured: this system has no /proc")]
+    command = [sys.executable, "-m", "benchmarks.training_step"]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    size = int(done.stdout.split()[-1])
+    note = f"{size / 2**30:.2f} GiB, mapped pages of the data set counted"
+    return [Row(section, name, note=note, extra={"bytes": size})]
+
+
+def _machine() -> dict[str, Any]:
+    info = {
+        "processor": _processor(),
+        "threads": torch.get_num_threads(),
+        "vectors": torch.backends.cpu.get_cpu_capability(),
+        "python": platform.python_version(),
+        "torch": torch.__version__,
+        "gpu": torch.cuda.get_device_name() if torch.cuda.is_available() else None,
+    }
+    return info
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or platform.machine()
+    names = [line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.machine()
+
+
+def _print(rows: list[Row], machine: dict[str, Any]) -> None:
+    table = Table(caption=", ".join(f"{k} {v}" for k, v in machine.items() if v))
+    table.add_column("measured")
+    table.add_column("ratio", justify="right")
+    table.add_column("ms", justify="right")
+    table.add_column("note")
+    section = ""
+    for row in rows:
+        if row.section != section:
+            section = row.section
+            table.add_section()
+            table.add_row(f"[bold]{section}")
+        ratio = "" if row.ratio is None else f"{row.ratio:.2f}"
+        milliseconds = "" if row.seconds is None else f"{row.seconds * 1e3:,.1f}"
+        table.add_row(f"  {row.name}", ratio, milliseconds, row.note)
+    console = Console(width=None if sys.stdout.isatty() else 150)
+    console.print(table)
+    console.print(
+        "ratio: best time over that of the section's own entry (ratio 1.00), all entries of a "
+        "section timed in turn in one process. ms: that best time."
+    )
+
+
+def _plot(curves: dict[str, Any], machine: dict[str, Any], file: Path) -> Path:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    axes_names = list(next(iter(curves.values())))
+    figure, axes = pyplot.subplots(1, len(axes_names), figsize=(13, 4.2), constrained_layout=True)
+    names = sorted({n for c in curves.values() for panel in c.values() for n in panel})
+    colors = {name: f"C{k}" for k, name in enumerate(names)}
+    for axis, title in zip(axes, axes_names, strict=True):
+        for device, panels in curves.items():
+            for name, points in panels[title].items():
+                x, y = zip(*points, strict=True)
+                style = "--" if device == "cuda" else "-"
+                width = 2.2 if name.startswith("ffd_lightning") else 1.2
+                label = f"{name} ({device})"
+                axis.loglog(
+                    x, y, style, marker="o", ms=3, lw=width, color=colors[name], label=label
+                )
+        axis.set_xlabel(title)
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("seconds, both directions")
+    axes[0].legend(fontsize=8)
+    gpu = f", {machine['gpu']}" if machine["gpu"] else ""
+    figure.suptitle(f"{machine['processor']}, {machine['threads']} threads{gpu}", fontsize=10)
+    figure.savefig(file, dpi=110)
+    return file
+
+
+if __name__ == "__main__":
+    main()

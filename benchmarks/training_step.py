@@ -1,0 +1,205 @@
+"""A full training step of the paper's configuration, against the parts it cannot do without."""
+
+from __future__ import annotations
+
+import logging
+import statistics
+import tempfile
+import time
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import torch
+from lightning import Callback, Trainer
+
+from benchmarks.nearest import POINTS, QUERIES, TEMPLATES, clouds
+from benchmarks.timing import Row, seconds_of, synchronize
+from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy, Weighting
+from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.nearest import nearest_neighbors
+from ffd_lightning.losses.objective import Objective
+from ffd_lightning.nn.encoder import MobileNetV1
+from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
+from ffd_lightning.training.module import FfdModule
+
+_MODELS = 80
+
+
+class _Timer(Callback):
+    """Notes the time of every step's end, with the GPU's work done."""
+
+    def __init__(self) -> None:
+        self.times: list[float] = []
+
+    def on_train_batch_end(self, *_: Any) -> None:
+        synchronize()
+        self.times.append(time.perf_counter())
+
+
+def build(
+    folder: Path, steps: int, residency: Residency = Residency.auto
+) -> tuple[FfdModule, FfdDataModule]:
+    """Return the paper's network and objective (e) on procedural tables."""
+    data = FfdDataModule(
+        source=ProceduralSource(_MODELS),
+        category="table",
+        data_root=folder,
+        render=RenderConfig(),
+        num_cloud_points=16384,
+        train_fraction=0.8,
+        num_templates=TEMPLATES,
+        template_strategy=TemplateStrategy.random,
+        batch_size=QUERIES,
+        num_points=POINTS,
+        steps=steps,
+        residency=residency,
+    )
+    data.prepare_data()
+    data.setup()
+    network = TemplateFfdNetwork(MobileNetV1(), (192, 256), TEMPLATES, 64)
+    return FfdModule(
+        network, Objective(Weighting.identity, 100.0, 1.0, 10_000.0), steps=steps
+    ), data
+
+
+def fit(module: FfdModule, data: FfdDataModule, steps: int, precision: str) -> list[float]:
+    """Train through Lightning and return the seconds of each step, the first two left out."""
+    timer = _Timer()
+    trainer = Trainer(
+        accelerator="auto",
+        devices=1,
+        precision=precision,  # type: ignore[arg-type]
+        max_steps=steps,
+        limit_val_batches=0,
+        logger=False,
+        callbacks=[timer],
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        use_distributed_sampler=False,
+    )
+    trainer.fit(module, datamodule=data)
+    return [b - a for a, b in zip(timer.times[1:-1], timer.times[2:], strict=True)]
+
+
+def measure(device: torch.device, quick: bool, compiled: bool) -> list[Row]:
+    """Time steps and their parts in turn, in several rounds."""
+    section = f"training step, {QUERIES} queries, {TEMPLATES} templates, {device.type}"
+    logging.getLogger("lightning.pytorch").setLevel(logging.ERROR)
+    warnings.filterwarnings("ignore", module="lightning")
+    rounds, steps = (1, 5) if quick else (4, 8)
+    variants: dict[str, tuple[str, Residency, bool]] = {
+        "full step": ("32-true", Residency.auto, False),
+        "full step, data.residency=ram": ("32-true", Residency.ram, False),
+        "full step, trainer.precision=bf16-mixed": ("bf16-mixed", Residency.auto, False),
+    }
+    if device.type != "cpu":
+        variants["full step, data.residency=disk"] = ("32-true", Residency.disk, False)
+    if compiled:
+        variants["full step, trainer.compile=true"] = ("32-true", Residency.auto, True)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        module, data = build(folder, steps)
+        times: dict[str, list[float]] = {"encoder alone": [], "nearest neighbours alone": []}
+        plain = _plain_torch_step(device)
+        for _ in range(rounds):
+            for part, function in _parts(module, data, device).items():
+                times.setdefault(part, []).extend(seconds_of(function) for _ in range(4))
+            if "step in plain torch (cdist)" not in times:  # most of a minute on two cores
+                times["step in plain torch (cdist)"] = [seconds_of(plain)]
+            for variant, (precision, residency, fused) in variants.items():
+                module, data = build(folder, steps, residency)
+                if fused:
+                    compile_encoder(module.network)
+                times.setdefault(variant, []).extend(fit(module, data, steps, precision))
+    best = {part: min(values) for part, values in times.items() if values}
+    floor = best["encoder alone"] + best["nearest neighbours alone"]
+    rows = [
+        Row(section, "encoder alone + nearest alone", floor, floor, 1.0, "forward and backward")
+    ]
+    for part, values in times.items():
+        row = Row(section, part, min(values), statistics.median(values), min(values) / floor)
+        row.note = f"{len(values)} times"
+        rows.append(row)
+    return rows
+
+
+def _parts(
+    module: FfdModule, data: FfdDataModule, device: torch.device
+) -> dict[str, Callable[[], object]]:
+    """Return what a step is made of, one function each."""
+    network = module.network.to(device).train()
+    data.trainer = None
+    item = iter(data.train_dataloader())
+    batch = data.on_after_batch_transfer(next(item), 0)
+    images = batch.images.to(device)
+    templates = type(batch.templates)(*(t.to(device) for t in batch.templates))
+    prediction = network(images)
+    a, b = clouds(QUERIES, TEMPLATES, POINTS, device, torch.float32)
+    leaf = a.requires_grad_()
+    adam = torch.optim.Adam(network.parameters(), lr=0.0, fused=True)
+
+    def encoder() -> None:
+        answer = network(images)
+        (answer.offsets.sum() + answer.template_logits.sum()).backward()
+
+    def nearest() -> None:
+        result = nearest_neighbors(leaf, b)
+        (result.a_to_b.sum() + result.b_to_a.sum()).backward()
+
+    def deformation() -> None:
+        offsets = prediction.offsets.detach().requires_grad_()
+        deform(*templates, offsets).backward(a.detach())
+
+    return {
+        "encoder alone": encoder,
+        "nearest neighbours alone": nearest,
+        "part: batch": lambda: data.on_after_batch_transfer(next(item), 0),
+        "part: deformation": deformation,
+        "part: Adam": adam.step,
+    }
+
+
+def _plain_torch_step(device: torch.device) -> Callable[[], object]:
+    """Return the step as one would write it first: contiguous, cdist, one query at a time."""
+    network = TemplateFfdNetwork(MobileNetV1(), (192, 256), TEMPLATES, 64).to(device)
+    images = torch.rand(QUERIES, 3, 192, 256, device=device)
+    a, b = clouds(QUERIES, TEMPLATES, POINTS, device, torch.float32)
+    matrix = torch.rand(TEMPLATES, POINTS, 64, device=device) / 64
+    adam = torch.optim.Adam(network.parameters(), lr=0.0)
+
+    def step() -> None:
+        adam.zero_grad()
+        inputs = (images - images.mean((1, 2, 3), True)) / images.std((1, 2, 3), keepdim=True)
+        logits, offsets = network.heads(network.encoder(inputs))
+        weights = logits.softmax(1)
+        total = logits.new_zeros(())
+        for q in range(QUERIES):
+            points = matrix @ offsets[q] + a[q]
+            squared = torch.cdist(points, b[q].expand_as(points)).square()
+            chamfer = squared.amin(2).sum(1) + squared.amin(1).sum(1)
+            total = total + (weights[q] * chamfer).sum()
+        total.backward()
+        adam.step()
+
+    return step
+
+
+def peak_memory() -> None:
+    """Print the peak memory of this process after some steps, in bytes."""
+    with tempfile.TemporaryDirectory() as name:
+        module, data = build(Path(name), 6)
+        logging.getLogger("lightning.pytorch").setLevel(logging.ERROR)
+        warnings.filterwarnings("ignore", module="lightning")
+        fit(module, data, 6, "32-true")
+    # Not getrusage: a process inherits its parent's peak there.
+    status = Path("/proc/self/status").read_text(encoding="utf-8")
+    print(int(status.split("VmHWM:")[1].split()[0]) * 1024)
+
+
+if __name__ == "__main__":
+    peak_memory()
