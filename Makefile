@@ -3,12 +3,16 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install --disable-pip-version-check -q --use-pep517 -c constraints.txt
 
-.PHONY: help demo test lint clean
+# Libraries that the benchmarks compare with; those that cannot be had are named as absent.
+PEERS := pykdtree point-cloud-utils pykeops faiss-cpu
+
+.PHONY: help demo test bench lint clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo   set up, build the embedded tables, train and compare four regimes (CPU, minutes)"
 	@echo "make test   set up, run the tests"
+	@echo "make bench  set up, compare speed with other libraries (a quarter of an hour)"
 	@echo "make lint   set up, run ruff and mypy"
 	@echo "make clean  remove the environment"
 
@@ -17,6 +21,10 @@ demo: $(VENV)/.installed
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n 2
+
+bench: $(VENV)/.installed
+	@for peer in $(PEERS); do $(PIP) $$peer || echo "$$peer cannot be installed here"; done
+	$(BIN)/python -m benchmarks
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

@@ -255,8 +255,7 @@ def scaling(device: torch.device, quick: bool) -> dict[str, dict[str, list[tuple
             a, b = clouds(*shape, device, dtype)
             candidates: dict[str, Callable[[], object]] = {}
             for backend in backends:
-                # The tree for clouds of 1,024 points is only of interest in N.
-                if backend != "tree" or shape[0] == 1:
+                if backend != "tree" or axis.startswith("points"):
                     candidates[f"ffd_lightning {backend}"] = _ours(a, b, backend)
             for name, search in searches.items():
                 if name == "torch.cdist" and shape[0] * shape[1] * shape[2] ** 2 > 2**28:

@@ -1,3 +1,8 @@
+import multiprocessing
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import torch
@@ -118,10 +123,45 @@ def test_backend_is_chosen_by_device_and_size(monkeypatch):
         nearest_neighbors(torch.rand(points, 3, dtype=dtype), torch.rand(60, 3, dtype=dtype))
         assert used[0] == expected
     cuda = torch.device("cuda")
-    monkeypatch.setattr(nearest, "find_spec", lambda name: name)
+    monkeypatch.setattr(nearest, "_triton_works", lambda _: True)
     assert nearest.choose_backend(cuda, torch.float32, 10**6) == "triton"
-    monkeypatch.setattr(nearest, "find_spec", lambda _: None)
+    assert nearest.choose_backend(cuda, torch.float64, 10**6) == "torch"
+    monkeypatch.setattr(nearest, "_triton_works", lambda _: False)
     assert nearest.choose_backend(cuda, torch.float32, 10**6) == "torch"
+
+
+def test_triton_that_is_missing_or_fails_is_not_used(monkeypatch, caplog):
+    def fails(_):
+        raise RuntimeError("Failed to find C compiler.\nSpecify one")
+
+    monkeypatch.setattr(nearest, "find_spec", lambda name: name)
+    monkeypatch.setattr(nearest, "_module", fails)
+    assert not nearest._triton_works.__wrapped__(torch.device("cpu"))
+    assert "fall back to plain torch, many times slower: Failed to find C compiler." in caplog.text
+    monkeypatch.setattr(nearest, "find_spec", lambda _: None)
+    assert not nearest._triton_works.__wrapped__(torch.device("cpu"))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_forked_process_has_threads_of_its_own():
+    torch.set_num_threads(2)
+    a, b = clouds(4, 10), clouds(4, 10, seed=1)
+    expected = nearest_neighbors(a, b)
+    context = multiprocessing.get_context("fork")
+    with context.Pool(1) as pool:
+        result = pool.apply_async(nearest_neighbors, (a, b)).get(timeout=60)
+    assert all(torch.equal(x, y) for x, y in zip(result, expected, strict=True))
+
+
+def test_compiled_code_needs_no_place_on_disk(tmp_path):
+    code = (
+        "import numba.core.caching as c\n"
+        "c.CacheImpl._locator_classes = []\n"
+        "import torch; from ffd_lightning.geometry.nearest import nearest_neighbors as n\n"
+        "print(n(torch.zeros(1, 3), torch.ones(1, 3)).a_to_b.item())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout.split() == ["3.0"], done.stderr
 
 
 def test_a_backend_that_does_not_work_here_is_refused():

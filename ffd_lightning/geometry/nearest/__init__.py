@@ -15,6 +15,8 @@ and its line in `usable_backends`.
 
 from __future__ import annotations
 
+import logging
+from functools import lru_cache
 from importlib import import_module
 from importlib.util import find_spec
 from types import ModuleType
@@ -23,6 +25,8 @@ from typing import Any, Literal, NamedTuple
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor
+
+log = logging.getLogger(__name__)
 
 Backend = Literal["numba", "tree", "triton", "torch"]
 
@@ -96,7 +100,7 @@ def usable_backends(device: torch.device, dtype: torch.dtype) -> list[Backend]:
     usable: list[Backend] = []
     if device.type == "cpu" and full:
         usable += ["numba", "tree"]
-    if device.type == "cuda" and dtype == torch.float32 and find_spec("triton") is not None:
+    if device.type == "cuda" and dtype == torch.float32 and _triton_works(device):
         usable += ["triton"]
     return [*usable, "torch"]
 
@@ -105,6 +109,22 @@ def choose_backend(device: torch.device, dtype: torch.dtype, points: int) -> Bac
     """Return the backend for clouds of at least so many points."""
     usable = usable_backends(device, dtype)
     return "tree" if "tree" in usable and points >= TREE_POINTS else usable[0]
+
+
+@lru_cache
+def _triton_works(device: torch.device) -> bool:
+    """Try it once: Triton needs a recent GPU and, for its launchers, a C compiler."""
+    if find_spec("triton") is None:
+        return False
+    try:
+        point = torch.zeros(1, 1, 3, device=device)
+        pair = torch.zeros(1, dtype=torch.int64, device=device)
+        found = _module("triton").search(point, point, pair, pair)
+        return float(found[0]) == 0
+    except Exception as error:  # whatever a compiler or a driver stumbles over
+        reason = str(error).strip().split("\n")[0]
+        log.warning("nearest neighbours fall back to plain torch, many times slower: %s", reason)
+        return False
 
 
 def _module(backend: Backend) -> ModuleType:

@@ -13,6 +13,7 @@ How it gets near the arithmetic's own speed, measured by `benchmarks/nearest.py`
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numba
@@ -23,14 +24,22 @@ from torch import Tensor
 
 from ffd_lightning.geometry.nearest.threads import over_threads
 
-# The dtypes served, and the integers of the same width.
-BITS = {torch.float32: np.dtype(np.int32), torch.float64: np.dtype(np.int64)}
+# Integers as wide as the floats. Arrays, since numba takes long to recognise a dtype at each call.
+_BITS = {torch.float32: np.empty(0, np.int32), torch.float64: np.empty(0, np.int64)}
 
 _LANES = 128  # 64 and 256 are a few percent slower
 _BLOCK = 8  # points of b swept at once, as written out in _sweep
 
-# Fused multiply-add is allowed; nothing else that fast-math means: padding relies on inf and nan.
-_jit = numba.njit(nogil=True, cache=True, fastmath={"contract"})
+
+def _jit(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile at first use, and keep the result for later processes where there is a place for it.
+
+    Fused multiply-add is allowed, nothing else that fast-math means: padding relies on inf and nan.
+    """
+    try:
+        return numba.njit(function, nogil=True, cache=True, fastmath={"contract"})
+    except RuntimeError:  # neither the package's folder nor the user's cache can be written
+        return numba.njit(function, nogil=True, fastmath={"contract"})
 
 
 def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tensor, ...]:
@@ -42,7 +51,7 @@ def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tens
     d_ab, d_ba = a.new_empty(pairs, a.shape[1]), a.new_empty(pairs, b.shape[1])
     i_ab, i_ba = (torch.empty(d.shape, dtype=torch.int64) for d in (d_ab, d_ba))
     arrays = (a.contiguous(), b.contiguous(), index_a, index_b, d_ab, i_ab, d_ba, i_ba)
-    over_threads(_search_pairs, pairs, *(t.numpy() for t in arrays), BITS[a.dtype])
+    over_threads(_search_pairs, pairs, *(t.numpy() for t in arrays), _BITS[a.dtype])
     return d_ab, i_ab, d_ba, i_ba
 
 
@@ -76,11 +85,11 @@ def _search_pairs(
     i_ab: NDArray,
     d_ba: NDArray,
     i_ba: NDArray,
-    bits: Any,
+    bits: NDArray,
     start: int,
     stop: int,
 ) -> None:  # pragma: no cover - compiled
-    """Search pairs start..stop; `bits` is the integer type of the floats' width."""
+    """Search pairs start..stop; `bits` is of the integers as wide as the floats."""
     dtype = clouds_a.dtype
     num_a, num_b = clouds_a.shape[1], clouds_b.shape[1]
     slabs = (num_a + _LANES - 1) // _LANES
@@ -90,7 +99,7 @@ def _search_pairs(
     nearest = np.empty(lanes.shape[1], dtype)
     block = np.empty(lanes.shape[1], np.int32)
     columns = np.empty(_BLOCK * _LANES, dtype)
-    column_bits = columns.view(bits)
+    column_bits = columns.view(bits.dtype)
     for pair in range(start, stop):
         _coordinates(clouds_a[index_a[pair]], a)
         _coordinates(clouds_b[index_b[pair]], b)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
@@ -15,7 +16,8 @@ _SLICES_PER_THREAD = 4  # so that a thread that was held up does not hold up the
 
 
 @lru_cache(maxsize=4)
-def _pool(threads: int) -> ThreadPoolExecutor:
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+    """Return a pool of the process's own: the threads of its parent are not in a fork."""
     return ThreadPoolExecutor(threads, thread_name_prefix="nearest")
 
 
@@ -31,7 +33,7 @@ def over_threads(function: Callable[..., None], count: int, *arguments: Any) -> 
         return
     slices = min(count, threads * _SLICES_PER_THREAD)
     edges = np.linspace(0, count, slices + 1).astype(int)
-    submit = _pool(threads).submit
+    submit = _pool(threads, os.getpid()).submit
     jobs = [
         submit(function, *arguments, int(start), int(stop))
         for start, stop in itertools.pairwise(edges)
