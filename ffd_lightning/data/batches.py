@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,29 +70,33 @@ class ModelStore:
     def __init__(
         self, prepared: PreparedSet, bank: TemplateBank, device: torch.device | None = None
     ) -> None:
-        self._made_of = prepared, bank, device
-        self.device = device
+        self._made_of = prepared, bank
         self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
         if device is None:
             self.images, self.points = _mapped(prepared.images), _mapped(prepared.points)
             return
+        size = resident_bytes(prepared, bank)
         try:
+            if device.type == "cpu" and size > _available_memory():
+                raise MemoryError  # the system would promise it, and kill the process later
             self.images = _copied(prepared.images, 3, device)
             self.points = _copied(prepared.points, 3, device)
-            self.control_points, self.matrix = (
-                bank.control_points.to(device),
-                self.matrix.to(device),
-            )
+            self.control_points = bank.control_points.to(device)
+            self.matrix = bank.deformation_matrix.to(device)
         except (torch.OutOfMemoryError, MemoryError):
-            gigabytes = resident_bytes(prepared, bank) / 1e9
             raise DataError(
-                f"{prepared.path} needs {gigabytes:.1f} GB on {device}, which has less: use "
-                "data.residency=ram or disk"
+                f"the images and clouds of {prepared.path} take {size / 1e9:.1f} GB, more than "
+                f"{device} has left: use data.residency=disk"
             ) from None
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process maps the files itself: tensors would travel as a copy of them all.
         return ModelStore, self._made_of
+
+    @property
+    def device(self) -> torch.device:
+        """Where batches come out."""
+        return self.images.device
 
     def batch(self, draw: Draw) -> Batch:
         """Gather what was drawn, on the device where the data is."""
@@ -131,11 +136,13 @@ def choose_residency(size: int, device: torch.device) -> Residency:
 
 
 def _available_memory() -> int:
-    """Return the machine's memory that is not in use, in bytes; half of it all where unknown."""
-    pages = os.sysconf("SC_PHYS_PAGES") / 2
-    if "SC_AVPHYS_PAGES" in os.sysconf_names:
-        pages = os.sysconf("SC_AVPHYS_PAGES")
-    return int(pages * os.sysconf("SC_PAGE_SIZE"))
+    """Return the memory that programs can still have, in bytes; half of it all where unknown."""
+    try:
+        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+        sizes = dict(line.split(":", 1) for line in lines)
+        return int(sizes["MemAvailable"].split()[0]) * 1024
+    except (OSError, KeyError):
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
 
 
 def _select(table: Tensor, first: Tensor, second: Tensor) -> Tensor:

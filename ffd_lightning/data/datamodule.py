@@ -150,7 +150,7 @@ class EvaluationDraws(Dataset[Draw]):
 
 
 class Gathered(Dataset[Batch]):
-    """Draws made into batches as they are read, for data that loader processes can reach."""
+    """Draws made into batches as they are read, for data that the loader's processes can reach."""
 
     def __init__(self, draws: Dataset[Draw], store: ModelStore) -> None:
         self.draws, self.store = draws, store
@@ -312,7 +312,7 @@ class FfdDataModule(LightningDataModule):
         return self._loader(self._evaluation_draws(), None)
 
     def on_after_batch_transfer(self, batch: Draw | Batch, dataloader_idx: int) -> Batch:
-        """Gather a draw where the data is resident; batches read from files pass through."""
+        """Gather a draw on the device that holds the data; the loader has gathered others."""
         return self.store.batch(batch) if isinstance(batch, Draw) else batch
 
     def evaluation_batches(self) -> Iterator[Batch]:
@@ -330,14 +330,13 @@ class FfdDataModule(LightningDataModule):
         return Sizes(views, cloud_points, len(self.bank))
 
     def _loader(self, draws: Dataset[Draw], sampler: Sampler[int] | None) -> DataLoader[Any]:
-        mapped = self.store.device is None
         on_gpu = self.trainer is not None and self.trainer.strategy.root_device.type == "cuda"
         workers = self.num_workers
         if workers is None:
             # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
             workers = _GPU_WORKERS if on_gpu else 0
         return DataLoader(
-            Gathered(draws, self.store) if mapped else draws,
+            Gathered(draws, self.store) if self.store.device.type == "cpu" else draws,
             batch_size=None,
             sampler=sampler,
             num_workers=workers,

@@ -9,7 +9,7 @@ from box_source import RENDER, BoxSource
 
 from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy
 from ffd_lightning.data import batches
-from ffd_lightning.data.batches import ModelStore
+from ffd_lightning.data.batches import Draw, ModelStore
 from ffd_lightning.data.datamodule import (
     EvaluationDraws,
     FfdDataModule,
@@ -213,18 +213,42 @@ def test_chunks_are_the_same_at_every_call_and_show_the_first_view(boxes):
 # --- residency ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("residency", [Residency.ram, Residency.device])
-def test_where_the_data_is_kept_changes_nothing(boxes, residency):
-    elsewhere = make_module(
-        boxes.source, "box", boxes.data_root, RENDER, num_cloud_points=64, residency=residency
+@pytest.fixture
+def resident(boxes):
+    """The boxes again, copied into memory."""
+    return make_module(
+        boxes.source,
+        "box",
+        boxes.data_root,
+        RENDER,
+        num_cloud_points=64,
+        residency=Residency.device,
     )
-    mapped = list(boxes.train_dataloader())
-    draws = list(elsewhere.train_dataloader())
-    assert not isinstance(draws[0], batches.Batch)
-    resident = [elsewhere.on_after_batch_transfer(d, 0) for d in draws]
-    assert all(equal(a, b) for a, b in zip(mapped, resident, strict=True))
-    assert elsewhere.store.images.shape[-1] == 3
-    assert not np.shares_memory(elsewhere.store.points.numpy(), elsewhere.prepared.points)
+
+
+def test_where_the_data_is_kept_changes_nothing(boxes, resident):
+    pairs = zip(boxes.train_dataloader(), resident.train_dataloader(), strict=True)
+    assert all(equal(a, b) for a, b in pairs)
+    assert resident.store.images.shape[-1] == 3
+    assert not np.shares_memory(resident.store.points.numpy(), resident.prepared.points)
+    assert equal(training_steps(resident)[2], training_steps(boxes)[2])
+
+
+def test_data_on_a_gpu_is_gathered_there(boxes, resident, monkeypatch):
+    """The loader then hands out draws alone."""
+    monkeypatch.setattr(ModelStore, "device", torch.device("cuda"))
+    draws = list(resident.train_dataloader())
+    monkeypatch.undo()
+    assert {type(draw) for draw in draws} == {Draw}
+    gathered = [resident.on_after_batch_transfer(draw, 0) for draw in draws]
+    expected = list(boxes.train_dataloader())
+    assert all(equal(a, b) for a, b in zip(gathered, expected, strict=True))
+    assert resident.on_after_batch_transfer(expected[0], 0) is expected[0]
+
+
+def test_another_process_maps_the_files_itself(resident):
+    store = pickle.loads(pickle.dumps(resident.store))
+    assert np.shares_memory(store.points.numpy(), store._made_of[0].points)
 
 
 def test_files_are_mapped_and_not_copied(boxes):
@@ -244,9 +268,17 @@ def test_too_little_memory_is_said(boxes, monkeypatch):
     def full(*_, **__):
         raise torch.OutOfMemoryError("CUDA out of memory")
 
-    monkeypatch.setattr(batches.torch, "empty", full)
-    with pytest.raises(DataError, match=r"GB on cpu.*data\.residency=ram"):
-        ModelStore(boxes.prepared, boxes.bank, torch.device("cpu"))
+    cpu = torch.device("cpu")
+    with monkeypatch.context() as patch:
+        patch.setattr(batches.torch, "empty", full)
+        with pytest.raises(
+            DataError, match=r"GB, more than cpu has left: use data\.residency=disk"
+        ):
+            ModelStore(boxes.prepared, boxes.bank, cpu)
+    assert 2**20 < batches._available_memory() < 2**50
+    monkeypatch.setattr(batches, "_available_memory", lambda: 1000)
+    with pytest.raises(DataError, match="more than cpu has left"):
+        ModelStore(boxes.prepared, boxes.bank, cpu)
 
 
 def test_automatic_residency(monkeypatch):
