@@ -144,11 +144,11 @@ class _Nearest(torch.autograd.Function):
     def forward(
         ctx: Any, a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor, backend: Backend
     ) -> tuple:
-        d_ab, i_ab, d_ba, i_ba = _module(backend).search(a.detach(), b.detach(), index_a, index_b)
+        module = _module(backend)
+        d_ab, i_ab, d_ba, i_ba = module.search(a.detach(), b.detach(), index_a, index_b)
         ctx.save_for_backward(a, b, index_a, index_b, i_ab, i_ba)
         ctx.mark_non_differentiable(i_ab, i_ba)
-        # The tree has no gradient of its own: indices are indices.
-        ctx.gradient = _module("numba" if backend == "tree" else backend).gradient
+        ctx.gradient = module.gradient
         return d_ab, i_ab, d_ba, i_ba
 
     @staticmethod

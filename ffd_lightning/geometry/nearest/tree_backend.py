@@ -8,6 +8,9 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 
 from ffd_lightning.geometry.nearest.threads import over_threads
+from ffd_lightning.geometry.nearest.torch_backend import gradient
+
+__all__ = ["gradient", "search"]
 
 
 def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tensor, ...]:
