@@ -19,11 +19,13 @@ from ffd_lightning.errors import DataError
 
 COUNT = 10
 SCRIPT = """
+import signal
 import sys
 import threading
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from box_source import BoxSource, prepare_boxes
+signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs in a shell's background ignore it
 gate = Path({gate!r}) if {gate!r} else None
 try:
     prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
