@@ -37,6 +37,7 @@ class SourceKind(Enum):
 
     procedural = "procedural"
     folder = "folder"
+    shapenet = "shapenet"
 
 
 class Residency(Enum):
@@ -294,11 +295,11 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
 
 def _data_checks(cfg: TrainConfig) -> _Checks:
     data, render = cfg.data, cfg.data.render
-    folder = data.source is SourceKind.folder
+    name, on_disk = data.source.value, data.source is not SourceKind.procedural
     return [
-        (folder and not data.root, "data=folder needs data.root=DIR, a folder of categories"),
+        (on_disk and not data.root, f"data={name} needs data.root=DIR, a folder of categories"),
         (
-            folder and bool(data.root) and not Path(str(data.root)).is_dir(),
+            on_disk and bool(data.root) and not Path(str(data.root)).expanduser().is_dir(),
             f"data.root={data.root} is not a folder",
         ),
         (not 0 < data.train_fraction < 1, "data.train_fraction must lie between 0 and 1"),

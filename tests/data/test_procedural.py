@@ -4,7 +4,7 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.procedural.shapes import Builder, Material
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
@@ -14,7 +14,7 @@ PACKAGE = "ffd_lightning.data.sources.procedural"
 COUNT = 80
 FACES = (100, 10_000)
 
-pytestmark = pytest.mark.parametrize("category", list(SYNSETS))
+pytestmark = pytest.mark.parametrize("category", list(PAPER_CATEGORIES))
 
 
 @lru_cache

@@ -15,7 +15,11 @@ def build_source(data: DataConfig) -> Source:
     if data.source is SourceKind.folder:
         from ffd_lightning.data.sources.folder import FolderSource
 
-        return FolderSource(Path(str(data.root)))
+        return FolderSource(Path(str(data.root)).expanduser())
+    if data.source is SourceKind.shapenet:
+        from ffd_lightning.data.sources.shapenet import ShapeNetSource
+
+        return ShapeNetSource(Path(str(data.root)))
     from ffd_lightning.data.sources.procedural.source import ProceduralSource
 
     return ProceduralSource(data.num_models, data.seed)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterable, Iterator, Sequence
-from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 from trimesh.resolvers import Resolver
 
 from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.sources.files import File
 from ffd_lightning.data.sources.mesh_colors import Textures, face_colors, valid_faces
 from ffd_lightning.data.sources.mesh_text import as_utf8, read_mended
 from ffd_lightning.errors import RejectedModelError
@@ -30,7 +30,7 @@ _MAX_FACES = 10_000_000
 _MAX_DEPTH = 100
 
 
-def read_mesh(path: Path, side_files: Sequence[Path] = ()) -> Mesh:
+def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
     """Read a mesh with its colours and textures.
 
     Convention:
@@ -74,8 +74,8 @@ class SideFiles(Resolver):
     taken, then the first.
     """
 
-    def __init__(self, files: Iterable[Path]) -> None:
-        self._files: dict[str, list[Path]] = {}
+    def __init__(self, files: Iterable[File]) -> None:
+        self._files: dict[str, list[File]] = {}
         for file in sorted(files, key=lambda f: (len(f.parts), str(f))):
             self._files.setdefault(file.name.casefold(), []).append(file)
 
@@ -109,7 +109,7 @@ class SideFiles(Resolver):
         return list(self._files)
 
 
-def _common_end(file: Path, parts: Sequence[str]) -> int:
+def _common_end(file: File, parts: Sequence[str]) -> int:
     """Return how many trailing components two paths share."""
     count = 0
     for a, b in zip(reversed(file.parts), reversed(parts), strict=False):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from pathlib import Path
 
+from ffd_lightning.data.sources.files import File
 from ffd_lightning.errors import RejectedModelError
 
 
-def read_mended(path: Path) -> bytes:
+def read_mended(path: File) -> bytes:
     """Return the content of a mesh file in the form that trimesh reads rightly.
 
     Raises:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.data.rendering import contact_sheet, render
 from ffd_lightning.data.sources.procedural.source import ProceduralSource, families
 from ffd_lightning.geometry.normalization import normalize
@@ -35,14 +35,14 @@ def draw_sheet(category: str, per_family: int, seed: int) -> Image.Image:
 def main() -> None:
     """Write one picture per category."""
     parser = argparse.ArgumentParser(prog="python -m ffd_lightning.data.sources.procedural")
-    parser.add_argument("categories", nargs="*", default=list(SYNSETS), metavar="CATEGORY")
+    parser.add_argument("categories", nargs="*", default=list(PAPER_CATEGORIES), metavar="CATEGORY")
     parser.add_argument("--out", type=Path, default=Path("docs/categories"), metavar="DIR")
     parser.add_argument("--per-family", type=int, default=6, metavar="N")
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    unknown = sorted(set(arguments.categories) - set(SYNSETS))
+    unknown = sorted(set(arguments.categories) - set(PAPER_CATEGORIES))
     if unknown:
-        parser.error(f"no category {', '.join(unknown)}; choose from {', '.join(SYNSETS)}")
+        parser.error(f"no category {', '.join(unknown)}; choose from {', '.join(PAPER_CATEGORIES)}")
     arguments.out.mkdir(parents=True, exist_ok=True)
     for category in arguments.categories:
         file = arguments.out / f"{category}.jpg"

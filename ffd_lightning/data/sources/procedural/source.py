@@ -10,7 +10,7 @@ from types import ModuleType
 
 import numpy as np
 
-from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.sources.base import SourceModel
 from ffd_lightning.errors import DataError, RejectedModelError
@@ -79,8 +79,10 @@ def families(category: str) -> tuple[str, ...]:
 
 def _generator(category: str) -> ModuleType:
     """Import a category's module: it has PARTS and FAMILIES."""
-    if category not in SYNSETS:
-        raise DataError(f"no procedural models of {category!r}, only of: {', '.join(SYNSETS)}")
+    if category not in PAPER_CATEGORIES:
+        raise DataError(
+            f"no procedural models of {category!r}, only of: {', '.join(PAPER_CATEGORIES)}"
+        )
     return importlib.import_module(f"{__package__}.{category}")
 
 

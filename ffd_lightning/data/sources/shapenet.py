@@ -1,0 +1,223 @@
+"""ShapeNetCore, version 1 or 2, in folders or in one zip archive per category."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Protocol
+
+from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.sources.files import File, ZipMember, ZipTree
+from ffd_lightning.data.sources.mesh_file import read_mesh
+from ffd_lightning.errors import DataError, RejectedModelError
+
+_LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
+MESHES = {1: ("model.obj",), 2: ("models", "model_normalized.obj")}
+"""Where a model's mesh is, by version, below the model's folder."""
+
+_BELOW = ("", "ShapeNetCore.v1", "ShapeNetCore.v2")
+_SYNSET = re.compile(r"\d{8}")
+
+
+class Category(Protocol):
+    """One category's models, wherever they are."""
+
+    def ids(self) -> list[str]:
+        """Return the ids of all models, sorted."""
+        ...
+
+    def size(self, model_id: str, path: Sequence[str]) -> int | None:
+        """Return the size of a model's file in bytes, None where it has no such file."""
+        ...
+
+    def files(self, model_id: str) -> dict[tuple[str, ...], File]:
+        """Return a model's files by their path below its folder."""
+        ...
+
+
+@dataclass
+class CategoryFolder:
+    """`<synset>/<model>/...`."""
+
+    path: Path
+
+    def ids(self) -> list[str]:
+        """Return the names of the folders in it, sorted."""
+        with os.scandir(self.path) as entries:
+            return sorted(e.name for e in entries if e.is_dir() and not e.name.startswith("."))
+
+    def size(self, model_id: str, path: Sequence[str]) -> int | None:
+        """Return the size of a model's file in bytes, None where it has no such file."""
+        try:
+            return self.path.joinpath(model_id, *path).stat().st_size
+        except OSError:
+            return None
+
+    def files(self, model_id: str) -> dict[tuple[str, ...], File]:
+        """Return a model's files; links to folders within it are not followed."""
+        top = self.path / model_id
+        found: dict[tuple[str, ...], File] = {}
+        for folder, _, names in os.walk(top):
+            for name in names:
+                file = Path(folder, name)
+                if file.is_file():
+                    found[file.relative_to(top).parts] = file
+        return found
+
+
+@dataclass
+class CategoryZip:
+    """`<synset>.zip` with `<synset>/<model>/...` or `<model>/...` in it."""
+
+    tree: ZipTree
+    _models: dict[str, dict[tuple[str, ...], ZipMember]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def __getstate__(self) -> dict[str, object]:
+        return {"tree": self.tree, "_models": {}}  # read again where it is needed
+
+    def _read(self) -> dict[str, dict[tuple[str, ...], ZipMember]]:
+        if not self._models:
+            for member in self.tree.members():
+                parts = member.parts
+                if _SYNSET.fullmatch(parts[0]):
+                    parts = parts[1:]
+                if len(parts) > 1 and parts[0] != "__MACOSX":
+                    self._models.setdefault(parts[0], {})[parts[1:]] = member
+        return self._models
+
+    def ids(self) -> list[str]:
+        """Return the names of the folders in it, sorted."""
+        return sorted(self._read())
+
+    def size(self, model_id: str, path: Sequence[str]) -> int | None:
+        """Return the size of a model's file in bytes, None where it has no such file."""
+        member = self._read().get(model_id, {}).get(tuple(path))
+        return None if member is None else member.info.file_size
+
+    def files(self, model_id: str) -> dict[tuple[str, ...], File]:
+        """Return a model's files by their path below its folder."""
+        return dict(self._read().get(model_id, {}))
+
+
+@dataclass
+class ShapeNetSource:
+    """ShapeNetCore as downloaded: nothing is unpacked, and which version it is, is seen.
+
+    `root` holds `<synset>` folders or `<synset>.zip` archives, or a folder `ShapeNetCore.v1` or
+    `.v2` that does. A folder is taken before an archive of the same name. Models without their mesh
+    and empty ones are rejected with the reason.
+
+    Convention:
+        y up and facing -z: the project's own frame.
+
+    Attributes:
+        root: what `data.root` names.
+    """
+
+    root: Path
+    _categories: dict[str, tuple[Category, int]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    def __post_init__(self) -> None:
+        self.root = Path(self.root).expanduser()
+
+    def model_ids(self, category: str) -> list[str]:
+        """Return the ids of all models of `category`, sorted.
+
+        Raises:
+            DataError: no such category; the message lists those that are there.
+        """
+        return self.category(category)[0].ids()
+
+    def load(self, category: str, model_id: str) -> SourceModel:
+        """Return one model.
+
+        Raises:
+            RejectedModelError: the model cannot be used; the message is the reason.
+            DataError: no such category.
+        """
+        models, version = self.category(category)
+        files = models.files(model_id)
+        mesh = files.get(MESHES[version])
+        if mesh is None:
+            raise RejectedModelError(f"it has no {'/'.join(MESHES[version])}")
+        return SourceModel(read_mesh(mesh, list(files.values())))
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        """Return version and a hash over ids and sizes of meshes.
+
+        The same whether in folders or archives and wherever they are: the data set is published
+        and does not change, and looking into each of its 50,000 files would take minutes.
+        """
+        models, version = self.category(category)
+        digest = hashlib.sha256()
+        for model_id in models.ids():
+            digest.update(f"{model_id}\0{models.size(model_id, MESHES[version])}\n".encode())
+        return {
+            "source": "shapenet",
+            "loader": _LOADER_VERSION,
+            "version": version,
+            "sha256": digest.hexdigest(),
+        }
+
+    def category(self, name: str) -> tuple[Category, int]:
+        """Return a category's models and the version of ShapeNetCore that they are of.
+
+        Raises:
+            DataError: no such category, or its models are of neither version.
+        """
+        if name not in self._categories:
+            synset = SYNSETS.get(name, name)
+            places = self.synsets()
+            if synset not in places:
+                raise DataError(self._missing(name, synset, sorted(places)))
+            place = places[synset]
+            models: Category
+            models = CategoryZip(ZipTree(place)) if place.suffix else CategoryFolder(place)
+            self._categories[name] = models, self._version(place, models)
+        return self._categories[name]
+
+    def synsets(self) -> dict[str, Path]:
+        """Return the folder or archive of every category that is there, by synset."""
+        for below in _BELOW:
+            folder = self.root / below
+            if folder.is_dir():
+                found: dict[str, Path] = {}
+                for entry in sorted(folder.iterdir(), reverse=True):  # folders after archives
+                    if _SYNSET.fullmatch(entry.name) and entry.is_dir():
+                        found[entry.name] = entry
+                    elif entry.suffix == ".zip" and _SYNSET.fullmatch(entry.stem):
+                        found[entry.stem] = entry
+                if found:
+                    return found
+        return {}
+
+    def _version(self, place: Path, models: Category) -> int:
+        ids = models.ids()
+        counts = {
+            version: sum(models.size(i, path) is not None for i in ids)
+            for version, path in MESHES.items()
+        }
+        version = max(counts, key=lambda v: counts[v])
+        if not counts[version]:
+            wanted = " or ".join("<model>/" + "/".join(path) for path in MESHES.values())
+            raise DataError(f"{place} holds {len(ids)} folders, but no {wanted}")
+        return version
+
+    def _missing(self, name: str, synset: str, there: list[str]) -> str:
+        if not there:
+            return (
+                f"{self.root} is not ShapeNetCore: neither it nor ShapeNetCore.v1 or .v2 in it has "
+                "folders <synset> or archives <synset>.zip; set data.root to the folder that does"
+            )
+        names = {s: n for n, s in SYNSETS.items()}
+        known = ", ".join(f"{names.get(s, 'other')} ({s})" for s in there)
+        return f"{self.root} has no {name} ({synset}); it has: {known}"

@@ -1,0 +1,124 @@
+import pickle
+import zipfile
+
+import numpy as np
+import pytest
+from shapenet_tree import BAD, CHAIR, bad_models, good_models, write_folder, write_zips
+
+from ffd_lightning.data.sources.shapenet import ShapeNetSource
+from ffd_lightning.errors import DataError, RejectedModelError
+
+GOOD = ["nomtl", "plain", "textured", "windows"]
+
+
+@pytest.fixture(params=["v1", "v2"])
+def layout(request):
+    return request.param
+
+
+@pytest.fixture(params=["folder", "zip", "zip without the synset's folder", "one level down"])
+def tree(request, layout, tmp_path):
+    files = good_models(layout) | bad_models(layout)
+    if request.param == "one level down":
+        write_folder(tmp_path / f"ShapeNetCore.{layout}", files)
+    elif request.param == "folder":
+        write_folder(tmp_path, files)
+    else:
+        write_zips(tmp_path, files, prefix=request.param == "zip")
+    return ShapeNetSource(tmp_path)
+
+
+def test_good_models_come_through_and_bad_ones_are_named(tree, layout):
+    assert tree.model_ids("chair") == sorted([*GOOD, *BAD])
+    meshes = {name: tree.load("chair", name).mesh for name in GOOD}
+    assert all(len(mesh.faces) > 10 for mesh in meshes.values())
+    assert meshes["plain"].textures == ()
+    assert len(np.unique(meshes["plain"].face_colors, axis=0)) > 1
+    assert meshes["textured"].textures[0][0, 0].tolist() == [200, 30, 30, 255]
+    assert meshes["windows"].textures[0][0, 0].tolist() == [30, 200, 30, 255]
+    for name, (_, reason) in BAD.items():
+        with pytest.raises(RejectedModelError, match=reason):
+            tree.load("chair", name)
+    assert tree.fingerprint("chair")["version"] == int(layout[1])
+
+
+def test_it_does_not_matter_how_the_files_are_kept(layout, tmp_path):
+    files = good_models(layout)
+    a = ShapeNetSource(write_folder(tmp_path / "a", files))
+    b = ShapeNetSource(write_zips(tmp_path / "b", files))
+    assert a.fingerprint("chair") == b.fingerprint("chair")
+    for name in GOOD:
+        x, y = a.load("chair", name).mesh, b.load("chair", name).mesh
+        np.testing.assert_array_equal(x.vertices, y.vertices)
+        np.testing.assert_array_equal(x.face_colors, y.face_colors)
+    files[next(path for path in files if path.endswith(".obj"))] += b"#"
+    c = ShapeNetSource(write_folder(tmp_path / "c", files))
+    assert c.fingerprint("chair") != a.fingerprint("chair")
+
+
+def test_workers_can_hold_it(tree):
+    tree.model_ids("chair")
+    copy = pickle.loads(pickle.dumps(tree))
+    assert len(copy.load("chair", "plain").mesh.faces) > 10
+
+
+def test_nothing_outside_of_an_archive_or_a_model_is_read(tmp_path):
+    files = good_models("v1")
+    (tmp_path / "secret.mtl").write_text("newmtl m0\nKd 1 0 0\n")
+    write_zips(tmp_path / "root", files)
+    with zipfile.ZipFile(tmp_path / "root" / f"{CHAIR}.zip", "a") as archive:
+        obj = "mtllib ../../secret.mtl\n" + files[f"{CHAIR}/plain/model.obj"].decode()
+        archive.writestr(f"{CHAIR}/sly/model.obj", obj)
+        archive.writestr(f"{CHAIR}/../evil/model.obj", obj)
+        archive.writestr("/absolute/model.obj", obj)
+        archive.writestr(f"{CHAIR}\\windows\\model.obj", obj)
+    source = ShapeNetSource(tmp_path / "root")
+    assert source.model_ids("chair") == sorted([*GOOD, "sly"])
+    colors = source.load("chair", "sly").mesh.face_colors
+    assert not (colors == [255, 0, 0, 255]).all(1).any()
+
+
+def test_loops_of_links_end(tmp_path):
+    root = write_folder(tmp_path, good_models("v1"))
+    (root / CHAIR / "plain" / "loop").symlink_to(root / CHAIR)
+    (root / CHAIR / "round").symlink_to(root / CHAIR, target_is_directory=True)
+    source = ShapeNetSource(root)
+    assert len(source.load("chair", "plain").mesh.faces) > 10
+    with pytest.raises(RejectedModelError, match=r"it has no model\.obj"):
+        source.load("chair", "round")
+
+
+@pytest.mark.parametrize("keep", [0, 10, 0.5, 0.9])
+def test_a_damaged_archive_is_named(tmp_path, keep):
+    write_zips(tmp_path, good_models("v1"))
+    archive = tmp_path / f"{CHAIR}.zip"
+    data = archive.read_bytes()
+    archive.write_bytes(data[: keep if keep > 1 else int(keep * len(data))])
+    with pytest.raises(DataError, match=rf"{CHAIR}\.zip is damaged or incomplete"):
+        ShapeNetSource(tmp_path).model_ids("chair")
+
+
+def test_a_damaged_member_is_rejected_and_the_others_are_not(tmp_path):
+    write_zips(tmp_path, good_models("v1"))
+    archive = tmp_path / f"{CHAIR}.zip"
+    with zipfile.ZipFile(archive) as z:
+        info = z.getinfo(f"{CHAIR}/plain/model.obj")
+    data = bytearray(archive.read_bytes())
+    middle = info.header_offset + info.compress_size // 2
+    data[middle : middle + 50] = bytes(50)
+    archive.write_bytes(data)
+    source = ShapeNetSource(tmp_path)
+    with pytest.raises(RejectedModelError, match=r"model\.obj cannot be read"):
+        source.load("chair", "plain")
+    assert len(source.load("chair", "textured").mesh.faces) > 10
+
+
+def test_what_is_missing_is_said(tmp_path):
+    with pytest.raises(DataError, match="is not ShapeNetCore"):
+        ShapeNetSource(tmp_path).model_ids("chair")
+    write_folder(tmp_path, good_models("v1", "04379243"))
+    with pytest.raises(DataError, match=r"no chair \(03001627\); it has: table \(04379243\)"):
+        ShapeNetSource(tmp_path).model_ids("chair")
+    (tmp_path / CHAIR / "model").mkdir(parents=True)
+    with pytest.raises(DataError, match=r"holds 1 folders, but no <model>/model\.obj or"):
+        ShapeNetSource(tmp_path).model_ids("chair")
