@@ -26,6 +26,8 @@ class Weighting(Enum):
 class TemplateStrategy(Enum):
     """How templates are chosen."""
 
+    auto = "auto"
+    paper = "paper"
     diverse = "diverse"
     random = "random"
     listed = "listed"
@@ -88,7 +90,7 @@ class TemplatesConfig:
 
     name: str = MISSING
     count: int = MISSING
-    strategy: TemplateStrategy = TemplateStrategy.diverse
+    strategy: TemplateStrategy = TemplateStrategy.auto
     file: str | None = None
     seed: int = 0
     max_edge: float = 0.02

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from importlib.resources import files
+
 PAPER_CATEGORIES: dict[str, str] = {
     "plane": "02691156",
     "bench": "02828884",
@@ -21,3 +24,12 @@ PAPER_CATEGORIES: dict[str, str] = {
 
 SYNSETS: dict[str, str] = PAPER_CATEGORIES | {"rifle": "04090263", "telephone": "04401088"}
 """The paper's, and the two that 3D-R2N2 and others have for its firearms and cellphones."""
+
+
+def paper_templates(category: str) -> tuple[str, ...]:
+    """Return the 30 ids of ShapeNet v1 that the paper's authors took as templates, () for others.
+
+    Source: the lists released with the authors' code.
+    """
+    text = files("ffd_lightning.data").joinpath("paper_templates.json").read_text(encoding="utf-8")
+    return tuple(json.loads(text).get(SYNSETS.get(category), ()))

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import logging
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -12,7 +14,8 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.config import TemplateStrategy
+from ffd_lightning.config import SourceKind, TemplateStrategy
+from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
@@ -20,6 +23,8 @@ from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.lattice import Degrees, Lattice
 from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.geometry.subdivision import subdivide
+
+log = logging.getLogger(__name__)
 
 _CANDIDATES = 1000
 _SPREAD = 16
@@ -38,15 +43,18 @@ def choose_templates(
     Args:
         prepared: the models to choose from.
         count: how many, T.
-        strategy: `diverse` starts at the most central model and goes on to whichever is farthest
-            in Chamfer distance from all chosen; `random` draws with `seed`; `listed` takes the
-            first T ids of a file (one a line); `ranking` takes the first T of the `id` column of a
-            run's `template_ranking.csv`.
+        strategy: `paper` takes the first T of the paper's 30 for the set's category, and as
+            `diverse` would what the set does not hold of them; `auto` is `paper` for ShapeNet's
+            models where the paper has templates, else `diverse`. `diverse` starts at the most
+            central model and goes on to whichever is farthest in Chamfer distance from all chosen;
+            `random` draws with `seed`; `listed` takes the first T ids of a file (one a line);
+            `ranking` takes the first T of the `id` column of a run's `template_ranking.csv`.
         file: for `listed` and `ranking`.
         seed: for `random`.
 
     Raises:
-        ConfigError: a file that is missing or too short, or ids that the set does not hold.
+        ConfigError: a file that is missing or too short, ids that the set does not hold, or
+            `paper` for a category that the paper does not have.
         DataError: fewer models than templates.
     """
     if count > len(prepared):
@@ -57,6 +65,13 @@ def choose_templates(
     if strategy is TemplateStrategy.random:
         order = np.random.default_rng(seed).permutation(len(prepared))[:count]
         return tuple(prepared.ids[i] for i in order)
+    settings = prepared.manifest["settings"]
+    known = paper_templates(settings["category"])
+    if strategy is TemplateStrategy.auto:
+        of_shapenet = settings["source"].get("source") == SourceKind.shapenet.value
+        strategy = TemplateStrategy.paper if known and of_shapenet else TemplateStrategy.diverse
+    if strategy is TemplateStrategy.paper:
+        return _paper_templates(prepared, count, known)
     if strategy is TemplateStrategy.diverse:
         return _farthest_points(prepared, count)
     return _read_ids(prepared, count, strategy, file)
@@ -91,22 +106,52 @@ def _read_ids(
     return tuple(ids[:count])
 
 
-def _farthest_points(prepared: PreparedSet, count: int) -> tuple[str, ...]:
-    """Farthest-point choice under Chamfer distance, among `_CANDIDATES` models of a larger set."""
+def _paper_templates(prepared: PreparedSet, count: int, known: tuple[str, ...]) -> tuple[str, ...]:
+    """Take the first `count` of the paper's ids, or replacements for those that are not there."""
+    if not known:
+        raise ConfigError(
+            "templates.strategy=paper: the paper has no templates for "
+            f"{prepared.manifest['settings']['category']}; use diverse"
+        )
+    wanted, held = known[:count], set(prepared.ids)
+    absent = [i for i in wanted if i not in held]
+    if absent:
+        log.warning(
+            "%s lacks %d of the paper's %d templates, replaced by the models farthest from the "
+            "others: %s",
+            prepared.path,
+            len(absent),
+            len(wanted),
+            ", ".join(absent),
+        )
+    return _farthest_points(prepared, count, [i for i in wanted if i in held])
+
+
+def _farthest_points(
+    prepared: PreparedSet, count: int, first: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Farthest-point choice under Chamfer distance, among `_CANDIDATES` models of a larger set.
+
+    It begins with the models `first`, or with the most central one.
+    """
+    if len(first) >= count:
+        return tuple(first[:count])
     size = min(len(prepared), max(_CANDIDATES, count))
-    candidates = np.linspace(0, len(prepared) - 1, size).astype(int)
+    given = [prepared.index(i) for i in first]
+    candidates = np.union1d(np.linspace(0, len(prepared) - 1, size).astype(int), given).astype(int)
     points = torch.from_numpy(
         np.stack([prepared.points[i, :_CANDIDATE_POINTS] for i in candidates]).astype(np.float32)
     )
-    # The most central model: the least total distance to a spread of others.
-    spread = points[np.linspace(0, len(points) - 1, min(len(points), _SPREAD)).astype(int)]
-    central = torch.stack([_distances(p, points) for p in spread]).sum(0)
-    chosen = [int(central.argmin())]
-    distance = torch.full((len(points),), torch.inf)
+    chosen = np.searchsorted(candidates, given).tolist()
+    if not chosen:
+        # The most central model: the least total distance to a spread of others.
+        spread = points[np.linspace(0, len(points) - 1, min(len(points), _SPREAD)).astype(int)]
+        chosen = [int(torch.stack([_distances(p, points) for p in spread]).sum(0).argmin())]
+    distance = torch.stack([_distances(points[c], points) for c in chosen]).amin(0)
     while len(chosen) < count:
-        distance = torch.minimum(distance, _distances(points[chosen[-1]], points))
         distance[chosen] = -1
         chosen.append(int(distance.argmax()))
+        distance = torch.minimum(distance, _distances(points[chosen[-1]], points))
     return tuple(prepared.ids[candidates[i]] for i in chosen)
 
 

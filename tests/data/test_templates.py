@@ -1,4 +1,5 @@
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from ffd_lightning.config import TemplateStrategy
 from ffd_lightning.data import templates
+from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.templates import TemplateBank, choose_templates
 from ffd_lightning.errors import ConfigError, DataError
@@ -237,3 +239,45 @@ def square_set(vertices):
         "mesh_offsets": np.array([(0, 0), (len(vertices), 2)]),
     }
     return PreparedSet(Path("square"), {}, ("square",), ("",), (), arrays)
+
+
+# --- the paper's templates ----------------------------------------------------------------------
+
+
+def as_shapenet(prepared, ids, category="table", source="shapenet"):
+    """The prepared set under other ids, as if it came from ShapeNet."""
+    names = sorted([*ids, *(f"other{k:02d}" for k in range(len(prepared) - len(ids)))])
+    settings = {"category": category, "source": {"source": source}}
+    manifest = {**prepared.manifest, "settings": settings}
+    return replace(prepared, ids=tuple(names), manifest=manifest)
+
+
+def test_every_category_of_the_paper_has_30_templates():
+    for category in PAPER_CATEGORIES:
+        assert len(set(paper_templates(category))) == 30
+    assert paper_templates("rifle") == paper_templates("mug") == ()
+
+
+def test_shapenet_takes_the_papers_templates_by_default(prepared):
+    known = paper_templates("table")[:6]
+    there = as_shapenet(prepared, known)
+    assert choose_templates(there, 4, TemplateStrategy.auto) == known[:4]
+    elsewhere = as_shapenet(prepared, known, source="folder")
+    diverse = choose_templates(elsewhere, 4, TemplateStrategy.diverse)
+    assert choose_templates(elsewhere, 4, TemplateStrategy.auto) == diverse
+    assert choose_templates(elsewhere, 4, TemplateStrategy.paper) == known[:4]
+
+
+def test_templates_that_are_absent_are_replaced_and_named(prepared, distances, caplog):
+    known = paper_templates("table")[:6]
+    there = as_shapenet(prepared, known[2:])
+    chosen = choose_templates(there, 6, TemplateStrategy.paper)
+    assert chosen[:4] == known[2:]
+    assert len(set(chosen)) == 6
+    rows = [there.index(i) for i in chosen]
+    farthest = max(range(len(there)), key=lambda i: distances[i, rows[:4]].min())
+    assert rows[4] == farthest
+    assert "lacks 2 of the paper's 6 templates" in caplog.text
+    assert all(i in caplog.text for i in known[:2])
+    with pytest.raises(ConfigError, match="no templates for rifle; use diverse"):
+        choose_templates(as_shapenet(prepared, (), "rifle"), 2, TemplateStrategy.paper)
