@@ -42,6 +42,13 @@ class SourceKind(Enum):
     shapenet = "shapenet"
 
 
+class ImageKind(Enum):
+    """Where a source's images come from."""
+
+    render = "render"
+    r2n2 = "r2n2"
+
+
 class Residency(Enum):
     """Where images and clouds are kept while training."""
 
@@ -131,10 +138,16 @@ class RenderConfig:
 
 @dataclass
 class DataConfig:
-    """The models, what is sampled from them, and how they are split."""
+    """The models, what is sampled from them, and how they are split.
+
+    `images`, `images_root` (by default `root`) and `mix_versions` are for `data=shapenet`.
+    """
 
     source: SourceKind = MISSING
     root: str | None = None
+    images: ImageKind = ImageKind.render
+    images_root: str | None = None
+    mix_versions: bool = False
     num_models: int = 500
     seed: int = 0
     num_points: int = 16384
@@ -303,6 +316,10 @@ def _data_checks(cfg: TrainConfig) -> _Checks:
         (
             on_disk and bool(data.root) and not Path(str(data.root)).expanduser().is_dir(),
             f"data.root={data.root} is not a folder",
+        ),
+        (
+            data.images is not ImageKind.render and data.source is not SourceKind.shapenet,
+            f"data.images={data.images.value} goes with data=shapenet",
         ),
         (not 0 < data.train_fraction < 1, "data.train_fraction must lie between 0 and 1"),
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),

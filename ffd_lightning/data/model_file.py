@@ -104,7 +104,26 @@ def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
     points, face_ids = sample_surface(
         mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
     )
-    views = recipe.render
+    images = _rendered(mesh, recipe.render) if model.images is None else model.images
+    parts = mesh.face_parts
+    if parts is None:
+        parts = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
+    return {
+        "images": images,
+        "points": points.astype(np.float32),
+        "face_ids": face_ids.astype(np.int32),
+        "point_parts": parts[face_ids],
+        "vertices": mesh.vertices.astype(np.float32),
+        "faces": mesh.faces.astype(np.int32),
+        "face_parts": parts,
+        "face_colors": _plain_colors(mesh),
+        "family": np.str_(model.family),
+        "part_names": np.array(mesh.part_names, dtype=np.str_),
+    }
+
+
+def _rendered(mesh: Mesh, views: RenderConfig) -> NDArray[np.uint8]:
+    """Return a mesh's images, (views, H, W, 4)."""
     images = [
         render(
             mesh,
@@ -116,21 +135,7 @@ def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
         )
         for azimuth in views.azimuths
     ]
-    parts = mesh.face_parts
-    if parts is None:
-        parts = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
-    return {
-        "images": np.stack(images),
-        "points": points.astype(np.float32),
-        "face_ids": face_ids.astype(np.int32),
-        "point_parts": parts[face_ids],
-        "vertices": mesh.vertices.astype(np.float32),
-        "faces": mesh.faces.astype(np.int32),
-        "face_parts": parts,
-        "face_colors": _plain_colors(mesh),
-        "family": np.str_(model.family),
-        "part_names": np.array(mesh.part_names, dtype=np.str_),
-    }
+    return np.stack(images)
 
 
 def _plain_colors(mesh: Mesh) -> NDArray[np.uint8]:

@@ -3,8 +3,12 @@ import zipfile
 
 import numpy as np
 import pytest
-from shapenet_tree import BAD, CHAIR, bad_models, good_models, write_folder, write_zips
+from PIL import Image
+from shapenet_tree import BAD, CHAIR, bad_models, good_models, png, write_folder, write_zips
 
+from ffd_lightning.config import RenderConfig
+from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError, RejectedModelError
 
@@ -122,3 +126,67 @@ def test_what_is_missing_is_said(tmp_path):
     (tmp_path / CHAIR / "model").mkdir(parents=True)
     with pytest.raises(DataError, match=r"holds 1 folders, but no <model>/model\.obj or"):
         ShapeNetSource(tmp_path).model_ids("chair")
+
+
+# --- 3D-R2N2's renderings -----------------------------------------------------------------------
+
+
+@pytest.fixture
+def renderings(tmp_path):
+    """Renderings of `plain`: a red square on nothing, in view 3 a green one."""
+    for view in range(24):
+        picture = np.zeros((137, 137, 4), np.uint8)
+        picture[40:97, 40:97] = (30, 200, 30, 255) if view == 3 else (200, 30, 30, 255)
+        file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / f"{view:02d}.png"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        Image.fromarray(picture).save(file)
+    return R2n2Images(tmp_path, 48, 64)
+
+
+def test_renderings_are_fitted_and_not_distorted(renderings, tmp_path):
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
+    images = source.load("chair", "plain").images
+    assert images.shape == (24, 48, 64, 4)
+    assert images[3, 24, 32].tolist() == [30, 200, 30, 255]
+    assert images[4, 24, 32].tolist() == [200, 30, 30, 255]
+    assert images[0, 0, 0].tolist() == images[0, 24, 9].tolist() == [255, 255, 255, 0]
+    covered = images[0, ..., 3] > 127
+    assert np.ptp(covered.any(0).nonzero()[0]) == np.ptp(covered.any(1).nonzero()[0])
+    assert source.fingerprint("chair") != ShapeNetSource(tmp_path / "v1").fingerprint("chair")
+
+
+@pytest.mark.parametrize("content", [None, b"", png()[:-30], b"GIF89a" + bytes(50)])
+def test_renderings_that_are_missing_or_damaged(renderings, tmp_path, content):
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
+    file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / "07.png"
+    file.unlink() if content is None else file.write_bytes(content)
+    with pytest.raises(RejectedModelError, match=r"rendering/07\.png"):
+        source.load("chair", "plain")
+    with pytest.raises(RejectedModelError, match=r"it has no rendering/00\.png"):
+        source.load("chair", "textured")
+
+
+def test_renderings_of_version_1_are_not_mixed_with_version_2(renderings, tmp_path):
+    root = write_folder(tmp_path / "v2", good_models("v2"))
+    with pytest.raises(DataError, match=r"3D-R2N2's renderings are of v1.*data\.mix_versions=true"):
+        ShapeNetSource(root, renderings).model_ids("chair")
+    mixed = ShapeNetSource(root, renderings, mix_versions=True)
+    assert mixed.load("chair", "plain").images.shape == (24, 48, 64, 4)
+
+
+def test_renderings_that_are_not_there(tmp_path):
+    source = ShapeNetSource(write_folder(tmp_path, good_models("v1")), R2n2Images(tmp_path, 48, 64))
+    (tmp_path / "ShapeNetRendering.tgz").touch()
+    with pytest.raises(DataError, match=r"data\.images_root.*unpack .*ShapeNetRendering\.tgz"):
+        source.fingerprint("chair")
+
+
+def test_preparation_takes_the_renderings(renderings, tmp_path):
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
+    view = RenderConfig(height=48, width=64, samples=1)
+    prepared = prepare(
+        source, "chair", num_points=32, render=view, root=tmp_path, workers=1, progress=False
+    )
+    assert prepared.ids == ("plain",)
+    assert prepared.images.shape == (1, 24, 48, 64, 4)
+    assert prepared.manifest["rejected"] == 3

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ffd_lightning.config import DataConfig, SourceKind
+from ffd_lightning.config import DataConfig, ImageKind, SourceKind
 from ffd_lightning.data.sources.base import Source, SourceModel
 
 __all__ = ["Source", "SourceModel", "build_source"]
@@ -19,7 +19,13 @@ def build_source(data: DataConfig) -> Source:
     if data.source is SourceKind.shapenet:
         from ffd_lightning.data.sources.shapenet import ShapeNetSource
 
-        return ShapeNetSource(Path(str(data.root)))
+        images = None
+        if data.images is ImageKind.r2n2:
+            from ffd_lightning.data.sources.r2n2 import R2n2Images
+
+            place = Path(data.images_root or str(data.root)).expanduser()
+            images = R2n2Images(place, data.render.height, data.render.width)
+        return ShapeNetSource(Path(str(data.root)), images, data.mix_versions)
     from ffd_lightning.data.sources.procedural.source import ProceduralSource
 
     return ProceduralSource(data.num_models, data.seed)

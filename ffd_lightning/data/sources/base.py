@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ffd_lightning.data.mesh import Mesh
 
 
@@ -15,10 +18,13 @@ class SourceModel:
     Attributes:
         mesh: geometry, colours, textures and part labels in ShapeNet's frame.
         family: structural family where the source knows it ("pedestal", say), else "".
+        images: the source's own images, (views, H, W, 4) uint8, RGB over white and coverage, in the
+            size asked for; None where the mesh is to be rendered.
     """
 
     mesh: Mesh
     family: str = ""
+    images: NDArray[np.uint8] | None = None
 
 
 @runtime_checkable

@@ -14,6 +14,7 @@ from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.sources.base import SourceModel
 from ffd_lightning.data.sources.files import File, ZipMember, ZipTree
 from ffd_lightning.data.sources.mesh_file import read_mesh
+from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.errors import DataError, RejectedModelError
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
@@ -119,9 +120,13 @@ class ShapeNetSource:
 
     Attributes:
         root: what `data.root` names.
+        images: published renderings to use instead of our own; of version 1.
+        mix_versions: use them with version 2 all the same.
     """
 
     root: Path
+    images: R2n2Images | None = None
+    mix_versions: bool = False
     _categories: dict[str, tuple[Category, int]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
@@ -149,7 +154,8 @@ class ShapeNetSource:
         mesh = files.get(MESHES[version])
         if mesh is None:
             raise RejectedModelError(f"it has no {'/'.join(MESHES[version])}")
-        return SourceModel(read_mesh(mesh, list(files.values())))
+        images = None if self.images is None else self.images.read(category, model_id)
+        return SourceModel(read_mesh(mesh, list(files.values())), images=images)
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return version and a hash over ids and sizes of meshes.
@@ -166,6 +172,7 @@ class ShapeNetSource:
             "loader": _LOADER_VERSION,
             "version": version,
             "sha256": digest.hexdigest(),
+            "images": "own" if self.images is None else self.images.fingerprint(category),
         }
 
     def category(self, name: str) -> tuple[Category, int]:
@@ -182,7 +189,14 @@ class ShapeNetSource:
             place = places[synset]
             models: Category
             models = CategoryZip(ZipTree(place)) if place.suffix else CategoryFolder(place)
-            self._categories[name] = models, self._version(place, models)
+            version = self._version(place, models)
+            if version != 1 and self.images is not None and not self.mix_versions:
+                raise DataError(
+                    f"{place} is of ShapeNetCore v2, 3D-R2N2's renderings are of v1, some of whose "
+                    "meshes are others: images and shapes would not match. Use v1, or "
+                    "data.images=render, or data.mix_versions=true to use them all the same"
+                )
+            self._categories[name] = models, version
         return self._categories[name]
 
     def synsets(self) -> dict[str, Path]:
