@@ -103,6 +103,7 @@ def _search_pairs(
     for pair in range(start, stop):
         _coordinates(clouds_a[index_a[pair]], a)
         _coordinates(clouds_b[index_b[pair]], b)
+        far_a, to_b, far_b, to_a = d_ab[pair], i_ab[pair], d_ba[pair], i_ba[pair]
         # Lane l sweeps the neighbouring points l * slabs, l * slabs + 1, ..., so that the
         # candidates of a lane lie side by side.
         for k in range(3):
@@ -117,12 +118,12 @@ def _search_pairs(
             for i in range(j, min(j + _BLOCK, num_b)):
                 column = (i - j) * _LANES
                 lane = _first_minimum(column_bits[column : column + _LANES])
-                _closest(b, i, a, lane * slabs, slabs, d_ba[pair], i_ba[pair])
+                _closest(b, i, a, lane * slabs, slabs, far_b, to_a)
         for lane in range(_LANES):
             for slab in range(slabs):
                 i = lane * slabs + slab
                 if i < num_a:
-                    _closest(a, i, b, block[slab * _LANES + lane], _BLOCK, d_ab[pair], i_ab[pair])
+                    _closest(a, i, b, block[slab * _LANES + lane], _BLOCK, far_a, to_b)
 
 
 @_jit
