@@ -8,6 +8,7 @@ import os
 import platform
 import subprocess
 import sys
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,7 @@ def main() -> None:
             curves[device.type] = nearest.scaling(device, arguments.quick)
     if "step" in arguments.only:
         console.log("training step ...")
-        rows += training_step.measure(devices[-1], arguments.quick, not arguments.quick)
+        rows += training_step.measure(devices[-1], arguments.quick)
         rows += _memory()
     if "preparation" in arguments.only:
         console.log("preparation and start ...")
@@ -52,7 +53,7 @@ def main() -> None:
         rows.append(Row("CUDA", "everything", note="not measured: there is no GPU here"))
     machine = _machine()
     _print(rows, machine)
-    result = {"machine": machine, "rows": [row.json() for row in rows], "scaling": curves}
+    result = {"machine": machine, "rows": [asdict(row) for row in rows], "scaling": curves}
     file = arguments.out / "benchmarks.json"
     file.write_text(json.dumps(result, indent=1), encoding="utf-8")
     print(f"\n{file}", end="")
@@ -85,7 +86,7 @@ def _memory() -> list[Row]:
 
 
 def _machine() -> dict[str, Any]:
-    info = {
+    return {
         "processor": _processor(),
         "threads": torch.get_num_threads(),
         "vectors": torch.backends.cpu.get_cpu_capability(),
@@ -93,7 +94,6 @@ def _machine() -> dict[str, Any]:
         "torch": torch.__version__,
         "gpu": torch.cuda.get_device_name() if torch.cuda.is_available() else None,
     }
-    return info
 
 
 def _processor() -> str:

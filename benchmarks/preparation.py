@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import statistics
 import subprocess
 import sys
@@ -24,13 +23,9 @@ from ffd_lightning.data.sources.procedural.source import ProceduralSource
 
 _POINTS = 16384
 _FIRST_STEP = """
-import runpy, sys, time
+import os, runpy, sys
 from ffd_lightning.training.callbacks import StepTimer
-def stop(*_):
-    print("FIRST STEP", flush=True)
-    import os
-    os._exit(0)
-StepTimer.on_train_batch_end = stop
+StepTimer.on_train_batch_end = lambda *_: os._exit(0)
 runpy.run_path(sys.argv[0], run_name="__main__")
 """
 
@@ -53,7 +48,7 @@ def _rates(meshes: Path | None, quick: bool) -> list[Row]:
         folder = meshes or _write_meshes(root / "meshes", 8 if quick else 100)
         title = "meshes of --meshes" if meshes else "OBJ files of 10,000 faces"
         own = _rate(section, title, FolderSource(folder), "all", root)
-        rows += [own, _trimesh(section, folder / "all", own)]
+        rows += [own, _trimesh(section, folder / "all")]
     for row in rows:
         row.ratio = row.seconds / own.seconds if row.seconds and own.seconds else None
     return rows
@@ -71,7 +66,7 @@ def _rate(section: str, title: str, source: Source, category: str, root: Path) -
     return Row(section, title, seconds, seconds, note=note, extra={"faces": faces})
 
 
-def _trimesh(section: str, folder: Path, own: Row) -> Row:
+def _trimesh(section: str, folder: Path) -> Row:
     """Loading and sampling alone, in one process, with the library that everyone has."""
     models = sorted(folder.iterdir())[:30]
     start = time.perf_counter()
@@ -135,14 +130,13 @@ def _starts(quick: bool) -> list[Row]:
 
 
 def _process(arguments: list[str]) -> float:
-    environment = {**os.environ, "FFD_BENCHMARK": "1"}
     command = [sys.executable, *arguments]
     if arguments[0] == "-c" and len(arguments) > 2:
         # The script reads its own name from argv[0].
         code = f"import sys; sys.argv[0] = 'train.py'\n{arguments[1]}"
         command = [sys.executable, "-c", code, *arguments[2:]]
     start = time.perf_counter()
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     seconds = time.perf_counter() - start
     if done.returncode:
         raise RuntimeError(f"{' '.join(arguments[:1])} failed: {done.stderr[-500:]}")

@@ -196,8 +196,8 @@ def build_encoder(
 def compile_encoder(network: TemplateFfdNetwork) -> None:
     """Have `torch.compile` fuse the encoder's layers at first use; training goes on if it cannot.
 
-    Fused layers save passes over memory on the CPU and launches of kernels on a GPU; compilation
-    takes a minute, once per machine. Weights, checkpoints and results (to rounding) are the same.
+    Meant for GPUs, where fused layers save launches of kernels; on the CPU it gained nothing
+    (benchmarks/README.md). Weights, checkpoints and results (to rounding) are the same.
     """
     network.encoder.compile(backend=_inductor_or_eager)
 

@@ -24,20 +24,17 @@ _KEPT_STEPS = 1000
 class StepTimer(Callback):
     """Median wall time from one step's end to the next, data included, validation left out.
 
-    Of the last 1,000 steps; the first 5 of a run or of its continuation are warm-up.
+    Of the last 1,000 steps, the first 5 of those left out as warm-up.
     """
 
     def __init__(self) -> None:
         self._durations: deque[float] = deque(maxlen=_KEPT_STEPS)
         self._last: float | None = None
-        self._to_skip = _WARM_UP_STEPS
 
     def on_train_batch_end(self, *_: Any) -> None:
         """Note the time since the last step."""
         now = time.perf_counter()
-        if self._to_skip:
-            self._to_skip -= 1
-        elif self._last is not None:
+        if self._last is not None:
             self._durations.append(now - self._last)
         self._last = now
 
@@ -55,8 +52,10 @@ class StepTimer(Callback):
 
     @property
     def seconds_per_step(self) -> float:
-        """Median in seconds; nan before there is any."""
-        return statistics.median(self._durations) if self._durations else float("nan")
+        """Median in seconds, warm-up left out; nan before there is any."""
+        durations = list(self._durations)
+        durations = durations[_WARM_UP_STEPS:] or durations
+        return statistics.median(durations) if durations else float("nan")
 
 
 class StepProgressBar(TQDMProgressBar):

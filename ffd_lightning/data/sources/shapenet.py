@@ -132,7 +132,7 @@ class ShapeNetSource:
     )
 
     def __post_init__(self) -> None:
-        self.root = Path(self.root).expanduser()
+        self.root = Path(self.root)
 
     def model_ids(self, category: str) -> list[str]:
         """Return the ids of all models of `category`, sorted.

@@ -62,8 +62,9 @@ def nearest_neighbors(
 
     Returns:
         Squared distances a->b (*batch, N), indices into b, squared distances b->a (*batch, M),
-        indices into a. A point that is not finite is nobody's neighbour; its own distance is inf
-        or nan, its index 0.
+        indices into a. A point that is not finite is nobody's neighbour, its own distance nan.
+        A point without any neighbour, for that or because squares overflow, has the distance inf;
+        the index is 0 in both cases.
 
     Raises:
         ValueError: an empty cloud or batch, other than 3 coordinates, different dtypes or devices,
@@ -144,6 +145,7 @@ class _Nearest(torch.autograd.Function):
     def forward(
         ctx: Any, a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor, backend: Backend
     ) -> tuple:
+        """Search pairs of clouds (A, N, 3) and (B, M, 3): distances and indices, both ways."""
         module = _module(backend)
         d_ab, i_ab, d_ba, i_ba = module.search(a.detach(), b.detach(), index_a, index_b)
         ctx.save_for_backward(a, b, index_a, index_b, i_ab, i_ba)
@@ -154,6 +156,7 @@ class _Nearest(torch.autograd.Function):
     @staticmethod
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, g_ab: Tensor, _i: Tensor, g_ba: Tensor, _j: Tensor) -> tuple:
+        """Gradients of the clouds that need one, from those of the distances (P, N) and (P, M)."""
         a, b, index_a, index_b, i_ab, i_ba = (t.detach() for t in ctx.saved_tensors)
         grad_a = grad_b = None
         if ctx.needs_input_grad[0]:

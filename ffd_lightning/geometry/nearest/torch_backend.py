@@ -9,7 +9,18 @@ _CHUNK_DISTANCES = 1 << 24
 
 
 def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tensor, ...]:
-    """Return squared distances and indices, a to b and b to a, for the pairs of clouds."""
+    """Return what every backend's `search` returns, for P pairs of clouds.
+
+    Args:
+        a: (A, N, 3).
+        b: (B, M, 3).
+        index_a: which of `a` each pair is of, (P,).
+        index_b: which of `b`, (P,).
+
+    Returns:
+        Squared distances a to b (P, N), their indices, b to a (P, M), their indices; what points
+        that are not finite get, `nearest_neighbors` says.
+    """
     num_a, num_b = a.shape[1], b.shape[1]
     rows = max(1, min(num_a, _CHUNK_DISTANCES // num_b))
     pairs = max(1, _CHUNK_DISTANCES // (rows * num_b))
@@ -50,7 +61,18 @@ def gradient(
     g_ab: Tensor,
     g_ba: Tensor,
 ) -> Tensor:
-    """Return the gradient with respect to `a`, (A, N, 3)."""
+    """Return what every backend's `gradient` returns: that with respect to `a`, (A, N, 3).
+
+    Args:
+        a: as in `search`, with `b`, `index_a` and `index_b`.
+        b: see `a`.
+        index_a: see `a`.
+        index_b: see `a`.
+        i_ab: indices that `search` found, (P, N).
+        i_ba: likewise, (P, M).
+        g_ab: gradients of the squared distances a to b, (P, N).
+        g_ba: of those b to a, (P, M).
+    """
     pair_a, pair_b = a[index_a], b[index_b]
     to_b = i_ab[..., None].expand(-1, -1, 3)
     to_a = i_ba[..., None].expand(-1, -1, 3)

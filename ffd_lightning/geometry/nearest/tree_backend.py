@@ -14,7 +14,7 @@ __all__ = ["gradient", "search"]
 
 
 def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tensor, ...]:
-    """Return squared distances and indices, a to b and b to a, for the pairs of clouds."""
+    """Return squared distances and indices, both ways; see `torch_backend.search`."""
     clouds = [_Cloud(points) for points in (*a, *b)]
     over_threads(_plant, len(clouds), clouds)
     pairs = [(clouds[i], clouds[len(a) + j]) for i, j in zip(index_a, index_b, strict=True)]

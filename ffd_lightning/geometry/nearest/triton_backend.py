@@ -40,7 +40,7 @@ UNSEEN = tl.constexpr(0x7F800000 << 32)  # inf, in block or at point 0
 
 
 def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tensor, ...]:
-    """Return squared distances and indices, a to b and b to a, for the pairs of float32 clouds."""
+    """Return squared distances and indices, both ways (float32); see `torch_backend.search`."""
     pairs, num_a, num_b = len(index_a), a.shape[1], b.shape[1]
     row_tiles = triton.cdiv(num_a, _ROWS)
     wanted = triton.cdiv(_PROGRAMS, max(pairs, 1))
