@@ -16,7 +16,7 @@ import trimesh
 
 from benchmarks.timing import Row
 from ffd_lightning.config import RenderConfig
-from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
@@ -57,11 +57,9 @@ def _rates(meshes: Path | None, quick: bool) -> list[Row]:
 def _rate(section: str, title: str, source: Source, category: str, root: Path) -> Row:
     start = time.perf_counter()
     with contextlib.redirect_stderr(io.StringIO()):
-        prepared = prepare(
-            source, category, num_points=_POINTS, render=RenderConfig(), root=root, workers=0
-        )
+        prepared = Preparation(source, category, _POINTS, RenderConfig(), root).run()
     seconds = (time.perf_counter() - start) / len(prepared)
-    faces = float(np.median(np.diff(prepared.arrays["mesh_offsets"][:, 1])))
+    faces = float(np.median([len(prepared.mesh(row).faces) for row in range(len(prepared))]))
     note = f"{1 / seconds:.1f} models a second, {len(prepared)} models, median {faces:,.0f} faces"
     return Row(section, title, seconds, seconds, note=note, extra={"faces": faces})
 

@@ -18,6 +18,7 @@ from benchmarks.nearest import POINTS, QUERIES, TEMPLATES, clouds
 from benchmarks.timing import Row, seconds_of, synchronize
 from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy, Weighting
 from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.nearest import nearest_neighbors
@@ -45,12 +46,7 @@ def build(
 ) -> tuple[FfdModule, FfdDataModule]:
     """Return the paper's network on procedural tables, with both regularizers (e and r)."""
     data = FfdDataModule(
-        source=ProceduralSource(_MODELS),
-        category="table",
-        data_root=folder,
-        render=RenderConfig(),
-        num_cloud_points=16384,
-        train_fraction=0.8,
+        preparation=Preparation(ProceduralSource(_MODELS), "table", 16384, RenderConfig(), folder),
         num_templates=TEMPLATES,
         template_strategy=TemplateStrategy.random,
         batch_size=QUERIES,

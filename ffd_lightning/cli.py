@@ -17,7 +17,7 @@ from hydra.errors import HydraException, OverrideParseException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from ffd_lightning.config import TrainConfig
+from ffd_lightning.config import PrepareConfig, TrainConfig
 from ffd_lightning.errors import UserError
 
 
@@ -34,9 +34,14 @@ def run_suffix(overrides: str) -> str:
     return f"_{name}"
 
 
-def register() -> None:
+_schema: type[PrepareConfig] = TrainConfig
+
+
+def register(schema: type[PrepareConfig] = TrainConfig) -> None:
     """Make the schema and the resolver known to Hydra; called by the entry scripts."""
-    ConfigStore.instance().store(name="schema", node=TrainConfig)
+    global _schema
+    _schema = schema
+    ConfigStore.instance().store(name="schema", node=schema)
     OmegaConf.register_new_resolver("run_suffix", run_suffix, replace=True)
 
 
@@ -103,7 +108,7 @@ def explain(error: BaseException) -> str:
 def _explain_key(full_key: str) -> str:
     """Name the siblings of a key that does not exist."""
     *path, key = full_key.split(".")
-    node: Any = OmegaConf.structured(TrainConfig)
+    node: Any = OmegaConf.structured(_schema)
     for part in path:
         node = node.get(part) if OmegaConf.is_dict(node) and part in node else None
     names = sorted(str(name) for name in node) if node is not None else []

@@ -6,10 +6,9 @@ merged into these classes, so a misspelt key or a wrong type is refused before a
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass, field
 from enum import Enum
-from pathlib import Path
+from typing import TypeVar
 
 from omegaconf import MISSING, DictConfig, OmegaConf
 
@@ -40,6 +39,8 @@ class SourceKind(Enum):
     procedural = "procedural"
     folder = "folder"
     shapenet = "shapenet"
+    modelnet = "modelnet"
+    pix3d = "pix3d"
 
 
 class ImageKind(Enum):
@@ -47,6 +48,22 @@ class ImageKind(Enum):
 
     render = "render"
     r2n2 = "r2n2"
+
+
+class SplitKind(Enum):
+    """How models are split into those to train on and those to test on."""
+
+    hash = "hash"
+    r2n2 = "r2n2"
+    source = "source"
+    listed = "listed"
+
+
+class Up(Enum):
+    """Which axis of a source's meshes points up."""
+
+    y = "y"
+    z = "z"
 
 
 class Residency(Enum):
@@ -140,7 +157,10 @@ class RenderConfig:
 class DataConfig:
     """The models, what is sampled from them, and how they are split.
 
-    `images`, `images_root` (by default `root`) and `mix_versions` are for `data=shapenet`.
+    `images`, `images_root` (by default `root`), `mix_versions` and `parts_root` are for
+    `data=shapenet`; `up` and `yaw` (degrees about the vertical, anticlockwise from above) turn the
+    meshes of `folder`, `modelnet` and `pix3d` until they are y up and face -z; `leave_out` names
+    the kinds of photographs that `pix3d` passes over. `split_file` is for `split=listed`.
     """
 
     source: SourceKind = MISSING
@@ -148,9 +168,15 @@ class DataConfig:
     images: ImageKind = ImageKind.render
     images_root: str | None = None
     mix_versions: bool = False
+    parts_root: str | None = None
+    up: Up = Up.y
+    yaw: float = 0.0
+    leave_out: list[str] = field(default_factory=lambda: ["truncated", "occluded"])
     num_models: int = 500
     seed: int = 0
     num_points: int = 16384
+    split: SplitKind = SplitKind.hash
+    split_file: str | None = None
     train_fraction: float = 0.8
     residency: Residency = Residency.auto
     render: RenderConfig = field(default_factory=RenderConfig)
@@ -158,9 +184,14 @@ class DataConfig:
 
 @dataclass
 class PreparationConfig:
-    """How data is prepared; nothing here changes what comes out. 0 workers = one per core."""
+    """How data is prepared; nothing here changes what comes out.
+
+    0 workers = one per core; `timeout` in seconds per model; `shard=3/16` makes one machine's part.
+    """
 
     workers: int = 0
+    timeout: float = 600.0
+    shard: str | None = None
 
 
 @dataclass
@@ -220,28 +251,41 @@ class PathsConfig:
 
 
 @dataclass
-class TrainConfig:
-    """Everything that `train.py` reads."""
+class PrepareConfig:
+    """Everything that `prepare.py` reads."""
 
     category: CategoryConfig = field(default_factory=CategoryConfig)
+    data: DataConfig = field(default_factory=DataConfig)
+    preparation: PreparationConfig = field(default_factory=PreparationConfig)
+    paths: PathsConfig = field(default_factory=PathsConfig)
+
+
+@dataclass
+class TrainConfig(PrepareConfig):
+    """Everything that `train.py` reads."""
+
     regime: RegimeConfig = field(default_factory=RegimeConfig)
     templates: TemplatesConfig = field(default_factory=TemplatesConfig)
     encoder: EncoderConfig = field(default_factory=EncoderConfig)
     network: NetworkConfig = field(default_factory=NetworkConfig)
-    data: DataConfig = field(default_factory=DataConfig)
-    preparation: PreparationConfig = field(default_factory=PreparationConfig)
     schedule: ScheduleConfig = field(default_factory=ScheduleConfig)
     trainer: TrainerConfig = field(default_factory=TrainerConfig)
     logger: LoggerConfig = field(default_factory=LoggerConfig)
     callbacks: CallbacksConfig = field(default_factory=CallbacksConfig)
-    paths: PathsConfig = field(default_factory=PathsConfig)
     name: str = "default"
     seed: int = 0
     restart: bool = False
 
 
-def typed_config(cfg: DictConfig) -> TrainConfig:
-    """Turn a composed configuration into `TrainConfig`.
+_Config = TypeVar("_Config", bound=PrepareConfig)
+
+
+def typed_config(cfg: DictConfig, schema: type[_Config]) -> _Config:
+    """Turn a composed configuration into the classes above.
+
+    Args:
+        cfg: what Hydra composed.
+        schema: of which kind it is.
 
     Raises:
         ConfigError: a value that must be given is missing; the message names it.
@@ -251,121 +295,12 @@ def typed_config(cfg: DictConfig) -> TrainConfig:
     if missing:
         raise ConfigError(f"these settings must be given: {', '.join(f'{k}=...' for k in missing)}")
     # Hydra lets `+key=value` past a schema: merging into it once more does not.
-    merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), OmegaConf.to_container(cfg))
+    merged = OmegaConf.merge(OmegaConf.structured(schema), OmegaConf.to_container(cfg))
     config = OmegaConf.to_object(merged)
-    assert isinstance(config, TrainConfig)
-    if len(config.network.degrees) != 3:
-        raise ConfigError(f"network.degrees={config.network.degrees} must be three numbers")
-    first, second, third = config.network.degrees  # OmegaConf hands tuples over as lists
-    config.network.degrees = (first, second, third)
+    assert isinstance(config, schema)
+    if isinstance(config, TrainConfig):
+        if len(config.network.degrees) != 3:
+            raise ConfigError(f"network.degrees={config.network.degrees} must be three numbers")
+        first, second, third = config.network.degrees  # OmegaConf hands tuples over as lists
+        config.network.degrees = (first, second, third)
     return config
-
-
-def validate(cfg: TrainConfig) -> None:
-    """Check what types alone cannot, before anything is built.
-
-    Raises:
-        ConfigError: names every setting that cannot work, and the way out.
-    """
-    checks = [*_number_checks(cfg), *_data_checks(cfg), *_regime_checks(cfg)]
-    problems = [message for wrong, message in checks if wrong]
-    if problems:
-        raise ConfigError("; ".join(problems))
-
-
-_Checks = list[tuple[bool, str]]  # whether something is wrong, and what
-
-
-def _number_checks(cfg: TrainConfig) -> _Checks:
-    data, render, schedule = cfg.data, cfg.data.render, cfg.schedule
-    templates, network = cfg.templates, cfg.network
-    positive = {
-        "schedule.steps": schedule.steps,
-        "schedule.num_points": schedule.num_points,
-        "schedule.learning_rate": schedule.learning_rate,
-        "schedule.annealing_steps": schedule.annealing_steps,
-        "schedule.val_every": schedule.val_every,
-        "schedule.checkpoint_every": schedule.checkpoint_every,
-        "templates.count": templates.count,
-        "templates.max_edge": templates.max_edge,
-        "encoder.width": cfg.encoder.width,
-        "network.bottleneck": network.bottleneck,
-        "network.hidden": network.hidden,
-        "network.offset_std": network.offset_std,
-        "data.num_models": data.num_models,
-        "data.num_points": data.num_points,
-        "data.render.samples": render.samples,
-        "logger.every": cfg.logger.every,
-    }
-    return [
-        *((not value > 0, f"{key}={value} must be above 0") for key, value in positive.items()),
-        (schedule.batch_size < 2, "schedule.batch_size must be 2 or more (batch norm needs it)"),
-        (
-            schedule.num_points > data.num_points,
-            f"schedule.num_points={schedule.num_points} is more than "
-            f"data.num_points={data.num_points}, the points kept per model",
-        ),
-    ]
-
-
-def _data_checks(cfg: TrainConfig) -> _Checks:
-    data, render = cfg.data, cfg.data.render
-    name, on_disk = data.source.value, data.source is not SourceKind.procedural
-    return [
-        (on_disk and not data.root, f"data={name} needs data.root=DIR, a folder of categories"),
-        (
-            on_disk and bool(data.root) and not Path(str(data.root)).expanduser().is_dir(),
-            f"data.root={data.root} is not a folder",
-        ),
-        (
-            data.images is not ImageKind.render and data.source is not SourceKind.shapenet,
-            f"data.images={data.images.value} goes with data=shapenet",
-        ),
-        (not 0 < data.train_fraction < 1, "data.train_fraction must lie between 0 and 1"),
-        (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
-        (not render.azimuths, "data.render.azimuths needs at least one angle"),
-        (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
-        (
-            Path(cfg.category.name).name != cfg.category.name,
-            f"category.name={cfg.category.name} must be the name of a folder, not a path",
-        ),
-        (
-            cfg.category.synset is not None and not re.fullmatch(r"\d{8}", cfg.category.synset),
-            f"category.synset={cfg.category.synset} must be 8 digits; quote it",
-        ),
-    ]
-
-
-def _regime_checks(cfg: TrainConfig) -> _Checks:
-    data, regime, templates, network = cfg.data, cfg.regime, cfg.templates, cfg.network
-    needs_file = templates.strategy in (TemplateStrategy.listed, TemplateStrategy.ranking)
-    return [
-        (
-            needs_file and not (templates.file and Path(templates.file).is_file()),
-            f"templates.strategy={templates.strategy.value} needs templates.file=FILE, a file that "
-            f"exists (got {templates.file})",
-        ),
-        (not 0 <= regime.min_weight < 1, "regime.min_weight must lie in [0, 1)"),
-        (
-            regime.weighting is Weighting.log and templates.count == 1,
-            "regime.weighting=log is infinite for a single template: use another regime (b, e, r) "
-            "or more templates",
-        ),
-        (
-            min(regime.entropy_weight, regime.offset_weight) < 0,
-            "regime.entropy_weight and regime.offset_weight must not be negative",
-        ),
-        (min(network.degrees) < 1, f"network.degrees={list(network.degrees)} must be 1 or more"),
-        (
-            not 0 < network.batch_norm_momentum <= 1,
-            "network.batch_norm_momentum must lie in (0, 1]",
-        ),
-        (
-            cfg.encoder.weights is not None and not Path(cfg.encoder.weights).is_file(),
-            f"encoder.weights={cfg.encoder.weights} is not a file",
-        ),
-        (
-            cfg.seed < 0 or data.seed < 0 or templates.seed < 0,
-            "seed, data.seed and templates.seed must not be negative",
-        ),
-    ]

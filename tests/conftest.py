@@ -8,8 +8,8 @@ import torch
 from hydra import compose, initialize_config_dir
 
 from ffd_lightning.cli import register
-from ffd_lightning.config import RenderConfig, typed_config
-from ffd_lightning.data.preparation import prepare
+from ffd_lightning.config import RenderConfig, TrainConfig, typed_config
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
 
 ROOT = Path(__file__).parents[1]
@@ -62,7 +62,9 @@ def tiny_config(data_root):
     def make(*overrides):
         register()
         with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-            return typed_config(compose("train", [*TINY, f"paths.data={data_root}", *overrides]))
+            return typed_config(
+                compose("train", [*TINY, f"paths.data={data_root}", *overrides]), TrainConfig
+            )
 
     return make
 
@@ -71,12 +73,6 @@ def tiny_config(data_root):
 def prepared(data_root):
     """The prepared set of the tiny configuration."""
     render = RenderConfig(height=48, width=64, samples=1)
-    return prepare(
-        ProceduralSource(24),
-        "table",
-        num_points=256,
-        render=render,
-        root=data_root,
-        workers=2,
-        progress=False,
-    )
+    return Preparation(
+        ProceduralSource(24), "table", 256, render, data_root, workers=2, progress=False
+    ).run()

@@ -6,13 +6,13 @@ import pytest
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
+from ffd_lightning.checks import validate
 from ffd_lightning.cli import register, run_suffix
 from ffd_lightning.config import (
     LearningRateDecay,
     TrainConfig,
     Weighting,
     typed_config,
-    validate,
 )
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError
@@ -42,12 +42,12 @@ def train(*arguments):
     ],
 )
 def test_regimes_are_the_papers_second_table(regime, row):
-    r = typed_config(composed(f"regime={regime}")).regime
+    r = typed_config(composed(f"regime={regime}"), TrainConfig).regime
     assert (r.min_weight, r.weighting, r.entropy_weight, r.offset_weight) == row
 
 
 def test_the_paper_schedule_is_the_papers():
-    cfg = typed_config(composed("schedule=paper", "templates=t30"))
+    cfg = typed_config(composed("schedule=paper", "templates=t30"), TrainConfig)
     s = cfg.schedule
     assert (s.steps, s.annealing_steps, s.batch_size, s.num_points) == (100_000, 10_000, 32, 1024)
     assert (s.learning_rate, s.learning_rate_decay) == (1e-3, LearningRateDecay.none)
@@ -57,13 +57,16 @@ def test_the_paper_schedule_is_the_papers():
 
 
 def test_regimes_combine():
-    cfg = typed_config(composed("regime=e", "regime.offset_weight=1"))
+    cfg = typed_config(composed("regime=e", "regime.offset_weight=1"), TrainConfig)
     assert (cfg.regime.entropy_weight, cfg.regime.offset_weight) == (100, 1)
 
 
 @pytest.mark.parametrize("category", sorted(SYNSETS))
 def test_every_category_has_its_synset(category):
-    assert typed_config(composed(f"category={category}")).category.synset == SYNSETS[category]
+    assert (
+        typed_config(composed(f"category={category}"), TrainConfig).category.synset
+        == SYNSETS[category]
+    )
 
 
 @pytest.mark.parametrize(
@@ -73,7 +76,7 @@ def test_every_option_of_every_group_composes(group):
     needed = {"category": "category.name=mug", "data": "data.root=."}
     for file in (ROOT / "conf" / group).glob("*.yaml"):
         extra = [needed[group]] if file.stem in ("custom", "folder") else []
-        typed_config(composed(f"{group}={file.stem}", *extra))
+        typed_config(composed(f"{group}={file.stem}", *extra), TrainConfig)
 
 
 @pytest.mark.parametrize(
@@ -124,11 +127,11 @@ def test_mistakes_on_the_command_line_get_one_message(arguments, words, tmp_path
 )
 def test_values_that_cannot_work_are_named(overrides, word):
     with pytest.raises(ConfigError, match=word):
-        validate(typed_config(composed(*overrides)))
+        validate(typed_config(composed(*overrides), TrainConfig))
 
 
 def test_a_sound_configuration_passes():
-    validate(typed_config(composed()))
+    validate(typed_config(composed(), TrainConfig))
 
 
 def test_help_names_choices_and_examples():

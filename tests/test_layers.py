@@ -11,6 +11,7 @@ ROOT = Path(ffd_lightning.__file__).parent
 RANK = {
     "errors": 0,
     "cli": 0,
+    "checks": 0,
     "config": 0,
     "run_folder": 0,
     "geometry": 0,

@@ -13,15 +13,18 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ffd_lightning.data.model_file import Recipe
-from ffd_lightning.data.prepared import MANIFEST, REJECTED, UNKNOWN_PART, file_digest
+from ffd_lightning.data.prepared import (
+    FILES,
+    MANIFEST,
+    REJECTED,
+    WARNINGS,
+    file_digest,
+    manifest_digest,
+)
 from ffd_lightning.errors import DataError
 
-_PER_MODEL = ("images", "points", "face_ids", "point_parts")
-_PER_FACE = ("faces", "face_parts", "face_colors")
-_PARTS = ("point_parts", "face_parts")
 _PACKAGES = ("ffd_lightning", "numpy", "embreex")
 
 
@@ -51,19 +54,24 @@ def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], targe
     folder = target.with_name(f".{target.name}.tmp")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    with (folder / REJECTED).open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([("id", "reason"), *rejected])
-    families, part_names = _write_arrays(recipe, good, folder)
+    facts = _write_models(recipe, good, folder)
+    warnings = facts.pop("warnings")
+    _write_table(folder / REJECTED, "reason", rejected)
+    _write_table(folder / WARNINGS, "warning", warnings)
     manifest = {
         "settings": settings,
         "versions": {name: _version(name) for name in _PACKAGES},
         "models": len(good),
         "rejected": len(rejected),
+        "warnings": len(warnings),
         "ids": good,
-        "families": families,
-        "part_names": part_names,
-        "files": {path.stem: _facts(path) for path in sorted(folder.glob("*.npy"))},
+        **facts,
+        "files": {
+            name: {"bytes": (folder / name).stat().st_size, "sha256": file_digest(folder / name)}
+            for name in sorted(FILES)
+        },
     }
+    manifest["sha256"] = manifest_digest(manifest)
     (folder / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
     for path in (*folder.iterdir(), folder):
         _sync(path)
@@ -71,44 +79,48 @@ def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], targe
     _sync(target.parent)
 
 
-def _write_arrays(
-    recipe: Recipe, ids: Sequence[str], folder: Path
-) -> tuple[list[str], tuple[str, ...]]:
-    """Write all arrays, one model after the other; return families by model and part names.
+def _write_models(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str, Any]:
+    """Write all arrays, one model after the other; return what the manifest says of them.
 
     Plain appending writes: filling a memory map on a full disk would kill the process.
     """
-    offsets = np.zeros((len(ids) + 1, 2), np.int64)
-    families: list[str] = []
-    part_names: dict[str, None] = {}  # a set that keeps its order
-    for row, model in enumerate(_models(recipe, ids)):
-        offsets[row + 1] = offsets[row] + (len(model["vertices"]), len(model["faces"]))
-        families.append(str(model["family"]))
-        part_names.update(dict.fromkeys(model["part_names"].tolist()))
-    lengths = dict.fromkeys(_PER_MODEL, len(ids))
-    lengths |= {"vertices": int(offsets[-1, 0])} | dict.fromkeys(_PER_FACE, int(offsets[-1, 1]))
+    facts: dict[str, Any] = {"families": [], "part_names": [], "image_shape": None, "warnings": []}
+    image_sizes, mesh_sizes = [], []
     with ExitStack() as stack:
-        files: dict[str, IO[bytes]] = {}
-        for name in lengths:
-            if part_names or name not in _PARTS:
-                files[name] = stack.enter_context((folder / f"{name}.npy").open("wb"))
+        points, images, meshes = (
+            stack.enter_context((folder / f"{name}.npy").open("wb"))
+            for name in ("points", "images", "meshes")
+        )
         for row, model in enumerate(_models(recipe, ids)):
-            numbers = _part_numbers(model["part_names"].tolist(), list(part_names))
-            for name, file in files.items():
-                array = numbers[model[name]] if name in _PARTS else model[name]
-                if row == 0:
-                    rest = array.shape if name in _PER_MODEL else array.shape[1:]
-                    _write_header(file, array.dtype, (lengths[name], *rest))
+            cloud, shape = model["points"], model["image_shape"].tolist()
+            if row == 0:
+                facts["image_shape"] = shape
+                _write_header(points, np.dtype(np.int16), (len(ids), *cloud.shape))
+                for file in (images, meshes):
+                    _write_header(file, np.dtype(np.uint8), (0,))
+            if shape != facts["image_shape"]:
+                raise DataError(
+                    f"{ids[row]} of {recipe.category} has images {shape}, others have "
+                    f"{facts['image_shape']}: the source must give all models as many views"
+                )
+            facts["families"].append(str(model["family"]))
+            facts["part_names"] += model["part_names"].tolist()
+            if warning := str(model["warning"]):
+                facts["warnings"].append((ids[row], warning))
+            for file, array in (
+                (points, cloud),
+                (images, model["images"]),
+                (meshes, model["mesh"]),
+            ):
                 file.write(array.tobytes())
-    np.save(folder / "mesh_offsets.npy", offsets)
-    return families, tuple(part_names)
-
-
-def _part_numbers(own: list[str], all_names: list[str]) -> NDArray[np.uint8]:
-    """Return the table from a model's own part labels to the set's, (256,)."""
-    table = np.full(256, UNKNOWN_PART, np.uint8)
-    table[: len(own)] = [all_names.index(name) for name in own]
-    return table
+            image_sizes += model["image_sizes"].tolist()
+            mesh_sizes.append(len(model["mesh"]))
+        for file, sizes in ((images, image_sizes), (meshes, mesh_sizes)):
+            file.seek(0)
+            _write_header(file, np.dtype(np.uint8), (sum(sizes),))
+    for name, sizes in (("image", image_sizes), ("mesh", mesh_sizes)):
+        np.save(folder / f"{name}_offsets.npy", np.cumsum([0, *sizes], dtype=np.int64))
+    return facts | {"part_names": list(dict.fromkeys(facts["part_names"]))}
 
 
 def _write_header(file: IO[bytes], dtype: np.dtype, shape: tuple[int, ...]) -> None:
@@ -128,15 +140,9 @@ def _models(recipe: Recipe, ids: Sequence[str]) -> Iterator[Any]:
             yield arrays
 
 
-def _facts(file: Path) -> dict[str, Any]:
-    """Return what opening and `verify` compare with."""
-    array = np.load(file, mmap_mode="r", allow_pickle=False)
-    return {
-        "shape": list(array.shape),
-        "dtype": str(array.dtype),
-        "bytes": file.stat().st_size,
-        "sha256": file_digest(file),
-    }
+def _write_table(file: Path, column: str, rows: Sequence[tuple[str, str]]) -> None:
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream, lineterminator="\n").writerows([("id", column), *rows])
 
 
 def _version(package: str) -> str:

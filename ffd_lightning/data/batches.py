@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,12 +17,14 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.config import Residency
+from ffd_lightning.data.packing import POINT_STEP
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.data.workers import available_cores
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.deformation import TemplateSample
 
-_BLOCK_BYTES = 1 << 26
+_BLOCK = 256  # models
 
 
 class Draw(NamedTuple):
@@ -60,8 +65,8 @@ class ModelStore:
     Args:
         prepared: the models.
         bank: the templates.
-        device: where to copy everything to; None leaves the models in their files, mapped into
-            memory, and the templates where they are.
+        device: where to copy everything to; None leaves the models in their files, the clouds
+            mapped and the images packed, and the templates where they are.
 
     Raises:
         DataError: the device has too little memory.
@@ -70,17 +75,18 @@ class ModelStore:
     def __init__(
         self, prepared: PreparedSet, bank: TemplateBank, device: torch.device | None = None
     ) -> None:
-        self._made_of = prepared, bank
+        self._prepared, self._bank = prepared, bank
         self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
+        self.points = _mapped(prepared.arrays["points"])
+        self.images: Tensor | None = None
         if device is None:
-            self.images, self.points = _mapped(prepared.images), _mapped(prepared.points)
             return
         size = resident_bytes(prepared, bank)
         try:
             if device.type == "cpu" and size > _available_memory():
                 raise MemoryError  # the system would promise it, and kill the process later
-            self.images = _copied(prepared.images, 3, device)
-            self.points = _copied(prepared.points, 3, device)
+            self.images = _unpacked(prepared, device)
+            self.points = self.points.to(device, copy=True)
             self.control_points = bank.control_points.to(device)
             self.matrix = bank.deformation_matrix.to(device)
         except (torch.OutOfMemoryError, MemoryError):
@@ -91,25 +97,29 @@ class ModelStore:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process maps the files itself: tensors would travel as a copy of them all.
-        return ModelStore, self._made_of
+        return ModelStore, (self._prepared, self._bank)
 
     @property
     def device(self) -> torch.device:
         """Where batches come out."""
-        return self.images.device
+        return self.points.device
 
     def batch(self, draw: Draw) -> Batch:
         """Gather what was drawn, on the device where the data is."""
         rows, views, points, template_points = (
-            index.to(self.images.device, non_blocking=True) for index in draw
+            index.to(self.device, non_blocking=True) for index in draw
         )
-        images = _select(self.images, rows[:, None], views[:, None])[:, 0]
-        clouds = _select(self.points, rows[:, None], points)
+        if self.images is None:
+            pairs = list(zip(draw.rows.tolist(), draw.views.tolist(), strict=True))
+            images = torch.from_numpy(_read_images(self._prepared, pairs))
+        else:
+            images = _select(self.images, rows[:, None], views[:, None])[:, 0]
+        clouds = _select(self.points, rows[:, None], points).float() * POINT_STEP
         templates = torch.arange(len(template_points), device=rows.device)[:, None]
         matrix = _select(self.matrix, templates, template_points)
         return Batch(
             rows=rows,
-            images=images[..., :3].permute(0, 3, 1, 2),
+            images=images.permute(0, 3, 1, 2),
             target_points=clouds,
             templates=TemplateSample(matrix, self.control_points),
         )
@@ -117,16 +127,17 @@ class ModelStore:
 
 def resident_bytes(prepared: PreparedSet, bank: TemplateBank) -> int:
     """Return what `ModelStore` copies to a device, in bytes."""
-    images = prepared.images.size * 3 // prepared.images.shape[-1]
-    return images + prepared.points.nbytes + bank.deformation_matrix.nbytes
+    images = len(prepared) * math.prod(prepared.image_shape[:3]) * 3
+    return images + prepared.arrays["points"].nbytes + bank.deformation_matrix.nbytes
 
 
 def choose_residency(size: int, device: torch.device) -> Residency:
     """Return what `data.residency=auto` means for so many bytes and this device.
 
     On the CPU the files stay where they are: the system keeps what is read of them in memory, once
-    for all runs of a machine. A GPU takes all that fits into half of its free memory, the machine's
-    memory what fits into half of what is available.
+    for all runs of a machine, and unpacking images is little beside a step there. A GPU takes all
+    that fits into half of its free memory, the machine's memory what fits into half of what is
+    available.
     """
     if device.type == "cpu":
         return Residency.disk
@@ -157,11 +168,24 @@ def _mapped(array: NDArray[Any]) -> Tensor:
         return torch.from_numpy(array)
 
 
-def _copied(array: NDArray[Any], channels: int, device: torch.device) -> Tensor:
-    """Copy the first channels of an array to a device, without a second copy in memory."""
-    shape = (*array.shape[:-1], channels)
-    result = torch.empty(shape, dtype=_mapped(array[:0]).dtype, device=device)
-    step = max(1, _BLOCK_BYTES * len(array) // max(array.nbytes, 1))
-    for i in range(0, len(array), step):
-        result[i : i + step] = torch.from_numpy(np.array(array[i : i + step, ..., :channels]))
+def _read_images(prepared: PreparedSet, pairs: Sequence[tuple[int, int]]) -> NDArray[np.uint8]:
+    """Return the images of (row, view) pairs without their coverage, (k, H, W, 3)."""
+    result = np.empty((len(pairs), *prepared.image_shape[1:3], 3), np.uint8)
+
+    def read(place: int) -> None:
+        result[place] = prepared.image(*pairs[place])[..., :3]
+
+    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:  # unpacking frees the interpreter
+        list(pool.map(read, range(len(pairs))))
+    return result
+
+
+def _unpacked(prepared: PreparedSet, device: torch.device) -> Tensor:
+    """Copy all images to a device, (n, views, H, W, 3), without a second copy in memory."""
+    views, height, width, _ = prepared.image_shape
+    result = torch.empty((len(prepared), views, height, width, 3), dtype=torch.uint8, device=device)
+    for row in range(0, len(prepared), _BLOCK):
+        rows = range(row, min(row + _BLOCK, len(prepared)))
+        images = _read_images(prepared, [(r, v) for r in rows for v in range(views)])
+        result[row : row + len(rows)] = torch.from_numpy(images).unflatten(0, (-1, views))
     return result

@@ -18,12 +18,11 @@ from lightning import LightningDataModule
 from numpy.typing import NDArray
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy
+from ffd_lightning.config import Residency, SplitKind, TemplateStrategy
 from ffd_lightning.data.batches import Batch, Draw, ModelStore, choose_residency, resident_bytes
-from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.sources.base import Source
-from ffd_lightning.data.splits import Split, split_ids
+from ffd_lightning.data.splits import Split, hash_parts, listed_parts, make_split, r2n2_parts
 from ffd_lightning.data.templates import TemplateBank, choose_templates
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.lattice import Degrees
@@ -179,19 +178,15 @@ class FfdDataModule(LightningDataModule):
     """Prepares a category, chooses templates, splits the rest, and serves steps.
 
     Args:
-        source: where models come from.
-        category: its name.
-        data_root: where prepared data is kept.
-        render: the images.
-        num_cloud_points: points sampled per model, once.
-        train_fraction: share of the models that are not templates.
+        preparation: what the models are and where prepared data is kept.
+        split, split_file, train_fraction: which of those that are no templates are trained on: by
+            hash of the id, by 3D-R2N2's rule, by the source's own split, or by a file.
         num_templates, template_strategy, template_file, template_seed: see `choose_templates`.
         degrees, max_edge: see `TemplateBank`.
         batch_size, num_points, steps: queries a step, points per cloud and step, steps in all.
         seed: decides what each step sees.
         residency: where images and clouds are kept while training.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
-        preparation_workers: processes that prepare data, 0 for one per core.
 
     Attributes:
         prepared: the prepared set, after `setup`.
@@ -206,12 +201,10 @@ class FfdDataModule(LightningDataModule):
     def __init__(
         self,
         *,
-        source: Source,
-        category: str,
-        data_root: Path,
-        render: RenderConfig,
-        num_cloud_points: int,
-        train_fraction: float,
+        preparation: Preparation,
+        split: SplitKind = SplitKind.hash,
+        split_file: str | None = None,
+        train_fraction: float = 0.8,
         num_templates: int,
         template_strategy: TemplateStrategy,
         template_file: str | None = None,
@@ -224,42 +217,25 @@ class FfdDataModule(LightningDataModule):
         seed: int = 0,
         residency: Residency = Residency.auto,
         num_workers: int | None = None,
-        preparation_workers: int = 0,
     ) -> None:
         super().__init__()
-        self.source, self.category, self.data_root, self.render = (
-            source,
-            category,
-            data_root,
-            render,
-        )
-        self.num_cloud_points, self.train_fraction = num_cloud_points, train_fraction
+        self.preparation, self.train_fraction = preparation, train_fraction
+        self.split_kind, self.split_file = split, split_file
         self.num_templates, self.template_strategy = num_templates, template_strategy
         self.template_file, self.template_seed = template_file, template_seed
         self.degrees, self.max_edge = degrees, max_edge
         self.batch_size, self.num_points, self.steps = batch_size, num_points, steps
         self.seed, self.residency, self.num_workers = seed, residency, num_workers
-        self.preparation_workers = preparation_workers
-
-    def _prepare(self) -> PreparedSet:
-        return prepare(
-            self.source,
-            self.category,
-            num_points=self.num_cloud_points,
-            render=self.render,
-            root=self.data_root,
-            workers=self.preparation_workers,
-        )
 
     def prepare_data(self) -> None:
         """Build the prepared set where it is missing (on one process)."""
-        self._prepare()
+        self.preparation.run()
 
     def setup(self, stage: str | None = None) -> None:
         """Open the prepared set, choose templates and split the rest; once, whatever the stage."""
         if hasattr(self, "prepared"):
             return
-        self.prepared = self._prepare()
+        self.prepared = self.preparation.run()
         ids = choose_templates(
             self.prepared,
             self.num_templates,
@@ -268,7 +244,24 @@ class FfdDataModule(LightningDataModule):
             self.template_seed,
         )
         self.bank = TemplateBank(self.prepared, ids, self.degrees, self.max_edge)
-        self.split = split_ids(self.prepared.ids, self.train_fraction, exclude=ids)
+        parts, hint = self._parts()
+        self.split = make_split(self.prepared.ids, parts, ids, hint)
+
+    def _parts(self) -> tuple[dict[str, str], str]:
+        """Return the part of each model, and the setting that decides it."""
+        category, kind = self.preparation.category, self.split_kind
+        if kind is SplitKind.listed:
+            file = Path(str(self.split_file)).expanduser()
+            return listed_parts(file, category), f"data.split_file={file}"
+        if kind is SplitKind.r2n2:
+            return r2n2_parts([*self.prepared.ids, *self.prepared.rejected]), "data.split=r2n2"
+        if kind is SplitKind.source:
+            parts = self.preparation.source.split(category)
+            if not parts:
+                raise ConfigError("this source has no split of its own: use data.split=hash")
+            return parts, "data.split=source"
+        parts = hash_parts(self.prepared.ids, self.train_fraction)
+        return parts, f"data.train_fraction={self.train_fraction}"
 
     def rows(self, ids: Sequence[str]) -> NDArray[np.int64]:
         """Return the prepared set's rows of model ids."""
@@ -326,8 +319,7 @@ class FfdDataModule(LightningDataModule):
 
     @property
     def _sizes(self) -> Sizes:
-        views, cloud_points = self.prepared.images.shape[1], self.prepared.points.shape[1]
-        return Sizes(views, cloud_points, len(self.bank))
+        return Sizes(self.prepared.image_shape[0], self.prepared.num_points, len(self.bank))
 
     def _loader(self, draws: Dataset[Draw], sampler: Sampler[int] | None) -> DataLoader[Any]:
         on_gpu = self.trainer is not None and self.trainer.strategy.root_device.type == "cuda"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,13 +42,4 @@ class Mesh:
         """Return the same faces and materials on other vertices of the same count, (V, 3)."""
         if vertices.shape != self.vertices.shape:
             raise ValueError(f"expected vertices {self.vertices.shape}, got {vertices.shape}")
-        return Mesh(
-            vertices=vertices,
-            faces=self.faces,
-            face_colors=self.face_colors,
-            face_parts=self.face_parts,
-            part_names=self.part_names,
-            textures=self.textures,
-            face_textures=self.face_textures,
-            face_uvs=self.face_uvs,
-        )
+        return replace(self, vertices=vertices)

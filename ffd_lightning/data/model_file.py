@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import os
+import secrets
 import zipfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from ffd_lightning.config import RenderConfig
 from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.prepared import UNKNOWN_PART
+from ffd_lightning.data.packing import UNKNOWN_PART, pack_image, pack_mesh, pack_points
 from ffd_lightning.data.rendering import render
-from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.sources.base import Source, SourceModel
 from ffd_lightning.errors import RejectedModelError
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.geometry.sampling import sample_surface
@@ -24,8 +24,7 @@ from ffd_lightning.geometry.sampling import sample_surface
 # Barycentric coordinates spread over a face, (36, 3).
 _FACE_PLACES = np.array([(i, j, 7 - i - j) for i in range(8) for j in range(8 - i)]) / 7
 _CONTENTS = frozenset(
-    ("images", "points", "face_ids", "point_parts", "vertices", "faces", "face_parts")
-    + ("face_colors", "family", "part_names")
+    ("images", "image_sizes", "image_shape", "points", "mesh", "family", "part_names", "warning")
 )
 
 
@@ -47,6 +46,10 @@ class Recipe:
         """Return where the reason goes for which a model was rejected."""
         return self.file(model_id).with_suffix(".rejected")
 
+    def tried(self, model_id: str) -> bool:
+        """Return whether a model is finished or rejected, by the names of files alone."""
+        return self.file(model_id).exists() or self.rejection(model_id).exists()
+
 
 def make_model(recipe: Recipe, model_id: str) -> None:
     """Write one model's file, or the reason why it is rejected.
@@ -63,7 +66,7 @@ def make_model(recipe: Recipe, model_id: str) -> None:
         reject(recipe, model_id, f"{type(error).__name__}: {error}")
         return
     file = recipe.file(model_id)
-    temporary = file.with_suffix(f".{os.getpid()}.tmp")
+    temporary = _temporary(file)
     with temporary.open("wb") as stream:
         np.savez(stream, **arrays)
     temporary.replace(file)
@@ -72,9 +75,14 @@ def make_model(recipe: Recipe, model_id: str) -> None:
 def reject(recipe: Recipe, model_id: str, reason: str) -> None:
     """Write down why a model is not in the set."""
     file = recipe.rejection(model_id)
-    temporary = file.with_suffix(f".{os.getpid()}.tmp")
+    temporary = _temporary(file)
     temporary.write_text(" ".join(reason.split()), encoding="utf-8")
     temporary.replace(file)
+
+
+def _temporary(file: Path) -> Path:
+    """Return a name that no other process uses, on whichever machine it runs."""
+    return file.with_suffix(f".{secrets.token_hex(4)}.tmp")
 
 
 def is_done(recipe: Recipe, model_id: str) -> bool:
@@ -97,29 +105,51 @@ def is_done(recipe: Recipe, model_id: str) -> bool:
 
 def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
     """Load, normalise, sample and render one model; return what its file holds."""
-    model = recipe.source.load(recipe.category, model_id)
-    mesh = model.mesh.with_vertices(normalize(model.mesh.vertices, model.mesh.faces))
+    model = _normalized(recipe.source.load(recipe.category, model_id))
+    mesh = model.mesh
     # The id alone decides the draw, so that no model's sample depends on the others.
     key = hashlib.sha256(f"{recipe.category}/{model_id}".encode()).digest()
     points, face_ids = sample_surface(
         mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
     )
     images = _rendered(mesh, recipe.render) if model.images is None else model.images
-    parts = mesh.face_parts
-    if parts is None:
-        parts = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
+    packed = [pack_image(image) for image in images]
+    if model.parts is not None:
+        from ffd_lightning.data.part_labels import label_faces, label_points
+
+        face_parts = label_faces(model.parts, mesh.vertices, mesh.faces)
+        point_parts = label_points(model.parts, points)
+        mesh = replace(mesh, face_parts=face_parts, part_names=model.parts.names)
+    elif mesh.face_parts is not None:
+        point_parts = mesh.face_parts[face_ids]
+    else:
+        point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
+    mesh = replace(mesh, face_colors=_plain_colors(mesh))
     return {
-        "images": images,
-        "points": points.astype(np.float32),
-        "face_ids": face_ids.astype(np.int32),
-        "point_parts": parts[face_ids],
-        "vertices": mesh.vertices.astype(np.float32),
-        "faces": mesh.faces.astype(np.int32),
-        "face_parts": parts,
-        "face_colors": _plain_colors(mesh),
+        "images": np.frombuffer(b"".join(packed), np.uint8),
+        "image_sizes": np.array([len(p) for p in packed]),
+        "image_shape": np.array(images.shape),
+        "points": pack_points(points),
+        "mesh": np.frombuffer(pack_mesh(mesh, point_parts), np.uint8),
         "family": np.str_(model.family),
         "part_names": np.array(mesh.part_names, dtype=np.str_),
+        "warning": np.str_(" ".join(model.warning.split())),
     }
+
+
+def _normalized(model: SourceModel) -> SourceModel:
+    """Return a model whose mesh, and the annotated points with it, have box diagonal 1."""
+    mesh, parts = model.mesh, model.parts
+    if parts is None:
+        return replace(model, mesh=mesh.with_vertices(normalize(mesh.vertices, mesh.faces)))
+    # Only vertices that faces use decide the frame: the points are moved along.
+    moved = normalize(np.concatenate([mesh.vertices, parts.points]), mesh.faces)
+    count = len(mesh.vertices)
+    return replace(
+        model,
+        mesh=mesh.with_vertices(moved[:count]),
+        parts=replace(parts, points=moved[count:]),
+    )
 
 
 def _rendered(mesh: Mesh, views: RenderConfig) -> NDArray[np.uint8]:

@@ -2,58 +2,69 @@
 
 Each model becomes one file of a working folder as soon as it is done; at the end all are joined
 into arrays in a second folder, which is renamed into place. So a kill costs the models in work and
-no more, and no process ever sees half a set.
+no more, and no process ever sees half a set. The models' files may come from several machines
+(`Shard`): they share the working folder, or it is copied together.
 """
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
 import multiprocessing
-import os
+import re
 import shutil
-import signal
 import sys
-import threading
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
-from dataclasses import asdict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from filelock import FileLock, Timeout
+from omegaconf import DictConfig
 
-from ffd_lightning.config import RenderConfig
+from ffd_lightning.checks import validate
+from ffd_lightning.config import PrepareConfig, RenderConfig, typed_config
 from ffd_lightning.data.assembly import assemble
-from ffd_lightning.data.model_file import Recipe, is_done, make_model, reject
-from ffd_lightning.data.prepared import REJECTED, PreparedSet
+from ffd_lightning.data.model_file import Recipe, is_done
+from ffd_lightning.data.prepared import REJECTED, WARNINGS, PreparedSet
 from ffd_lightning.data.progress import ModelProgress
+from ffd_lightning.data.sources import build_source
 from ffd_lightning.data.sources.base import Source
-from ffd_lightning.errors import DataError
+from ffd_lightning.data.workers import available_cores, make_models
+from ffd_lightning.errors import ConfigError, DataError
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Goes up when the same settings give another set, so that prepared data is built anew."""
 
-_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+
+@dataclass(frozen=True)
+class Shard:
+    """One machine's part of the models: every `count`-th, from the `number`-th on (1 is first)."""
+
+    number: int
+    count: int
+
+    @classmethod
+    def parse(cls, text: str) -> Shard:
+        """Read "3/16".
+
+        Raises:
+            ConfigError: it is not of that form.
+        """
+        match = re.fullmatch(r"(\d+)/(\d+)", text.strip())
+        if not match or not 1 <= int(match[1]) <= int(match[2]):
+            raise ConfigError(
+                f"preparation.shard={text} must be NUMBER/COUNT, from 1/COUNT to COUNT/COUNT"
+            )
+        return cls(int(match[1]), int(match[2]))
 
 
-def prepare(
-    source: Source,
-    category: str,
-    *,
-    num_points: int,
-    render: RenderConfig,
-    root: Path,
-    workers: int = 0,
-    progress: bool = True,
-) -> PreparedSet:
-    """Return the prepared set of a category, building what is missing of it.
+@dataclass(frozen=True)
+class Preparation:
+    """What a prepared set is made of and where it goes.
 
-    Worker processes are started afresh, so a script that calls this needs the usual
+    Worker processes are started afresh, so a script that uses this needs the usual
     `if __name__ == "__main__":`.
 
     Args:
@@ -63,86 +74,151 @@ def prepare(
         render: the images.
         root: prepared sets are kept in `root/prepared`.
         workers: processes, 0 for one per core.
+        timeout: seconds after which a model is given up and rejected.
         progress: show on stderr how far it is.
-
-    Raises:
-        DataError: no usable model, a damaged set, or a disk that is full or not writable.
     """
-    settings = {
-        "format": FORMAT_VERSION,
-        "source": source.fingerprint(category),
-        "category": category,
-        "num_points": num_points,
-        "render": asdict(render),
-    }
-    canonical = json.dumps(settings, sort_keys=True, separators=(",", ":"))
-    key = hashlib.sha256(canonical.encode()).hexdigest()[:12]
-    target = Path(root) / "prepared" / f"{category}-{key}"
-    if target.exists():
-        return PreparedSet.open(target)
-    if getattr(multiprocessing.current_process(), "_inheriting", False):
-        # A worker that is still importing the script would wait for the lock its parent holds.
-        raise RuntimeError('prepare() is called outside of `if __name__ == "__main__":`')
-    ids = source.model_ids(category)
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with _locked(target):
-            if target.exists():
-                return PreparedSet.open(target)
-            recipe = Recipe(source, category, num_points, render, _work_folder(target))
-            _build(recipe, ids, settings, target, workers or _cores(), progress)
-    except OSError as error:
-        raise DataError(
-            f"cannot prepare {target}: {error}. Free some space there or choose another folder "
-            "(paths.data=DIR); the same command continues with the models that are left"
-        ) from error
-    prepared = PreparedSet.open(target)
-    _report(prepared)
-    return prepared
 
+    source: Source
+    category: str
+    num_points: int
+    render: RenderConfig
+    root: Path
+    workers: int = 0
+    timeout: float = 600.0
+    progress: bool = True
 
-def _build(
-    recipe: Recipe,
-    ids: Sequence[str],
-    settings: dict[str, object],
-    target: Path,
-    workers: int,
-    progress: bool,
-) -> None:
-    """Make the models that are not done yet and assemble the set; the caller holds its lock."""
-    recipe.folder.mkdir(exist_ok=True)
-    todo = [i for i in ids if not is_done(recipe, i)]
-    done = len(ids) - len(todo)
-    if progress:
-        resumed = f" ({done} are done already)" if done else ""
+    @cached_property
+    def settings(self) -> dict[str, object]:
+        """What decides the set, JSON-able."""
+        return {
+            "format": FORMAT_VERSION,
+            "source": self.source.fingerprint(self.category),
+            "category": self.category,
+            "num_points": self.num_points,
+            "render": asdict(self.render),
+        }
+
+    @cached_property
+    def target(self) -> Path:
+        """The set's folder, named by what decides it."""
+        canonical = json.dumps(self.settings, sort_keys=True, separators=(",", ":"))
+        key = hashlib.sha256(canonical.encode()).hexdigest()[:12]
+        return Path(self.root) / "prepared" / f"{self.category}-{key}"
+
+    def run(self) -> PreparedSet:
+        """Return the prepared set, building what is missing of it.
+
+        Raises:
+            DataError: no usable model, a damaged set, or a disk that is full or not writable.
+        """
+        if self.target.exists():
+            self._tidy()
+            return PreparedSet.open(self.target)
+        ids = self._ids()
+        with self._disk_errors(), _locked(self.target):
+            if not self.target.exists():
+                self._make(ids, ids)
+                self._assemble(ids)
+        prepared = PreparedSet.open(self.target)
+        _report(prepared)
+        return prepared
+
+    def run_shard(self, shard: Shard) -> PreparedSet | None:
+        """Make a part of the models; join all of them if these were the last that were missing.
+
+        Returns:
+            The prepared set once all models are done, else None.
+
+        Raises:
+            DataError: as `run`.
+        """
+        if self.target.exists():
+            return self.run()
+        ids = self._ids()
+        mine = ids[shard.number - 1 :: shard.count]
+        name = f"{self.target.name}.{shard.number}-of-{shard.count}"
+        with self._disk_errors(), _locked(self.target.with_name(name)):
+            try:
+                self._make(mine, ids)
+            except OSError:
+                if not self.target.exists():  # else another process has made them all meanwhile
+                    raise
+        left = [] if self.target.exists() else [i for i in ids if not self._recipe.tried(i)]
+        if not left:
+            return self.run()
         print(
-            f"preparing {len(ids)} models of {recipe.category} in {target}{resumed}",
+            f"{self.category}: shard {shard.number}/{shard.count} is done, {len(left)} models of "
+            f"other shards are not. The last shard joins all if they share {self.target.parent}; "
+            f"else copy the folders {self._recipe.folder} together and run without a shard",
             file=sys.stderr,
         )
-    try:
-        with ModelProgress(recipe.category, len(ids), done, progress) as bar:
-            _make_models(recipe, deque(todo), workers, bar.advance)
-    except KeyboardInterrupt:
-        print(
-            "preparation interrupted: the same command continues with the models that are left",
-            file=sys.stderr,
-        )
-        raise
-    try:
-        assemble(recipe, ids, settings, target)
-    except DataError:  # all rejected: try them again when the cause may have been mended
-        shutil.rmtree(recipe.folder, ignore_errors=True)
-        raise
-    shutil.rmtree(recipe.folder, ignore_errors=True)
+        return None
 
+    @property
+    def _recipe(self) -> Recipe:
+        folder = self.target.with_name(f".{self.target.name}.partial")
+        return Recipe(self.source, self.category, self.num_points, self.render, folder)
 
-def _work_folder(target: Path) -> Path:
-    return target.with_name(f".{target.name}.partial")
+    def _ids(self) -> list[str]:
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            # A worker that is still importing the script would wait for the lock its parent holds.
+            raise RuntimeError('data is prepared outside of `if __name__ == "__main__":`')
+        return self.source.model_ids(self.category)
 
+    def _make(self, ids: Sequence[str], all_ids: Sequence[str]) -> None:
+        """Make those models of `ids` that are not done yet; the caller holds a lock."""
+        recipe = self._recipe
+        recipe.folder.mkdir(exist_ok=True)
+        todo = [i for i in ids if not is_done(recipe, i)]
+        done = len(ids) - len(todo)
+        if self.progress:
+            part = "" if len(ids) == len(all_ids) else f" of {len(all_ids)}"
+            resumed = f" ({done} are done already)" if done else ""
+            print(
+                f"preparing {len(ids)}{part} models of {self.category} in {self.target}{resumed}",
+                file=sys.stderr,
+            )
+        try:
+            with ModelProgress(self.category, len(ids), done, self.progress) as bar:
+                workers = self.workers or available_cores()
+                make_models(recipe, todo, workers, self.timeout, bar.advance)
+        except KeyboardInterrupt:
+            print(
+                "preparation interrupted: the same command continues with the models that are left",
+                file=sys.stderr,
+            )
+            raise
 
-def _cores() -> int:
-    """Return how many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    def _assemble(self, ids: Sequence[str]) -> None:
+        try:
+            assemble(self._recipe, ids, self.settings, self.target)
+        except DataError:  # all rejected: try them again when the cause may have been mended
+            shutil.rmtree(self._recipe.folder, ignore_errors=True)
+            raise
+        self._tidy()
+
+    def _tidy(self) -> None:
+        """Remove the models' files once they are in the set, also after a kill in between."""
+        folder = self._recipe.folder
+        gone = folder.with_suffix(".done")
+        if folder.exists():
+            shutil.rmtree(gone, ignore_errors=True)
+            # Renamed first: what a shard still writes must not bring it back. Where it cannot be,
+            # another process is at it or the set is not ours.
+            with suppress(OSError):
+                folder.rename(gone)
+        shutil.rmtree(gone, ignore_errors=True)
+
+    @contextmanager
+    def _disk_errors(self) -> Iterator[None]:
+        try:
+            self.target.parent.mkdir(parents=True, exist_ok=True)
+            yield
+        except OSError as error:
+            raise DataError(
+                f"cannot prepare {self.target}: {error}. Free some space there or choose another "
+                "folder (paths.data=DIR); the same command continues with the models that are left"
+            ) from error
 
 
 @contextmanager
@@ -160,144 +236,44 @@ def _locked(target: Path) -> Iterator[None]:
         lock.release()
 
 
-def _make_models(
-    recipe: Recipe, todo: deque[str], workers: int, advance: Callable[[], None]
-) -> None:
-    """Make all models in `todo`; reject by name the one at which a worker process dies."""
-    while todo:
-        suspects = _run_pool(recipe, todo, workers, 2 * workers, advance)
-        # A worker died while these were in hand. Alone, the culprit shows itself.
-        while suspects:
-            for culprit in _run_pool(recipe, suspects, 1, 1, advance):
-                reject(recipe, culprit, "its worker process died (out of memory?)")
-                advance()
-
-
-def _run_pool(
-    recipe: Recipe, todo: deque[str], workers: int, in_hand: int, advance: Callable[[], None]
-) -> deque[str]:
-    """Make models from the front of `todo` in worker processes, until none is left or one dies.
-
-    Args:
-        recipe: what to make.
-        todo: emptied from the front as models are handed out.
-        workers: at most so many processes.
-        in_hand: at most so many models are handed out at a time.
-        advance: called for every model done.
-
-    Returns:
-        The models that were in hand, and not done, when a worker died.
-    """
-    # spawn: a fork would copy the locks that threads of torch and of the bar may hold.
-    context = multiprocessing.get_context("spawn")
-    others = set(multiprocessing.active_children())
-    pending: dict[Future[None], str] = {}
-    with (
-        _one_thread_each(),
-        ProcessPoolExecutor(min(workers, len(todo)), context, _start_worker, (recipe,)) as pool,
-    ):
-        try:
-            _check_start(pool)
-            while todo or pending:
-                while todo and len(pending) < in_hand:
-                    pending[_submit(pool, _work, todo[0])] = todo[0]
-                    todo.popleft()
-                for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                    future.result()
-                    del pending[future]
-                    advance()
-        except BrokenProcessPool:
-            left = deque(i for i in pending.values() if not is_done(recipe, i))
-            for _ in range(len(pending) - len(left)):
-                advance()
-            return left
-        except BaseException:
-            # Ctrl-C or a full disk: no reason to wait for models in work. The pool gives up when
-            # its workers die; leaving it waits for that, as its thread must not outlive it.
-            for process in set(multiprocessing.active_children()) - others:
-                process.terminate()
-            raise
-    return deque()
-
-
-def _check_start(pool: ProcessPoolExecutor) -> None:
-    """Tell workers that cannot even start from workers that die over a model."""
-    try:
-        _submit(pool, os.getpid).result()
-    except BrokenProcessPool:
-        raise DataError(
-            "worker processes end as soon as they start; their own message is above. A script "
-            'that prepares data must do so below `if __name__ == "__main__":`, and the source '
-            "must be importable from a module"
-        ) from None
-
-
-def _submit(pool: ProcessPoolExecutor, function: Callable[..., Any], *args: str) -> Future[Any]:
-    """Submit work; a worker process that is started for it never sees Ctrl-C.
-
-    A terminal sends Ctrl-C to the workers too, and one that is still importing would answer with
-    a traceback. They inherit the mask; the parent gets what was held back when it is lifted.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        return pool.submit(function, *args)
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    try:
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        return pool.submit(function, *args)
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-@contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let processes that are started meanwhile use one thread; libraries read this on loading."""
-    before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-# --- in a worker process ------------------------------------------------------------------------
-
-_recipe: Recipe | None = None
-
-
-def _start_worker(recipe: Recipe) -> None:
-    """Keep the recipe, leave Ctrl-C to the parent, and end when the parent is gone."""
-    global _recipe
-    _recipe = recipe
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without the mask of `_submit`
-    parent = multiprocessing.parent_process()
-    assert parent is not None
-
-    def watch() -> None:
-        parent.join()
-        os._exit(1)
-
-    threading.Thread(target=watch, daemon=True).start()
-
-
-def _work(model_id: str) -> None:
-    assert _recipe is not None
-    make_model(_recipe, model_id)
-
-
-# --- what is said at the end --------------------------------------------------------------------
-
-
 def _report(prepared: PreparedSet) -> None:
     """Say in one line what was prepared and what was rejected."""
-    line = f"prepared {len(prepared)} models in {prepared.path}"
-    with (prepared.path / REJECTED).open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    if rows:
-        first = "; ".join(f"{r['id']}: {r['reason']}" for r in rows[:3])
-        more = "; ..." if len(rows) > 3 else ""
-        line += f"; rejected {len(rows)} ({first}{more}), see {prepared.path / REJECTED}"
+    size = sum(facts["bytes"] for facts in prepared.manifest["files"].values())
+    line = f"prepared {len(prepared)} models in {prepared.path} ({size / 1e6:.0f} MB)"
+    if prepared.manifest["warnings"]:
+        line += f"; {prepared.manifest['warnings']} with warnings, see {prepared.path / WARNINGS}"
+    if prepared.rejected:
+        first = "; ".join(f"{i}: {why}" for i, why in list(prepared.rejected.items())[:3])
+        more = "; ..." if len(prepared.rejected) > 3 else ""
+        count, file = len(prepared.rejected), prepared.path / REJECTED
+        line += f"; rejected {count} ({first}{more}), see {file}"
     print(line, file=sys.stderr)
+
+
+def build_preparation(cfg: PrepareConfig) -> Preparation:
+    """Return the preparation that a configuration describes; nothing is read yet."""
+    return Preparation(
+        source=build_source(cfg.data),
+        category=cfg.category.name,
+        num_points=cfg.data.num_points,
+        render=cfg.data.render,
+        root=Path(cfg.paths.data),
+        workers=cfg.preparation.workers,
+        timeout=cfg.preparation.timeout,
+    )
+
+
+def prepare_job(cfg: DictConfig) -> None:
+    """Prepare what Hydra composed: a category, or the shard of it that is asked for.
+
+    Raises:
+        ConfigError: settings that cannot work.
+        DataError: as `Preparation.run`.
+    """
+    config = typed_config(cfg, PrepareConfig)
+    validate(config)
+    preparation = build_preparation(config)
+    if config.preparation.shard is None:
+        preparation.run()
+    else:
+        preparation.run_shard(Shard.parse(config.preparation.shard))

@@ -1,10 +1,14 @@
-"""Reading a prepared set: memory-mapped arrays, checked on opening."""
+"""Reading a prepared set: mapped clouds, packed images and meshes, all checked on opening."""
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
-from dataclasses import dataclass
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -13,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.packing import UNKNOWN_PART, unpack_image, unpack_mesh, unpack_points
 from ffd_lightning.errors import DataError
 
 MANIFEST = "manifest.json"
 REJECTED = "rejected.csv"
-UNKNOWN_PART = 255
-_REQUIRED = frozenset(
-    ("images", "points", "face_ids", "vertices", "faces", "face_colors", "mesh_offsets")
-)
-_PER_MODEL = ("images", "points", "face_ids", "point_parts")
+WARNINGS = "warnings.csv"
+ARRAYS = ("points", "images", "image_offsets", "meshes", "mesh_offsets")
+FILES = frozenset((*(f"{name}.npy" for name in ARRAYS), REJECTED, WARNINGS))
+_WORTH_A_WORD = 1 << 30  # bytes whose checking takes seconds
 
 
 def file_digest(path: Path) -> str:
@@ -30,20 +34,26 @@ def file_digest(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
+def manifest_digest(manifest: dict[str, Any]) -> str:
+    """Return the sha256 of what a manifest says, but for its own checksum."""
+    rest = {key: value for key, value in manifest.items() if key != "sha256"}
+    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+
+
 @dataclass(frozen=True)
 class PreparedSet:
     """One category, ready for training; immutable on disk.
 
     Attributes:
         path: its folder.
-        manifest: settings, source, counts, and size, shape, dtype and checksum of each array.
+        manifest: settings, source, counts, and size and checksum of each file.
         ids: n model ids, sorted.
         families: structural family of each, "" where unknown.
         part_names: names of the parts, () where unknown.
-        images: (n, views, H, W, 4) uint8, RGB over white and coverage.
-        points: (n, N, 3) float32 surface samples, bounding box diagonal 1.
-        face_ids: (n, N) int32, the face each point lies on.
-        point_parts: (n, N) uint8 index into `part_names`, 255 unknown; None without any parts.
+        image_shape: views, H, W, 4.
+        arrays: the files' content, mapped: `points` (n, N, 3) int16 in units of
+            `packing.POINT_STEP`; `images` and `meshes`, packed bytes of which `image_offsets`
+            (n * views + 1,) and `mesh_offsets` (n + 1,) tell the places.
     """
 
     path: Path
@@ -51,33 +61,33 @@ class PreparedSet:
     ids: tuple[str, ...]
     families: tuple[str, ...]
     part_names: tuple[str, ...]
+    image_shape: tuple[int, int, int, int]
     arrays: dict[str, NDArray[Any]]
 
     @classmethod
     def open(cls, path: Path) -> PreparedSet:
-        """Open a prepared set and check that every file is there, whole, and of the right shape.
+        """Open a prepared set and check that every file is there and as it was written.
+
+        Checksums are compared once, and again when a file's size or time has changed since.
 
         Raises:
             DataError: a file is missing or damaged; the message names it and how to rebuild.
         """
-        file = path / MANIFEST
-        try:
-            manifest = json.loads(file.read_text(encoding="utf-8"))
-            ids, families, part_names = (
-                tuple(manifest[key]) for key in ("ids", "families", "part_names")
-            )
-            missing = sorted(_REQUIRED - set(manifest["files"]))
-            if missing:
-                raise ValueError(f"it does not list {', '.join(missing)}")
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            raise _damaged(path, file, f"{type(error).__name__}: {error}") from None
-        arrays = {name: _open_array(path, name, facts) for name, facts in manifest["files"].items()}
-        for name in _PER_MODEL:
-            if name in arrays and len(arrays[name]) != len(ids):
-                raise _damaged(path, path / f"{name}.npy", f"{len(ids)} models are listed")
-        if not (path / REJECTED).is_file():
-            raise _damaged(path, path / REJECTED, "it is missing")
-        return cls(path, manifest, ids, families, part_names, arrays)
+        manifest = _read_manifest(path)
+        _check_files(path, manifest)
+        ids, families, part_names = (
+            tuple(manifest[key]) for key in ("ids", "families", "part_names")
+        )
+        views, height, width, channels = manifest["image_shape"]
+        arrays = {}
+        for name in ARRAYS:
+            file = path / f"{name}.npy"
+            try:
+                arrays[name] = np.load(file, mmap_mode="r", allow_pickle=False)
+            except (OSError, ValueError) as error:
+                raise damaged(path, file, str(error)) from None
+        shape = (views, height, width, channels)
+        return cls(path, manifest, ids, families, part_names, shape, arrays)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process maps the files itself: a memory map would travel as a copy of them all.
@@ -87,28 +97,45 @@ class PreparedSet:
         return len(self.ids)
 
     @property
-    def images(self) -> NDArray[np.uint8]:
-        """See the class."""
-        return self.arrays["images"]
+    def num_points(self) -> int:
+        """Points per cloud, N."""
+        return int(self.arrays["points"].shape[1])
 
-    @property
-    def points(self) -> NDArray[np.float32]:
-        """See the class."""
-        return self.arrays["points"]
+    def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
+        """Return a model's surface samples, or the first `count`: (N, 3), box diagonal 1."""
+        return unpack_points(self.arrays["points"][row, :count])
 
-    @property
-    def face_ids(self) -> NDArray[np.int32]:
-        """See the class."""
-        return self.arrays["face_ids"]
+    def image(self, row: int, view: int = 0) -> NDArray[np.uint8]:
+        """Return one image of a model, (H, W, 4) uint8: RGB over white and coverage.
 
-    @property
-    def point_parts(self) -> NDArray[np.uint8] | None:
-        """See the class."""
-        return self.arrays.get("point_parts")
+        Raises:
+            DataError: it is damaged.
+        """
+        views, *shape = self.image_shape
+        place = row * views + view
+        start, end = self.arrays["image_offsets"][place : place + 2]
+        try:
+            return unpack_image(self.arrays["images"][start:end].data, tuple(shape))
+        except ValueError as error:
+            raise damaged(self.path, self.path / "images.npy", f"image {place}: {error}") from None
 
-    @cached_property
-    def _rows(self) -> dict[str, int]:
-        return {model_id: row for row, model_id in enumerate(self.ids)}
+    def mesh(self, row: int) -> Mesh:
+        """Return a model's normalised mesh, one colour per face (textures averaged).
+
+        Raises:
+            DataError: it is damaged.
+        """
+        return self._model(row)[0]
+
+    def point_parts(self, row: int) -> NDArray[np.uint8] | None:
+        """Return the parts of a cloud's points, (N,) index into `part_names`, 255 unknown.
+
+        None where the set has no parts at all.
+
+        Raises:
+            DataError: it is damaged.
+        """
+        return self._model(row)[1] if self.part_names else None
 
     def index(self, model_id: str) -> int:
         """Return the row of a model.
@@ -121,45 +148,92 @@ class PreparedSet:
         except KeyError:
             raise DataError(f"{self.path} holds no model {model_id!r}") from None
 
-    def mesh(self, row: int) -> Mesh:
-        """Return a model's normalised mesh, one colour per face (textures averaged)."""
-        (v0, f0), (v1, f1) = self.arrays["mesh_offsets"][row : row + 2]
-        parts = self.arrays.get("face_parts")
-        return Mesh(
-            vertices=np.asarray(self.arrays["vertices"][v0:v1], np.float64),
-            faces=np.asarray(self.arrays["faces"][f0:f1], np.int64),
-            face_colors=np.array(self.arrays["face_colors"][f0:f1]),
-            face_parts=None if parts is None else np.array(parts[f0:f1]),
-            part_names=self.part_names,
-        )
+    @cached_property
+    def rejected(self) -> dict[str, str]:
+        """Why a model is not in the set, by its id."""
+        with (self.path / REJECTED).open(newline="", encoding="utf-8") as file:
+            return {row["id"]: row["reason"] for row in csv.DictReader(file)}
 
-    def verify(self) -> None:
-        """Compare every file's checksum with the manifest's.
+    @cached_property
+    def _rows(self) -> dict[str, int]:
+        return {model_id: row for row, model_id in enumerate(self.ids)}
 
-        Raises:
-            DataError: a file has changed since it was written.
-        """
-        for name, facts in self.manifest["files"].items():
-            file = self.path / f"{name}.npy"
-            if file_digest(file) != facts["sha256"]:
-                raise _damaged(self.path, file, "its checksum has changed")
+    def _model(self, row: int) -> tuple[Mesh, NDArray[np.uint8]]:
+        """Return a mesh and its points' parts, (N,), numbered as the set numbers them."""
+        start, end = self.arrays["mesh_offsets"][row : row + 2]
+        try:
+            mesh, point_parts = unpack_mesh(self.arrays["meshes"][start:end].tobytes())
+        except ValueError as error:
+            raise damaged(self.path, self.path / "meshes.npy", f"mesh {row}: {error}") from None
+        if not self.part_names:
+            return replace(mesh, face_parts=None), point_parts
+        numbers = _part_numbers(mesh.part_names, self.part_names)
+        assert mesh.face_parts is not None
+        mesh = replace(mesh, face_parts=numbers[mesh.face_parts], part_names=self.part_names)
+        return mesh, numbers[point_parts]
 
 
-def _open_array(folder: Path, name: str, facts: dict[str, Any]) -> NDArray[Any]:
-    file = folder / f"{name}.npy"
+def _part_numbers(own: Sequence[str], all_names: Sequence[str]) -> NDArray[np.uint8]:
+    """Return the table from a model's own part labels to the set's, (256,)."""
+    table = np.full(256, UNKNOWN_PART, np.uint8)
+    table[: len(own)] = [all_names.index(name) for name in own]
+    return table
+
+
+# --- checking ------------------------------------------------------------------------------------
+
+
+def _read_manifest(folder: Path) -> dict[str, Any]:
+    file = folder / MANIFEST
     try:
-        size = file.stat().st_size
-        if size != facts["bytes"]:
-            raise ValueError(f"{size} bytes, {facts['bytes']} were written")
-        array = np.load(file, mmap_mode="r", allow_pickle=False)
-    except (OSError, ValueError) as error:
-        raise _damaged(folder, file, str(error)) from None
-    if list(array.shape) != facts["shape"] or str(array.dtype) != facts["dtype"]:
-        raise _damaged(folder, file, f"{array.dtype} {array.shape} is not what was written")
-    return array
+        manifest: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+        if manifest["sha256"] != manifest_digest(manifest):
+            raise ValueError("its checksum does not fit")
+        missing = sorted(FILES - set(manifest["files"]))
+        if missing:
+            raise ValueError(f"it does not list {', '.join(missing)}")
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise damaged(folder, file, f"{type(error).__name__}: {error}") from None
+    return manifest
 
 
-def _damaged(folder: Path, file: Path, why: str) -> DataError:
+def _check_files(folder: Path, manifest: dict[str, Any]) -> None:
+    """Compare sizes, and checksums unless the very same files were found good before."""
+    found = {}
+    for name, facts in manifest["files"].items():
+        try:
+            stat = (folder / name).stat()
+        except OSError as error:
+            raise damaged(folder, folder / name, str(error.strerror)) from None
+        if stat.st_size != facts["bytes"]:
+            reason = f"{stat.st_size} bytes, {facts['bytes']} were written"
+            raise damaged(folder, folder / name, reason)
+        found[name] = [facts["sha256"], stat.st_mtime_ns, stat.st_ctime_ns]
+    note = _note(folder)
+    try:
+        if json.loads(note.read_text(encoding="utf-8")) == found:
+            return
+    except (OSError, ValueError):
+        pass
+    size = sum(facts["bytes"] for facts in manifest["files"].values())
+    if size > _WORTH_A_WORD:
+        print(f"comparing the checksums of {folder} ({size / 1e9:.1f} GB)", file=sys.stderr)
+    for name, facts in manifest["files"].items():
+        if file_digest(folder / name) != facts["sha256"]:
+            raise damaged(folder, folder / name, "its checksum has changed")
+    with suppress(OSError):  # a folder that only others may write to: compared again next time
+        note.write_text(json.dumps(found), encoding="utf-8")
+
+
+def _note(folder: Path) -> Path:
+    """Return where it is noted which files, of which time, had the right checksums."""
+    return folder.with_name(f".{folder.name}.checked")
+
+
+def damaged(folder: Path, file: Path, why: str) -> DataError:
+    """Return the error for a file that is not as it was written."""
+    category = folder.name.rpartition("-")[0] or "NAME"
     return DataError(
-        f"{file} is damaged ({why}): delete the folder {folder} and run the same command again"
+        f"{file} is damaged ({why}): delete the folder {folder} and run the same command again, "
+        f"or python prepare.py category={category} with the data settings of the run"
     )

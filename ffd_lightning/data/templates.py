@@ -140,7 +140,7 @@ def _farthest_points(
     given = [prepared.index(i) for i in first]
     candidates = np.union1d(np.linspace(0, len(prepared) - 1, size).astype(int), given).astype(int)
     points = torch.from_numpy(
-        np.stack([prepared.points[i, :_CANDIDATE_POINTS] for i in candidates]).astype(np.float32)
+        np.stack([prepared.cloud(int(i), _CANDIDATE_POINTS) for i in candidates])
     )
     chosen = np.searchsorted(candidates, given).tolist()
     if not chosen:
@@ -190,9 +190,9 @@ class TemplateBank:
         self.families = tuple(prepared.families[r] for r in rows)
         self.part_names = prepared.part_names
         self.meshes: tuple[Mesh, ...] = tuple(prepared.mesh(r) for r in rows)
-        self.points = torch.from_numpy(np.stack([prepared.points[r] for r in rows]))
-        parts = prepared.point_parts
-        self.point_parts = None if parts is None else np.stack([parts[r] for r in rows])
+        self.points = torch.from_numpy(np.stack([prepared.cloud(r) for r in rows]))
+        parts = [p for r in rows if (p := prepared.point_parts(r)) is not None]
+        self.point_parts = np.stack(parts) if parts else None
         self.max_edge = max_edge
         self.lattices = tuple(Lattice.bounding(_used_vertices(m), degrees) for m in self.meshes)
         self.control_points = torch.stack([k.control_points() for k in self.lattices]).float()

@@ -58,7 +58,7 @@ def reconstruction_figure(
     """
     network.eval()
     device = next(network.parameters()).device
-    inputs = np.stack([prepared.images[r, 0, ..., :3] for r in rows])
+    inputs = np.stack([prepared.image(r)[..., :3] for r in rows])
     images = torch.from_numpy(inputs).permute(0, 3, 1, 2).to(device)
     prediction = network(images)
     selected = prediction.template_index.tolist()

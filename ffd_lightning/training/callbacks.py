@@ -107,7 +107,7 @@ class ExampleImages(Callback):
         if writer is None or trainer.global_step > 0 or not isinstance(data, FfdDataModule):
             return
         rows = data.rows(data.split.test[: self.count])
-        images = np.stack([data.prepared.images[r, 0, ..., :3] for r in rows])
+        images = np.stack([data.prepared.image(r)[..., :3] for r in rows])
         writer.add_images("examples/input", images, 0, dataformats="NHWC")
 
 

@@ -22,10 +22,11 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 
+from ffd_lightning.checks import validate
 from ffd_lightning.cli import explain
-from ffd_lightning.config import TrainConfig, typed_config, validate
+from ffd_lightning.config import TrainConfig, typed_config
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.sources import build_source
+from ffd_lightning.data.preparation import build_preparation
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import PROTOCOL, evaluate, write_evaluation
 from ffd_lightning.evaluation.figures import reconstruction_figure
@@ -54,7 +55,7 @@ def train_job(cfg: DictConfig) -> dict[str, float] | None:
     run = RunFolder(Path(hydra.runtime.output_dir))
     sweep = hydra.mode is RunMode.MULTIRUN
     try:
-        config = typed_config(cfg)
+        config = typed_config(cfg, TrainConfig)
         if sweep and config.trainer.strategy.startswith("ddp"):
             # Lightning would start the whole sweep again in every further process.
             raise ConfigError("trainer=ddp does not work with -m: start its runs one by one")
@@ -134,11 +135,9 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
 def build_data(cfg: TrainConfig) -> FfdDataModule:
     """Build the data module that a configuration describes; nothing is read yet."""
     return FfdDataModule(
-        source=build_source(cfg.data),
-        category=cfg.category.name,
-        data_root=Path(cfg.paths.data),
-        render=cfg.data.render,
-        num_cloud_points=cfg.data.num_points,
+        preparation=build_preparation(cfg),
+        split=cfg.data.split,
+        split_file=cfg.data.split_file,
         train_fraction=cfg.data.train_fraction,
         num_templates=cfg.templates.count,
         template_strategy=cfg.templates.strategy,
@@ -152,7 +151,6 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         seed=cfg.seed,
         residency=cfg.data.residency,
         num_workers=cfg.trainer.num_workers,
-        preparation_workers=cfg.preparation.workers,
     )
 
 

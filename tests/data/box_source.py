@@ -5,10 +5,8 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from ffd_lightning.config import RenderConfig
-from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.base import SourceModel
 from ffd_lightning.data.sources.procedural.shapes import Builder, Material
 from ffd_lightning.errors import RejectedModelError
@@ -25,6 +23,12 @@ class BoxSource:
     faults: dict[str, str] = field(default_factory=dict)
     gate: Path | None = None
     version: int = 0
+
+    def categories(self):
+        return ["box"]
+
+    def split(self, category):
+        return {}
 
     def model_ids(self, category):
         return [f"b{i:02d}" for i in range(self.count)]
@@ -58,10 +62,14 @@ def box_mesh(number):
     return b.mesh()
 
 
-def prepare_boxes(source, root, workers=2, num_points=32, render=RENDER, category="box"):
-    return prepare(
-        source, category, num_points=num_points, render=render, root=Path(root), workers=workers
+def boxes_of(source, root, workers=2, num_points=32, render=RENDER, category="box", **settings):
+    return Preparation(
+        source, category, num_points, render, Path(root), workers=workers, **settings
     )
+
+
+def prepare_boxes(source, root, **settings):
+    return boxes_of(source, root, **settings).run()
 
 
 def loads(log):
@@ -75,11 +83,3 @@ def loads(log):
 def contents(folder):
     """Return the bytes of every file of a prepared set."""
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
-
-
-def planes(vertices, faces, points, face_ids):
-    """Return how far each point is from the plane of its face."""
-    corners = vertices[faces[face_ids]]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return np.einsum("ij,ij->i", points - corners[:, 0], normals)

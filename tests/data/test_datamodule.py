@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
-from box_source import RENDER, BoxSource
+from box_source import BoxSource, boxes_of
 
 from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy
 from ffd_lightning.data import batches
@@ -17,25 +17,22 @@ from ffd_lightning.data.datamodule import (
     StepSampler,
     TrainingDraws,
 )
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 
 BATCH, POINTS, STEPS = 4, 32, 6
 
 
-def make_module(source, category, root, render, **settings):
+def make_module(preparation, **settings):
     module = FfdDataModule(
-        source=source,
-        category=category,
-        data_root=root,
-        render=render,
+        preparation=preparation,
         train_fraction=0.7,
         num_templates=2,
         template_strategy=TemplateStrategy.diverse,
         batch_size=BATCH,
         num_points=POINTS,
         steps=STEPS,
-        preparation_workers=1,
         **settings,
     )
     module.prepare_data()
@@ -47,7 +44,7 @@ def make_module(source, category, root, render, **settings):
 def tables(prepared, data_root):
     """Tables, on the prepared set that is there already."""
     render = RenderConfig(height=48, width=64, samples=1)
-    module = make_module(ProceduralSource(24), "table", data_root, render, num_cloud_points=256)
+    module = make_module(Preparation(ProceduralSource(24), "table", 256, render, data_root))
     assert module.prepared.path == prepared.path
     return module
 
@@ -56,7 +53,7 @@ def tables(prepared, data_root):
 def boxes(tmp_path_factory):
     """Boxes seen from two sides."""
     root = tmp_path_factory.mktemp("boxes")
-    return make_module(BoxSource(10, root / "log"), "box", root, RENDER, num_cloud_points=64)
+    return make_module(boxes_of(BoxSource(10, root / "log"), root, num_points=64, workers=1))
 
 
 def training_steps(module, seed=0, rank=0, world_size=1, batch_size=BATCH):
@@ -108,9 +105,9 @@ def test_setup_runs_once(tables):
 def test_a_step_holds_what_the_prepared_set_holds(tables):
     batch = training_steps(tables)[3]
     for row, image, points in zip(batch.rows, batch.images, batch.target_points, strict=True):
-        rgb = tables.prepared.images[int(row), 0, ..., :3]
+        rgb = tables.prepared.image(int(row))[..., :3]
         np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
-        cloud = {tuple(p) for p in tables.prepared.points[int(row)].tolist()}
+        cloud = {tuple(p) for p in tables.prepared.cloud(int(row)).tolist()}
         drawn = {tuple(p) for p in points.tolist()}
         assert len(drawn) == POINTS, "without replacement"
         assert drawn <= cloud
@@ -172,7 +169,7 @@ def test_views_vary(boxes):
     for k in range(40):
         batch = steps[k]
         for row, image in zip(batch.rows.tolist(), batch.images, strict=True):
-            sides = boxes.prepared.images[row, ..., :3]
+            sides = [boxes.prepared.image(row, view)[..., :3] for view in (0, 1)]
             matches = [v for v in (0, 1) if np.array_equal(sides[v], image.permute(1, 2, 0))]
             assert len(matches) == 1
             views[row].update(matches)
@@ -206,7 +203,7 @@ def test_chunks_are_the_same_at_every_call_and_show_the_first_view(boxes):
     assert len(first) == -(-len(boxes.split.test) // BATCH)
     for batch, same in zip(first, again, strict=True):
         assert equal(batch, same)
-        rgb = boxes.prepared.images[batch.rows.numpy(), 0, ..., :3]
+        rgb = [boxes.prepared.image(row)[..., :3] for row in batch.rows.tolist()]
         np.testing.assert_array_equal(batch.images.permute(0, 2, 3, 1), rgb)
 
 
@@ -216,21 +213,14 @@ def test_chunks_are_the_same_at_every_call_and_show_the_first_view(boxes):
 @pytest.fixture
 def resident(boxes):
     """The boxes again, copied into memory."""
-    return make_module(
-        boxes.source,
-        "box",
-        boxes.data_root,
-        RENDER,
-        num_cloud_points=64,
-        residency=Residency.device,
-    )
+    return make_module(boxes.preparation, residency=Residency.device)
 
 
 def test_where_the_data_is_kept_changes_nothing(boxes, resident):
     pairs = zip(boxes.train_dataloader(), resident.train_dataloader(), strict=True)
     assert all(equal(a, b) for a, b in pairs)
     assert resident.store.images.shape[-1] == 3
-    assert not np.shares_memory(resident.store.points.numpy(), resident.prepared.points)
+    assert not np.shares_memory(resident.store.points.numpy(), resident.prepared.arrays["points"])
     assert equal(training_steps(resident)[2], training_steps(boxes)[2])
 
 
@@ -248,20 +238,22 @@ def test_data_on_a_gpu_is_gathered_there(boxes, resident, monkeypatch):
 
 def test_another_process_maps_the_files_itself(resident):
     store = pickle.loads(pickle.dumps(resident.store))
-    assert np.shares_memory(store.points.numpy(), store._made_of[0].points)
+    assert np.shares_memory(store.points.numpy(), store._prepared.arrays["points"])
 
 
 def test_files_are_mapped_and_not_copied(boxes):
     assert boxes.residency is Residency.auto
-    assert np.shares_memory(boxes.store.images.numpy(), boxes.prepared.images)
-    assert np.shares_memory(boxes.store.points.numpy(), boxes.prepared.points)
+    assert boxes.store.images is None
+    assert np.shares_memory(boxes.store.points.numpy(), boxes.prepared.arrays["points"])
 
 
 def test_copying_in_blocks(boxes, monkeypatch):
-    monkeypatch.setattr(batches, "_BLOCK_BYTES", boxes.prepared.points[:3].nbytes)
+    monkeypatch.setattr(batches, "_BLOCK", 3)
     store = ModelStore(boxes.prepared, boxes.bank, torch.device("cpu"))
-    np.testing.assert_array_equal(store.points, boxes.prepared.points)
-    np.testing.assert_array_equal(store.images, boxes.prepared.images[..., :3])
+    np.testing.assert_array_equal(store.points, boxes.prepared.arrays["points"])
+    for row, images in enumerate(store.images):
+        for view, image in enumerate(images):
+            np.testing.assert_array_equal(image, boxes.prepared.image(row, view)[..., :3])
 
 
 def test_too_little_memory_is_said(boxes, monkeypatch):

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, contents, loads, prepare_boxes
 
-from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
 from ffd_lightning.errors import DataError
 
@@ -121,7 +121,8 @@ def test_a_prepared_set_is_opened_without_loading_any_model(undisturbed, tmp_pat
 
 def test_nothing_but_the_set_and_its_lock_is_left(undisturbed):
     left = {path.name for path in undisturbed.path.parent.iterdir()}
-    assert left == {undisturbed.path.name, f".{undisturbed.path.name}.lock"}
+    name = undisturbed.path.name
+    assert left == {name, f".{name}.lock", f".{name}.checked"}
 
 
 @pytest.mark.parametrize("kill", [os.kill, os.killpg], ids=["parent alone", "whole group"])
@@ -197,13 +198,14 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
         ["id", "reason"],
         ["b01", "it is no box"],
         ["b02", "ZeroDivisionError: bad box"],
-        ["b04", "its worker process died (out of memory?)"],
+        ["b04", "its worker process died twice (out of memory, or stuck)"],
         ["b05", "FileNotFoundError: box.png"],
     ]
     assert got.ids == tuple(i for i in undisturbed.ids if i not in faults)
     assert got.manifest["rejected"] == 4
     np.testing.assert_array_equal(
-        got.points, undisturbed.points[[undisturbed.index(i) for i in got.ids]]
+        got.arrays["points"],
+        undisturbed.arrays["points"][[undisturbed.index(i) for i in got.ids]],
     )
     summary = capfd.readouterr().err.splitlines()[-1]
     assert f"prepared {COUNT - 4} models" in summary
@@ -220,7 +222,7 @@ def test_all_rejected_names_reasons_and_tries_again(tmp_path):
 
 def test_no_such_category(tmp_path):
     with pytest.raises(DataError, match="no procedural models of 'unicorn', only of: plane"):
-        prepare(ProceduralSource(2), "unicorn", num_points=8, render=RENDER, root=tmp_path)
+        Preparation(ProceduralSource(2), "unicorn", 8, RENDER, tmp_path).run()
     assert not list(tmp_path.iterdir())
 
 
@@ -247,7 +249,7 @@ def test_unwritable_root(tmp_path):
         prepare_boxes(BoxSource(2, tmp_path / "log"), tmp_path / "file")
 
 
-@pytest.mark.parametrize("limit", [2000, 20000], ids=["a model", "the arrays"])
+@pytest.mark.parametrize("limit", [2000, 6000], ids=["a model", "the arrays"])
 def test_full_disk(tmp_path, start, log, limit):
     """A limit on the size of files stands in for a full disk: writing fails half-way."""
     process = start(
@@ -276,16 +278,16 @@ def test_a_script_without_the_guard_ends_and_says_so(tmp_path):
     script.write_text(
         "from pathlib import Path\n"
         "from box_source import RENDER, BoxSource\n"
-        "from ffd_lightning.data.preparation import prepare\n"
+        "from ffd_lightning.data.preparation import Preparation\n"
         "here = Path(__file__).parent\n"
-        "prepare(BoxSource(2, here / 'log'), 'box', num_points=8, render=RENDER, root=here)\n"
+        "Preparation(BoxSource(2, here / 'log'), 'box', 8, RENDER, here).run()\n"
     )
     command = [sys.executable, str(script)]
     path = os.pathsep.join(p for p in sys.path if p)
     environment = {**os.environ, "PYTHONPATH": path}
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
     assert done.returncode == 1
-    assert 'prepare() is called outside of `if __name__ == "__main__":`' in done.stderr
+    assert 'data is prepared outside of `if __name__ == "__main__":`' in done.stderr
     assert "worker processes end as soon as they start" in done.stderr
 
 

@@ -1,13 +1,18 @@
+import hashlib
 import json
+import os
 import pickle
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
-from box_source import RENDER, BoxSource, box_mesh, planes, prepare_boxes
+import trimesh
+from box_source import RENDER, BoxSource, box_mesh, prepare_boxes
 
-from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data import prepared
+from ffd_lightning.data.packing import POINT_STEP
+from ffd_lightning.data.prepared import PreparedSet, file_digest, manifest_digest
 from ffd_lightning.data.rendering import render
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.normalization import normalize
@@ -31,17 +36,16 @@ def test_what_a_set_holds(boxes):
     assert boxes.families == ("plain", "wooden", "plain", "wooden")
     assert set(boxes.part_names) == {"lid", "body"}
     shapes = {name: (a.shape, a.dtype.name) for name, a in boxes.arrays.items()}
+    images, meshes = boxes.arrays["image_offsets"][-1], boxes.arrays["mesh_offsets"][-1]
     assert shapes == {
-        "images": ((4, 2, 24, 32, 4), "uint8"),
-        "points": ((4, 50, 3), "float32"),
-        "face_ids": ((4, 50), "int32"),
-        "point_parts": ((4, 50), "uint8"),
-        "vertices": ((4 * len(box_mesh(0).vertices), 3), "float32"),
-        "faces": ((4 * 24, 3), "int32"),
-        "face_parts": ((4 * 24,), "uint8"),
-        "face_colors": ((4 * 24, 4), "uint8"),
-        "mesh_offsets": ((5, 2), "int64"),
+        "images": ((images,), "uint8"),
+        "image_offsets": ((4 * 2 + 1,), "int64"),
+        "points": ((4, 50, 3), "int16"),
+        "meshes": ((meshes,), "uint8"),
+        "mesh_offsets": ((5,), "int64"),
     }
+    assert boxes.image_shape == (2, 24, 32, 4)
+    assert boxes.num_points == 50
     assert all(isinstance(a, np.memmap) and not a.flags.writeable for a in boxes.arrays.values())
 
 
@@ -53,9 +57,12 @@ def test_arrays_agree_with_the_model_and_each_other(boxes):
         np.testing.assert_array_equal(mesh.faces, model.faces)
         names = [model.part_names[p] for p in model.face_parts]
         assert [mesh.part_names[p] for p in mesh.face_parts] == names
-        np.testing.assert_array_equal(boxes.point_parts[row], mesh.face_parts[boxes.face_ids[row]])
-        off = planes(mesh.vertices, mesh.faces, boxes.points[row], boxes.face_ids[row])
-        np.testing.assert_allclose(off, 0, atol=1e-6)
+        cloud, parts = boxes.cloud(row), boxes.point_parts(row)
+        off = planes(mesh, cloud)
+        assert off.min(axis=1).max() < 2 * POINT_STEP, "every point lies on a face"
+        for point, part in zip(off, parts, strict=True):
+            near = mesh.face_parts[point < 2 * POINT_STEP]
+            assert part in near, "and has the part of one that it lies on"
         for view, azimuth in enumerate(RENDER.azimuths):
             image = render(
                 model.with_vertices(vertices),
@@ -65,7 +72,7 @@ def test_arrays_agree_with_the_model_and_each_other(boxes):
                 azimuth=azimuth,
                 samples=1,
             )
-            np.testing.assert_array_equal(boxes.images[row, view], image)
+            np.testing.assert_array_equal(boxes.image(row, view), image)
 
 
 def test_index(boxes):
@@ -92,12 +99,18 @@ def truncate(path):
 
 
 def change_dtype(path):
-    np.save(path, np.load(path).view(np.int32))
+    np.save(path, np.load(path).view(np.uint16))
+
+
+def flip(path):
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
 
 
 def swap(path):
     """Put another array of the set in its place."""
-    path.write_bytes((path.parent / "vertices.npy").read_bytes())
+    path.write_bytes((path.parent / "images.npy").read_bytes())
 
 
 def edit(**changes):
@@ -113,13 +126,18 @@ def edit(**changes):
         ("images.npy", truncate),
         ("images.npy", lambda path: path.unlink()),
         ("points.npy", change_dtype),
-        ("face_ids.npy", lambda path: path.write_bytes(b"?" * path.stat().st_size)),
+        ("mesh_offsets.npy", lambda path: path.write_bytes(b"?" * path.stat().st_size)),
         ("points.npy", swap),
         ("manifest.json", lambda path: path.unlink()),
         ("manifest.json", lambda path: path.write_text("[]")),
         ("manifest.json", lambda path: path.write_text('{"ids": []')),
         ("manifest.json", edit(files={})),
-        ("images.npy", edit(ids=["b00"])),
+        ("manifest.json", edit(ids=["b00"])),
+        ("manifest.json", edit(models=3)),
+        ("points.npy", flip),
+        ("images.npy", flip),
+        ("meshes.npy", flip),
+        ("rejected.csv", lambda path: path.write_text("id,whyyy\n")),
         ("rejected.csv", lambda path: path.unlink()),
     ],
 )
@@ -140,18 +158,60 @@ def test_pickled_objects_are_refused_and_never_run(copy, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     np.save(copy / "points.npy", np.array([Trap()], object), allow_pickle=True)
     manifest = json.loads((copy / "manifest.json").read_text())
-    manifest["files"]["points"]["bytes"] = (copy / "points.npy").stat().st_size
+    file = copy / "points.npy"
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    manifest["files"]["points.npy"] = {"bytes": file.stat().st_size, "sha256": digest}
+    manifest["sha256"] = manifest_digest(manifest)
     (copy / "manifest.json").write_text(json.dumps(manifest))
     with pytest.raises(DataError, match=r"points\.npy is damaged"):
         PreparedSet.open(copy)
     assert not Path("sprung").exists()
 
 
-def test_verify_sees_a_changed_byte(copy):
-    prepared = PreparedSet.open(copy)
-    prepared.verify()
-    data = bytearray((copy / "points.npy").read_bytes())
-    data[-1] ^= 1
-    (copy / "points.npy").write_bytes(data)
-    with pytest.raises(DataError, match=r"points\.npy is damaged"):
-        PreparedSet.open(copy).verify()
+def test_checksums_are_compared_again_only_where_files_changed(copy, monkeypatch):
+    counted = []
+
+    def digest(path):
+        counted.append(path.name)
+        return file_digest(path)
+
+    monkeypatch.setattr(prepared, "file_digest", digest)
+    PreparedSet.open(copy)
+    assert sorted(counted) == sorted(prepared.FILES)
+    counted.clear()
+    PreparedSet.open(copy)
+    assert counted == []
+    os.utime(copy / "points.npy", (0, 0))
+    PreparedSet.open(copy)
+    assert sorted(counted) == sorted(prepared.FILES)
+
+
+def test_a_set_that_others_own_is_checked_all_the_same(copy, monkeypatch):
+    def refuse(*_, **__):
+        raise PermissionError
+
+    monkeypatch.setattr(Path, "write_text", refuse)
+    PreparedSet.open(copy)
+    flip(copy / "meshes.npy")
+    with pytest.raises(DataError, match=r"meshes\.npy is damaged"):
+        PreparedSet.open(copy)
+
+
+def test_damage_after_opening_is_named_on_reading(copy):
+    opened = PreparedSet.open(copy)
+    for name, read in (("images.npy", opened.image), ("meshes.npy", opened.mesh)):
+        with (copy / name).open("r+b") as file:
+            file.seek(140)
+            file.write(bytes(40))
+        with pytest.raises(DataError, match=rf"{name} is damaged"):
+            read(0)
+
+
+def planes(mesh, points):
+    """Return how far each point is from each triangle, (N, F)."""
+    distances = []
+    for face in mesh.faces:
+        triangle = np.repeat(mesh.vertices[face][None], len(points), 0)
+        nearest = trimesh.triangles.closest_point(triangle, points)
+        distances.append(np.linalg.norm(nearest - points, axis=1))
+    return np.stack(distances, axis=1)

@@ -2,8 +2,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ffd_lightning.data.splits import split_ids
+from ffd_lightning.data.splits import hash_parts, make_split
 from ffd_lightning.errors import DataError
+
+
+def split_ids(ids, fraction, exclude=()):
+    ids = list(ids)
+    return make_split(ids, hash_parts(ids, fraction), exclude, "data.train_fraction")
+
 
 IDS = [f"table-{i:06d}" for i in range(5000)]
 

@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 from ffd_lightning.config import TemplateStrategy
 from ffd_lightning.data import templates
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
+from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.packing import pack_mesh, pack_points
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.templates import TemplateBank, choose_templates
 from ffd_lightning.errors import ConfigError, DataError
@@ -17,10 +19,14 @@ from ffd_lightning.errors import ConfigError, DataError
 MAX_EDGE = 0.08
 
 
+def clouds(prepared):
+    return np.stack([prepared.cloud(row) for row in range(len(prepared))])
+
+
 @pytest.fixture(scope="module")
 def distances(prepared):
     """Chamfer distances between the clouds that the choice looks at, by trees, (n, n)."""
-    trees = [cKDTree(cloud.astype(np.float64)) for cloud in prepared.points]
+    trees = [cKDTree(cloud.astype(np.float64)) for cloud in clouds(prepared)]
     table = np.zeros((len(trees), len(trees)))
     for i, j in itertools.permutations(range(len(trees)), 2):
         table[i, j] += (trees[j].query(trees[i].data)[0] ** 2).mean()
@@ -156,8 +162,8 @@ def test_unreadable_file(prepared, tmp_path, make):
 def test_the_bank_holds_the_prepared_models(prepared, bank):
     rows = [prepared.index(i) for i in bank.ids]
     assert len(bank) == 3
-    np.testing.assert_array_equal(bank.points, prepared.points[rows])
-    np.testing.assert_array_equal(bank.point_parts, prepared.point_parts[rows])
+    np.testing.assert_array_equal(bank.points, clouds(prepared)[rows])
+    np.testing.assert_array_equal(bank.point_parts, [prepared.point_parts(r) for r in rows])
     assert bank.families == tuple(prepared.families[r] for r in rows)
     np.testing.assert_array_equal(bank.meshes[1].faces, prepared.mesh(rows[1]).faces)
 
@@ -231,14 +237,14 @@ SQUARE = np.array([(-0.5, 0, -0.5), (0.5, 0, -0.5), (0.5, 0, 0.5), (-0.5, 0, 0.5
 def square_set(vertices):
     """One flat square without parts."""
     cloud = np.random.default_rng(0).uniform(-0.5, 0.5, (1, 20, 3)) * (1, 0, 1)
+    mesh = Mesh(vertices, np.array([(0, 1, 2), (0, 2, 3)]), np.full((2, 4), 255, np.uint8))
+    packed = np.frombuffer(pack_mesh(mesh, np.full(20, 255, np.uint8)), np.uint8)
     arrays = {
-        "points": cloud.astype(np.float32),
-        "vertices": vertices.astype(np.float32),
-        "faces": np.array([(0, 1, 2), (0, 2, 3)], np.int32),
-        "face_colors": np.full((2, 4), 255, np.uint8),
-        "mesh_offsets": np.array([(0, 0), (len(vertices), 2)]),
+        "points": pack_points(cloud),
+        "meshes": packed,
+        "mesh_offsets": np.array([0, len(packed)]),
     }
-    return PreparedSet(Path("square"), {}, ("square",), ("",), (), arrays)
+    return PreparedSet(Path("square"), {}, ("square",), ("",), (), (1, 2, 2, 4), arrays)
 
 
 # --- the paper's templates ----------------------------------------------------------------------

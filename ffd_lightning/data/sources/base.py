@@ -12,6 +12,21 @@ from ffd_lightning.data.mesh import Mesh
 
 
 @dataclass(frozen=True)
+class PartCloud:
+    """Points on a model's surface of which the part is known.
+
+    Attributes:
+        points: (P, 3) float64, in the frame of the model's mesh.
+        labels: (P,) uint8 index into `names`, 255 unknown.
+        names: names of the parts.
+    """
+
+    points: NDArray[np.float64]
+    labels: NDArray[np.uint8]
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class SourceModel:
     """One model as its source gives it, before normalisation.
 
@@ -20,16 +35,24 @@ class SourceModel:
         family: structural family where the source knows it ("pedestal", say), else "".
         images: the source's own images, (views, H, W, 4) uint8, RGB over white and coverage, in the
             size asked for; None where the mesh is to be rendered.
+        parts: annotated points, for meshes without part labels of their own.
+        warning: what is wrong with it though it can be used, "" for nothing.
     """
 
     mesh: Mesh
     family: str = ""
     images: NDArray[np.uint8] | None = None
+    parts: PartCloud | None = None
+    warning: str = ""
 
 
 @runtime_checkable
 class Source(Protocol):
     """Models by category and id. Picklable, so that worker processes can hold one each."""
+
+    def categories(self) -> list[str]:
+        """Return what can be asked for, sorted: names where the project has one, else ids."""
+        ...
 
     def model_ids(self, category: str) -> list[str]:
         """Return the ids of all models of `category`, sorted.
@@ -49,4 +72,8 @@ class Source(Protocol):
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return the JSON-able facts that decide what `load` returns for this category."""
+        ...
+
+    def split(self, category: str) -> dict[str, str]:
+        """Return the data set's own split, "train", "val" or "test" by id; {} if it has none."""
         ...

@@ -33,6 +33,10 @@ class ProceduralSource:
     num_models: int
     seed: int = 0
 
+    def categories(self) -> list[str]:
+        """Return the paper's categories."""
+        return sorted(PAPER_CATEGORIES)
+
     def model_ids(self, category: str) -> list[str]:
         """Return `table-000000` and so on.
 
@@ -66,6 +70,10 @@ class ProceduralSource:
             "seed": self.seed,
             "generator_version": GENERATOR_VERSION,
         }
+
+    def split(self, category: str) -> dict[str, str]:
+        """Return {}: there is no split of its own."""
+        return {}
 
 
 def families(category: str) -> tuple[str, ...]:
