@@ -81,8 +81,8 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
         *_all_positive(positive),
         (on_disk and not data.root, f"data={name} needs data.root=DIR, a folder of categories"),
         (
-            on_disk and bool(data.root) and not Path(str(data.root)).expanduser().is_dir(),
-            f"data.root={data.root} is not a folder",
+            on_disk and bool(data.root) and not Path(str(data.root)).expanduser().exists(),
+            f"data.root={data.root} does not exist",
         ),
         (
             data.images is not ImageKind.render and data.source is not SourceKind.shapenet,

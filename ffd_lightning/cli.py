@@ -12,9 +12,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from hydra import compose, initialize_config_dir
 from hydra.core.config_store import ConfigStore
 from hydra.errors import HydraException, OverrideParseException
-from omegaconf import OmegaConf
+from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning.config import PrepareConfig, TrainConfig
@@ -43,6 +44,17 @@ def register(schema: type[PrepareConfig] = TrainConfig) -> None:
     _schema = schema
     ConfigStore.instance().store(name="schema", node=schema)
     OmegaConf.register_new_resolver("run_suffix", run_suffix, replace=True)
+
+
+def compose_config(name: str, overrides: list[str]) -> DictConfig:
+    """Compose one of the configurations in `conf/`, for commands that are not Hydra applications.
+
+    Raises:
+        HydraException: an override that does not fit.
+    """
+    folder = Path(__file__).parents[1] / "conf"
+    with initialize_config_dir(str(folder), version_base="1.3"):
+        return compose(name, overrides)
 
 
 def run_app(main: Callable[[], object]) -> None:

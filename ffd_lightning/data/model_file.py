@@ -118,7 +118,7 @@ def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
         from ffd_lightning.data.part_labels import label_faces, label_points
 
         face_parts = label_faces(model.parts, mesh.vertices, mesh.faces)
-        point_parts = label_points(model.parts, points)
+        point_parts = label_points(model.parts, points.astype(np.float64))
         mesh = replace(mesh, face_parts=face_parts, part_names=model.parts.names)
     elif mesh.face_parts is not None:
         point_parts = mesh.face_parts[face_ids]

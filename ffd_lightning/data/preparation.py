@@ -143,19 +143,20 @@ class Preparation:
             except OSError:
                 if not self.target.exists():  # else another process has made them all meanwhile
                     raise
-        left = [] if self.target.exists() else [i for i in ids if not self._recipe.tried(i)]
+        left = [] if self.target.exists() else [i for i in ids if not self.recipe.tried(i)]
         if not left:
             return self.run()
         print(
             f"{self.category}: shard {shard.number}/{shard.count} is done, {len(left)} models of "
             f"other shards are not. The last shard joins all if they share {self.target.parent}; "
-            f"else copy the folders {self._recipe.folder} together and run without a shard",
+            f"else copy the folders {self.recipe.folder} together and run without a shard",
             file=sys.stderr,
         )
         return None
 
     @property
-    def _recipe(self) -> Recipe:
+    def recipe(self) -> Recipe:
+        """How single models are made, and the folder they are kept in until all are done."""
         folder = self.target.with_name(f".{self.target.name}.partial")
         return Recipe(self.source, self.category, self.num_points, self.render, folder)
 
@@ -167,7 +168,7 @@ class Preparation:
 
     def _make(self, ids: Sequence[str], all_ids: Sequence[str]) -> None:
         """Make those models of `ids` that are not done yet; the caller holds a lock."""
-        recipe = self._recipe
+        recipe = self.recipe
         recipe.folder.mkdir(exist_ok=True)
         todo = [i for i in ids if not is_done(recipe, i)]
         done = len(ids) - len(todo)
@@ -191,15 +192,15 @@ class Preparation:
 
     def _assemble(self, ids: Sequence[str]) -> None:
         try:
-            assemble(self._recipe, ids, self.settings, self.target)
+            assemble(self.recipe, ids, self.settings, self.target)
         except DataError:  # all rejected: try them again when the cause may have been mended
-            shutil.rmtree(self._recipe.folder, ignore_errors=True)
+            shutil.rmtree(self.recipe.folder, ignore_errors=True)
             raise
         self._tidy()
 
     def _tidy(self) -> None:
         """Remove the models' files once they are in the set, also after a kill in between."""
-        folder = self._recipe.folder
+        folder = self.recipe.folder
         gone = folder.with_suffix(".done")
         if folder.exists():
             shutil.rmtree(gone, ignore_errors=True)

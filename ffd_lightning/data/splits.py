@@ -134,7 +134,10 @@ def _read_lines(text: str, _: str) -> dict[str, str]:
     rows = [row for line in text.splitlines() if (row := re.split(r"[,\s]+", line.strip())) != [""]]
     if all(len(row) == 1 for row in rows):
         return {_last(row[0]): "test" for row in rows} | ({"*": "train"} if rows else {})
-    return {_last(row[0]): row[1] for row in rows}
+    for row in rows:
+        if len(row) != 2:
+            raise ValueError(f"{' '.join(row)!r} is not `<id> <part>`")
+    return {_last(name): part for name, part in rows}
 
 
 def _read_csv(text: str, synset: str) -> dict[str, str]:

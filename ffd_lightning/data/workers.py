@@ -82,7 +82,7 @@ def _run_pool(
     others = set(multiprocessing.active_children())
     pending: dict[Future[None], str] = {}
     with (
-        _one_thread_each(),
+        _plain_processes(),
         ProcessPoolExecutor(
             min(workers, len(todo)), context, _start_worker, (recipe, timeout)
         ) as pool,
@@ -140,13 +140,19 @@ def _submit(pool: ProcessPoolExecutor, function: Callable[..., Any], *args: str)
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Let processes that are started meanwhile use one thread; libraries read this on loading."""
+def _plain_processes() -> Iterator[None]:
+    """Let processes that are started meanwhile use one thread, and know how to start."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
-    os.environ.update(_ONE_THREAD)
+    os.environ.update(_ONE_THREAD)  # libraries read it when they are loaded
+    method = multiprocessing.get_start_method(allow_none=True)
+    if method not in (None, *multiprocessing.get_all_start_methods()):
+        # In a process of joblib's it is "loky", which a new process does not know.
+        multiprocessing.set_start_method("spawn", force=True)
     try:
         yield
     finally:
+        if method is not None:
+            multiprocessing.set_start_method(method, force=True)
         for name, value in before.items():
             if value is None:
                 del os.environ[name]

@@ -1,13 +1,14 @@
 """A source of boxes, one of them broken in a way of choice; imported by worker processes too."""
 
 import os
+import signal
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.config import RenderConfig
 from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.data.sources.procedural.shapes import Builder, Material
 from ffd_lightning.errors import RejectedModelError
 
@@ -26,6 +27,9 @@ class BoxSource:
 
     def categories(self):
         return ["box"]
+
+    def survey(self, category):
+        return Survey("boxes")
 
     def split(self, category):
         return {}
@@ -48,6 +52,11 @@ class BoxSource:
             raise ZeroDivisionError("bad box")
         if fault == "oserror":
             raise FileNotFoundError("box.png")
+        if fault == "sleep":
+            time.sleep(60)
+        if fault == "hang":  # as a library would that never comes back to Python
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
+            time.sleep(60)
         if fault == "exit":
             os._exit(3)
         return SourceModel(box_mesh(int(model_id[1:])), ("plain", "wooden")[int(model_id[1:]) % 2])

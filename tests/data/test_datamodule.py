@@ -7,7 +7,7 @@ import pytest
 import torch
 from box_source import BoxSource, boxes_of
 
-from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy
+from ffd_lightning.config import RenderConfig, Residency, SplitKind, TemplateStrategy
 from ffd_lightning.data import batches
 from ffd_lightning.data.batches import Draw, ModelStore
 from ffd_lightning.data.datamodule import (
@@ -340,3 +340,19 @@ def test_each_template_has_its_own_points(tables):
         for t, points in enumerate(draw.template_points):
             matrix = tables.bank.deformation_matrix[t, points]
             assert torch.equal(batch.templates.deformation_matrix[t], matrix)
+
+
+# --- splits -------------------------------------------------------------------------------------
+
+
+def test_each_rule_splits(boxes, tmp_path):
+    rest = [i for i in boxes.prepared.ids if i not in boxes.bank.ids]
+    (tmp_path / "test.txt").write_text("\n".join(rest[:3]))
+    listed = make_module(
+        boxes.preparation, split=SplitKind.listed, split_file=str(tmp_path / "test.txt")
+    )
+    assert listed.split == (tuple(rest[3:]), tuple(rest[:3]))
+    r2n2 = make_module(boxes.preparation, split=SplitKind.r2n2).split
+    assert r2n2 == tuple(tuple(i for i in rest if (i < "b08") == side) for side in (True, False))
+    with pytest.raises(ConfigError, match="no split of its own"):
+        make_module(boxes.preparation, split=SplitKind.source)

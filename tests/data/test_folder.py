@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from ffd_lightning.config import Up
 from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.folder import FolderSource
+from ffd_lightning.data.sources.frame import into_frame, mean_azimuth, turn
+from ffd_lightning.data.sources.mesh_file import read_mesh
 from ffd_lightning.errors import DataError, RejectedModelError
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -171,3 +175,80 @@ def test_a_file_that_vanished_is_rejected(tree: Tree) -> None:
     path.unlink()
     with pytest.raises(RejectedModelError, match=r"^m\.obj cannot be read"):
         tree.source.load("chair", "m")
+
+
+def test_categories_are_named_by_the_project(tree: Tree) -> None:
+    assert isinstance(tree.source, Source)
+    with pytest.raises(DataError, match="models does not exist"):
+        tree.source.categories()
+    for name in ("03001627", "vase", "table", "04379243", "99999999", ".git", "__MACOSX"):
+        tree.write(f"{name}/m.obj", TRIANGLE + "f 1 2 3\n")
+    tree.write("readme.txt", "")
+    assert tree.source.categories() == ["99999999", "chair", "table", "vase"]
+    assert all(tree.source.model_ids(name) == ["m"] for name in tree.source.categories())
+    assert tree.source.split("chair") == {}
+
+
+# --- the frame ---
+
+CORNERS = np.array([[0.1, 0.2, 0.3], [1 / 3, -5, 1e-9], [-7e8, 0.7, np.pi]])
+
+
+def test_models_are_turned_as_asked(tree: Tree) -> None:
+    file = tree.write("chair/m.obj", "v 1 2 3\nv 4 5 6\nv 7 8 1\nf 1 2 3\n")
+    given = read_mesh(file)
+    np.testing.assert_array_equal(tree.load().vertices, given.vertices)
+    x, y, z = given.vertices.T
+    for up, yaw, expected in [
+        ("y", 90, (z, y, -x)),
+        ("y", -90, (-z, y, x)),
+        ("y", 180, (-x, y, -z)),
+        ("z", 0, (x, z, -y)),
+        (Up.z, 450.0, (-y, z, -x)),
+    ]:
+        mesh = FolderSource(tree.root, up, yaw).load("chair", "m").mesh
+        np.testing.assert_array_equal(mesh.vertices, np.stack(expected, 1))
+        np.testing.assert_array_equal(mesh.faces, given.faces)
+    settings = [("y", 0.0), ("z", 0.0), ("y", 1.0)]
+    seen = [json.dumps(FolderSource(tree.root, *s).fingerprint("chair")) for s in settings]
+    assert len(set(seen)) == 3
+
+
+def test_nothing_is_touched_where_nothing_is_to_be_turned() -> None:
+    colors = np.full((1, 4), 9, np.uint8)
+    mesh = Mesh(CORNERS, np.array([[0, 1, 2]]), colors, np.array([0], np.uint8), ("seat",))
+    for yaw in (0.0, 360.0, -720.0):
+        assert into_frame(mesh, Up.y, yaw) is mesh
+    turned = into_frame(mesh, "z", 30.0)
+    assert turned.part_names == ("seat",)
+    assert turned.face_parts is mesh.face_parts
+    assert turned.face_colors is colors
+
+
+def test_turns_are_anticlockwise_from_above_and_do_not_mirror() -> None:
+    front = [0, 0, -1]
+    assert turn(front, "y", 90).tolist() == [-1, 0, 0]
+    x, _, z = turn(front, "y", 30)
+    assert (x, z) == pytest.approx((-0.5, -np.sqrt(0.75)))
+    np.testing.assert_allclose(turn(CORNERS, "y", 90), turn(CORNERS, "y", 90 + 1e-13), rtol=1e-6)
+    quarters = CORNERS
+    for _ in range(4):
+        quarters = turn(quarters, "y", 90)
+    np.testing.assert_array_equal(quarters, CORNERS)
+    for up in Up:
+        for yaw in (0, 90, 180, 270, 33.3):
+            matrix = turn(np.eye(3), up, yaw)
+            np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-15)
+            assert np.linalg.det(matrix) == pytest.approx(1)
+    assert turn([0, 0, 1], "z", 77).tolist() == [0, 1, 0]
+    with pytest.raises(ValueError, match="x"):
+        turn(front, "x", 0)
+
+
+def test_mean_azimuth() -> None:
+    assert mean_azimuth([[0, 5, -1]]) == 0
+    assert mean_azimuth([[3, 0, 0]]) == pytest.approx(90)
+    assert mean_azimuth([[0.1, 0, 1], [-0.1, 0, 1]]) == pytest.approx(180)
+    assert mean_azimuth([[0, 0, -9], [1, 0, 0]]) == pytest.approx(45)  # distances do not count
+    for nowhere in ([], [[0, 1, 0]], [[0, 0, 1], [0, 0, -1]]):
+        assert mean_azimuth(nowhere) is None

@@ -1,5 +1,6 @@
 import csv
 import os
+import random
 import resource
 import shutil
 import signal
@@ -11,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from box_source import RENDER, BoxSource, contents, loads, prepare_boxes
+from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
 
-from ffd_lightning.data.preparation import Preparation
+from ffd_lightning.data.preparation import Preparation, Shard
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 
 COUNT = 10
 SCRIPT = """
@@ -24,11 +25,13 @@ import sys
 import threading
 from pathlib import Path
 sys.path.insert(0, {tests!r})
-from box_source import BoxSource, prepare_boxes
+from box_source import BoxSource, boxes_of
+from ffd_lightning.data.preparation import Shard
 signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs in a shell's background ignore it
 gate = Path({gate!r}) if {gate!r} else None
 try:
-    prepare_boxes(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
+    boxes = boxes_of(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
+    boxes.run_shard(Shard.parse({shard!r})) if {shard!r} else boxes.run()
 except KeyboardInterrupt:
     sys.exit(130 if threading.active_count() == 1 else "threads are left")
 """
@@ -50,11 +53,12 @@ def start(tmp_path, log):
     """Return a function that prepares boxes in another process."""
     processes = []
 
-    def run(gate="", **kwargs):
+    def run(gate="", shard="", **kwargs):
         script = SCRIPT.format(
             tests=str(Path(__file__).parent),
             count=COUNT,
             gate=str(gate),
+            shard=shard,
             log=str(log),
             root=str(tmp_path),
         )
@@ -312,3 +316,122 @@ def test_environment_is_left_alone(undisturbed, tmp_path, monkeypatch):
     prepare_boxes(BoxSource(1, tmp_path / "log"), tmp_path, workers=1)
     assert os.environ["OMP_NUM_THREADS"] == "7"
     assert "MKL_NUM_THREADS" not in os.environ
+
+
+# --- kills at any moment ------------------------------------------------------------------------
+
+
+def test_kills_at_random_moments(undisturbed, tmp_path, start, log):
+    """Starting, making, joining, tidying: whenever a set is done, the next one is begun."""
+    rng = random.Random(0)
+    target = tmp_path / "prepared" / undisturbed.path.name
+    kills = done = 0
+    while kills < 20:
+        process = start(start_new_session=True)
+        try:
+            process.wait(rng.uniform(0.2, 2.5))
+        except subprocess.TimeoutExpired:
+            kills += 1
+            rng.choice([os.kill, os.killpg])(process.pid, signal.SIGKILL)
+        process.wait()
+        if target.exists():
+            assert contents(target) == contents(undisturbed.path)
+            shutil.rmtree(target)
+            done += 1
+    assert done >= 2
+    wait_for(lambda: all(gone(pid) for pid in loads(log)[1]))
+    assert contents(prepare_boxes(BoxSource(COUNT, log), tmp_path).path) == contents(
+        undisturbed.path
+    )
+    left = {path.name for path in target.parent.iterdir()}
+    assert left == {target.name, f".{target.name}.lock", f".{target.name}.checked"}
+
+
+@pytest.mark.parametrize("step", ["rename", "rmtree"])
+def test_killed_between_the_last_steps(undisturbed, tmp_path, monkeypatch, step):
+    """The set is in place, and the models' files are still where they were, or half removed."""
+
+    class Killed(BaseException):
+        pass
+
+    def die(path, *_, **__):
+        if path.name.endswith((".partial", ".done")):
+            raise Killed
+
+    with monkeypatch.context() as patch:
+        if step == "rename":
+            patch.setattr(Preparation, "_tidy", lambda self: die(self.recipe.folder))
+        else:
+            patch.setattr(shutil, "rmtree", die)
+        with pytest.raises(Killed):
+            prepare_boxes(BoxSource(COUNT, tmp_path / "log"), tmp_path)
+    left = [path for path in (tmp_path / "prepared").iterdir() if path.is_dir()]
+    assert len(left) == 2
+    again = prepare_boxes(BoxSource(COUNT, tmp_path / "log"), tmp_path)
+    assert contents(again.path) == contents(undisturbed.path)
+    assert [path for path in (tmp_path / "prepared").iterdir() if path.is_dir()] == [again.path]
+
+
+# --- shards -------------------------------------------------------------------------------------
+
+
+def test_the_last_shard_joins_all(undisturbed, tmp_path, log, capfd):
+    preparation = boxes_of(BoxSource(COUNT, log), tmp_path, workers=1)
+    assert preparation.run_shard(Shard(2, 3)) is None
+    assert loads(log)[0] == ["b01", "b04", "b07"]
+    assert "shard 2/3 is done, 7 models of other shards are not" in capfd.readouterr().err
+    assert preparation.run_shard(Shard(2, 3)) is None, "again: nothing to do"
+    assert len(loads(log)[0]) == 3
+    assert preparation.run_shard(Shard(1, 3)) is None
+    joined = preparation.run_shard(Shard(3, 3))
+    assert contents(joined.path) == contents(undisturbed.path)
+    assert sorted(loads(log)[0]) == list(undisturbed.ids), "each loaded once"
+    assert preparation.run_shard(Shard(1, 3)).path == joined.path, "all done already"
+
+
+def test_shards_of_machines_that_share_nothing_are_copied_together(undisturbed, tmp_path, log):
+    for k in (1, 2):
+        boxes_of(BoxSource(COUNT, log), tmp_path / str(k)).run_shard(Shard(k, 2))
+        (folder,) = (tmp_path / str(k) / "prepared").glob(".*.partial")
+        shutil.copytree(folder, tmp_path / "all/prepared" / folder.name, dirs_exist_ok=True)
+    joined = prepare_boxes(BoxSource(COUNT, log), tmp_path / "all")
+    assert contents(joined.path) == contents(undisturbed.path)
+    assert sorted(loads(log)[0]) == list(undisturbed.ids), "none was made again"
+
+
+def test_shards_at_once_and_the_whole_beside_them(undisturbed, tmp_path, start):
+    jobs = [start(shard=shard) for shard in ("1/2", "2/2", "")]
+    for job in jobs:
+        _, said = job.communicate(timeout=LIMIT)
+        assert job.returncode == 0, said
+    (folder,) = (tmp_path / "prepared").glob("box-*")
+    assert contents(folder) == contents(undisturbed.path)
+    assert not list((tmp_path / "prepared").glob(".*.partial"))
+
+
+@pytest.mark.parametrize("text", ["", "3", "0/4", "5/4", "-1/4", "1/0", "a/b", "1/2/3"])
+def test_shards_that_make_no_sense(text):
+    with pytest.raises(ConfigError, match="NUMBER/COUNT"):
+        Shard.parse(text)
+    assert Shard.parse(" 3/16") == Shard(3, 16)
+
+
+# --- models that do not end ---------------------------------------------------------------------
+
+
+def test_a_model_that_takes_too_long_is_rejected(undisturbed, tmp_path, log):
+    """Whether Python runs, and is interrupted, or a library that does not return."""
+    faults = {"b01": "sleep", "b02": "hang"}
+    got = prepare_boxes(BoxSource(4, log, faults), tmp_path, timeout=1.0)
+    assert got.ids == ("b00", "b03")
+    assert got.rejected == {
+        "b01": "TimeoutError: it takes longer than preparation.timeout=1 seconds",
+        "b02": "its worker process died twice (out of memory, or stuck)",
+    }
+
+
+def test_linux_ends_workers_first_where_memory_runs_out(tmp_path, start, log):
+    start(tmp_path / "never", start_new_session=True)
+    wait_for(lambda: len(loads(log)[1]) == 2)
+    scores = {Path(f"/proc/{pid}/oom_score_adj").read_text().strip() for pid in loads(log)[1]}
+    assert scores == {"1000"}

@@ -7,7 +7,7 @@ from PIL import Image
 from shapenet_tree import BAD, CHAIR, bad_models, good_models, png, write_folder, write_zips
 
 from ffd_lightning.config import RenderConfig
-from ffd_lightning.data.preparation import prepare
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError, RejectedModelError
@@ -184,9 +184,7 @@ def test_renderings_that_are_not_there(tmp_path):
 def test_preparation_takes_the_renderings(renderings, tmp_path):
     source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
     view = RenderConfig(height=48, width=64, samples=1)
-    prepared = prepare(
-        source, "chair", num_points=32, render=view, root=tmp_path, workers=1, progress=False
-    )
+    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
     assert prepared.ids == ("plain",)
-    assert prepared.images.shape == (1, 24, 48, 64, 4)
+    assert (len(prepared), *prepared.image_shape) == (1, 24, 48, 64, 4)
     assert prepared.manifest["rejected"] == 3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -46,6 +46,21 @@ class SourceModel:
     warning: str = ""
 
 
+@dataclass(frozen=True)
+class Survey:
+    """What can be seen of a category without loading its models.
+
+    Attributes:
+        layout: how its files are kept ("v1, zip archive", say).
+        faults: models that cannot be used, and why.
+        notes: what a user should know.
+    """
+
+    layout: str
+    faults: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+
 @runtime_checkable
 class Source(Protocol):
     """Models by category and id. Picklable, so that worker processes can hold one each."""
@@ -72,6 +87,14 @@ class Source(Protocol):
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return the JSON-able facts that decide what `load` returns for this category."""
+        ...
+
+    def survey(self, category: str) -> Survey:
+        """Look at a category without loading its models.
+
+        Raises:
+            DataError: as `model_ids`.
+        """
         ...
 
     def split(self, category: str) -> dict[str, str]:

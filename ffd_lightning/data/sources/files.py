@@ -12,7 +12,8 @@ from typing import Protocol
 
 from ffd_lightning.errors import DataError
 
-_MAX_BYTES = 1 << 31  # of one file in an archive, unpacked
+MAX_BYTES = 1 << 31
+"""Of one file; reading a mesh takes several times its size in memory."""
 
 
 class File(Protocol):
@@ -79,7 +80,7 @@ class ZipMember:
         Raises:
             OSError: it is damaged, encrypted, or larger than 2 GB.
         """
-        if self.info.file_size > _MAX_BYTES:
+        if self.info.file_size > MAX_BYTES:
             raise OSError(f"{self.name} unpacks to {self.info.file_size / 1e9:.1f} GB")
         try:
             return self.archive.zip.read(self.info)

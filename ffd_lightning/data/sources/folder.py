@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from ffd_lightning.config import Up
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.sources.base import SourceModel, Survey
+from ffd_lightning.data.sources.frame import into_frame
 from ffd_lightning.data.sources.mesh_file import EXTENSIONS, read_mesh
 from ffd_lightning.errors import DataError, RejectedModelError
 
@@ -35,19 +38,33 @@ class FolderSource:
     the mesh files next to them. Names that begin with a dot and `__MACOSX` are passed over.
 
     Convention:
-        Models are y up and face -z, as ShapeNet's; nothing is turned (see `read_mesh`).
+        Models are taken to be y up and to face -z, as ShapeNet's; where they are not, `up` and
+        `yaw` turn all of them alike.
 
     Attributes:
         root: the folder of category folders.
+        up: the axis that points up in the files.
+        yaw: degrees to turn models by about the vertical after that, see `frame.turn`.
     """
 
     root: Path
+    up: Up = Up.y
+    yaw: float = 0.0
     _models: dict[str, dict[str, _ModelFiles]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
     def __post_init__(self) -> None:
-        self.root = Path(self.root)
+        self.root, self.up = Path(self.root), Up(self.up)
+
+    def categories(self) -> list[str]:
+        """Return what the folders in `root` stand for, sorted: synsets by the project's names.
+
+        Raises:
+            DataError: there is no such folder.
+        """
+        names = {synset: name for name, synset in SYNSETS.items()}
+        return sorted({names.get(folder, folder) for folder in self._folders()})
 
     def model_ids(self, category: str) -> list[str]:
         """Return the ids of all models of `category`, sorted: names of folders or files.
@@ -77,10 +94,11 @@ class FolderSource:
         files = self._models[category].get(model_id)
         if files is None:
             raise RejectedModelError(f"there is no model {model_id!r} of category {category!r}")
-        return SourceModel(read_mesh(files.mesh, files.side_files))
+        mesh = read_mesh(files.mesh, files.side_files)
+        return SourceModel(into_frame(mesh, self.up, self.yaw))
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return a hash over names, sizes and times of change of all files of the category."""
+        """Return how models are turned, and a hash over names, sizes and times of all files."""
         folder = self._category_folder(category)
         digest, count = hashlib.sha256(), 0
         for entry in sorted(folder.iterdir()):
@@ -94,17 +112,39 @@ class FolderSource:
             "loader": _LOADER_VERSION,
             "files": count,
             "sha256": digest.hexdigest(),
+            "up": self.up.value,
+            "yaw": self.yaw,
         }
 
-    def _category_folder(self, category: str) -> Path:
-        """Return the folder of a category."""
+    def survey(self, category: str) -> Survey:
+        """Tell the formats of the meshes, and which files are empty.
+
+        Raises:
+            DataError: as `model_ids`.
+        """
+        ids = self.model_ids(category)
+        meshes = {i: self._models[category][i].mesh for i in ids}
+        counts = Counter(mesh.suffix.lower().lstrip(".") for mesh in meshes.values())
+        faults = {i: f"{m.name} is empty" for i, m in meshes.items() if m.stat().st_size == 0}
+        return Survey(", ".join(f"{n} {kind}" for kind, n in counts.most_common()), faults)
+
+    def split(self, category: str) -> dict[str, str]:
+        """Return {}: a folder of models has no split of its own."""
+        return {}
+
+    def _folders(self) -> list[str]:
+        """Return the names of the folders in `root`, sorted."""
         if not self.root.is_dir():
             raise DataError(
                 f"the folder of models {self.root} does not exist: set data.root to a folder of "
                 "the form <root>/<category>/<model>"
             )
+        return sorted(p.name for p in self.root.iterdir() if p.is_dir() and not _hidden(p.name))
+
+    def _category_folder(self, category: str) -> Path:
+        """Return the folder of a category."""
+        found = self._folders()
         names = [category, *([SYNSETS[category]] if category in SYNSETS else [])]
-        found = sorted(p.name for p in self.root.iterdir() if p.is_dir() and not _hidden(p.name))
         for name in names:
             if name in found:
                 return self.root / name

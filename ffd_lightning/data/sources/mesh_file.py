@@ -8,18 +8,23 @@ among the files that belong to the model and nowhere else, so nothing outside is
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import count
+from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from PIL import Image
 from trimesh.resolvers import Resolver
 
 from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.sources.files import File
+from ffd_lightning.data.sources.files import MAX_BYTES, File
 from ffd_lightning.data.sources.mesh_colors import Textures, face_colors, valid_faces
+from ffd_lightning.data.sources.mesh_gltf import mend_gltf
 from ffd_lightning.data.sources.mesh_text import as_utf8, read_mended
 from ffd_lightning.errors import RejectedModelError
 
@@ -28,6 +33,7 @@ EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
 
 _MAX_FACES = 10_000_000
 _MAX_DEPTH = 100
+_BLOCK = 1 << 18  # faces whose areas are computed at a time
 
 
 def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
@@ -48,14 +54,10 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
         RejectedModelError: the file cannot be read or has no surface; the message is the reason.
     """
     try:
-        scene = trimesh.load_scene(
-            io.BytesIO(read_mended(path)),
-            file_type=path.suffix.lower().lstrip("."),
-            resolver=SideFiles(side_files),
-            process=False,
-        )
-        with np.errstate(all="ignore"):
-            return _merge(path.name, scene)
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            # `Textures` has a lower limit of its own.
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            return _merge(path.name, _load(path, SideFiles(side_files)))
     except RejectedModelError:
         raise
     except Exception as error:  # a reader meets anything in a damaged file
@@ -64,6 +66,29 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
             reason = "its content is not of this format"
         message = f"{path.name} cannot be read ({type(error).__name__}: {reason})"
         raise RejectedModelError(message) from error
+
+
+class _Once(io.BytesIO):
+    """A file that is forgotten when it has been read to its end, to save its size in memory."""
+
+    def read(self, size: int | None = -1) -> bytes:
+        data = super().read(size)
+        if size is None or size < 0:
+            self.close()
+        return data
+
+
+def _load(path: File, side_files: SideFiles) -> trimesh.Scene:
+    """Return what trimesh makes of a file."""
+    if isinstance(path, Path) and path.stat().st_size > MAX_BYTES:
+        raise RejectedModelError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
+    kind = path.suffix.lower().lstrip(".")
+    data = read_mended(path)
+    if kind in ("glb", "gltf"):
+        data = mend_gltf(path.name, data, kind == "glb", side_files)
+    with _Once(data) as file:
+        del data
+        return trimesh.load_scene(file, file_type=kind, resolver=side_files, process=False)
 
 
 class SideFiles(Resolver):
@@ -76,8 +101,15 @@ class SideFiles(Resolver):
 
     def __init__(self, files: Iterable[File]) -> None:
         self._files: dict[str, list[File]] = {}
+        self._contents: dict[int, bytes] = {}
+        self._parts = count()
         for file in sorted(files, key=lambda f: (len(f.parts), str(f))):
             self._files.setdefault(file.name.casefold(), []).append(file)
+
+    @property
+    def file_name(self) -> str:
+        """Another name each time, for parts of an OBJ: trimesh is slow to tell namesakes apart."""
+        return f"part{next(self._parts)}"
 
     def get(self, key: str) -> bytes:
         """Return the content of the file meant by `key`.
@@ -92,8 +124,11 @@ class SideFiles(Resolver):
             namesakes = self._files.get(parts[-1], [])
             if namesakes:
                 file = max(namesakes, key=lambda f: _common_end(f, parts))
-                data = file.read_bytes()
-                return as_utf8(data) if file.suffix.lower() == ".mtl" else data
+                if id(file) not in self._contents:  # a hundred materials may name one texture
+                    data = file.read_bytes()
+                    text = file.suffix.lower() == ".mtl"
+                    self._contents[id(file)] = as_utf8(data) if text else data
+                return self._contents[id(file)]
         raise FileNotFoundError(key)
 
     def write(self, name: str, data: Any) -> None:
@@ -122,7 +157,7 @@ def _common_end(file: File, parts: Sequence[str]) -> int:
 def _merge(name: str, scene: trimesh.Scene) -> Mesh:
     """Put all geometry of a scene in place and into one clean mesh."""
     textures = Textures()
-    vertices, faces, colored = [], [], []
+    vertices, faces, colors, face_textures, uvs = [], [], [], [], []
     offset = total = 0
     for geometry, matrix in _placed(scene):
         total += len(geometry.faces)
@@ -131,27 +166,52 @@ def _merge(name: str, scene: trimesh.Scene) -> Mesh:
         points = np.asarray(geometry.vertices, np.float64)
         index = np.asarray(geometry.faces, np.int64)
         valid = valid_faces(points, index)
-        vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
-        faces.append(index[valid] + offset)
-        colored.append([part[valid] for part in face_colors(geometry, textures)])
-        offset += len(points)
+        # Without the vertices of no face, of which each instance of a part would hold its own.
+        used, index = _compact(index[valid], len(points))
+        vertices.append(points[used] @ matrix[:3, :3].T + matrix[:3, 3])
+        faces.append(index + offset)
+        color, texture, uv = face_colors(geometry, textures)
+        colors.append(color[valid])
+        face_textures.append(texture[valid])
+        uvs.append(None if uv is None else uv[valid])
+        offset += len(used)
     if total == 0:
         raise RejectedModelError(f"{name} has no faces")
-    colors, face_textures, uvs = (np.concatenate(c) for c in zip(*colored, strict=True))
     corners, triangles = np.concatenate(vertices), np.concatenate(faces)
     keep = _has_area(corners, triangles)
     if not keep.any():
         raise RejectedModelError(f"{name} has no face with a finite area above zero")
-    used, triangles = np.unique(triangles[keep], return_inverse=True)
-    textured = bool((face_textures[keep] >= 0).any())
+    used, triangles = _compact(triangles[keep], len(corners))
+    texture = np.concatenate(face_textures)[keep]
+    textured = bool((texture >= 0).any())
     return Mesh(
         vertices=corners[used],
-        faces=triangles.reshape(-1, 3).astype(np.int64),
-        face_colors=colors[keep],
+        faces=triangles,
+        face_colors=np.concatenate(colors)[keep],
         textures=tuple(textures.images) if textured else (),
-        face_textures=face_textures[keep] if textured else None,
-        face_uvs=uvs[keep] if textured else None,
+        face_textures=texture if textured else None,
+        face_uvs=_joined(uvs, faces)[keep] if textured else None,
     )
+
+
+def _compact(
+    faces: NDArray[np.int64], num_vertices: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the vertices that faces (F, 3) use, (U,) in order, and the faces in terms of them."""
+    seen = np.zeros(num_vertices, np.bool_)
+    seen[faces] = True
+    return np.flatnonzero(seen), (np.cumsum(seen) - 1)[faces]
+
+
+def _joined(
+    uvs: list[NDArray[np.float32] | None], faces: list[NDArray[np.int64]]
+) -> NDArray[np.float32]:
+    """Return all texture coordinates, (F, 3, 2), zero for parts of the mesh without any."""
+    parts = [
+        np.zeros((len(f), 3, 2), np.float32) if uv is None else uv
+        for uv, f in zip(uvs, faces, strict=True)
+    ]
+    return np.concatenate(parts)
 
 
 def _placed(scene: trimesh.Scene) -> Iterator[tuple[trimesh.Trimesh, NDArray[np.float64]]]:
@@ -169,6 +229,9 @@ def _placed(scene: trimesh.Scene) -> Iterator[tuple[trimesh.Trimesh, NDArray[np.
 
 def _has_area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which faces, (F,), have a finite area above zero."""
-    a, b, c = (vertices[faces[:, i]] for i in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return np.asarray(np.isfinite(area) & (area > 0), np.bool_)
+    result = np.empty(len(faces), np.bool_)
+    for start in range(0, len(faces), _BLOCK):
+        a, b, c = (vertices[faces[start : start + _BLOCK, i]] for i in range(3))
+        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        result[start : start + _BLOCK] = np.isfinite(area) & (area > 0)
+    return result

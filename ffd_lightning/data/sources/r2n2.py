@@ -18,6 +18,7 @@ from ffd_lightning.errors import DataError, RejectedModelError
 
 VIEWS = 24
 _FOLDER = "ShapeNetRendering"
+_MAX_PIXELS = 4096 * 4096  # they have 137 x 137; fitting one takes 16 bytes for each
 
 
 @dataclass(frozen=True)
@@ -33,15 +34,23 @@ class R2n2Images:
     height: int
     width: int
 
+    def ids(self, category: str) -> set[str]:
+        """Return the ids of all models that have a folder.
+
+        Raises:
+            DataError: there is no folder for the category.
+        """
+        with os.scandir(self._folder(category)) as entries:
+            return {entry.name for entry in entries if entry.is_dir()}
+
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return which models have renderings, as a hash, and the size they are brought to.
 
         Raises:
             DataError: there is no folder for the category.
         """
-        with os.scandir(self._folder(category)) as entries:
-            ids = sorted(entry.name for entry in entries if entry.is_dir())
-        digest = hashlib.sha256("\n".join(ids).encode()).hexdigest()
+        ids = "\n".join(sorted(self.ids(category)))
+        digest = hashlib.sha256(ids.encode()).hexdigest()
         return {"source": "r2n2", "sha256": digest, "height": self.height, "width": self.width}
 
     def read(self, category: str, model_id: str) -> NDArray[np.uint8]:
@@ -57,6 +66,8 @@ class R2n2Images:
             try:
                 data = (folder / f"{view:02d}.png").read_bytes()
                 with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
+                    if picture.width * picture.height > _MAX_PIXELS:
+                        raise ValueError(f"it has {picture.width} x {picture.height} pixels")
                     images.append(fit_picture(picture, self.height, self.width))
             except FileNotFoundError:
                 raise RejectedModelError(f"it has no {name}") from None

@@ -6,14 +6,15 @@ import hashlib
 import os
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.data.sources.files import File, ZipMember, ZipTree
 from ffd_lightning.data.sources.mesh_file import read_mesh
+from ffd_lightning.data.sources.parts import PartAnnotations
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.errors import DataError, RejectedModelError
 
@@ -21,6 +22,7 @@ _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files giv
 MESHES = {1: ("model.obj",), 2: ("models", "model_normalized.obj")}
 """Where a model's mesh is, by version, below the model's folder."""
 
+_TELLING = 20  # so many models more of one version than of the other decide
 _BELOW = ("", "ShapeNetCore.v1", "ShapeNetCore.v2")
 _SYNSET = re.compile(r"\d{8}")
 
@@ -122,17 +124,51 @@ class ShapeNetSource:
         root: what `data.root` names.
         images: published renderings to use instead of our own; of version 1.
         mix_versions: use them with version 2 all the same.
+        parts: published part annotations.
     """
 
     root: Path
     images: R2n2Images | None = None
     mix_versions: bool = False
+    parts: PartAnnotations | None = None
     _categories: dict[str, tuple[Category, int]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
     def __post_init__(self) -> None:
         self.root = Path(self.root)
+
+    def categories(self) -> list[str]:
+        """Return the categories that are there: by name where they have one, else by synset."""
+        names = {synset: name for name, synset in SYNSETS.items()}
+        return sorted(names.get(synset, synset) for synset in self.synsets())
+
+    def survey(self, category: str) -> Survey:
+        """Tell version and form, and which models lack their mesh, image or annotation.
+
+        Raises:
+            DataError: as `model_ids`.
+        """
+        models, version = self.category(category)
+        form = "zip archive" if isinstance(models, CategoryZip) else "folders"
+        ids = models.ids()
+        sizes = {i: models.size(i, MESHES[version]) for i in ids}
+        mesh = "/".join(MESHES[version])
+        faults = {i: f"it has no {mesh}" for i in ids if sizes[i] is None}
+        faults |= {i: f"its {mesh} is empty" for i in ids if sizes[i] == 0}
+        notes = []
+        if self.images is not None:
+            rendered = self.images.ids(category)
+            faults |= {i: "it has no rendering" for i in ids if i not in rendered}
+        if self.parts is not None:
+            annotations = self._annotations(category)
+            annotated = set() if annotations is None else set(annotations.ids(category)) & set(ids)
+            notes.append(f"parts of {len(annotated)} models are annotated")
+        return Survey(f"v{version}, {form}", faults, tuple(notes))
+
+    def split(self, category: str) -> dict[str, str]:
+        """Return {}: ShapeNetCore has no split that all use."""
+        return {}
 
     def model_ids(self, category: str) -> list[str]:
         """Return the ids of all models of `category`, sorted.
@@ -155,7 +191,12 @@ class ShapeNetSource:
         if mesh is None:
             raise RejectedModelError(f"it has no {'/'.join(MESHES[version])}")
         images = None if self.images is None else self.images.read(category, model_id)
-        return SourceModel(read_mesh(mesh, list(files.values())), images=images)
+        model = SourceModel(read_mesh(mesh, list(files.values())), images=images)
+        annotations = self._annotations(category)
+        if annotations is None:
+            return model
+        parts, warning = annotations.read(category, model_id, model.mesh)
+        return replace(model, parts=parts, warning=warning)
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return version and a hash over ids and sizes of meshes.
@@ -164,6 +205,7 @@ class ShapeNetSource:
         and does not change, and looking into each of its 50,000 files would take minutes.
         """
         models, version = self.category(category)
+        annotations = self._annotations(category)
         digest = hashlib.sha256()
         for model_id in models.ids():
             digest.update(f"{model_id}\0{models.size(model_id, MESHES[version])}\n".encode())
@@ -173,6 +215,7 @@ class ShapeNetSource:
             "version": version,
             "sha256": digest.hexdigest(),
             "images": "own" if self.images is None else self.images.fingerprint(category),
+            "parts": "none" if annotations is None else annotations.fingerprint(category),
         }
 
     def category(self, name: str) -> tuple[Category, int]:
@@ -199,6 +242,15 @@ class ShapeNetSource:
             self._categories[name] = models, version
         return self._categories[name]
 
+    def _annotations(self, category: str) -> PartAnnotations | None:
+        """Return the part annotations if they have the category: 16 of ShapeNet's 57 have."""
+        if self.parts is None:
+            return None
+        annotated = self.parts.categories()
+        if not annotated:
+            self.parts.ids(category)  # raises: the folder is not what the user meant
+        return self.parts if SYNSETS.get(category, category) in annotated else None
+
     def synsets(self) -> dict[str, Path]:
         """Return the folder or archive of every category that is there, by synset."""
         for below in _BELOW:
@@ -216,10 +268,12 @@ class ShapeNetSource:
 
     def _version(self, place: Path, models: Category) -> int:
         ids = models.ids()
-        counts = {
-            version: sum(models.size(i, path) is not None for i in ids)
-            for version, path in MESHES.items()
-        }
+        counts = dict.fromkeys(MESHES, 0)
+        for model_id in ids:  # looking at all 8,000 of them takes long on a disk of the network
+            for version, path in MESHES.items():
+                counts[version] += models.size(model_id, path) is not None
+            if max(counts.values()) - min(counts.values()) >= _TELLING:
+                break
         version = max(counts, key=lambda v: counts[v])
         if not counts[version]:
             wanted = " or ".join("<model>/" + "/".join(path) for path in MESHES.values())

@@ -12,7 +12,7 @@ import numpy as np
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.errors import DataError, RejectedModelError
 
 GENERATOR_VERSION = 1
@@ -70,6 +70,10 @@ class ProceduralSource:
             "seed": self.seed,
             "generator_version": GENERATOR_VERSION,
         }
+
+    def survey(self, category: str) -> Survey:
+        """Return that models are computed."""
+        return Survey("computed")
 
     def split(self, category: str) -> dict[str, str]:
         """Return {}: there is no split of its own."""

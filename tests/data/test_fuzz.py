@@ -1,0 +1,287 @@
+"""Damaged and hostile files: each gives a valid mesh or is rejected, soon, and nothing else happens.
+
+`FUZZ_EXAMPLES=5000 pytest tests/data/test_fuzz.py` looks for new trouble at random.
+"""
+
+import contextlib
+import io
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import sysconfig
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hostile_files import DANGERS, VALID, Case, Held, png
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from ffd_lightning.data.sources.mesh_file import read_mesh
+from ffd_lightning.data.sources.r2n2 import R2n2Images
+from ffd_lightning.errors import RejectedModelError
+
+EXAMPLES = int(os.environ.get("FUZZ_EXAMPLES", "0"))
+SECONDS, MEGABYTES = 10, 400  # that one small file may take
+LIBRARIES = tuple(
+    {os.path.realpath(p) for p in (sys.prefix, sys.base_prefix, sysconfig.get_path("stdlib"))}
+    | {str(Path(__file__).parents[2] / "ffd_lightning")}
+)
+FORBIDDEN = ("socket.", "subprocess.", "os.system", "os.exec", "os.posix_spawn", "os.fork")
+FORBIDDEN += ("os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.link", "os.symlink", "shutil.")
+FORBIDDEN += ("os.truncate", "os.chmod", "tempfile.", "urllib.", "ctypes.dlopen", "pickle.")
+
+
+def fuzz(examples):
+    return settings(
+        max_examples=EXAMPLES or examples,
+        derandomize=not EXAMPLES,
+        database=None,
+        deadline=None,
+        suppress_health_check=list(HealthCheck),
+    )
+
+
+# --- what must not happen ---
+
+
+class Guard:
+    """Records what code does that a reader of models has no business to do.
+
+    It records instead of raising: trimesh swallows exceptions of all kinds.
+    """
+
+    def __init__(self):
+        self.active, self.folder, self.seen = False, None, []
+        sys.addaudithook(self._audit)
+
+    def _audit(self, event, args):
+        if not self.active:
+            return
+        if event == "open":
+            path, mode, flags = args
+            path = os.path.realpath(os.fsdecode(path)) if not isinstance(path, int) else str(path)
+            library = path.startswith(LIBRARIES)
+            writes = any(c in (mode or "") for c in "wax+") or flags & (os.O_WRONLY | os.O_RDWR)
+            known = library or (self.folder is not None and path.startswith(str(self.folder)))
+            if not known or (writes and not (library and "__pycache__" in path)):
+                self.seen.append(f"{'wrote' if writes else 'read'} {path}")
+        elif event.startswith(FORBIDDEN):
+            self.seen.append(f"{event} {args!r:.200}")
+
+    def _late(self, *_):
+        self.seen.append(f"took more than {SECONDS} s")
+        raise KeyboardInterrupt
+
+    @contextlib.contextmanager
+    def watching(self, folder=None):
+        self.folder, self.seen = folder, []
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        before = signal.signal(signal.SIGALRM, self._late)
+        signal.setitimer(signal.ITIMER_REAL, SECONDS)
+        self.active = True
+        try:
+            yield
+        finally:
+            self.active = False
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.signal(signal.SIGALRM, before)
+            grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak) / 1024
+            assert not self.seen
+            assert grown < MEGABYTES, f"took {grown:.0f} MB"
+
+
+@pytest.fixture(scope="module")
+def guard(tmp_path_factory):
+    """A guard, in an empty folder that must stay empty."""
+    empty = tmp_path_factory.mktemp("empty")
+    with contextlib.chdir(empty):
+        for case in VALID.values():
+            read(case)  # what is imported late is imported now
+        Image.init()
+        yield Guard()
+        assert list(empty.iterdir()) == []
+
+
+def read(case):
+    return read_mesh(Held(case.mesh, case.files[case.mesh]), [Held(*f) for f in case.files.items()])
+
+
+def assert_valid(mesh):
+    count = len(mesh.faces)
+    assert count > 0
+    assert mesh.vertices.dtype == np.float64
+    assert mesh.vertices.shape == (len(mesh.vertices), 3)
+    assert np.isfinite(mesh.vertices).all()
+    assert (mesh.faces.dtype, mesh.faces.shape) == (np.int64, (count, 3))
+    assert mesh.faces.min() >= 0
+    assert mesh.faces.max() < len(mesh.vertices)
+    assert (mesh.face_colors.dtype, mesh.face_colors.shape) == (np.uint8, (count, 4))
+    assert (mesh.face_textures is None) == (mesh.face_uvs is None) == (mesh.textures == ())
+    if mesh.face_textures is not None:
+        assert (mesh.face_textures.dtype, mesh.face_textures.shape) == (np.int16, (count,))
+        assert mesh.face_textures.min() >= -1
+        assert mesh.face_textures.max() < len(mesh.textures)
+        assert (mesh.face_uvs.dtype, mesh.face_uvs.shape) == (np.float32, (count, 3, 2))
+        assert np.isfinite(mesh.face_uvs).all()
+    for texture in mesh.textures:
+        assert texture.dtype == np.uint8
+        assert texture.shape == (*texture.shape[:2], 4)
+        assert 0 < texture.size <= 4 * 1024**2
+
+
+def survives(guard, case):
+    """Read a case; whatever it is, it must be a mesh or a rejection with a plain reason."""
+    with guard.watching():
+        try:
+            mesh = read(case)
+        except RejectedModelError as error:
+            assert str(error)
+            assert "\n" not in str(error)
+            return None
+    assert_valid(mesh)
+    return mesh
+
+
+# --- damage ---
+
+NUMBER = re.compile(rb"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
+NUMBERS = [b"-1", b"0", b"1", b"255", b"60000", b"4000000000", b"-99999999999", b"1" + b"0" * 30]
+NUMBERS += [b"nan", b"inf", b"-inf", b"1e400", b"1e38", b"1e300", b"1e-320", b"0.5", b"9" * 5000]
+JUNK = [b"\xff" * 4, bytes(4), b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\xff\xfe"]
+JUNK += [b"\n", b" ", b"\r", b"/", b"#", b"\\\n", b"f 1 2 3\n", b"f -1 -2\n", b"v 1\n", b"v 1 2 3 4 5 6 7\n"]
+JUNK += [b"usemtl \n", b"mtllib m.mtl\n", b"newmtl \n", b"Kd nan 1e400 -3\n", b"map_Kd m.obj\n", b"vt 1\n"]
+JUNK += [b"image x\n", b"name\n", b"Kd 1 1\n", b"d nan\n", b"Tr x\n", b"solid\n", b"endsolid\n", b'"', b"}"]
+VALUES = [None, True, -1, 0, 1, 3, 0.5, 1e12, float("inf"), float("nan"), 10**30, "", "x", [], {}, [0]]
+VALUES += [5121, 5123, 5125, "SCALAR", "VEC2", "MAT4", "file:///etc/passwd", "http://x.org/a.bin", [[]]]
+
+spots = st.integers(0, 2**16)
+edits = st.tuples(
+    st.sampled_from("flip cut drop repeat insert number number".split()),
+    spots,
+    st.integers(1, 60),
+    st.one_of(st.sampled_from(JUNK), st.binary(min_size=1, max_size=8)),
+    st.sampled_from(NUMBERS),
+)
+
+
+def damaged(data, edit):
+    kind, spot, length, junk, number = edit
+    start = spot % (len(data) + 1)
+    span = data[start : start + length]
+    if kind == "number":
+        match = NUMBER.search(data, start)
+        return data if match is None else data[: match.start()] + number + data[match.end() :]
+    middle = {"flip": junk[: len(span)], "cut": b"", "drop": b"", "repeat": span * 3}
+    rest = {"flip": start + len(junk), "cut": len(data), "insert": start}.get(kind, start + length)
+    return data[:start] + middle.get(kind, junk) + data[rest:]
+
+
+@st.composite
+def damaged_files(draw, name, target=None):
+    case = VALID[name]
+    data = case.files[target or case.mesh]
+    for edit in draw(st.lists(edits, min_size=1, max_size=4)):
+        data = damaged(data, edit)
+    return Case(case.mesh, case.files | {target or case.mesh: data})
+
+
+def places(tree):
+    """Yield every place in a JSON tree as its container and key."""
+    for key, value in tree.items() if isinstance(tree, dict) else enumerate(tree):
+        yield tree, key
+        if isinstance(value, dict | list):
+            yield from places(value)
+
+
+@st.composite
+def damaged_trees(draw):
+    case = VALID["gltf"]
+    tree = json.loads(case.files[case.mesh])
+    for _ in range(draw(st.integers(1, 3))):
+        found = list(places(tree))
+        container, key = found[draw(spots) % len(found)]
+        if draw(st.booleans()):
+            container[key] = draw(st.sampled_from(VALUES))
+        elif isinstance(container, dict):
+            del container[key]
+        else:
+            container.extend([container[key]] * draw(st.sampled_from([1, 500])))
+    return Case(case.mesh, case.files | {case.mesh: json.dumps(tree).encode()})
+
+
+def with_dangers(test):
+    for case, _ in DANGERS.values():
+        test = example(case())(test)
+    return test
+
+
+@pytest.mark.parametrize("name", VALID)
+def test_undamaged_files_are_read(guard, name):
+    mesh = survives(guard, VALID[name])
+    assert mesh is not None
+    assert (mesh.textures != ()) == (name in ("obj", "gltf", "glb"))
+
+
+@pytest.mark.parametrize("name", VALID)
+def test_damaged_files_are_read_or_rejected(guard, name):
+    @fuzz(80)
+    @given(damaged_files(name))
+    def run(case):
+        survives(guard, case)
+
+    run()
+
+
+@with_dangers
+@fuzz(150)
+@given(case=damaged_trees())
+def test_damaged_scenes_and_hostile_files_are_read_or_rejected(guard, case):
+    survives(guard, case)
+
+
+@pytest.mark.parametrize("target", ["m.mtl", *(f"x.{e}" for e in ("png", "jpg", "gif", "tif", "tga"))])
+def test_damaged_materials_and_textures_do_not_reject_a_model(guard, target):
+    name = "obj" if target == "m.mtl" else f"obj {target}"
+
+    @fuzz(60)
+    @given(damaged_files(name, target))
+    def run(case):
+        mesh = survives(guard, case)
+        assert mesh is not None
+        assert len(mesh.faces) == len(read(VALID["obj"]).faces)
+
+    run()
+
+
+def test_damaged_renderings_are_read_or_rejected(guard, tmp_path):
+    folder = tmp_path / "ShapeNetRendering" / "03001627" / "a" / "rendering"
+    folder.mkdir(parents=True)
+    for view in range(24):
+        (folder / f"{view:02d}.png").write_bytes(png(9, 7))
+    source = R2n2Images(tmp_path, 12, 16)
+
+    @fuzz(60)
+    @example(png(60000, 60000, data=b"x"))
+    @example(png(5000, 5000))
+    @given(st.lists(edits, min_size=1, max_size=3))
+    def run(changes):
+        data = png(9, 7) if isinstance(changes, list) else changes
+        for edit in changes if isinstance(changes, list) else []:
+            data = damaged(data, edit)
+        (folder / "00.png").write_bytes(data)
+        with guard.watching(tmp_path):
+            try:
+                images = source.read("chair", "a")
+            except RejectedModelError as error:
+                assert "rendering/00.png" in str(error)
+                return
+        assert (images.shape, images.dtype) == ((24, 12, 16, 4), np.uint8)
+
+    run()
