@@ -145,5 +145,9 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
             cfg.encoder.weights is not None and not Path(cfg.encoder.weights).is_file(),
             f"encoder.weights={cfg.encoder.weights} is not a file",
         ),
+        (
+            cfg.preparation.shard is not None,
+            "preparation.shard goes with prepare.py: training needs all models",
+        ),
         (cfg.seed < 0 or templates.seed < 0, "seed and templates.seed must not be negative"),
     ]

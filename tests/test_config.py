@@ -123,6 +123,13 @@ def test_mistakes_on_the_command_line_get_one_message(arguments, words, tmp_path
         (["category.synset='123'"], "8 digits"),
         (["seed=-1"], "seed"),
         (["category=custom", "category.name=../mug"], "not a path"),
+        (["data.split=listed"], r"data.split_file=FILE"),
+        (["data.split=listed", "data.split_file=/no/such"], "/no/such"),
+        (["data.split_file=README.md"], "needs data.split=listed"),
+        (["data.parts_root=."], "goes with data=shapenet"),
+        (["data.images=r2n2"], "goes with data=shapenet"),
+        (["preparation.timeout=0"], "preparation.timeout"),
+        (["preparation.shard=1/2"], "goes with prepare.py"),
     ],
 )
 def test_values_that_cannot_work_are_named(overrides, word):

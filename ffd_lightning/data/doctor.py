@@ -8,6 +8,7 @@ category are prepared on trial, in a folder that is removed again.
 
 from __future__ import annotations
 
+import math
 import shutil
 import sys
 import tempfile
@@ -165,7 +166,7 @@ def _cost(seconds: float, megabytes: float) -> str:
     if not seconds:
         return "-"
     minutes = seconds / 60
-    time_ = f"{minutes / 60:.1f} h" if minutes >= 90 else f"{max(minutes, 1):.0f} min"
+    time_ = f"{minutes / 60:.1f} h" if minutes >= 90 else f"{math.ceil(minutes)} min"
     disk = f"{megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"{megabytes:.0f} MB"
     return f"{time_}, {disk}"
 

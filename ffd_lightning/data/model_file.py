@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ffd_lightning.config import RenderConfig
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.packing import UNKNOWN_PART, pack_image, pack_mesh, pack_points
+from ffd_lightning.data.part_labels import label_faces, label_points
 from ffd_lightning.data.rendering import render
 from ffd_lightning.data.sources.base import Source, SourceModel
 from ffd_lightning.errors import RejectedModelError
@@ -115,8 +116,6 @@ def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
     images = _rendered(mesh, recipe.render) if model.images is None else model.images
     packed = [pack_image(image) for image in images]
     if model.parts is not None:
-        from ffd_lightning.data.part_labels import label_faces, label_points
-
         face_parts = label_faces(model.parts, mesh.vertices, mesh.faces)
         point_parts = label_points(model.parts, points.astype(np.float64))
         mesh = replace(mesh, face_parts=face_parts, part_names=model.parts.names)

@@ -21,9 +21,13 @@ from functools import cached_property
 from pathlib import Path
 
 from filelock import FileLock, Timeout
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
 from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning.checks import validate
+from ffd_lightning.cli import explain
 from ffd_lightning.config import PrepareConfig, RenderConfig, typed_config
 from ffd_lightning.data.assembly import assemble
 from ffd_lightning.data.model_file import Recipe, is_done
@@ -32,7 +36,7 @@ from ffd_lightning.data.progress import ModelProgress
 from ffd_lightning.data.sources import build_source
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.workers import available_cores, make_models
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, DataError, UserError
 
 FORMAT_VERSION = 2
 """Goes up when the same settings give another set, so that prepared data is built anew."""
@@ -267,14 +271,20 @@ def build_preparation(cfg: PrepareConfig) -> Preparation:
 def prepare_job(cfg: DictConfig) -> None:
     """Prepare what Hydra composed: a category, or the shard of it that is asked for.
 
-    Raises:
-        ConfigError: settings that cannot work.
-        DataError: as `Preparation.run`.
+    In a multirun a category that cannot be prepared does not stop the others.
     """
-    config = typed_config(cfg, PrepareConfig)
-    validate(config)
-    preparation = build_preparation(config)
-    if config.preparation.shard is None:
-        preparation.run()
-    else:
-        preparation.run_shard(Shard.parse(config.preparation.shard))
+    try:
+        config = typed_config(cfg, PrepareConfig)
+        validate(config)
+        preparation = build_preparation(config)
+        if config.preparation.shard is None:
+            preparation.run()
+        else:
+            preparation.run_shard(Shard.parse(config.preparation.shard))
+    except (UserError, OmegaConfBaseException) as error:
+        if HydraConfig.get().mode is not RunMode.MULTIRUN:
+            # Not as an exception: Hydra would put a line of its own above it.
+            sys.exit(f"error: {explain(error)}")
+        # Hydra goes on, and shows the first of all exceptions at the end.
+        print(f"error: {explain(error)}", file=sys.stderr)
+        raise DataError("not everything could be prepared: see the messages above") from None

@@ -1,6 +1,7 @@
 """Miniature mesh files: colours, geometry that can be mended, and geometry that cannot."""
 
 import base64
+import io
 import json
 import struct
 from collections.abc import Callable
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from whole_files import png
 
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.sources.mesh_file import read_mesh
@@ -118,6 +120,110 @@ def test_damaged_and_huge_textures(folder: Folder) -> None:
     np.testing.assert_array_equal(folder.load().textures[0][0, 0], [5, 6, 7, 255])
 
 
+def saved(image: Image.Image, kind: str, **options) -> bytes:
+    data = io.BytesIO()
+    image.save(data, kind, **options)
+    return data.getvalue()
+
+
+PLAIN = Image.new("RGB", (8, 6), (200, 100, 50))
+PALETTE = Image.new("P", (8, 6), 1)
+PALETTE.putpalette([0, 0, 0, 200, 100, 50])
+KINDS = {
+    "16-bit grey": (saved(Image.new("I;16", (8, 6), 128 * 257), "png"), [128, 128, 128, 255]),
+    "grey": (saved(Image.new("L", (8, 6), 128), "png"), [128, 128, 128, 255]),
+    "grey and alpha": (saved(Image.new("LA", (8, 6), (128, 64)), "png"), [128, 128, 128, 64]),
+    "1-bit": (saved(Image.new("1", (8, 6), 1), "png"), [255, 255, 255, 255]),
+    "palette": (saved(PALETTE, "png"), [200, 100, 50, 255]),
+    "see-through palette": (saved(PALETTE, "png", transparency=b"\xff\x40"), [200, 100, 50, 64]),
+    "CMYK JPEG": (saved(PLAIN.convert("CMYK"), "jpeg", quality=100), [200, 100, 50, 255]),
+    "animated GIF": (
+        saved(PALETTE, "gif", save_all=True, append_images=[Image.new("P", (8, 6))]),
+        [200, 100, 50, 255],
+    ),
+    **{kind: (saved(PLAIN, kind), [200, 100, 50, 255]) for kind in ("tga", "bmp", "tiff", "webp")},
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_textures_of_all_kinds_are_read_whatever_their_name(folder: Folder, kind: str) -> None:
+    content, color = KINDS[kind]
+    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
+    folder.write("m.obj", TEXTURED)
+    folder.write("x.png", content)
+    mesh = folder.load()
+    assert mesh.textures[0].shape == (6, 8, 4)
+    np.testing.assert_allclose(mesh.textures[0][3, 3], color, atol=3)
+    np.testing.assert_allclose(mesh.face_colors, [color], atol=3)
+
+
+UNUSABLE: dict[str, tuple[str, bytes | None]] = {
+    "missing": ("x.png", None),
+    "missing, Windows": (r"C:\Users\me\maps\x.png", None),
+    "options only": ("-s 1 1 1 -clamp on", None),
+    "nothing": ("", None),
+    "a folder": ("..", None),
+    "empty": ("x.png", b""),
+    "text": ("x.png", b"It was a dark and stormy night."),
+    "the model itself": ("m.obj", None),
+    "promises": ("x.png", png(20_000, 20_000, b"x")),
+    "too large": ("x.png", png(9_000, 9_000)),
+    "no pixels": ("x.png", png(8, 6, b"")),
+    "no width": ("x.png", png(0, 6)),
+}
+
+
+@pytest.mark.parametrize("name", UNUSABLE)
+def test_a_texture_that_cannot_be_used_leaves_the_colour(folder: Folder, capfd, name: str) -> None:
+    path, content = UNUSABLE[name]
+    folder.write("m.mtl", f"newmtl m\nKd 0 1 0\nd 0.5\nmap_Kd {path}\n")
+    folder.write("m.obj", TEXTURED)
+    if content is not None:
+        folder.write("x.png", content)
+    mesh = folder.load()
+    assert mesh.textures == ()
+    assert (mesh.face_textures, mesh.face_uvs) == (None, None)
+    np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 128]])
+    assert capfd.readouterr() == ("", "")
+
+
+def test_options_of_all_kinds_may_precede_a_texture(folder: Folder) -> None:
+    options = "-blendu off -bm 0.5 -clamp on -imfchan l -mm 0 1 -o 0 0 0 -texres 512 -t 1 1 1"
+    folder.write("m.mtl", f"newmtl m\n  MAP_KD {options} maps\\wood oak.png  \n")
+    folder.write("m.obj", TEXTURED)
+    folder.image("wood oak.png", (10, 20, 30))
+    np.testing.assert_array_equal(folder.load().face_colors, [[10, 20, 30, 255]])
+
+
+@pytest.mark.parametrize("mtl", [None, b"", b"\xff\xfe\0", b"Kd 1 0 0\nmap_Kd x.png\n"])
+def test_a_missing_or_useless_mtl_gives_grey(folder: Folder, mtl: bytes | None) -> None:
+    folder.write("m.obj", TEXTURED)
+    if mtl is not None:
+        folder.write("m.mtl", mtl)
+    np.testing.assert_array_equal(folder.load().face_colors, [[178, 178, 178, 255]])
+
+
+def test_materials_that_share_a_texture_share_it_in_memory(folder: Folder) -> None:
+    mtl = "".join(f"newmtl {k}\nd {d}\nmap_Kd x.png\n" for k, d in (("a", 1), ("b", 1), ("c", 0.5)))
+    folder.write("m.mtl", mtl)
+    faces = "".join(f"usemtl {name}\nf 1/1 2/2 3/3\n" for name in "abc")
+    folder.write("m.obj", TEXTURED.replace("usemtl m\nf 1/1 2/2 3/3\n", faces))
+    folder.image("x.png", (5, 6, 7))
+    mesh = folder.load()
+    assert len(mesh.textures) == 2
+    assert sorted(mesh.face_colors.tolist()) == [[5, 6, 7, 128], [5, 6, 7, 255], [5, 6, 7, 255]]
+
+
+@pytest.mark.parametrize("uvs", ["vt 0\nvt 1\nvt 0\n", "vt nan 0\nvt 1e400 0\nvt 0 -inf\n"])
+def test_bad_uvs_do_not_reject_a_model(folder: Folder, uvs: str) -> None:
+    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
+    folder.write("m.obj", TEXTURED.replace("vt 0 0\nvt 1 0\nvt 0 1\n", uvs))
+    folder.image("x.png", (0, 255, 0))
+    mesh = folder.load()
+    np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 255]])
+    assert mesh.face_uvs is None or np.isfinite(mesh.face_uvs).all()
+
+
 def test_texture_without_uvs_gives_the_colour(folder: Folder) -> None:
     folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
     folder.write("m.obj", "mtllib m.mtl\n" + TRIANGLE + "usemtl m\nf 1 2 3\n")
@@ -180,6 +286,18 @@ def test_gltf_colours(folder: Folder) -> None:
     np.testing.assert_array_equal(mesh.textures[0][0, 0], [100, 0, 100, 255])
     assert mesh.face_uvs is not None
     np.testing.assert_allclose(mesh.face_uvs[0], mesh.vertices[mesh.faces[0], :2])
+
+
+def test_a_specular_glossiness_material_keeps_its_diffuse_texture(folder: Folder) -> None:
+    gloss = {
+        "diffuseTexture": {"index": 0},
+        "diffuseFactor": [1, 0, 1, 1],
+        "specularGlossinessTexture": {"index": 0},
+    }
+    extensions = {"KHR_materials_pbrSpecularGlossiness": gloss}
+    folder.write("m.gltf", gltf(texture="x.png", extensions=extensions))
+    folder.image("x.png", (100, 60, 20))
+    np.testing.assert_array_equal(folder.load("m.gltf").face_colors, [[100, 0, 20, 255]])
 
 
 def test_scene_graph_is_applied(folder: Folder) -> None:
@@ -287,6 +405,12 @@ BAD: dict[str, tuple[str, str | bytes, str]] = {
     "promises": ("off", "OFF\n999999999999 9 0\n0 0 0\n", "m.off"),
     "bad index": ("obj", TRIANGLE + "f 1 2 9\n", "m.obj"),
     "Draco": ("gltf", '{"extensionsUsed": ["KHR_draco_mesh_compression"]}', "Draco"),
+    "sparse": (
+        "gltf",
+        gltf().replace('"componentType": 5126,', '"componentType": 5126, "sparse": {},'),
+        "sparse accessors, which are not supported",
+    ),
+    "claims": ("gltf", gltf().replace('"count": 3', '"count": 3000000000'), "claims"),
     "circular": ("gltf", gltf(nodes=[{"children": [1]}, {"mesh": 0, "children": [0]}]), "m.gltf"),
     "deep": (
         "gltf",

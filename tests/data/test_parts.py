@@ -1,3 +1,4 @@
+import csv
 import dataclasses
 import json
 import pickle
@@ -20,11 +21,14 @@ from parts_tree import (
     write,
 )
 
+from ffd_lightning.config import RenderConfig
 from ffd_lightning.data import part_labels
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.part_labels import label_faces, label_points
+from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE, PartAnnotations
+from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.sampling import sample_surface
 
@@ -54,14 +58,14 @@ def box(*size):
 @pytest.mark.parametrize("layout", LAYOUTS)
 @pytest.mark.parametrize(
     ("category", "turns", "points_right", "area_right"),
-    # Measured at worst: 0.966, 0.942, 0.915 of the points and 0.987, 0.984, 0.959 of the area.
+    # Measured at worst: 0.972, 0.958, 0.916 of the points and 0.987, 0.984, 0.970 of the area.
     [("chair", 1, 0.94, 0.97), ("table", 2, 0.91, 0.96), ("plane", 3, 0.88, 0.93)],
 )
 def test_labels_reach_the_right_places(tmp_path, layout, category, turns, points_right, area_right):
-    source = PartAnnotations(write(tmp_path / layout, tree(layout, category, range(3), turns)))
+    source = PartAnnotations(write(tmp_path / layout, tree(layout, category, range(2), turns)))
     assert source.layout(category) == layout
-    assert source.ids(category) == ["m0", "m1", "m2"]
-    for k in range(3):
+    assert source.ids(category) == ["m0", "m1"]
+    for k in range(2):
         mesh, truth, names = model(category, k)
         parts, warning = source.read(category, f"m{k}", mesh)
         assert warning == ""
@@ -89,7 +93,7 @@ def test_points_come_to_lie_where_they_were_drawn(tmp_path, turns, cut):
     parts, warning = PartAnnotations(tmp_path).read("chair", "a", mesh)
     assert warning == ""
     off = np.linalg.norm(parts.points - drawn[keep], axis=1) / diagonal
-    # That of the noise alone is 0.0052; with boxes alone it would be 0.03 where they are cut.
+    # That of the noise alone is 0.0052; with boxes alone it is 0.025 where they are cut.
     assert np.sqrt((off**2).mean()) < 0.0075
 
 
@@ -380,3 +384,53 @@ def test_work_is_bounded_for_many_large_faces(monkeypatch):
     middle = vertices[faces].mean(axis=1)[:, 0]
     clear = np.abs(middle - 0.5) > 0.15
     assert np.mean(found[clear] == (middle > 0.5)[clear]) > 0.97
+
+
+# --- Through ShapeNet to a prepared set ---------------------------------------------------------
+
+
+def obj(mesh):
+    lines = [f"v {x:.6f} {y:.6f} {z:.6f}" for x, y, z in mesh.vertices]
+    return "\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in mesh.faces + 1), ""])
+
+
+def prepared_from(root, category, parts_root):
+    source = ShapeNetSource(root, parts=PartAnnotations(parts_root))
+    view = RenderConfig(height=32, width=32, samples=1)
+    preparation = Preparation(source, category, 512, view, root, workers=1, progress=False)
+    return preparation.run()
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_a_prepared_set_has_the_annotated_parts(tmp_path, layout):
+    parts_root = write(tmp_path / "parts" / layout, tree(layout, "chair", range(2), turns=1)).parent
+    models = {f"m{k}": model("chair", k) for k in range(3)}
+    files = {f"{CHAIR}/{name}/model.obj": obj(mesh) for name, (mesh, _, _) in models.items()}
+    prepared = prepared_from(write(tmp_path / "v1", files), "chair", parts_root)
+    assert prepared.ids == ("m0", "m1", "m2")
+    warned = dict(csv.reader((prepared.path / "warnings.csv").open(newline="")))
+    assert warned == {"id": "warning", "m2": "it has no part annotation"}
+    for row, (mesh, truth, names) in enumerate(models.values()):
+        got, points = prepared.mesh(row), prepared.point_parts(row)
+        if row == 2:
+            assert set(got.face_parts) == set(points) == {255}
+            continue
+        if layout == RELEASE:
+            assert set(prepared.part_names) <= set(names)
+            wanted = np.array([prepared.part_names.index(name) for name in names])[truth]
+        else:
+            wanted = np.array([prepared.part_names.index(f"part {k + 1}") for k in range(4)])[truth]
+        assert covered(mesh, got.face_parts, wanted) > 0.95
+        shares = [np.mean(points == part) for part in range(len(prepared.part_names))]
+        expected = [area(mesh)[wanted == p].sum() / area(mesh).sum() for p in range(len(shares))]
+        np.testing.assert_allclose(shares, expected, atol=0.08)
+
+
+def test_categories_without_annotation_are_prepared_without_parts(tmp_path):
+    """Of ShapeNet's 57 categories 16 are annotated; a study of 13 must not stop at the others."""
+    mesh = model("table", 0)[0]
+    root = write(tmp_path / "v1", {f"{SYNSETS['table']}/a/model.obj": obj(mesh)})
+    parts_root = write(tmp_path / "parts", tree(BENCHMARK, "chair", range(1)))
+    assert prepared_from(root, "table", parts_root).part_names == ()
+    with pytest.raises(DataError, match=r"none at all: set data\.parts_root"):
+        prepared_from(root, "table", tmp_path)

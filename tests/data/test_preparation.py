@@ -18,6 +18,7 @@ from ffd_lightning.data.preparation import Preparation, Shard
 from ffd_lightning.data.sources.procedural.source import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 
+ROOT = Path(__file__).parents[2]
 COUNT = 10
 SCRIPT = """
 import signal
@@ -435,3 +436,48 @@ def test_linux_ends_workers_first_where_memory_runs_out(tmp_path, start, log):
     wait_for(lambda: len(loads(log)[1]) == 2)
     scores = {Path(f"/proc/{pid}/oom_score_adj").read_text().strip() for pid in loads(log)[1]}
     assert scores == {"1000"}
+
+
+# --- the command --------------------------------------------------------------------------------
+
+
+def prepare(tmp_path, *overrides):
+    small = ["data.num_models=4", "data.num_points=64", "data.render.samples=1"]
+    size = ["data.render.height=32", "data.render.width=32", f"paths.data={tmp_path}/data"]
+    command = [sys.executable, str(ROOT / "prepare.py"), *overrides, *small, *size]
+    return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+
+
+def test_shards_by_command(tmp_path):
+    done = prepare(tmp_path, "-m", "category=table,lamp", "preparation.shard=1/2,2/2")
+    assert done.returncode == 0, done.stderr
+    assert "table: shard 1/2 is done, 2 models of other shards are not" in done.stderr
+    folders = [path.name for path in (tmp_path / "data/prepared").iterdir() if path.is_dir()]
+    assert sorted(name.partition("-")[0] for name in folders) == ["lamp", "table"]
+    assert {path.name for path in tmp_path.iterdir()} == {"data"}
+
+
+def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
+    done = prepare(tmp_path, "-m", "category=rifle,telephone,lamp")
+    assert done.returncode == 1
+    for name in ("rifle", "telephone"):
+        assert f"error: there are no procedural models of '{name}'" in done.stderr
+    assert "prepared 4 models" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("override", "word"),
+    [
+        ("preparation.shard=3/2", "NUMBER/COUNT"),
+        ("data.num_points=0", "data.num_points=0 must be above 0"),
+        ("regime=b", "regime"),
+        ("data.spilt=hash", "Did you mean data.split?"),
+        ("category=mug", "no category 'mug'"),
+    ],
+)
+def test_mistakes_get_one_message(tmp_path, override, word):
+    done = prepare(tmp_path, override)
+    assert done.returncode == 1
+    assert word in done.stderr
+    assert len(done.stderr.splitlines()) == 1, done.stderr

@@ -8,6 +8,7 @@ among the files that belong to the model and nowhere else, so nothing outside is
 from __future__ import annotations
 
 import io
+import logging
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import count
@@ -18,7 +19,6 @@ from urllib.parse import unquote
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from PIL import Image
 from trimesh.resolvers import Resolver
 
 from ffd_lightning.data.mesh import Mesh
@@ -30,6 +30,9 @@ from ffd_lightning.errors import RejectedModelError
 
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
 """Formats that can be read, the best at carrying colours first."""
+
+# It prints tracebacks about textures that are not there, of which there are many.
+logging.getLogger("trimesh").setLevel(logging.CRITICAL)
 
 _MAX_FACES = 10_000_000
 _MAX_DEPTH = 100
@@ -55,8 +58,7 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
     """
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
-            # `Textures` has a lower limit of its own.
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            warnings.simplefilter("ignore")  # what a reader makes of a damaged file is judged here
             return _merge(path.name, _load(path, SideFiles(side_files)))
     except RejectedModelError:
         raise
