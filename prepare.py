@@ -12,7 +12,7 @@ register(PrepareConfig)
 @hydra.main(version_base="1.3", config_path="conf", config_name="prepare")
 def main(cfg: DictConfig) -> None:
     """Hand the composed configuration to the preparation."""
-    from ffd_lightning.data.preparation import prepare_job
+    from ffd_lightning.data.run import prepare_job
 
     prepare_job(cfg)
 

@@ -24,7 +24,8 @@ from ffd_lightning.checks import validate
 from ffd_lightning.cli import compose_config, register, run_app
 from ffd_lightning.config import PrepareConfig, SourceKind, typed_config
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS, paper_templates
-from ffd_lightning.data.preparation import Preparation, build_preparation
+from ffd_lightning.data.preparation import Preparation
+from ffd_lightning.data.run import build_preparation
 from ffd_lightning.data.sources.base import Survey
 from ffd_lightning.data.workers import available_cores, make_models
 from ffd_lightning.errors import DataError

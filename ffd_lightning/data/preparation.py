@@ -21,22 +21,15 @@ from functools import cached_property
 from pathlib import Path
 
 from filelock import FileLock, Timeout
-from hydra.core.hydra_config import HydraConfig
-from hydra.types import RunMode
-from omegaconf import DictConfig
-from omegaconf.errors import OmegaConfBaseException
 
-from ffd_lightning.checks import validate
-from ffd_lightning.cli import explain
-from ffd_lightning.config import PrepareConfig, RenderConfig, typed_config
+from ffd_lightning.config import RenderConfig
 from ffd_lightning.data.assembly import assemble
 from ffd_lightning.data.model_file import Recipe, is_done
 from ffd_lightning.data.prepared import REJECTED, WARNINGS, PreparedSet
 from ffd_lightning.data.progress import ModelProgress
-from ffd_lightning.data.sources import build_source
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.workers import available_cores, make_models
-from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.errors import ConfigError, DataError
 
 FORMAT_VERSION = 2
 """Goes up when the same settings give another set, so that prepared data is built anew."""
@@ -253,38 +246,3 @@ def _report(prepared: PreparedSet) -> None:
         count, file = len(prepared.rejected), prepared.path / REJECTED
         line += f"; rejected {count} ({first}{more}), see {file}"
     print(line, file=sys.stderr)
-
-
-def build_preparation(cfg: PrepareConfig) -> Preparation:
-    """Return the preparation that a configuration describes; nothing is read yet."""
-    return Preparation(
-        source=build_source(cfg.data),
-        category=cfg.category.name,
-        num_points=cfg.data.num_points,
-        render=cfg.data.render,
-        root=Path(cfg.paths.data),
-        workers=cfg.preparation.workers,
-        timeout=cfg.preparation.timeout,
-    )
-
-
-def prepare_job(cfg: DictConfig) -> None:
-    """Prepare what Hydra composed: a category, or the shard of it that is asked for.
-
-    In a multirun a category that cannot be prepared does not stop the others.
-    """
-    try:
-        config = typed_config(cfg, PrepareConfig)
-        validate(config)
-        preparation = build_preparation(config)
-        if config.preparation.shard is None:
-            preparation.run()
-        else:
-            preparation.run_shard(Shard.parse(config.preparation.shard))
-    except (UserError, OmegaConfBaseException) as error:
-        if HydraConfig.get().mode is not RunMode.MULTIRUN:
-            # Not as an exception: Hydra would put a line of its own above it.
-            sys.exit(f"error: {explain(error)}")
-        # Hydra goes on, and shows the first of all exceptions at the end.
-        print(f"error: {explain(error)}", file=sys.stderr)
-        raise DataError("not everything could be prepared: see the messages above") from None

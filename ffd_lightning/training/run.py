@@ -26,7 +26,7 @@ from ffd_lightning.checks import validate
 from ffd_lightning.cli import explain
 from ffd_lightning.config import TrainConfig, typed_config
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.preparation import build_preparation
+from ffd_lightning.data.run import build_preparation
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import PROTOCOL, evaluate, write_evaluation
 from ffd_lightning.evaluation.figures import reconstruction_figure

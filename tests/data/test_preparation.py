@@ -442,9 +442,11 @@ def test_linux_ends_workers_first_where_memory_runs_out(tmp_path, start, log):
 
 
 def prepare(tmp_path, *overrides):
-    small = ["data.num_models=4", "data.num_points=64", "data.render.samples=1"]
+    small = ["-m"] if "-m" in overrides else []
+    overrides = [o for o in overrides if o != "-m"]
+    small += ["data.num_models=4", "data.num_points=64", "data.render.samples=1"]
     size = ["data.render.height=32", "data.render.width=32", f"paths.data={tmp_path}/data"]
-    command = [sys.executable, str(ROOT / "prepare.py"), *overrides, *small, *size]
+    command = [sys.executable, str(ROOT / "prepare.py"), *small, *size, *overrides]
     return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
 
 
@@ -461,7 +463,7 @@ def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
     done = prepare(tmp_path, "-m", "category=rifle,telephone,lamp")
     assert done.returncode == 1
     for name in ("rifle", "telephone"):
-        assert f"error: there are no procedural models of '{name}'" in done.stderr
+        assert f"error: no procedural models of '{name}'" in done.stderr
     assert "prepared 4 models" in done.stderr
     assert "Traceback" not in done.stderr
 
