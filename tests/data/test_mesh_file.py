@@ -13,6 +13,7 @@ from PIL import Image
 from whole_files import png
 
 from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.sources import mesh_file
 from ffd_lightning.data.sources.mesh_file import read_mesh
 from ffd_lightning.errors import RejectedModelError
 
@@ -195,7 +196,10 @@ def test_options_of_all_kinds_may_precede_a_texture(folder: Folder) -> None:
     np.testing.assert_array_equal(folder.load().face_colors, [[10, 20, 30, 255]])
 
 
-@pytest.mark.parametrize("mtl", [None, b"", b"\xff\xfe\0", b"Kd 1 0 0\nmap_Kd x.png\n"])
+USELESS_MTL = [None, b"", b"\xff\xfe\0", b"Kd 1 0 0\nmap_Kd x.png\n", b"newmtl m\nimage x\n"]
+
+
+@pytest.mark.parametrize("mtl", USELESS_MTL)
 def test_a_missing_or_useless_mtl_gives_grey(folder: Folder, mtl: bytes | None) -> None:
     folder.write("m.obj", TEXTURED)
     if mtl is not None:
@@ -429,6 +433,13 @@ def test_bad_models_are_rejected_with_a_reason(folder: Folder, name: str) -> Non
     with pytest.raises(RejectedModelError, match=reason) as caught:
         folder.load(f"m.{extension}")
     assert "\n" not in str(caught.value)
+
+
+def test_files_that_are_far_too_large_are_not_opened(folder: Folder, monkeypatch) -> None:
+    monkeypatch.setattr(mesh_file, "MAX_BYTES", len(TEXTURED) - 1)
+    folder.write("m.obj", TEXTURED)
+    with pytest.raises(RejectedModelError, match=r"m\.obj is larger than"):
+        folder.load()
 
 
 WHOLE: dict[str, Callable[[], bytes]] = {

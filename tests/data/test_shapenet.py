@@ -8,8 +8,9 @@ from shapenet_tree import BAD, CHAIR, bad_models, good_models, png, write_folder
 
 from ffd_lightning.config import RenderConfig
 from ffd_lightning.data.preparation import Preparation
+from ffd_lightning.data.sources import shapenet
 from ffd_lightning.data.sources.r2n2 import R2n2Images
-from ffd_lightning.data.sources.shapenet import ShapeNetSource
+from ffd_lightning.data.sources.shapenet import CategoryFolder, ShapeNetSource
 from ffd_lightning.errors import DataError, RejectedModelError
 
 GOOD = ["nomtl", "plain", "textured", "windows"]
@@ -188,3 +189,16 @@ def test_preparation_takes_the_renderings(renderings, tmp_path):
     assert prepared.ids == ("plain",)
     assert (len(prepared), *prepared.image_shape) == (1, 24, 48, 64, 4)
     assert prepared.manifest["rejected"] == 3
+
+
+def test_most_models_tell_the_version(tmp_path, monkeypatch):
+    """And not all 8,000 are looked at."""
+    monkeypatch.setattr(shapenet, "_TELLING", 3)
+    files = {f"{CHAIR}/a{k}/model.obj": b"1" for k in range(2)}
+    files |= {f"{CHAIR}/b{k}/models/model_normalized.obj": b"22" for k in range(20)}
+    source = ShapeNetSource(write_folder(tmp_path, files))
+    looked = []
+    size = CategoryFolder.size
+    monkeypatch.setattr(CategoryFolder, "size", lambda *a: looked.append(a[1]) or size(*a))
+    assert source.category("chair")[1] == 2
+    assert max(looked) == "b12"

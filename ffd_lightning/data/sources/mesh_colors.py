@@ -120,7 +120,7 @@ def face_colors(geometry: trimesh.Trimesh, textures: Textures) -> Colored:
     color, image, tint, cutoff = _material(visual.material)
     colors[:] = color
     uv = None if visual.uv is None else np.asarray(visual.uv, np.float32)
-    if image is not None and uv is not None and _fits(uv, geometry, 2):
+    if isinstance(image, Image.Image) and uv is not None and _fits(uv, geometry, 2):
         texture = textures.add(image, tint, cutoff)
         if texture >= 0:
             index[:] = texture
@@ -173,7 +173,7 @@ def _material(material: Any) -> tuple[Color, Image.Image | None, Color, float | 
     color = np.array(material.diffuse, np.uint8) if "kd" in options else _NO_COLOR.copy()
     color[3] = round(255 * _mtl_alpha(options))
     image = material.image
-    if image is not None and image.format is None:
+    if getattr(image, "format", None) is None:
         image = None  # not from a file: the placeholder that trimesh puts beside UVs
     return color, image, np.array([255, 255, 255, color[3]], np.uint8), None
 

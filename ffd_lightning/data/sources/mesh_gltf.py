@@ -87,7 +87,7 @@ def _check_claims(name: str, tree: dict[str, Any], there: int) -> None:
         # 64-bit numbers: three of a vertex, one of a corner
         memory += 24 * abs(position["count"]) + 8 * abs(corners["count"])
     if not math.isfinite(claim) or claim > _SPARE_BYTES + _MAX_CLAIM * there:
-        raise RejectedModelError(f"{name} claims {claim:.3g} bytes of data and holds {there:.3g}")
+        raise RejectedModelError(f"{name} claims {claim:,} bytes of data and holds {there:,}")
     if memory > _MAX_BYTES:
         raise RejectedModelError(f"{name} would take {memory / 1e9:.1f} GB of memory")
 
