@@ -5,11 +5,13 @@
 
 import contextlib
 import copy
+import itertools
 import json
 import os
 import re
 import resource
 import signal
+import socket
 import subprocess
 import sys
 import sysconfig
@@ -75,15 +77,15 @@ class Guard:
             self.seen.append(f"{event} {args!r:.200}")
 
     def _late(self, *_):
-        self.seen.append(f"took more than {SECONDS} s")
+        self.seen.append("took too long")
         raise KeyboardInterrupt
 
     @contextlib.contextmanager
-    def watching(self, folder=None):
+    def watching(self, folder=None, seconds=SECONDS):
         self.folder, self.seen = folder, []
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         before = signal.signal(signal.SIGPROF, self._late)
-        signal.setitimer(signal.ITIMER_PROF, SECONDS)
+        signal.setitimer(signal.ITIMER_PROF, seconds)
         self.active = True
         try:
             yield
@@ -106,6 +108,23 @@ def guard(tmp_path_factory):
         Image.init()
         yield Guard()
         assert list(empty.iterdir()) == []
+
+
+DEEDS = {
+    "read": lambda: Path("/etc/hostname").read_bytes(),
+    "wrote": lambda: Path("left").touch(),
+    "os.remove": lambda: Path("none").unlink(missing_ok=True),
+    "socket.connect": lambda: socket.socket().connect_ex(("127.0.0.1", 9)),
+    "subprocess.Popen": lambda: subprocess.run(["true"], check=True),
+    "took too long": lambda: sum(1 for _ in itertools.count()),
+}
+
+
+@pytest.mark.parametrize("name", DEEDS)
+def test_the_guard_sees_it(guard, name):
+    with pytest.raises(AssertionError, match=name), guard.watching(seconds=0.1):
+        DEEDS[name]()
+    Path("left").unlink(missing_ok=True)
 
 
 def assert_valid(mesh):
