@@ -18,7 +18,7 @@ from hydra.errors import HydraException, OverrideParseException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from ffd_lightning.config import PrepareConfig, TrainConfig
+from ffd_lightning.config import TrainConfig
 from ffd_lightning.errors import UserError
 
 
@@ -35,10 +35,10 @@ def run_suffix(overrides: str) -> str:
     return f"_{name}"
 
 
-_schema: type[PrepareConfig] = TrainConfig
+_schema: type[Any] = TrainConfig
 
 
-def register(schema: type[PrepareConfig] = TrainConfig) -> None:
+def register(schema: type[Any] = TrainConfig) -> None:
     """Make the schema and the resolver known to Hydra; called by the entry scripts."""
     global _schema
     _schema = schema

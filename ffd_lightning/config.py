@@ -75,6 +75,12 @@ class Residency(Enum):
     device = "device"
 
 
+class ProtocolKind(Enum):
+    """How predictions are measured."""
+
+    paper = "paper"
+
+
 class EncoderKind(Enum):
     """Which image encoder."""
 
@@ -277,7 +283,29 @@ class TrainConfig(PrepareConfig):
     restart: bool = False
 
 
-_Config = TypeVar("_Config", bound=PrepareConfig)
+@dataclass
+class EvaluateConfig:
+    """Everything that `evaluate.py` reads.
+
+    `run` is a run folder; `checkpoint` another file than its newest, `prepared` the folder of
+    another prepared set than its own (all its models are tested then). 0 workers = one per core.
+    `data_root` is where the run's prepared data is, if not where it was.
+    """
+
+    run: str = MISSING
+    protocol: ProtocolKind = ProtocolKind.paper
+    checkpoint: str | None = None
+    prepared: str | None = None
+    data_root: str | None = None
+    references: bool = True
+    seed: int = 0
+    workers: int = 0
+    device: str = "auto"
+    progress_bar: bool = True
+    restart: bool = False
+
+
+_Config = TypeVar("_Config")
 
 
 def typed_config(cfg: DictConfig, schema: type[_Config]) -> _Config:

@@ -11,6 +11,7 @@ import io
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import torch
@@ -155,7 +156,7 @@ def write_evaluation(
         }
         for q, (row, t) in enumerate(zip(scores.rows, selected, strict=True))
     ]
-    write_atomic(folder / "samples.csv", _csv(rows))
+    write_atomic(folder / "samples.csv", to_csv(rows))
     mean_weights = scores.weights.mean(0)
     order = np.lexsort((-mean_weights, -scores.counts))
     ranking = [
@@ -168,12 +169,13 @@ def write_evaluation(
         }
         for rank, t in enumerate(order)
     ]
-    write_atomic(run.path / "template_ranking.csv", _csv(ranking))
+    write_atomic(run.path / "template_ranking.csv", to_csv(ranking))
     write_atomic(folder / "summary.json", json.dumps(summary, indent=2) + "\n")
     return summary
 
 
-def _csv(rows: Sequence[dict[str, object]]) -> str:
+def to_csv(rows: Sequence[dict[str, Any]]) -> str:
+    """Return rows of the same columns as CSV."""
     buffer = io.StringIO()
     writer = csv.DictWriter(buffer, fieldnames=list(rows[0]), lineterminator="\n")
     writer.writeheader()

@@ -26,13 +26,12 @@ from ffd_lightning.checks import validate
 from ffd_lightning.cli import explain
 from ffd_lightning.config import TrainConfig, typed_config
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.run import build_preparation
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import PROTOCOL, evaluate, write_evaluation
 from ffd_lightning.evaluation.figures import reconstruction_figure
-from ffd_lightning.geometry.lattice import num_control_points
+from ffd_lightning.evaluation.loading import build_data, build_network
 from ffd_lightning.losses.objective import Objective
-from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder, compile_encoder
+from ffd_lightning.nn.network import compile_encoder
 from ffd_lightning.run_folder import RunFolder, check_folder
 from ffd_lightning.training.callbacks import (
     ExampleImages,
@@ -105,53 +104,6 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
             raise
         run.set_status("finished", steps=cfg.schedule.steps, protocol=PROTOCOL, summary=summary)
         return summary
-
-
-def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
-    """Build the network that a configuration describes, weights drawn from the global seed."""
-    image_size = (cfg.data.render.height, cfg.data.render.width)
-    encoder = build_encoder(
-        kind=cfg.encoder.kind,
-        name=cfg.encoder.name,
-        width=cfg.encoder.width,
-        weights=cfg.encoder.weights,
-        pretrained=cfg.encoder.pretrained,
-        batch_norm_momentum=cfg.network.batch_norm_momentum,
-        image_size=image_size,
-    )
-    return TemplateFfdNetwork(
-        encoder,
-        image_size=image_size,
-        num_templates=cfg.templates.count,
-        num_control_points=num_control_points(cfg.network.degrees),
-        bottleneck=cfg.network.bottleneck,
-        hidden=cfg.network.hidden,
-        min_weight=cfg.regime.min_weight,
-        offset_std=cfg.network.offset_std,
-        batch_norm_momentum=cfg.network.batch_norm_momentum,
-    )
-
-
-def build_data(cfg: TrainConfig) -> FfdDataModule:
-    """Build the data module that a configuration describes; nothing is read yet."""
-    return FfdDataModule(
-        preparation=build_preparation(cfg),
-        split=cfg.data.split,
-        split_file=cfg.data.split_file,
-        train_fraction=cfg.data.train_fraction,
-        num_templates=cfg.templates.count,
-        template_strategy=cfg.templates.strategy,
-        template_file=cfg.templates.file,
-        template_seed=cfg.templates.seed,
-        degrees=cfg.network.degrees,
-        max_edge=cfg.templates.max_edge,
-        batch_size=cfg.schedule.batch_size,
-        num_points=cfg.schedule.num_points,
-        steps=cfg.schedule.steps,
-        seed=cfg.seed,
-        residency=cfg.data.residency,
-        num_workers=cfg.trainer.num_workers,
-    )
 
 
 def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:

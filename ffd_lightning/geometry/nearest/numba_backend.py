@@ -13,15 +13,15 @@ How it gets near the arithmetic's own speed, measured by `benchmarks/nearest.py`
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-import numba
 import numpy as np
 import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from ffd_lightning.geometry.compiled import jit
 from ffd_lightning.geometry.nearest.threads import over_threads
 
 # Integers as wide as the floats. Arrays, since numba takes long to recognise a dtype at each call.
@@ -31,15 +31,8 @@ _LANES = 128  # with AVX2, 64 and 256 took a fifth longer; with AVX-512 as long
 _BLOCK = 8  # points of b swept at once, as written out in _sweep
 
 
-def _jit(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile at first use, and keep the result for later processes where there is a place for it.
-
-    Fused multiply-add is allowed, nothing else that fast-math means: padding relies on inf and nan.
-    """
-    try:
-        return numba.njit(function, nogil=True, cache=True, fastmath={"contract"})
-    except RuntimeError:  # neither the package's folder nor the user's cache can be written
-        return numba.njit(function, nogil=True, fastmath={"contract"})
+# Fused multiply-add is allowed, nothing else that fast-math means: padding relies on inf and nan.
+_jit = partial(jit, fastmath={"contract"})
 
 
 def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tensor, ...]:

@@ -1,0 +1,21 @@
+"""Evaluate a run: see `python evaluate.py --help`."""
+
+import hydra
+from omegaconf import DictConfig
+
+from ffd_lightning.cli import register, run_app
+from ffd_lightning.config import EvaluateConfig
+
+register(EvaluateConfig)
+
+
+@hydra.main(version_base="1.3", config_path="conf", config_name="evaluate")
+def main(cfg: DictConfig) -> None:
+    """Hand the composed configuration to the evaluation."""
+    from ffd_lightning.evaluation.run import evaluate_job
+
+    evaluate_job(cfg)
+
+
+if __name__ == "__main__":
+    run_app(main)

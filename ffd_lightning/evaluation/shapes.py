@@ -1,0 +1,78 @@
+"""What can be put before the ground truth: templates, deformed or not, and prepared models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.geometry.deformation import deform
+
+Cloud = NDArray[np.float64]
+Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
+"""Vertices (V, 3) and faces (F, 3)."""
+
+
+class Shape(Protocol):
+    """One shape in the frame of prepared models (bounding-box diagonal 1 before deformation)."""
+
+    def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
+        """Draw from the shape's own surface samples, with replacement: (count, 3)."""
+        ...
+
+    def mesh(self) -> Surface:
+        """Return vertices and faces."""
+        ...
+
+
+@dataclass(frozen=True)
+class ModelShape:
+    """A prepared model."""
+
+    prepared: PreparedSet
+    row: int
+
+    def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
+        """See `Shape`."""
+        cloud = self.prepared.cloud(self.row)
+        return cloud[rng.integers(len(cloud), size=count)].astype(np.float64)
+
+    def mesh(self) -> Surface:
+        """See `Shape`."""
+        mesh = self.prepared.mesh(self.row)
+        return mesh.vertices, mesh.faces
+
+
+@dataclass(frozen=True)
+class TemplateShape:
+    """A template, moved by the offsets of its control points (M, 3); None leaves it as it is."""
+
+    bank: TemplateBank
+    index: int
+    offsets: NDArray[np.float32] | None = None
+
+    def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
+        """See `Shape`."""
+        rows = torch.from_numpy(rng.integers(self.bank.points.shape[1], size=count))
+        if self.offsets is None:
+            return self.bank.points[self.index][rows].double().numpy()
+        matrix = self.bank.deformation_matrix[self.index][rows]
+        moved = deform(
+            matrix.double(),
+            self.bank.control_points[self.index].double(),
+            torch.from_numpy(self.offsets).double(),
+        )
+        return np.asarray(moved.numpy(), np.float64)
+
+    def mesh(self) -> Surface:
+        """Return the subdivided mesh, deformed; vertices (V, 3) and faces (F, 3)."""
+        if self.offsets is None:
+            mesh, _ = self.bank.subdivided(self.index)
+        else:
+            mesh = self.bank.deformed_mesh(self.index, torch.from_numpy(self.offsets))
+        return mesh.vertices, mesh.faces

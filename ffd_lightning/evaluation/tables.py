@@ -1,0 +1,53 @@
+"""One table of an evaluation, for people."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.console import Console
+from rich.table import Table
+
+from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.run_folder import RunFolder
+
+SHAPES = {
+    "": "the model: selected template, deformed",
+    "undeformed": "selected template as it is",
+    "best_deformed": "best of its templates deformed, knowing the truth",
+    "best_undeformed": "best of its templates as it is, knowing the truth",
+    "feature_retrieval": "training shape of the most similar image (encoder)",
+    "retrieval": "nearest training shape, knowing the truth",
+    "medoid": "most central training shape, always",
+    "floor": "the truth itself, sampled again",
+}
+"""What is scored, by the prefix of its columns, the model first."""
+
+
+def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float]) -> None:
+    """Print a row for each shape that was scored and a column for each measure."""
+    caption = "; ".join(
+        f"{m.name}: {m.definition}" + (f", x {m.factor:g}" if m.factor != 1 else "")
+        for m in protocol.measures
+    )
+    table = Table(
+        title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} test models",
+        caption=f"Means over the test models. {caption}.",
+        caption_justify="left",
+    )
+    table.add_column("shape")
+    for measure in protocol.measures:
+        table.add_column(
+            f"{measure.name} {'↑' if measure.higher_is_better else '↓'}", justify="right"
+        )
+    for name, title in SHAPES.items():
+        keys = [f"{name}_{m.name}" if name else m.name for m in protocol.measures]
+        if keys[0] in summary:
+            values = [
+                f"{m.factor * summary[k]:.1f}" for m, k in zip(protocol.measures, keys, strict=True)
+            ]
+            table.add_row(title, *values, style="bold" if not name else None)
+    Console(width=None if sys.stdout.isatty() else 140).print(table)
+    print(
+        f"effective templates {summary['effective_templates']:.1f}; samples.csv and summary.json: "
+        f"{run.evaluation(protocol.name)}"
+    )

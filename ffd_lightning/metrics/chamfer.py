@@ -1,0 +1,113 @@
+"""Chamfer distances between clouds, as reported (training minimises that of `losses.chamfer`)."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ffd_lightning.geometry.nearest import nearest_neighbors
+from ffd_lightning.metrics.base import MeanOverPairs, Points, as_clouds, as_given
+
+
+def chamfer(pred_points: Points, target_points: Points, power: Literal[1, 2] = 2) -> Any:
+    r"""Return the mean distance to the nearest point of the other cloud, both ways added.
+
+    .. math:: \frac{1}{N} \sum_i \min_j \|a_i - b_j\|^p + \frac{1}{M} \sum_j \min_i \|b_j - a_i\|^p
+
+    The same mesh sampled twice does not give 0. In the paper's protocol (1,024 points, hemisphere
+    of radius 3.2, squared distances) ShapeNet's meshes against themselves gave 0.0257 in the mean,
+    0.0200 with points drawn without replacement: no method can be expected below that.
+
+    A pair's value does not depend on the batch that it is in, to the last bit.
+
+    Args:
+        pred_points: (*batch_a, N, 3).
+        target_points: (*batch_b, M, 3) on the same device; batch shapes broadcast.
+        power: 2 for squared distances, as the paper reports, or 1.
+
+    Returns:
+        One value per pair, (*batch,), float64, in the unit of the points to the given power. On
+        the device of the points, without a gradient.
+
+    Raises:
+        ValueError: another power; clouds that are empty, not finite, of other than 3 coordinates,
+            in batches that do not go together, or so far apart that squares overflow.
+
+    Source: the paper's section 4.1 (power 2; for N = M the sum both ways divided by N).
+
+    >>> chamfer(np.zeros((1, 3)), np.array([[0.0, 0, 3], [0, 0, 1]]))
+    6.0
+    """
+    return as_given(_chamfer(pred_points, target_points, power), pred_points, target_points)
+
+
+def chamfer_l1(pred_points: Points, target_points: Points) -> Any:
+    """Return the mean of accuracy and completeness: half of `chamfer` with power 1.
+
+    Accuracy is the mean distance from the prediction to the target, completeness that from the
+    target to the prediction. Occupancy networks print ten times the value, in units where the
+    longest side of the ground truth's box is 1.
+
+    Args:
+        pred_points: (*batch_a, N, 3).
+        target_points: (*batch_b, M, 3) on the same device; batch shapes broadcast.
+
+    Returns:
+        One value per pair, (*batch,), float64, in the unit of the points.
+
+    Raises:
+        ValueError: see `chamfer`.
+
+    Source: Mescheder et al. 2019, "Occupancy Networks", section 4 and supplementary material.
+
+    >>> chamfer_l1(np.zeros((1, 3)), np.array([[0.0, 0, 3], [0, 0, 1]]))
+    1.5
+    """
+    return as_given(_chamfer(pred_points, target_points, 1) / 2, pred_points, target_points)
+
+
+class ChamferDistance(MeanOverPairs):
+    """Mean over pairs of `chamfer` with squared distances, in squared units of the points."""
+
+    def score(self, pred: Points, target: Points) -> Tensor:
+        """Return the distance of every pair, (*batch,)."""
+        return _chamfer(pred, target, 2)
+
+
+class ChamferL1(MeanOverPairs):
+    """Mean over pairs of `chamfer_l1`, in the unit of the points."""
+
+    def score(self, pred: Points, target: Points) -> Tensor:
+        """Return the distance of every pair, (*batch,)."""
+        return _chamfer(pred, target, 1) / 2
+
+
+def _chamfer(pred_points: Points, target_points: Points, power: int) -> Tensor:
+    if power not in (1, 2):
+        raise ValueError(f"power must be 1 or 2, got {power!r}")
+    pred, target = as_clouds(pred_points, "pred_points"), as_clouds(target_points, "target_points")
+    try:
+        torch.broadcast_shapes(pred.shape[:-2], target.shape[:-2])
+    except RuntimeError as error:
+        shapes = f"{tuple(pred.shape)} and {tuple(target.shape)}"
+        raise ValueError(f"the batches of {shapes} do not go together") from error
+    # Half precision keeps three digits of a square; float64 is for clouds far from the origin.
+    dtype = torch.promote_types(torch.promote_types(pred.dtype, target.dtype), torch.float32)
+    nearest = nearest_neighbors(pred.detach().to(dtype), target.detach().to(dtype))
+    return _row_means(nearest.a_to_b, power) + _row_means(nearest.b_to_a, power)
+
+
+def _row_means(squared: Tensor, power: int) -> Tensor:
+    """Means over the last axis in float64, (*batch,), each row summed by itself.
+
+    torch sums a single row of more than 32,768 values in another order than a row among others.
+    """
+    rows = squared.cpu().double().contiguous().numpy()
+    if not np.isfinite(rows).all():
+        raise ValueError("the clouds are too far apart: squared distances overflow")
+    rows = rows if power == 2 else np.sqrt(rows)
+    means = [row.mean() for row in rows.reshape(-1, rows.shape[-1])]
+    return torch.tensor(means, dtype=torch.float64).reshape(rows.shape[:-1]).to(squared.device)

@@ -1,0 +1,199 @@
+import itertools
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize, nnls
+
+from ffd_lightning.geometry.hemisphere import Hemisphere, bounding_hemisphere
+
+
+def exact_hemisphere(vertices):
+    """Oracle: centre and squared radius in rational numbers, by all singles, pairs and triples."""
+    points = [[Fraction(float(c)) for c in p] for p in vertices]
+    low = min(y for _, y, _ in points)
+    points = [(x, z, (y - low) ** 2) for x, y, z in points]
+    centers = [(x, z) for x, z, _ in points]
+    for (x, z, h), (p, q, k) in itertools.combinations(points, 2):
+        u, w = p - x, q - z
+        if u or w:
+            t = (1 + (k - h) / (u * u + w * w)) / 2
+            centers.append((x + t * u, z + t * w))
+    for (x, z, h), *others in itertools.combinations(points, 3):
+        (a, b, e), (c, d, f) = [
+            (p - x, q - z, ((p - x) ** 2 + (q - z) ** 2 + k - h) / 2) for p, q, k in others
+        ]
+        if det := a * d - b * c:
+            centers.append((x + (e * d - b * f) / det, z + (a * f - e * c) / det))
+    return min(
+        (max((x - p) ** 2 + (z - q) ** 2 + h for x, z, h in points), p, q) for p, q in centers
+    )
+
+
+def small_sets():
+    rng = np.random.default_rng(0)
+    for i in range(60):
+        count, noise = int(rng.integers(1, 8)), 10.0 ** rng.integers(-12, 0)
+        points = rng.normal(size=(count, 3))
+        yield points
+        yield points[rng.integers(0, 2, count) % count]  # duplicates
+        yield points[rng.integers(0, 2, count) % count] + noise * rng.normal(size=(count, 3))
+        yield np.outer(rng.normal(size=count), points[0])  # collinear
+        yield points * [1, noise, 1]  # nearly coplanar, in each direction
+        yield points * [1, 1, noise]
+        yield np.round(points * 2)  # ties
+        angle = rng.random(count) * 2 * np.pi
+        circle = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+        yield circle
+        yield circle * 10.0 ** (3 * (i % 9) - 12) + 1e6 * (i % 2)
+
+
+def test_equals_brute_force_in_rational_numbers():
+    for vertices in small_sets():
+        found = bounding_hemisphere(vertices)
+        squared, *_ = exact_hemisphere(vertices)
+        radius = float(squared) ** 0.5
+        # What one rounding of a coordinate of the centre does to the radius.
+        rounding = 4 * np.finfo(float).eps * (np.abs(vertices).max() + radius)
+        assert abs(found.radius - radius) <= rounding
+        assert found.center[1] == vertices[:, 1].min()
+
+
+def test_center_equals_brute_force():
+    rng = np.random.default_rng(1)
+    for _ in range(50):
+        vertices = rng.normal(size=(6, 3))
+        _, x, z = exact_hemisphere(vertices)
+        assert bounding_hemisphere(vertices).center[[0, 2]] == pytest.approx([x, z], abs=1e-13)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_equals_convex_solver(seed):
+    rng = np.random.default_rng(seed)
+    vertices = rng.normal(size=(400, 3)) * rng.random(3)
+    x, y, z = (vertices - [0, vertices[:, 1].min(), 0]).T
+    # min t subject to t >= |p - c|^2 + h^2, as a smooth problem
+    solved = minimize(
+        lambda v: v[2],
+        [0, 0, 100],
+        jac=lambda v: np.array([0.0, 0, 1]),
+        constraints={
+            "type": "ineq",
+            "fun": lambda v: v[2] - (x - v[0]) ** 2 - (z - v[1]) ** 2 - y**2,
+            "jac": lambda v: np.stack([2 * (x - v[0]), 2 * (z - v[1]), np.ones_like(x)], axis=1),
+        },
+        method="SLSQP",
+        options={"ftol": 1e-14, "maxiter": 500},
+    )
+    found = bounding_hemisphere(vertices)
+    assert found.radius == pytest.approx(solved.x[2] ** 0.5, rel=1e-7)
+    assert found.center[[0, 2]] == pytest.approx(solved.x[:2], abs=1e-5)
+
+
+def surfaces():
+    rng = np.random.default_rng(2)
+    angle = rng.random(50_000) * 2 * np.pi
+    ring = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
+    ball = rng.normal(size=(50_000, 3))
+    ball /= np.linalg.norm(ball, axis=1, keepdims=True)
+    yield "normal", rng.normal(size=(50_000, 3)) * [1, 0.3, 2]
+    yield "upper half of a ball", np.where([False, True, False], np.abs(ball), ball)
+    yield "nearly a circle", ring * [1.0001, 1, 1]
+    yield "noisy circle", ring * (1 + 1e-9 * rng.normal(size=(50_000, 1)))
+    yield "bent ring", ring + np.stack([0 * angle, np.cos(3 * angle), 0 * angle], axis=1)
+    yield "grid", np.stack(np.meshgrid(*[np.linspace(0, 1, 30)] * 3), axis=-1).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(("name", "vertices"), surfaces())
+def test_optimality_conditions(name, vertices):
+    """No direction leads away from all farthest vertices: 0 is a convex combination of them."""
+    found = bounding_hemisphere(vertices)
+    seen = (vertices - found.center) / found.radius
+    power = np.square(seen).sum(axis=1)
+    assert power.max() <= 1 + 1e-14
+    tight, power = seen[power > 1 - 1e-13][:, [0, 2]], power[power > 1 - 1e-13]
+    weights, _ = nnls(np.column_stack([tight, np.ones(len(tight))]).T, np.array([0.0, 0, 1]))
+    weights /= weights.sum()
+    # The dual value bounds the squared radius from below, whatever the weights.
+    lower = weights @ power - np.square(weights @ tight).sum()
+    assert lower == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("offset", [0, 1e6])
+@pytest.mark.parametrize("scale", [1e-6, 1, 1e6])
+def test_moves_and_scales_with_the_shape(offset, scale):
+    vertices = np.random.default_rng(3).normal(size=(500, 3))
+    plain = bounding_hemisphere(vertices)
+    moved = bounding_hemisphere(vertices * scale + offset)
+    rounding = 1e-9 if offset else 1e-14 * scale
+    assert moved.radius == pytest.approx(plain.radius * scale, abs=rounding)
+    assert moved.center == pytest.approx(plain.center * scale + offset, abs=10 * rounding)
+
+
+@pytest.mark.parametrize("scale", [1e-309, 1e-300, 1e300])
+def test_extreme_sizes(scale):
+    vertices = np.array([[0, 0, 0], [2, 0, 0], [1, 1, 0.5]])
+    plain, scaled = bounding_hemisphere(vertices), bounding_hemisphere(vertices * scale)
+    assert scaled.radius / scale == pytest.approx(plain.radius, rel=1e-13)
+    assert scaled.transform(vertices * scale) == pytest.approx(plain.transform(vertices))
+
+
+def test_many_vertices():
+    vertices = np.random.default_rng(4).random((1_000_000, 3))
+    hull = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    whole = bounding_hemisphere(np.vstack([vertices, hull]))
+    assert whole.radius == pytest.approx(1.5**0.5, rel=1e-15)
+    assert whole.center == pytest.approx([0.5, 0, 0.5], abs=1e-15)
+
+
+def test_transform_is_the_papers_frame():
+    vertices = np.random.default_rng(5).normal(size=(200, 3)) + 7
+    found = bounding_hemisphere(vertices)
+    moved = found.transform(vertices)
+    assert moved[:, 1].min() == 0
+    assert np.linalg.norm(moved, axis=1).max() == pytest.approx(3.2, rel=1e-15)
+    assert moved == pytest.approx((vertices - found.center) * (3.2 / found.radius))
+    again = bounding_hemisphere(moved)
+    assert again.radius == pytest.approx(3.2, rel=1e-14)
+    assert again.center == pytest.approx([0, 0, 0], abs=1e-13)
+    batch = found.transform(vertices.reshape(2, 100, 3).astype(np.float32), radius=1)
+    assert batch.shape == (2, 100, 3)
+    assert batch.dtype == np.float64
+
+
+def test_a_point_has_no_scale():
+    found = bounding_hemisphere([[1, 2, 3]] * 4)
+    assert found.radius == 0
+    assert found.center.tolist() == [1, 2, 3]
+    with pytest.raises(ValueError, match="no extent"):
+        found.transform([[1, 2, 3]])
+
+
+@pytest.mark.parametrize(
+    ("vertices", "message"),
+    [
+        (np.zeros((0, 3)), "no vertices"),
+        (np.zeros((4, 2)), r"\(V, 3\)"),
+        ([[0, 0, 0], [1, np.nan, 0]], "finite"),
+        ([[0, 0, 0], [np.inf, 1, 0]], "finite"),
+    ],
+)
+def test_refuses_vertices(vertices, message):
+    with pytest.raises(ValueError, match=message):
+        bounding_hemisphere(vertices)
+
+
+@pytest.mark.parametrize(
+    ("points", "radius", "message"),
+    [
+        (np.zeros((2, 2)), 3.2, "points"),
+        (0.0, 3.2, "points"),
+        ([[np.nan, 0, 0]], 3.2, "finite"),
+        ([[0, 0, 0]], 0, "radius"),
+        ([[0, 0, 0]], np.nan, "radius"),
+        ([[0, 0, 0]], np.inf, "radius"),
+    ],
+)
+def test_transform_refuses(points, radius, message):
+    with pytest.raises(ValueError, match=message):
+        Hemisphere(np.zeros(3), 1.0).transform(points, radius)

@@ -1,0 +1,323 @@
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from fractions import Fraction
+from itertools import permutations
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.ndimage import binary_fill_holes
+
+from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.geometry.voxels import fill_voxels, surface_voxels, voxelize
+
+ONE = [[0, 1, 2]]
+SIZE = 3
+
+
+def touches(triangle, box_low, box_high):
+    """Clip a triangle against the six half-spaces of a closed box, in exact arithmetic."""
+    polygon = [tuple(map(Fraction, map(float, corner))) for corner in triangle]
+    for axis in range(3):
+        for sign, bound in ((1, box_low[axis]), (-1, box_high[axis])):
+            kept = []
+            for p, q in zip(polygon, polygon[1:] + polygon[:1], strict=True):
+                d, e = sign * (p[axis] - bound), sign * (q[axis] - bound)
+                if d >= 0:
+                    kept.append(p)
+                if d * e < 0:
+                    kept.append(tuple(a + (b - a) * d / (d - e) for a, b in zip(p, q, strict=True)))
+            polygon = kept
+            if not polygon:
+                return False
+    return True
+
+
+def by_clipping(triangle, half):
+    """The grid of one triangle over [0, SIZE]^3, from definitions alone."""
+    grid, reach = np.zeros((SIZE,) * 3, bool), Fraction(half)
+    for voxel in np.ndindex(grid.shape):
+        centre = [Fraction(2 * int(i) + 1, 2) for i in voxel]
+        grid[voxel] = touches(triangle, [c - reach for c in centre], [c + reach for c in centre])
+    return grid
+
+
+def of_one(triangle, half=0.5):
+    return surface_voxels(triangle, ONE, SIZE, 0, SIZE, half)
+
+
+def needle(rng):
+    start, end = rng.uniform(-1, SIZE + 1, (2, 3))
+    return [
+        start,
+        end,
+        start + 0.4 * (end - start) + rng.normal(size=3) * 10.0 ** -rng.integers(17),
+    ]
+
+
+def flat(rng):
+    """In the plane between two voxels or, for small boxes, in that of their sides."""
+    plane = rng.choice([1.75, 2])
+    return np.where(np.arange(3) == rng.integers(3), plane, rng.uniform(0, SIZE, (3, 3)))
+
+
+def far(rng):
+    return rng.integers(-(2**30), 2**30, (3, 3))
+
+
+def huge(corners, target):
+    """Move a triangle's inner point to the target, exactly for whole numbers."""
+    return corners - (corners[0] + corners[1] + 2 * corners[2]) / 4 + target
+
+
+def huge_edge(rng):
+    """Through a corner of voxels, in the middle of an edge."""
+    step, third = far(rng)[:2]
+    return rng.integers(0, SIZE + 1, 3) + np.array([-step, step, third])
+
+
+def folded(rng):
+    """No area: three dyadic points on one line."""
+    start, step = rng.integers(-4, 4 * SIZE + 4, 3) / 4, rng.integers(-6, 7, 3) / 4
+    return start + rng.integers(-2, 3, (3, 1)) * step
+
+
+TRIANGLES = {
+    "any": lambda rng: rng.uniform(-1, SIZE + 1, (3, 3)),
+    "small": lambda rng: rng.uniform(0, SIZE, 3) + rng.normal(size=(3, 3)) * 0.2,
+    "corners": lambda rng: rng.integers(-1, SIZE + 2, (3, 3)),  # contacts everywhere
+    "dyadic": lambda rng: rng.integers(-4, 4 * SIZE + 4, (3, 3)) / 4,
+    "flat": flat,
+    "huge": lambda rng: huge(rng.uniform(-1e6, 1e6, (3, 3)), rng.uniform(0, SIZE, 3)),
+    "huge inside": lambda rng: huge(far(rng), rng.integers(0, SIZE, 3)),
+    "huge edge": huge_edge,
+    "needle": needle,
+    "folded": folded,
+    "point": lambda rng: np.tile(rng.integers(0, 4 * SIZE + 1, 3) / 4, (3, 1)),
+}
+
+
+@pytest.mark.parametrize("half", [0.5, 0.51, 0.25, 1.25])
+@pytest.mark.parametrize("kind", TRIANGLES)
+def test_matches_exact_clipping(kind, half):
+    rng = np.random.default_rng([list(TRIANGLES).index(kind), int(100 * half)])
+    marked = 0
+    for _ in range(8):
+        triangle = np.asarray(TRIANGLES[kind](rng), float)
+        expected = by_clipping(triangle, half)
+        np.testing.assert_array_equal(of_one(triangle, half), expected, str(triangle.tolist()))
+        marked += expected.sum()
+    assert 0 < marked < 8 * SIZE**3
+
+
+@pytest.mark.parametrize("gap", [0, 2.0**-30])
+def test_contact_decides(gap):
+    """A face, an edge and a corner of voxel (1, 1, 1) are touched from outside, or just not."""
+    end = 2 + gap
+    assert of_one([[end, 0.5, 0.5], [end, 1.75, 0.5], [end, 1, 1.5]])[1, 1, 1] == (gap == 0)
+    assert of_one([[end, 2, 1.1], [end, 2, 1.9], [3, 3, 1.5]])[1, 1, 1] == (gap == 0)
+    assert of_one([[end, 2, 2], [3, 2.5, 2], [3, 3, 3]])[1, 1, 1] == (gap == 0)
+    # Slanted planes against the corner (2, 2, 2) and an edge: none of x, y, z decides.
+    assert of_one([[6 + gap, 0, 0], [0, 6 + gap, 0], [0, 0, 6 + gap]])[1, 1, 1] == (gap == 0)
+    assert of_one([[4 + gap, 0, 0], [0, 4 + gap, 0], [0, 4 + gap, 4]])[1, 1, 1] == (gap == 0)
+
+
+def test_a_plane_between_two_voxels_belongs_to_both():
+    square = np.array([[-9, -9, 2], [9, -9, 2], [9, 9, 2], [-9, 9, 2]], float)
+    faces = [[0, 1, 2], [0, 2, 3]]
+    expected = np.zeros((SIZE,) * 3, bool)
+    expected[:, :, 1:3] = True
+    for axis in range(3):
+        grid = surface_voxels(np.roll(square, axis + 1, 1), faces, SIZE, 0, SIZE)
+        np.testing.assert_array_equal(grid, np.moveaxis(expected, 2, axis))
+
+
+@pytest.mark.parametrize("scale", [1.1, 1.1e6])
+def test_slanted_contacts_survive_rounding(scale):
+    """The plane x = y runs through voxels' edges, at coordinates that no float holds exactly."""
+    rng = np.random.default_rng(0)
+    diagonal = np.abs(np.subtract.outer(np.arange(32), np.arange(32))) <= 1
+    for _ in range(20):
+        s = rng.uniform(0.5, 3, 4)
+        corners = [[s[0], s[0], -s[1]], [-s[1], -s[1], s[2]], [s[3], s[3], 3], [-3, -3, -3]]
+        grid = surface_voxels(np.array(corners) * scale, [[0, 1, 2], [0, 1, 3]])
+        assert not grid[~diagonal].any()
+        touched = grid.any(2)
+        np.testing.assert_array_equal(touched, touched.T)
+        assert touched[diagonal].all()
+
+
+def test_index_is_x_y_z_and_the_rest_is_cut_off():
+    points = np.array([[-0.49, 0.01, 0.49], [0.51, 0, 0], [0, -0.6, 0], [0, 0, 40]])
+    grid = surface_voxels(points, np.repeat(np.arange(4)[:, None], 3, 1), 4)
+    assert np.argwhere(grid).tolist() == [[0, 2, 3]]
+
+
+@pytest.mark.parametrize("half", [0.5, 0.51])
+def test_a_grid_is_a_part_of_a_larger_one(half):
+    rng = np.random.default_rng(1)
+    vertices, faces = rng.normal(size=(90, 3)) * 0.7, rng.integers(90, size=(60, 3))
+    large = surface_voxels(vertices, faces, 32, -2, 2, half)
+    small = surface_voxels(vertices, faces, 8, -0.5, 0.5, half)
+    assert 0 < small.sum() < 8**3
+    assert large.sum() > small.sum()
+    np.testing.assert_array_equal(small, large[12:20, 12:20, 12:20])
+
+
+def real_looking(subdivisions=2):
+    mesh = trimesh.creation.icosphere(subdivisions, radius=0.4)
+    return np.asarray(mesh.vertices * [1, 0.8, 0.37]), np.asarray(mesh.faces)
+
+
+def test_covers_dense_points():
+    vertices, faces = real_looking()
+    points, _ = sample_surface(vertices, faces, 200_000, np.random.default_rng(0))
+    sampled = np.zeros((32,) * 3, bool)
+    sampled[tuple(((points.astype(float) + 0.5) * 32).astype(int).T)] = True
+    grid = surface_voxels(vertices, faces, half_size=0.5 + 1e-5)  # the points are float32
+    assert grid[sampled].all()
+    assert sampled[grid].mean() > 0.97  # and few voxels are touched in their very corner only
+
+
+def test_order_does_not_matter():
+    rng = np.random.default_rng(2)
+    vertices, faces = rng.integers(0, 21, (60, 3)) / 20 - 0.5, rng.integers(60, size=(40, 3))
+    expected = surface_voxels(vertices, faces, 20)
+    for order in permutations(range(3)):
+        shuffled = rng.permutation(faces)[:, order]
+        np.testing.assert_array_equal(surface_voxels(vertices, shuffled, 20), expected)
+
+
+def test_input_may_be_of_any_kind():
+    vertices, faces = real_looking()
+    single = vertices.astype(np.float32)
+    expected = surface_voxels(single.astype(np.float64), faces)
+    for given, index in ((single, faces.astype(np.uint16)), (single.tolist(), faces.tolist())):
+        np.testing.assert_array_equal(surface_voxels(given, index), expected)
+    reversed_twice = surface_voxels(single[::-1][::-1], np.asfortranarray(faces.astype(np.int32)))
+    np.testing.assert_array_equal(reversed_twice, expected)
+    assert not surface_voxels(np.empty((0, 3)), np.empty((0, 3), int)).any()
+    assert not surface_voxels(vertices, []).any()
+
+
+def test_far_coordinates_do_not_wrap():
+    for far in (2.0**31, 2.0**63, 2.0**64, 1e30, 1e98):
+        assert not of_one([[far, 0, 0], [far, 1, 0], [far, 0, 1]]).any()
+        assert not of_one([[-far, 0, 0], [-far, 1, 0], [-far, 0, 1]]).any()
+        assert of_one([[-far, -far, 1.5], [far, -far, 1.5], [0, far, 1.5]])[:, :, 1].all()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([[0, 0, np.nan]] * 3, ONE), "finite"),
+        (([[0, 0, 0], [0, 0, 1], [-np.inf, 0, 0]], ONE), "finite"),
+        (([[0, 0, 1e300]] * 3, ONE), "1e100"),
+        (([[0, 0, 1.7e308]] * 3, ONE), "1e100"),
+        (([[0, 0, 0]] * 3, [[0, 1, 3]]), "among the 3"),
+        (([[0, 0, 0]] * 3, [[0, 1, -1]]), "among the 3"),
+        (([[0, 0, 0]] * 3, [[0.0, 1, 2]]), "integers"),
+        (([[0, 0]] * 3, ONE), r"\(N, 3\)"),
+        (([[0, 0, 0]] * 4, [[0, 1, 2, 3]]), r"\(N, 3\)"),
+        (([[0, 0, 0]] * 3, ONE, 0), "no grid"),
+        (([[0, 0, 0]] * 3, ONE, 8, 0.5, 0.5), "no grid"),
+        (([[0, 0, 0]] * 3, ONE, 8, 0, np.inf), "no grid"),
+        (([[0, 0, 0]] * 3, ONE, 8, 0, 1, 0), "half_size"),
+        (([[0, 0, 0]] * 3, ONE, 8, 0, 1, np.nan), "no grid"),
+    ],
+)
+def test_refuses(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        surface_voxels(*arguments)
+
+
+@pytest.mark.parametrize("density", [0.3, 0.5, 0.65, 0.8])
+def test_fill_matches_scipy(density):
+    rng = np.random.default_rng(int(100 * density))
+    for shape in ((12, 12, 12), (5, 9, 17), (1, 6, 6)):
+        surface = rng.random(shape) < density
+        np.testing.assert_array_equal(fill_voxels(surface), binary_fill_holes(surface))
+
+
+def test_fill_asks_for_a_way_through_faces():
+    shell = np.ones((5, 5, 5), bool)
+    shell[1:4, 1:4, 1:4] = False
+    leaky, closed = shell.copy(), shell.copy()
+    leaky[0, 2, 2] = False
+    closed[0, 0, 2] = False  # meets the cavity in an edge only
+    np.testing.assert_array_equal(fill_voxels(leaky), leaky)
+    assert fill_voxels(closed).sum() == 5**3 - 1
+    for wrong in (shell.astype(float), shell[0]):
+        with pytest.raises(ValueError, match="bool"):
+            fill_voxels(wrong)
+
+
+def box(side):
+    mesh = trimesh.creation.box((side,) * 3)
+    return np.asarray(mesh.vertices), np.asarray(mesh.faces)
+
+
+def test_a_box_is_exact():
+    vertices, faces = box(0.5)
+    assert voxelize(vertices, faces, half_size=0.5).sum() == 18**3  # its sides lie between voxels
+    vertices, faces = box(15 / 32)
+    expected = np.zeros((32,) * 3, bool)
+    expected[8:24, 8:24, 8:24] = True
+    for half in (0.5, 0.51):
+        np.testing.assert_array_equal(voxelize(vertices, faces, half_size=half), expected)
+    assert surface_voxels(vertices, faces).sum() == 16**3 - 14**3
+
+
+def test_the_paper_s_boxes_reach_a_little_further():
+    vertices, faces = box((16 - 0.01) / 32)  # 0.005 voxels short of the next ones
+    assert voxelize(vertices, faces, half_size=0.5).sum() == 16**3
+    assert voxelize(vertices, faces).sum() == 18**3
+
+
+def test_a_ball_s_volume_converges():
+    mesh = trimesh.creation.icosphere(4, radius=0.45)
+    excess = []
+    for resolution in (16, 32, 64):
+        filled = voxelize(mesh.vertices, mesh.faces, resolution, half_size=0.5)
+        excess.append(filled.sum() / resolution**3 - mesh.volume)
+        # All of the ball is covered, and nothing farther from it than a voxel's diagonal.
+        thick = 4 / 3 * np.pi * (0.45 + 3**0.5 / resolution) ** 3 - mesh.volume
+        assert 0 < excess[-1] < thick
+    np.testing.assert_allclose(np.divide(excess[:-1], excess[1:]), 2, rtol=0.15)  # first order
+
+
+def test_what_is_open_stays_open():
+    mesh = trimesh.creation.icosphere(4, radius=0.45)
+    height = mesh.triangles_center[:, 1]
+    bowl = np.asarray(mesh.faces)[height < 0.05]
+    with_hole = np.asarray(mesh.faces)[height < 0.43]
+    for faces in (bowl, with_hole):
+        np.testing.assert_array_equal(
+            voxelize(mesh.vertices, faces), surface_voxels(mesh.vertices, faces, half_size=0.51)
+        )
+    assert voxelize(mesh.vertices, mesh.faces)[16, 16, 16]
+
+
+def test_an_inner_cavity_is_filled():
+    (outer, faces), (inner, _) = box(0.8), box(0.3)
+    nested = voxelize(np.concatenate([outer, inner]), np.concatenate([faces, faces + 8]))
+    np.testing.assert_array_equal(nested, voxelize(outer, faces))
+
+
+def test_threads_run_side_by_side():
+    rng = np.random.default_rng(3)
+    meshes = [(rng.normal(size=(99, 3)), rng.integers(99, size=(99, 3))) for _ in range(4)]
+    with ThreadPoolExecutor(2) as pool:
+        threaded = list(pool.map(lambda mesh: surface_voxels(*mesh), meshes))
+    for grid, mesh in zip(threaded, meshes, strict=True):
+        np.testing.assert_array_equal(grid, surface_voxels(*mesh))
+    # A kernel that kept the interpreter to itself would stop this thread until it is done.
+    vertices, faces = meshes[0][0], rng.integers(99, size=(400, 3))
+    busy = threading.Thread(target=surface_voxels, args=(vertices, faces, 128))
+    busy.start()
+    ticks = 0
+    while busy.is_alive():
+        time.sleep(0.001)
+        ticks += 1
+    assert ticks > 10

@@ -1,0 +1,188 @@
+import sys
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from ffd_lightning.metrics.emd import (
+    EarthMoversDistance,
+    approximate_emd,
+    earth_movers_distance,
+)
+
+
+def by_assignment(pred, target):
+    """Oracle: scipy's Jonker-Volgenant."""
+    cost = cdist(pred, target)
+    return cost[linear_sum_assignment(cost)].mean()
+
+
+def clouds(name, num=150):
+    rng = np.random.default_rng(sum(map(ord, name)))
+    a, b = rng.random((num, 3)), rng.random((num, 3))
+    grid = np.stack(np.meshgrid(*[np.arange(5.0)] * 3), axis=-1).reshape(-1, 3)
+    return {
+        "random": (a, b),
+        "duplicates": (a[rng.integers(0, 9, num)], b[rng.integers(0, 30, num)]),
+        "one point against many": (np.zeros((num, 3)), b),
+        "flat": (a * [1, 1, 0], b * [1, 1, 0]),
+        "lines": (a * [1, 0, 0], b * [1, 0, 0]),
+        "ties": (grid, grid + [1, 0, 0]),
+        "two clumps": (a * 1e-3 + (a[:, :1] < 0.5), b * 1e-3 + (b[:, :1] < 0.4)),
+        "outlier": (np.vstack([a[1:], [[1e4, 0, 0]]]), b),
+        "far away": (a + 1e6, b + 1e6),
+        "tiny": (a * 1e-12, b * 1e-12),
+        "huge": (a * 1e12, b * 1e12),
+        "two points": (a[:2], b[:2]),
+        "one point": (a[:1], b[:1]),
+    }[name]
+
+
+KINDS = [
+    *("random", "duplicates", "one point against many", "flat", "lines", "ties", "two clumps"),
+    *("outlier", "far away", "tiny", "huge", "two points", "one point"),
+]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_equals_scipy(kind):
+    pred, target = clouds(kind)
+    assert earth_movers_distance(pred, target) == pytest.approx(
+        by_assignment(pred, target), rel=1e-13, abs=0
+    )
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("tolerance", [0.1, 1e-3, 1e-6])
+def test_bounds_enclose_it(kind, tolerance):
+    pred, target = clouds(kind)
+    true = by_assignment(pred, target)
+    bound = approximate_emd(pred, target, tolerance)
+    size = np.ptp(np.vstack([pred, target]), axis=0).max()
+    assert bound.lower <= true + 1e-15 * size
+    assert bound.upper >= true - 1e-15 * size
+    assert bound.upper - bound.lower <= max(tolerance * bound.upper, 1e-9 * size)
+
+
+def test_bounds_enclose_it_at_1024_points():
+    pred, target = clouds("random", 1024)
+    bound = approximate_emd(pred, target, 1e-6)
+    exact = earth_movers_distance(pred, target)
+    assert bound.lower <= exact <= bound.upper
+    assert bound.upper == pytest.approx(exact, rel=1e-6)
+    assert bound.upper > bound.lower
+
+
+@pytest.mark.parametrize("kind", ["random", "ties", "duplicates"])
+def test_same_cloud_is_at_zero(kind):
+    pred, _ = clouds(kind)
+    shuffled = np.random.default_rng(0).permutation(pred)
+    assert earth_movers_distance(pred, shuffled) == 0
+    assert approximate_emd(pred, shuffled) == (0, 0)
+
+
+def test_translation_costs_its_length():
+    pred, _ = clouds("random")
+    move = np.array([0.3, -0.5, 2.0])
+    assert earth_movers_distance(pred, pred + move) == pytest.approx(
+        np.linalg.norm(move), rel=1e-14
+    )
+
+
+def test_is_a_distance_of_sets():
+    (a, b), (_, c) = clouds("random"), clouds("flat")
+    distance = earth_movers_distance(a, b)
+    for seed in range(10):
+        shuffled = np.random.default_rng(seed).permutation(a)
+        assert earth_movers_distance(shuffled, b) == distance
+    assert earth_movers_distance(b, a) == distance
+    assert earth_movers_distance(a, c) <= distance + earth_movers_distance(b, c)
+
+
+def test_batches_broadcast_and_workers_change_nothing():
+    rng = np.random.default_rng(1)
+    pred, target = rng.random((2, 1, 40, 3)), rng.random((3, 40, 3))
+    found = earth_movers_distance(pred, target)
+    assert found.shape == (2, 3)
+    assert found.tolist() == [[earth_movers_distance(p[0], t) for t in target] for p in pred]
+    for workers in (1, 2, 9):
+        assert earth_movers_distance(pred, target, workers=workers).tolist() == found.tolist()
+    bound = approximate_emd(pred, target)
+    assert bound.upper.shape == bound.lower.shape == (2, 3)
+    assert bound.upper[1, 2] == approximate_emd(pred[1, 0], target[2], workers=1).upper
+
+
+@pytest.mark.parametrize("dtype", [torch.float16, torch.float32, torch.float64])
+def test_tensors_give_tensors(dtype):
+    pred, target = (torch.tensor(x).to(dtype).requires_grad_() for x in clouds("random"))
+    found = earth_movers_distance(pred, target)
+    assert found.dtype == torch.float64
+    assert found.shape == ()
+    assert not found.requires_grad
+    oracle = by_assignment(pred.detach().double(), target.detach().double())
+    assert found.item() == pytest.approx(oracle, rel=1e-13)
+    assert isinstance(earth_movers_distance(pred.detach().numpy(), target), torch.Tensor)
+    assert isinstance(approximate_emd(pred, target).lower, torch.Tensor)
+
+
+@pytest.mark.parametrize("function", [earth_movers_distance, approximate_emd])
+@pytest.mark.parametrize(
+    ("pred", "target", "message"),
+    [
+        (np.zeros((4, 3)), np.zeros((5, 3)), "equal size, got 4 and 5"),
+        (np.zeros((0, 3)), np.zeros((0, 3)), "no points"),
+        (np.zeros((4, 2)), np.zeros((4, 2)), "pred_points"),
+        (np.zeros((4, 3)), np.full((4, 3), np.nan), "target_points holds values"),
+        (np.zeros((2, 4, 3)), np.zeros((3, 4, 3)), "do not go together"),
+        (np.zeros((0, 4, 3)), np.zeros((4, 3)), "no pair"),
+        (np.full((2, 3), -1.5e308), np.full((2, 3), 1.5e308), "overflow"),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:overflow")
+def test_refuses(function, pred, target, message):
+    with pytest.raises(ValueError, match=message):
+        function(pred, target)
+
+
+@pytest.mark.parametrize("tolerance", [0, 1, -1, np.nan])
+def test_refuses_tolerance(tolerance):
+    with pytest.raises(ValueError, match="tolerance"):
+        approximate_emd(np.zeros((2, 3)), np.zeros((2, 3)), tolerance)
+
+
+def test_refuses_workers():
+    with pytest.raises(ValueError, match="workers"):
+        earth_movers_distance(np.zeros((2, 3)), np.zeros((2, 3)), workers=0)
+
+
+@pytest.mark.filterwarnings("ignore:numItermax")
+@pytest.mark.parametrize("failure", ["too few iterations", "a worse assignment"])
+def test_no_unproven_result(monkeypatch, failure):
+    import ot
+
+    def stopped(a, b, cost, numItermax, log):
+        if failure == "too few iterations":
+            return real(a, b, cost, numItermax=20, log=log)
+        plan, found = real(a, b, cost, numItermax=numItermax, log=log)
+        return plan[[1, 0, *range(2, len(plan))]], found
+
+    real = ot.emd
+    monkeypatch.setitem(sys.modules, "ot", SimpleNamespace(emd=stopped))
+    with pytest.raises(RuntimeError, match="no optimal assignment"):
+        earth_movers_distance(*clouds("random"))
+
+
+@pytest.mark.filterwarnings("ignore:The ``compute`` method")
+def test_metric_is_the_mean_over_pairs():
+    rng = np.random.default_rng(2)
+    pred, target = torch.tensor(rng.random((5, 30, 3))), torch.tensor(rng.random((5, 30, 3)))
+    metric = EarthMoversDistance(workers=2)
+    metric.update(pred[:2], target[:2])
+    metric.update(pred[2:].numpy(), target[2:].numpy())
+    oracle = np.mean([by_assignment(p, t) for p, t in zip(pred, target, strict=True)])
+    assert metric.compute().item() == pytest.approx(oracle, rel=1e-13)
+    with pytest.raises(ValueError, match="no pairs"):
+        EarthMoversDistance().compute()
