@@ -1,0 +1,93 @@
+"""How a free-form deformation stretches and turns space at each point."""
+
+from __future__ import annotations
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from ffd_lightning.geometry.bernstein import bernstein_basis
+from ffd_lightning.geometry.lattice import Degrees, Lattice, num_control_points
+
+_CHUNK = 65_536  # points at a time: three matrices of 33 MB each at degree 3
+
+
+def deformation_jacobian(
+    points: Float[Tensor, "*batch num_points 3"],
+    lattice: Lattice,
+    offsets: Float[Tensor, "*queries_batch num_control_points 3"],
+) -> Float[Tensor, "*queries_batch num_points 3 3"]:
+    r"""Return the Jacobian of the deformation x + B(x) dP with respect to the position x.
+
+    .. math:: J_{ij} = \delta_{ij} + \sum_m dP_{mi} \, \partial B_m / \partial x_j, \quad
+              B_{i,n}' = n \, (B_{i-1,n-1} - B_{i,n-1})
+
+    Where its determinant is below 0 the deformation turns space inside out, which is where a
+    surface folds over.
+
+    Convention:
+        Row i is the deformed coordinate, column j the original one; zero offsets give the identity.
+        Along an axis of the box without extent, the lattice coordinate is constant and points are
+        carried along as they are: det J is then that of the deformation within the plane.
+
+    Args:
+        points: (*batch, V, 3), in the frame of the lattice; outside the box the polynomials go on.
+        lattice: box and degrees, same batch shape.
+        offsets: displacement of each control point, (*queries, *batch, M, 3).
+
+    Returns:
+        (*queries, *batch, V, 3, 3), without unit.
+
+    Raises:
+        ValueError: shapes that do not go together.
+
+    Source: the derivative of Sederberg and Parry 1986, equation 2.
+
+    >>> box = torch.tensor([[0.0, 0, 0], [2, 1, 1]])
+    >>> pull = torch.zeros(8, 3)
+    >>> pull[4:, 0] = -3.0  # the end at x = 2 is pulled through the end at x = 0
+    >>> deformation_jacobian(box, Lattice.bounding(box, (1, 1, 1)), pull)[0].diagonal()
+    tensor([-0.5000,  1.0000,  1.0000])
+    """
+    batch = points.shape[:-2]
+    lead = offsets.shape[: max(0, offsets.dim() - 2 - len(batch))]
+    if (
+        offsets.shape != (*lead, *batch, num_control_points(lattice.degrees), 3)
+        or lattice.origin.shape[:-1] != batch
+    ):
+        raise ValueError(
+            f"points {tuple(points.shape)}, a lattice of degrees {lattice.degrees} and shape "
+            f"{tuple(lattice.origin.shape[:-1])}, and offsets {tuple(offsets.shape)} do not go "
+            "together"
+        )
+    # Mixed precision is for networks: the sign of a determinant needs all bits.
+    with torch.autocast(points.device.type, enabled=False):
+        # (*batch, 3, 3), row j: how (s, t, u) change with x_j; 0 along an axis without extent.
+        at_zero = Lattice(torch.zeros_like(lattice.origin), lattice.axes, lattice.degrees)
+        per_unit = at_zero.to_stu(torch.eye(3).to(points).expand(*batch, 3, 3))
+        per_unit = per_unit - at_zero.to_stu(torch.zeros_like(per_unit))
+        chunks = lattice.to_stu(points).split(_CHUNK, dim=-2)
+        moved = torch.cat([_change(stu, lattice.degrees, offsets) for stu in chunks], dim=-3)
+        return torch.eye(3).to(moved) + moved @ per_unit.mT[..., None, :, :]
+
+
+def _change(
+    stu: Float[Tensor, "*batch num_points 3"],
+    degrees: Degrees,
+    offsets: Float[Tensor, "*queries_batch num_control_points 3"],
+) -> Float[Tensor, "*queries_batch num_points 3 3"]:
+    """Derivatives of the displacement (rows) along s, t and u (columns)."""
+    basis = [bernstein_basis(stu[..., k], degree) for k, degree in enumerate(degrees)]
+    slope = [_slope(stu[..., k], degree) for k, degree in enumerate(degrees)]
+    columns = []
+    for k in range(3):
+        s, t, u = (slope[i] if i == k else basis[i] for i in range(3))
+        matrix = s[..., :, None, None] * t[..., None, :, None] * u[..., None, None, :]
+        columns.append(matrix.flatten(-3) @ offsets)
+    return torch.stack(columns, dim=-1)
+
+
+def _slope(t: Float[Tensor, "*batch"], degree: int) -> Float[Tensor, "*batch {degree+1}"]:
+    """Derivatives of all Bernstein polynomials of one degree, 1 or more."""
+    lower = torch.nn.functional.pad(bernstein_basis(t, degree - 1), (1, 1))
+    return degree * (lower[..., :-1] - lower[..., 1:])

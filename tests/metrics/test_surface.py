@@ -1,0 +1,250 @@
+"""Against plain loops over all distances, scipy, spheres, and the formulas of other papers."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+from scipy.spatial.distance import cdist, directed_hausdorff
+
+from ffd_lightning.metrics.scalings import SCALINGS, score_like
+from ffd_lightning.metrics.surface import (
+    FScore,
+    HausdorffDistance,
+    NormalConsistency,
+    SurfaceSample,
+    fscore,
+    hausdorff,
+    normal_consistency,
+    precision,
+    recall,
+    sample_with_normals,
+    surface_scores,
+)
+
+
+def pair(seed=0, num_pred=70, num_target=50):
+    rng = np.random.default_rng(seed)
+    return tuple(
+        SurfaceSample(rng.random((n, 3)), rng.normal(size=(n, 3))) for n in (num_pred, num_target)
+    )
+
+
+def plain_scores(pred, target, thresholds):
+    distances = cdist(pred.points, target.points)
+    there, back = distances.min(axis=1), distances.min(axis=0)
+    scores = {
+        "chamfer_l1": (sum(there) / len(there) + sum(back) / len(back)) / 2,
+        "chamfer_l2": sum(there**2) / len(there) + sum(back**2) / len(back),
+        "hausdorff90": max(np.quantile(there, 0.9), np.quantile(back, 0.9)),
+    }
+    for t in thresholds:
+        p, r = (sum(d < t for d in x) / len(x) for x in (there, back))
+        scores[f"precision@{t:g}"], scores[f"recall@{t:g}"] = p, r
+        scores[f"fscore@{t:g}"] = 2 * p * r / (p + r) if p + r else 0
+    cosines = 1 - cdist(pred.normals, target.normals, "cosine")
+    there = [abs(cosines[i, j]) for i, j in enumerate(distances.argmin(axis=1))]
+    back = [abs(cosines[i, j]) for j, i in enumerate(distances.argmin(axis=0))]
+    scores["normal_consistency"] = (np.mean(there) + np.mean(back)) / 2
+    return scores
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_all_scores_are_what_loops_find(seed):
+    pred, target = pair(seed)
+    thresholds = (0.01, 0.1, 0.15, 0.3)
+    scores = surface_scores(pred, target, thresholds)
+    assert all(isinstance(value, float) for value in scores.values())
+    assert scores == pytest.approx(plain_scores(pred, target, thresholds))
+    for t in thresholds:
+        assert fscore(pred.points, target.points, t) == scores[f"fscore@{t:g}"]
+        assert precision(pred.points, target.points, t) == scores[f"precision@{t:g}"]
+        assert recall(pred.points, target.points, t) == scores[f"recall@{t:g}"]
+    assert hausdorff(pred.points, target.points) == scores["hausdorff90"]
+    assert normal_consistency(*pred, *target) == scores["normal_consistency"]
+
+
+def test_large_clouds_take_the_tree_and_agree():
+    rng = np.random.default_rng(0)
+    a, b = rng.random((2, 17_000, 3))
+    both = (directed_hausdorff(x, y)[0] for x, y in ((a, b), (b, a)))
+    assert hausdorff(a, b, 100) == pytest.approx(max(both))
+    some = slice(0, None, 40)
+    near = cdist(a[some], b).min(axis=1) < 0.02
+    assert precision(a, b, 0.02) == pytest.approx(near.mean(), abs=0.1)
+    assert precision(a[some], b, 0.02) == near.mean()  # few points: not the tree
+
+
+def test_hausdorff_is_scipys_at_100_percent():
+    pred, target = pair()
+    both = (directed_hausdorff(a, b)[0] for a, b in ((pred[0], target[0]), (target[0], pred[0])))
+    assert hausdorff(pred.points, target.points, 100) == pytest.approx(max(both))
+    assert hausdorff(pred.points, target.points, 0) < hausdorff(pred.points, target.points, 50)
+
+
+def test_concentric_spheres():
+    sphere = trimesh.creation.icosphere(5)
+    rng = np.random.default_rng(0)
+    inner = sample_with_normals(sphere.vertices, sphere.faces, 20_000, rng)
+    outer = sample_with_normals(1.1 * sphere.vertices, sphere.faces, 20_000, rng)
+    scores = surface_scores(outer, inner, (0.09, 0.13))
+    assert scores["chamfer_l1"] == pytest.approx(0.1, rel=0.02)
+    assert scores["chamfer_l2"] == pytest.approx(0.02, rel=0.03)
+    assert scores["fscore@0.09"] == 0
+    assert scores["fscore@0.13"] > 0.99
+    assert scores["normal_consistency"] > 0.995
+    flipped = SurfaceSample(inner.points, -np.asarray(inner.normals))
+    assert surface_scores(outer, flipped)["normal_consistency"] == scores["normal_consistency"]
+
+
+def test_the_same_cloud_and_unrelated_normals():
+    rng = np.random.default_rng(0)
+    points = rng.random((4000, 3))
+    normals = rng.normal(size=(2, 4000, 3))
+    same = SurfaceSample(points, normals[0])
+    assert surface_scores(same, same, (1e-9,)) == pytest.approx(
+        {
+            "chamfer_l1": 0,
+            "chamfer_l2": 0,
+            "hausdorff90": 0,
+            "precision@1e-09": 1,
+            "recall@1e-09": 1,
+            "fscore@1e-09": 1,
+            "normal_consistency": 1,
+        }
+    )
+    assert normal_consistency(*same, points, normals[1]) == pytest.approx(0.5, abs=0.02)
+
+
+def test_samples_lie_on_their_faces_with_the_faces_normals():
+    box = trimesh.creation.box((1, 2, 3))
+    sample = sample_with_normals(box.vertices, box.faces, 500, np.random.default_rng(0))
+    scaled = np.abs(sample.points) * 2 / [1, 2, 3]
+    side = np.abs(sample.normals) == 1
+    assert (side.sum(axis=1) == 1).all()
+    np.testing.assert_allclose(scaled[side], 1, rtol=1e-6)
+    assert (np.sign(sample.points[side]) == sample.normals[side]).all()
+    again = sample_with_normals(box.vertices, box.faces, 500, np.random.default_rng(0))
+    np.testing.assert_array_equal(sample.points, again.points)
+
+
+def test_batches_tensors_and_float32():
+    pairs = [pair(seed) for seed in range(3)]
+    pred, target = (
+        SurfaceSample(*(torch.tensor(np.stack([p[side][k] for p in pairs])) for k in (0, 1)))
+        for side in (0, 1)
+    )
+    got = surface_scores(pred, target, (0.15,))
+    for k, single in enumerate(pairs):
+        expected = surface_scores(*single, (0.15,))
+        assert {name: float(value[k]) for name, value in got.items()} == pytest.approx(expected)
+    single = SurfaceSample(pred.points.float(), pred.normals.float())
+    mixed = surface_scores(single, target, (0.15,))
+    for name in got:
+        torch.testing.assert_close(mixed[name], got[name], rtol=1e-5, atol=1e-5)
+    one = SurfaceSample(pairs[0][0].points, pairs[0][0].normals)  # one against many
+    shared = surface_scores(one, target)["normal_consistency"]
+    assert float(shared[2]) == pytest.approx(normal_consistency(*one, *pairs[2][1]))
+
+
+def test_scores_without_normals():
+    pred, target = pair()
+    assert "normal_consistency" not in surface_scores(SurfaceSample(pred.points), target)
+
+
+def plain_scaled(name, pred, target):
+    """The other papers' numbers from their formulas: squared distances, their thresholds."""
+    points = target.points
+    factor = {
+        "pixel2mesh": 0.57,
+        "atlasnet": 1 / max(np.linalg.norm(points - points.mean(axis=0), axis=1)),
+        "mesh_rcnn": 10 / max(np.ptp(points, axis=0)),
+        "occnet": 1 / max(np.ptp(points, axis=0)),
+    }[name]
+    squared = cdist(factor * pred.points, factor * points) ** 2
+    there, back = squared.min(axis=1), squared.min(axis=0)
+
+    def f(threshold):  # on squared distances
+        p, r = np.mean(there < threshold), np.mean(back < threshold)
+        return 2 * p * r / (p + r + 1e-8)
+
+    chamfer = there.mean() + back.mean()
+    normals = plain_scores(pred, target, ())["normal_consistency"]
+    if name == "pixel2mesh":
+        return {"CD": 1000 * chamfer, "F(1e-4)": 100 * f(1e-4), "F(2e-4)": 100 * f(2e-4)}
+    if name == "atlasnet":
+        return {"chamfer": chamfer, "fscore": f(0.001)}
+    if name == "mesh_rcnn":
+        shares = {f"F1({t})": 100 * f(t**2) for t in (0.1, 0.3, 0.5)}
+        return {"Chamfer": chamfer, "Normal": normals, **shares}
+    l1 = (np.sqrt(there).mean() + np.sqrt(back).mean()) / 2
+    return {"Chamfer-L1": 10 * l1, "Normal Consistency": normals}
+
+
+@pytest.mark.parametrize("name", SCALINGS)
+def test_other_papers_numbers_are_those_of_their_formulas(name):
+    pred, target = pair(1, 900, 700)
+    target = target._replace(points=0.3 * target.points + [3, 0, 0])
+    pred = pred._replace(points=0.31 * pred.points + [3, 0, 0])
+    got = score_like(name, pred, target)
+    assert got == pytest.approx(plain_scaled(name, pred, target), rel=1e-6)
+    assert all(value > 0 for value in got.values())  # no threshold out of reach of the test
+
+
+def test_the_longest_side_of_the_mesh_can_be_given():
+    pred, target = pair()
+    own = float(max(np.ptp(target.points, axis=0)))
+    given = score_like("mesh_rcnn", pred, target, target_side=2 * own)
+    assert given["Chamfer"] == pytest.approx(score_like("mesh_rcnn", pred, target)["Chamfer"] / 4)
+
+
+def test_metrics_average_over_all_pairs():
+    clouds = [pair(seed) for seed in range(5)]
+    batch = [torch.tensor(np.stack([p[side].points for p in clouds[:4]])) for side in (0, 1)]
+    for metric, function in (
+        (FScore(0.15), lambda a, b: fscore(a.points, b.points, 0.15)),
+        (HausdorffDistance(80), lambda a, b: hausdorff(a.points, b.points, 80)),
+    ):
+        metric.update(*batch)
+        metric.update(clouds[4][0].points, clouds[4][1].points)
+        expected = np.mean([function(*p) for p in clouds])
+        assert float(metric.compute()) == pytest.approx(expected)
+    consistency = NormalConsistency()
+    for single in clouds:
+        consistency.update(*single)
+    expected = np.mean([normal_consistency(*a, *b) for a, b in clouds])
+    assert float(consistency.compute()) == pytest.approx(expected)
+    assert FScore.higher_is_better
+    assert NormalConsistency.higher_is_better
+    assert not HausdorffDistance.higher_is_better
+
+
+POINTS = np.eye(3)
+
+
+@pytest.mark.filterwarnings("ignore:The ``compute`` method")
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fscore(POINTS[:0], POINTS, 1), "pred_points holds no points"),
+        (lambda: fscore(POINTS, POINTS * np.nan, 1), "target_points .* not finite"),
+        (lambda: fscore(POINTS[:, :2], POINTS, 1), "pred_points must be"),
+        (lambda: fscore(POINTS, POINTS, 0), "threshold"),
+        (lambda: precision(POINTS, POINTS, float("nan")), "threshold"),
+        (lambda: hausdorff(POINTS, POINTS, 101), "percentile"),
+        (lambda: normal_consistency(POINTS, 0 * POINTS, POINTS, POINTS), "length above 0"),
+        (lambda: normal_consistency(POINTS, POINTS[:2], POINTS, POINTS), "differ in shape"),
+        (lambda: sample_with_normals(POINTS * 0, [[0, 1, 2]], 3, np.random.default_rng()), "area"),
+        (lambda: score_like("nobody", *pair()), "atlasnet"),
+        (lambda: score_like("occnet", *(s._replace(normals=None) for s in pair())), "normals"),
+        (lambda: score_like("occnet", pair()[0], SurfaceSample(POINTS[:1])), "extent"),
+        (lambda: score_like("occnet", pair()[0], SurfaceSample(POINTS[None])), "one pair"),
+        (
+            lambda: NormalConsistency().update(SurfaceSample(POINTS), SurfaceSample(POINTS)),
+            "normals",
+        ),
+        (lambda: FScore(0.1).compute(), "no pairs"),
+    ],
+)
+def test_refuses(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
