@@ -23,13 +23,14 @@ from ffd_lightning.errors import UserError
 
 
 def run_suffix(overrides: str) -> str:
-    """Return a folder suffix for further overrides, "" for none: "_schedule.steps=50".
+    """Return a folder suffix for further overrides, "" for none: "_schedule.steps-50".
 
-    Settings that differ must not share a run folder. Long ones are shortened to a hash.
+    Settings that differ must not share a run folder. Long ones are shortened to a hash. There is no
+    "=" or "," in it, which Hydra would not take in `run=FOLDER`.
     """
     if not overrides:
         return ""
-    name = re.sub(r"[^\w.,=+-]", "-", overrides)
+    name = re.sub(r"[^\w.+-]", "-", overrides.replace(",", "+"))
     if len(name) > 120:
         name = f"{name[:100]}-{hashlib.sha256(overrides.encode()).hexdigest()[:12]}"
     return f"_{name}"

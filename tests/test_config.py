@@ -156,7 +156,8 @@ def test_cfg_job_prints_everything():
 
 def test_run_suffix_tells_overrides_apart_and_stays_short():
     assert run_suffix("") == ""
-    assert run_suffix("schedule.steps=50") == "_schedule.steps=50"
+    assert run_suffix("schedule.steps=50") == "_schedule.steps-50"
+    assert run_suffix("a.b=1,c=x y") == "_a.b-1+c-x-y"
     long = [run_suffix(f"a.b={'x' * 300}{i}") for i in range(2)]
     assert long[0] != long[1]
     assert max(map(len, long)) < 150
