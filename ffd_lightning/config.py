@@ -79,6 +79,11 @@ class ProtocolKind(Enum):
     """How predictions are measured."""
 
     paper = "paper"
+    modern = "modern"
+    pixel2mesh = "pixel2mesh"
+    atlasnet = "atlasnet"
+    mesh_rcnn = "mesh_rcnn"
+    occnet = "occnet"
 
 
 class EncoderKind(Enum):

@@ -25,7 +25,12 @@ from ffd_lightning.data.workers import available_cores
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.evaluation.evaluator import to_csv
 from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
-from ffd_lightning.evaluation.protocols import EvaluationProtocol, PaperProtocol
+from ffd_lightning.evaluation.protocols import (
+    EvaluationProtocol,
+    ModernProtocol,
+    PaperProtocol,
+    ScaledProtocol,
+)
 from ffd_lightning.evaluation.references import medoid, nearest_by_feature, nearest_by_shape
 from ffd_lightning.evaluation.samples import (
     Journal,
@@ -37,6 +42,7 @@ from ffd_lightning.evaluation.samples import (
     score_sample,
 )
 from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
+from ffd_lightning.metrics.scalings import SCALINGS
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.run_folder import RunFolder, write_atomic
@@ -46,7 +52,11 @@ log = logging.getLogger(__name__)
 FORMAT_VERSION = 1
 """Goes up when the same run and settings give other numbers."""
 
-PROTOCOLS: dict[ProtocolKind, EvaluationProtocol] = {ProtocolKind.paper: PaperProtocol()}
+PROTOCOLS: dict[ProtocolKind, EvaluationProtocol] = {
+    ProtocolKind.paper: PaperProtocol(),
+    ProtocolKind.modern: ModernProtocol(),
+    **{ProtocolKind(name): ScaledProtocol(name) for name in SCALINGS},
+}
 
 REFERENCES = {
     "undeformed": "the selected template as it is",
@@ -191,7 +201,11 @@ def evaluate_subject(
             "template": subject.bank.ids[t],
             "weight": float(prediction.weights[k, t]),
         }
-        return head | score_sample(protocol, prepared, row, shapes(k), seed)
+        candidates = shapes(k)
+        scores = score_sample(protocol, prepared, row, candidates, seed)
+        model = candidates[""]
+        assert isinstance(model, TemplateShape)
+        return head | scores | (model.quality() if protocol.quality else {})
 
     try:
         with ModelProgress(protocol.name, len(rows), len(rows) - len(todo), progress) as bar:
@@ -206,6 +220,7 @@ def evaluate_subject(
     content = {
         **summary,
         "definitions": {m.name: m.definition for m in protocol.measures} | REFERENCES,
+        "unit": protocol.note,
         "settings": settings,
         "key": key,
     }

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.jacobian import deformation_jacobian
+from ffd_lightning.metrics.mesh_quality import mesh_quality
 
 Cloud = NDArray[np.float64]
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -76,3 +78,16 @@ class TemplateShape:
         else:
             mesh = self.bank.deformed_mesh(self.index, torch.from_numpy(self.offsets))
         return mesh.vertices, mesh.faces
+
+    def quality(self) -> dict[str, float]:
+        """Return what the deformation did to the subdivided mesh; see `metrics.mesh_quality`."""
+        mesh, _ = self.bank.subdivided(self.index)
+        count = self.bank.control_points.shape[1]
+        offsets = np.zeros((count, 3)) if self.offsets is None else self.offsets
+        jacobians = deformation_jacobian(
+            torch.from_numpy(mesh.vertices),
+            self.bank.lattices[self.index],
+            torch.from_numpy(offsets.astype(np.float64)),
+        )
+        measured = mesh_quality(mesh.vertices, self.mesh()[0], mesh.faces, jacobians)
+        return {name: float(value) for name, value in measured._asdict().items()}

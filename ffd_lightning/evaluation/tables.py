@@ -25,10 +25,9 @@ SHAPES = {
 
 def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float]) -> None:
     """Print a row for each shape that was scored and a column for each measure."""
-    caption = "; ".join(
-        f"{m.name}: {m.definition}" + (f", x {m.factor:g}" if m.factor != 1 else "")
-        for m in protocol.measures
-    )
+    factors = {m.factor for m in protocol.measures} - {1.0}
+    caption = "; ".join(f"{m.name}: {m.definition}" for m in protocol.measures)
+    caption += f". {protocol.note}" + "".join(f". All x {factor:g}" for factor in factors)
     table = Table(
         title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} test models",
         caption=f"Means over the test models. {caption}.",
@@ -43,11 +42,16 @@ def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[st
         keys = [f"{name}_{m.name}" if name else m.name for m in protocol.measures]
         if keys[0] in summary:
             values = [
-                f"{m.factor * summary[k]:.1f}" for m, k in zip(protocol.measures, keys, strict=True)
+                f"{m.factor * summary[k]:.4g}" for m, k in zip(protocol.measures, keys, strict=True)
             ]
             table.add_row(title, *values, style="bold" if not name else None)
     Console(width=None if sys.stdout.isatty() else 140).print(table)
-    print(
-        f"effective templates {summary['effective_templates']:.1f}; samples.csv and summary.json: "
-        f"{run.evaluation(protocol.name)}"
-    )
+    lines = [f"effective templates {summary['effective_templates']:.1f}"]
+    if "folded" in summary:
+        lines.append(
+            f"deformed meshes: {summary['folded']:.1%} of the surface folded, edges stretched "
+            f"{summary['stretch_95']:.2f} times (95th percentile), faces that come to pass through "
+            f"others {summary['newly_intersecting']:.1%}"
+        )
+    lines.append(f"samples.csv and summary.json: {run.evaluation(protocol.name)}")
+    print("\n".join(lines))

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,16 +16,17 @@ import torch
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.config import EvaluateConfig
+from ffd_lightning.config import EvaluateConfig, ProtocolKind
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import run as evaluation_run
 from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
-from ffd_lightning.evaluation.protocols import PaperProtocol
+from ffd_lightning.evaluation.protocols import ModernProtocol, PaperProtocol, ScaledProtocol
 from ffd_lightning.evaluation.references import medoid, nearest_by_feature, nearest_by_shape
 from ffd_lightning.evaluation.run import REFERENCES, evaluate_run
 from ffd_lightning.evaluation.samples import Journal, best_templates, predict
 from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
+from ffd_lightning.metrics.scalings import SCALINGS
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.run import train
 
@@ -52,9 +54,7 @@ def network(trained):
 
 @pytest.fixture(autouse=True)
 def _few_points(monkeypatch):
-    monkeypatch.setitem(
-        evaluation_run.PROTOCOLS, evaluation_run.ProtocolKind.paper, PaperProtocol(points=64)
-    )
+    monkeypatch.setitem(evaluation_run.PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
 
 
 @pytest.fixture
@@ -86,7 +86,7 @@ def test_what_is_written(copy, trained):
     assert summary["num_samples"] == len(rows)
     written = json.loads((copy.evaluation("paper") / "summary.json").read_text())
     assert written["settings"]["step"] == 8
-    assert "hemisphere of radius 3.2" in written["definitions"]["chamfer"]
+    assert written["unit"] == "64 points, hemisphere of radius 3.2"
     assert not (copy.evaluation("paper") / "samples.partial").exists()
 
 
@@ -206,6 +206,51 @@ def test_a_checkpoint_of_another_network(copy, tiny_config, tmp_path):
     train(tiny_config("templates=t4", "schedule.steps=2"), run)
     with pytest.raises(ConfigError, match="is of another network"):
         evaluate(copy, checkpoint=str(run.checkpoint))
+
+
+def test_the_modern_protocol(copy, trained, monkeypatch):
+    protocol = ModernProtocol(points=200)
+    monkeypatch.setitem(evaluation_run.PROTOCOLS, ProtocolKind.modern, protocol)
+    summary = evaluate(copy, protocol=ProtocolKind.modern)
+    for measure in protocol.measures:
+        for name in ("", "undeformed", "floor"):
+            assert 0 <= summary[f"{name}_{measure.name}" if name else measure.name] < 2
+    assert summary["floor_iou_128"] == summary["floor_iou_32"] == 1
+    assert summary["floor_chamfer_l1"] < summary["chamfer_l1"]
+    assert summary["floor_fscore_2"] > summary["fscore_2"]
+    assert 0 <= summary["folded"] <= 1 <= summary["stretch_median"] <= summary["stretch_95"]
+
+
+def test_surfaces_are_measured_on_the_longest_side_of_the_truth(trained):
+    """Twice the size of everything changes nothing, and a shift by 1% of the side is found."""
+    data = trained[2]
+    mesh = data.prepared.mesh(3)
+
+    class Moved(ModelShape):
+        def mesh(self):
+            side = np.ptp(mesh.vertices, axis=0).max()
+            return mesh.vertices + (0, 0.011 * side, 0), mesh.faces
+
+    shape, protocol = ModelShape(data.prepared, 3), ModernProtocol(points=4000)
+    truth = protocol.truth(shape, np.random.default_rng(0))
+    scores = protocol.score(Moved(data.prepared, 3), truth, np.random.default_rng(0))
+    assert 0.003 < scores["chamfer_l1"] < 0.012, "less than the shift where a face lies along it"
+    assert scores["hausdorff90"] == pytest.approx(0.011, rel=0.25)
+
+
+@pytest.mark.parametrize("name", SCALINGS)
+def test_scales_of_other_papers(trained, name):
+    data = trained[2]
+    protocol, shape = ScaledProtocol(name), ModelShape(data.prepared, 3)
+    monkey = replace(SCALINGS[name], num_points=500)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(SCALINGS, name, monkey)
+        truth = protocol.truth(shape, np.random.default_rng(0))
+        same = protocol.score(shape, truth, np.random.default_rng(0))
+        other = protocol.score(ModelShape(data.prepared, 8), truth, np.random.default_rng(0))
+    for measure in protocol.measures:
+        better = same[measure.name] > other[measure.name]
+        assert better == measure.higher_is_better, measure.name
 
 
 # --- references ---------------------------------------------------------------------------------
