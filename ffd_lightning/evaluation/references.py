@@ -12,6 +12,18 @@ from torch import Tensor
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.losses.chamfer import chamfer_distance
 
+SHAPES = {
+    "": "the model: selected template, deformed",
+    "undeformed": "selected template as it is",
+    "best_deformed": "best of its templates deformed, knowing the truth",
+    "best_undeformed": "best of its templates as it is, knowing the truth",
+    "feature_retrieval": "training shape of the most similar image (encoder)",
+    "retrieval": "nearest training shape, knowing the truth",
+    "medoid": "most central training shape, always",
+    "floor": "the truth itself, sampled again",
+}
+"""What is scored, by the prefix of its columns, the model first."""
+
 _COARSE = 256  # points of a cloud for a first ranking
 _FINE = 1024
 _CANDIDATES = 16  # that the first ranking leaves

@@ -31,7 +31,7 @@ from ffd_lightning.evaluation.protocols import (
     PaperProtocol,
     ScaledProtocol,
 )
-from ffd_lightning.evaluation.references import medoid, nearest_by_feature, nearest_by_shape
+from ffd_lightning.evaluation.references import SHAPES, medoid, nearest_by_feature, nearest_by_shape
 from ffd_lightning.evaluation.samples import (
     Journal,
     Predictions,
@@ -56,16 +56,6 @@ PROTOCOLS: dict[ProtocolKind, EvaluationProtocol] = {
     ProtocolKind.paper: PaperProtocol(),
     ProtocolKind.modern: ModernProtocol(),
     **{ProtocolKind(name): ScaledProtocol(name) for name in SCALINGS},
-}
-
-REFERENCES = {
-    "undeformed": "the selected template as it is",
-    "best_undeformed": "the template nearest to the truth as it is, chosen knowing it",
-    "best_deformed": "the template nearest to the truth once deformed, chosen knowing it",
-    "retrieval": "the training shape nearest to the truth, chosen knowing it",
-    "feature_retrieval": "the shape of the training image most alike to the encoder",
-    "medoid": "the training shape nearest to all others, for every query",
-    "floor": "the truth itself, sampled again",
 }
 
 
@@ -188,9 +178,42 @@ def evaluate_subject(
     if restart:
         (folder / "samples.partial").unlink(missing_ok=True)
     prediction = predict(subject.network, prepared, rows.tolist())
-    shapes = _shapes(subject, prediction, references)
+    score = _scorer(subject, protocol, prediction, references, seed)
     journal = Journal(folder / "samples.partial", key)
     todo = [k for k, row in enumerate(rows) if prepared.ids[row] not in journal.rows]
+
+    try:
+        with ModelProgress(protocol.name, len(rows), len(rows) - len(todo), progress) as bar:
+            for result in in_threads(score, todo, workers):
+                journal.add(result)
+                bar.advance()
+    finally:
+        journal.close()
+    table = [journal.rows[prepared.ids[row]] for row in rows]
+    summary = _summary(table, protocol, prediction)
+    write_atomic(folder / "samples.csv", to_csv(table))
+    content = {
+        **summary,
+        "definitions": {m.name: m.definition for m in protocol.measures} | SHAPES,
+        "unit": protocol.note,
+        "settings": settings,
+        "key": key,
+    }
+    write_atomic(folder / "summary.json", json.dumps(content, indent=2) + "\n")
+    journal.close(remove=True)
+    return summary
+
+
+def _scorer(
+    subject: Subject,
+    protocol: EvaluationProtocol,
+    prediction: Predictions,
+    references: bool,
+    seed: int,
+) -> Callable[[int], Row]:
+    """Return a function from a sample's number to its row of `samples.csv`."""
+    prepared, rows = subject.tested_on
+    shapes = _shapes(subject, prediction, references)
 
     def score(k: int) -> Row:
         row, t = int(rows[k]), int(prediction.selected[k])
@@ -207,26 +230,7 @@ def evaluate_subject(
         assert isinstance(model, TemplateShape)
         return head | scores | (model.quality() if protocol.quality else {})
 
-    try:
-        with ModelProgress(protocol.name, len(rows), len(rows) - len(todo), progress) as bar:
-            for result in in_threads(score, todo, workers):
-                journal.add(result)
-                bar.advance()
-    finally:
-        journal.close()
-    table = [journal.rows[prepared.ids[row]] for row in rows]
-    summary = _summary(table, protocol, prediction)
-    write_atomic(folder / "samples.csv", to_csv(table))
-    content = {
-        **summary,
-        "definitions": {m.name: m.definition for m in protocol.measures} | REFERENCES,
-        "unit": protocol.note,
-        "settings": settings,
-        "key": key,
-    }
-    write_atomic(folder / "summary.json", json.dumps(content, indent=2) + "\n")
-    journal.close(remove=True)
-    return summary
+    return score
 
 
 def _shapes(

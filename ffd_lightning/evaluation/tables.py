@@ -8,19 +8,8 @@ from rich.console import Console
 from rich.table import Table
 
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
-
-SHAPES = {
-    "": "the model: selected template, deformed",
-    "undeformed": "selected template as it is",
-    "best_deformed": "best of its templates deformed, knowing the truth",
-    "best_undeformed": "best of its templates as it is, knowing the truth",
-    "feature_retrieval": "training shape of the most similar image (encoder)",
-    "retrieval": "nearest training shape, knowing the truth",
-    "medoid": "most central training shape, always",
-    "floor": "the truth itself, sampled again",
-}
-"""What is scored, by the prefix of its columns, the model first."""
 
 
 def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float]) -> None:

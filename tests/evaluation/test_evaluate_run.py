@@ -22,8 +22,8 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import run as evaluation_run
 from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
 from ffd_lightning.evaluation.protocols import ModernProtocol, PaperProtocol, ScaledProtocol
-from ffd_lightning.evaluation.references import medoid, nearest_by_feature, nearest_by_shape
-from ffd_lightning.evaluation.run import REFERENCES, evaluate_run
+from ffd_lightning.evaluation.references import SHAPES, medoid, nearest_by_feature, nearest_by_shape
+from ffd_lightning.evaluation.run import evaluate_run
 from ffd_lightning.evaluation.samples import Journal, best_templates, predict
 from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
 from ffd_lightning.metrics.scalings import SCALINGS
@@ -77,7 +77,7 @@ def test_what_is_written(copy, trained):
     data = trained[2]
     assert [row["id"] for row in rows] == list(data.split.test)
     assert {row["template"] for row in rows} <= set(data.bank.ids)
-    for name in ("", *REFERENCES):
+    for name in SHAPES:
         for measure in ("chamfer", "emd", "iou"):
             key = f"{name}_{measure}" if name else measure
             assert summary[key] == pytest.approx(np.mean([float(r[key]) for r in rows]))
