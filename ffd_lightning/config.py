@@ -254,6 +254,15 @@ class CallbacksConfig:
 
 
 @dataclass
+class EvaluationConfig:
+    """How a trained run is evaluated: see `EvaluateConfig`."""
+
+    protocol: ProtocolKind = ProtocolKind.paper
+    references: bool = True
+    workers: int = 0
+
+
+@dataclass
 class PathsConfig:
     """Where prepared data and runs go."""
 
@@ -283,6 +292,7 @@ class TrainConfig(PrepareConfig):
     trainer: TrainerConfig = field(default_factory=TrainerConfig)
     logger: LoggerConfig = field(default_factory=LoggerConfig)
     callbacks: CallbacksConfig = field(default_factory=CallbacksConfig)
+    evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
     name: str = "default"
     seed: int = 0
     restart: bool = False
@@ -294,7 +304,8 @@ class EvaluateConfig:
 
     `run` is a run folder; `checkpoint` another file than its newest, `prepared` the folder of
     another prepared set than its own (all its models are tested then). 0 workers = one per core.
-    `data_root` is where the run's prepared data is, if not where it was.
+    `data_root` is where the run's prepared data is, if not where it was. `all_views` tests every
+    image of a model instead of its first.
     """
 
     run: str = MISSING
@@ -303,6 +314,7 @@ class EvaluateConfig:
     prepared: str | None = None
     data_root: str | None = None
     references: bool = True
+    all_views: bool = False
     seed: int = 0
     workers: int = 0
     device: str = "auto"

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import json
 import os
 import time
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +26,7 @@ _MACHINE_KEYS = frozenset(
         "paths",
         "logger",
         "callbacks",
+        "evaluation",
         "restart",
         "name",
         "data.residency",
@@ -39,6 +43,37 @@ def write_atomic(path: Path, text: str) -> None:
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(path)
+
+
+def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write rows, at least one and all of the same columns, as `write_atomic` does."""
+    buffer = io.StringIO()
+    writer = csv.DictWriter(buffer, fieldnames=list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    write_atomic(path, buffer.getvalue())
+
+
+def lock_folder(folder: Path, taken: str) -> FileLock:
+    """Take a folder for this process (a context manager); freed however the process ends.
+
+    Args:
+        folder: made where it is missing.
+        taken: what to say when another process has it.
+
+    Raises:
+        ConfigError: another process has it.
+        DataError: the folder cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder / ".lock")
+        lock.acquire(timeout=0)
+    except Timeout:
+        raise ConfigError(taken) from None
+    except OSError as error:
+        raise DataError(f"cannot write the folder {folder}: {error}") from None
+    return lock
 
 
 @dataclass(frozen=True)
@@ -85,24 +120,12 @@ class RunFolder:
         write_atomic(self.path / "status.json", json.dumps(content, indent=2) + "\n")
 
     def lock(self) -> FileLock:
-        """Take the run for this process (a context manager); freed however the process ends.
-
-        Raises:
-            ConfigError: another process trains this run.
-            DataError: the folder cannot be written.
-        """
-        try:
-            self.path.mkdir(parents=True, exist_ok=True)
-            lock = FileLock(self.path / ".lock")
-            lock.acquire(timeout=0)
-        except Timeout:
-            raise ConfigError(
-                f"another process is training {self.path}: wait for it, or choose another run "
-                "with name=..."
-            ) from None
-        except OSError as error:
-            raise DataError(f"cannot write the run folder {self.path}: {error}") from None
-        return lock
+        """Take the run for this process, to train it; see `lock_folder`."""
+        return lock_folder(
+            self.path,
+            f"another process is training {self.path}: wait for it, or choose another run with "
+            "name=...",
+        )
 
 
 def check_folder(cfg: TrainConfig, run: RunFolder) -> None:

@@ -12,7 +12,7 @@ from omegaconf import DictConfig
 from rich.console import Console
 
 from ffd_lightning.analysis.runs import find_runs, load_runs
-from ffd_lightning.analysis.tables import summary_table
+from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.run_folder import RunFolder
 
 
@@ -50,7 +50,9 @@ class SummaryTable(Callback):
         if not runs:
             return False
         table = load_runs(runs)
-        Console(width=None if sys.stdout.isatty() else 120).print(summary_table(table))
+        console = Console(width=None if sys.stdout.isatty() else 120)
+        for part in summary_tables(table):
+            console.print(part)
         for run in runs:
             if run.finished:
                 print(f"{run.path}: reconstructions.png, evaluation/, tensorboard/")

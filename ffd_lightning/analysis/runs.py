@@ -20,7 +20,7 @@ def load_runs(runs: Iterable[RunFolder]) -> pd.DataFrame:
     """Read runs into one table, a row each.
 
     Columns: `run` (path), `category`, `regime`, `templates`, `seed`, `state`, `reason` (of a
-    failure) and, for finished runs, everything of their summary.
+    failure), `protocol` and, for finished runs, everything of their summary under it.
     """
     rows = []
     for run in runs:
@@ -35,6 +35,7 @@ def load_runs(runs: Iterable[RunFolder]) -> pd.DataFrame:
                 "seed": OmegaConf.select(config, "seed"),
                 "state": status.get("state", "unknown"),
                 "reason": status.get("reason", ""),
+                "protocol": OmegaConf.select(config, "evaluation.protocol", default="paper"),
                 **(status.get("summary") or {}),
             }
         )

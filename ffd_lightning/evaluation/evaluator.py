@@ -1,183 +1,300 @@
-"""Scores of every template for every query, and what they come to.
-
-The protocol here, `chamfer`, is what training needs to judge itself: squared Chamfer distance, mean
-over points, both directions added, in units in which every model's bounding box has diagonal 1.
-"""
+"""Scores of a network under a protocol, and what they are worth: resumable, on all cores."""
 
 from __future__ import annotations
 
-import csv
-import io
+import hashlib
 import json
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
-from ffd_lightning.data.batches import Batch
-from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.losses.chamfer import chamfer_distance
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.progress import ModelProgress
+from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.evaluation.references import SHAPES, ShapeRetrieval, medoid, nearest_by_feature
+from ffd_lightning.evaluation.samples import (
+    Journal,
+    Predictions,
+    Row,
+    Sample,
+    best_templates,
+    in_threads,
+    predict,
+    score_sample,
+)
+from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
-from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
-from ffd_lightning.run_folder import RunFolder, write_atomic
+from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.run_folder import lock_folder, write_atomic, write_csv
 
-PROTOCOL = "chamfer"
+FORMAT_VERSION = 2
+"""Goes up when the same weights and settings give other numbers or files."""
+
+TABLES = ("samples.csv", "template_ranking.csv")
+_WORDS = frozenset(("id", "category", "family", "view", "template"))  # columns without a mean
+
+
+class Models(NamedTuple):
+    """Rows of a prepared set."""
+
+    prepared: PreparedSet
+    rows: NDArray[np.int64]
+
+    def samples(self, all_views: bool) -> list[Sample]:
+        """Return the models' images: the first of each, or all."""
+        views = self.prepared.image_shape[0] if all_views else 1
+        return [Sample(int(row), view) for row in self.rows for view in range(views)]
+
+    def fingerprint(self) -> dict[str, str]:
+        """Return what changes when the set, or the models taken from it, are others."""
+        ids = "\n".join(self.prepared.ids[row] for row in self.rows)
+        digest = hashlib.sha256(ids.encode()).hexdigest()
+        return {"prepared": self.prepared.manifest["sha256"], "ids": digest}
 
 
 @dataclass(frozen=True)
-class TemplateScores:
-    """Every template tried on every query.
+class Subject:
+    """What is evaluated: a network with its templates, on models, knowing those it was trained on.
 
     Attributes:
-        rows: row of each query in the prepared set, (q,).
-        weights: template weights, (q, T).
-        deformed: Chamfer distance of each deformed template, (q, T).
-        undeformed: Chamfer distance of each template as it is, (q, T).
+        network: on the device to use.
+        bank: its templates.
+        trained_on: the models of its training.
+        tested_on: the models to test on.
+        step: of the training that its weights are from, for the record.
     """
 
-    rows: NDArray[np.int64]
-    weights: NDArray[np.float32]
-    deformed: NDArray[np.float32]
-    undeformed: NDArray[np.float32]
-
-    @classmethod
-    def concatenate(cls, parts: Sequence[TemplateScores]) -> TemplateScores:
-        """Join the scores of several batches."""
-        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
-
-    @property
-    def selected(self) -> NDArray[np.int64]:
-        """The template of the greatest weight for each query, (q,)."""
-        return self.weights.argmax(1)
-
-    @property
-    def counts(self) -> NDArray[np.int64]:
-        """How often each template was selected, (T,)."""
-        return np.bincount(self.selected, minlength=self.weights.shape[1])
-
-    def of_selected(self, scores: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Pick the selected template's column of scores (q, T), giving (q,)."""
-        return np.take_along_axis(scores, self.selected[:, None], 1)[:, 0]
-
-    def summary(self) -> dict[str, float]:
-        """Return means over queries.
-
-        `chamfer` and `undeformed_chamfer` are of the selected template; `best_undeformed_chamfer`
-        and `best_deformed_chamfer` of the best template for each query, chosen knowing the answer;
-        `entropy` (nats) and `effective_templates` are of the selection counts.
-        """
-        return {
-            "chamfer": float(self.of_selected(self.deformed).mean()),
-            "undeformed_chamfer": float(self.of_selected(self.undeformed).mean()),
-            "best_undeformed_chamfer": float(self.undeformed.min(1).mean()),
-            "best_deformed_chamfer": float(self.deformed.min(1).mean()),
-            "entropy": selection_entropy(self.counts),
-            "effective_templates": effective_templates(self.counts),
-            "templates_used": float((self.counts > 0).sum()),
-            "num_samples": float(len(self.rows)),
-        }
+    network: TemplateFfdNetwork
+    bank: TemplateBank
+    trained_on: Models
+    tested_on: Models
+    step: int
 
 
-@torch.no_grad()
-def score_templates(prediction: FfdPrediction, batch: Batch) -> TemplateScores:
-    """Score all templates, deformed and not, on the queries of a batch."""
+@dataclass(frozen=True)
+class Options:
+    """How to evaluate.
 
-    def array(tensor: Tensor) -> NDArray[np.float32]:
-        return tensor.float().cpu().numpy()
-
-    target = batch.target_points[:, None]
-    deformed = deform(*batch.templates, prediction.offsets)
-    undeformed = deform(*batch.templates, torch.zeros_like(batch.templates.control_points))
-    return TemplateScores(
-        rows=batch.rows.cpu().numpy(),
-        weights=array(prediction.template_weights),
-        deformed=array(chamfer_distance(deformed, target, "mean")),
-        undeformed=array(chamfer_distance(undeformed, target, "mean")),
-    )
-
-
-@torch.no_grad()
-def evaluate(network: TemplateFfdNetwork, batches: Iterable[Batch]) -> TemplateScores:
-    """Run a network over batches, on the device it is on.
-
-    Args:
-        network: put into evaluation mode here.
-        batches: fixed batches of test models.
+    Attributes:
+        references: score also what a model must beat.
+        all_views: test every image of a model instead of the first.
+        seed: decides the points that are drawn.
+        workers: threads; the numbers do not depend on it.
+        progress: show on stderr how far it is.
+        restart: do not go on from what is there.
     """
-    network.eval()
-    device = next(network.parameters()).device
-    parts = []
-    for batch in batches:
-        moved = Batch(
-            batch.rows,
-            batch.images.to(device),
-            batch.target_points.to(device),
-            type(batch.templates)(*(t.to(device) for t in batch.templates)),
-        )
-        parts.append(score_templates(network(moved.images), moved))
-    return TemplateScores.concatenate(parts)
+
+    references: bool = True
+    all_views: bool = False
+    seed: int = 0
+    workers: int = 1
+    progress: bool = True
+    restart: bool = False
 
 
-def write_evaluation(
-    run: RunFolder,
-    scores: TemplateScores,
-    ids: Sequence[str],
-    families: Sequence[str],
-    template_ids: Sequence[str],
-    extra: dict[str, float],
+def evaluate(
+    subject: Subject, protocol: EvaluationProtocol, folder: Path, options: Options
 ) -> dict[str, float]:
-    """Write `samples.csv`, `summary.json` and `template_ranking.csv`; return the summary.
+    """Score a network on its test models; go on where an earlier attempt stopped.
+
+    Writes `samples.csv`, `summary.json` and `template_ranking.csv`.
 
     Args:
-        run: whose folder to write to.
-        scores: of all test models.
-        ids: model ids of the prepared set, by row.
-        families: structural families, by row.
-        template_ids: T ids.
-        extra: further numbers for the summary.
+        subject: what is evaluated.
+        protocol: how it is measured.
+        folder: where to write.
+        options: see there.
+
+    Returns:
+        The summary: means over all samples, and how templates were selected. Read back where the
+        same weights were evaluated in the same way already.
+
+    Raises:
+        ConfigError: another process writes to the folder.
+        DataError: the network's outputs are not finite; data is damaged.
     """
-    summary = {**scores.summary(), **extra}
-    folder = run.evaluation(PROTOCOL)
-    selected = scores.selected
-    rows = [
-        {
-            "id": ids[row],
-            "family": families[row],
-            "template": template_ids[t],
-            "weight": float(scores.weights[q, t]),
-            "chamfer": float(scores.deformed[q, t]),
-            "undeformed_chamfer": float(scores.undeformed[q, t]),
-            "best_undeformed_chamfer": float(scores.undeformed[q].min()),
-            "best_deformed_chamfer": float(scores.deformed[q].min()),
+    settings = {
+        "format": FORMAT_VERSION,
+        "protocol": repr(protocol),
+        "weights": _weights_digest(subject.network),
+        "templates": list(subject.bank.ids),
+        "max_edge": subject.bank.max_edge,
+        "tested_on": subject.tested_on.fingerprint(),
+        "trained_on": subject.trained_on.fingerprint() if options.references else None,
+        "all_views": options.all_views,
+        "seed": options.seed,
+    }
+    key = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
+    finished = _read_summary(folder, key)
+    if finished is not None and not options.restart:
+        return finished
+    with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
+        if options.restart:
+            (folder / "samples.partial").unlink(missing_ok=True)
+        journal = Journal(folder / "samples.partial", key)
+        try:
+            table, prediction = _score(subject, protocol, journal, options)
+        finally:
+            journal.close()
+        counts = np.bincount(prediction.selected, minlength=len(subject.bank))
+        summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
+        ranking = template_ranking(subject.bank.ids, counts, prediction.weights.mean(0))
+        content = {
+            **summary,
+            **by_category(table),
+            "definitions": {m.name: m.definition for m in protocol.measures} | SHAPES,
+            "unit": protocol.note,
+            "step": subject.step,
+            "settings": settings,
+            "key": key,
         }
-        for q, (row, t) in enumerate(zip(scores.rows, selected, strict=True))
-    ]
-    write_atomic(folder / "samples.csv", to_csv(rows))
-    mean_weights = scores.weights.mean(0)
-    order = np.lexsort((-mean_weights, -scores.counts))
-    ranking = [
-        {
-            "rank": rank + 1,
-            "id": template_ids[t],
-            "count": int(scores.counts[t]),
-            "share": float(scores.counts[t] / scores.counts.sum()),
-            "mean_weight": float(mean_weights[t]),
-        }
-        for rank, t in enumerate(order)
-    ]
-    write_atomic(run.path / "template_ranking.csv", to_csv(ranking))
-    write_atomic(folder / "summary.json", json.dumps(summary, indent=2) + "\n")
+        for name, rows in zip(TABLES, (table, ranking), strict=True):
+            write_csv(folder / name, rows)
+        write_atomic(folder / "summary.json", json.dumps(content, indent=2) + "\n")
+        journal.close(remove=True)
     return summary
 
 
-def to_csv(rows: Sequence[dict[str, Any]]) -> str:
-    """Return rows of the same columns as CSV."""
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return buffer.getvalue()
+def _score(
+    subject: Subject, protocol: EvaluationProtocol, journal: Journal, options: Options
+) -> tuple[list[Row], Predictions]:
+    """Score what the journal does not hold yet, and return the rows of all samples."""
+    prepared, samples = subject.tested_on.prepared, subject.tested_on.samples(options.all_views)
+    prediction = predict(subject.network, prepared, samples, options.workers, options.progress)
+    shapes = _shapes(subject, samples, prediction, options)
+
+    def score(k: int) -> Row:
+        row, view = samples[k]
+        t = int(prediction.selected[k])
+        candidates = shapes(k)
+        model = candidates[""]
+        assert isinstance(model, TemplateShape)
+        return {
+            "id": prepared.ids[row],
+            "category": prepared.manifest["settings"]["category"],
+            "family": prepared.families[row],
+            "view": view,
+            "template": subject.bank.ids[t],
+            "weight": float(prediction.weights[k, t]),
+            **score_sample(protocol, prepared, row, candidates, options.seed),
+            **(model.quality() if protocol.quality else {}),
+        }
+
+    names = [(prepared.ids[row], view) for row, view in samples]
+    todo = [k for k, name in enumerate(names) if name not in journal.rows]
+    done = len(samples) - len(todo)
+    label = f"protocol {protocol.name}"
+    with ModelProgress(label, len(samples), done, options.progress) as bar:
+        for _, result in in_threads(score, todo, options.workers):
+            journal.add(result)
+            bar.advance()
+    return [journal.rows[name] for name in names], prediction
+
+
+def _shapes(
+    subject: Subject, samples: Sequence[Sample], prediction: Predictions, options: Options
+) -> Callable[[int], dict[str, Shape]]:
+    """Return a function from a sample's number to the shapes that are put before its model."""
+    bank, prepared = subject.bank, subject.tested_on.prepared
+
+    def scored(k: int) -> dict[str, Shape]:
+        t = int(prediction.selected[k])
+        return {
+            "": TemplateShape(bank, t, prediction.offsets[k, t]),
+            "undeformed": TemplateShape(bank, t),
+        }
+
+    if not options.references:
+        return scored
+    training, among = subject.trained_on
+    seen = subject.trained_on.samples(options.all_views)
+    features = predict(subject.network, training, seen, options.workers, options.progress).features
+    alike = nearest_by_feature(prediction.features, features)
+    central, retrieval = medoid(training, among.tolist()), ShapeRetrieval(training, among.tolist())
+
+    def with_references(k: int) -> dict[str, Shape]:
+        row, offsets = samples[k].row, prediction.offsets[k]
+        as_is, deformed = best_templates(prepared, row, bank, offsets)
+        return {
+            **scored(k),
+            "best_undeformed": TemplateShape(bank, as_is),
+            "best_deformed": TemplateShape(bank, deformed, offsets[deformed]),
+            "feature_retrieval": ModelShape(training, seen[alike[k]].row),
+            "retrieval": ModelShape(training, retrieval.nearest(prepared.cloud(row))),
+            "medoid": ModelShape(training, central),
+            "floor": ModelShape(prepared, row),
+        }
+
+    return with_references
+
+
+def means(table: Sequence[Row]) -> dict[str, float]:
+    """Return the mean of every column of numbers."""
+    return {n: float(np.mean([row[n] for row in table])) for n in table[0] if n not in _WORDS}
+
+
+def by_category(table: Sequence[Row]) -> dict[str, Any]:
+    """Return `categories`, the means of each, and `category_mean`, in which each counts the same.
+
+    >>> rows = [{"category": c, "iou": x} for c, x in (("sofa", 0.0), ("sofa", 0.5), ("car", 1.0))]
+    >>> by_category(rows)["category_mean"]
+    {'iou': 0.625}
+    """
+    names = sorted({row["category"] for row in table})
+    categories = {name: means([r for r in table if r["category"] == name]) for name in names}
+    return {"categories": categories, "category_mean": means(list(categories.values()))}
+
+
+def selection_summary(counts: NDArray[np.int64]) -> dict[str, float]:
+    """Return how templates were selected, from how often each was, (T,)."""
+    return {
+        "entropy": selection_entropy(counts),
+        "effective_templates": effective_templates(counts),
+        "templates_used": float((counts > 0).sum()),
+    }
+
+
+def template_ranking(
+    ids: Sequence[str], counts: NDArray[np.int64], mean_weights: NDArray[np.float32]
+) -> list[Row]:
+    """Return a row per template, the most selected first; of equals the one of greater weight.
+
+    Args:
+        ids: T templates.
+        counts: how often each was selected, (T,).
+        mean_weights: of each, over the samples, (T,).
+    """
+    return [
+        {
+            "rank": rank + 1,
+            "id": ids[t],
+            "count": int(counts[t]),
+            "share": float(counts[t] / counts.sum()),
+            "mean_weight": float(mean_weights[t]),
+        }
+        for rank, t in enumerate(np.lexsort((-mean_weights, -counts)))
+    ]
+
+
+def _weights_digest(network: TemplateFfdNetwork) -> str:
+    digest = hashlib.sha256()
+    for value in network.state_dict().values():
+        digest.update(value.detach().cpu().contiguous().reshape(-1).view(torch.uint8).numpy())
+    return digest.hexdigest()
+
+
+def _read_summary(folder: Path, key: str) -> dict[str, float] | None:
+    """Return the numbers of a finished evaluation of this key, None if there is none."""
+    try:
+        content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        if content["key"] != key or not all((folder / name).is_file() for name in TABLES):
+            return None
+        return {name: value for name, value in content.items() if isinstance(value, float)}
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

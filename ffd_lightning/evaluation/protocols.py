@@ -8,7 +8,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.evaluation.shapes import Cloud, Shape
+from ffd_lightning.config import ProtocolKind
+from ffd_lightning.evaluation.shapes import Cloud, ModelShape, Shape
 from ffd_lightning.geometry.hemisphere import Hemisphere, bounding_hemisphere
 from ffd_lightning.geometry.voxels import PAPER_HALF_SIZE, voxelize
 from ffd_lightning.metrics.chamfer import chamfer
@@ -34,6 +35,11 @@ class Measure:
     higher_is_better: bool = False
     factor: float = 1000.0
 
+    @property
+    def arrow(self) -> str:
+        """Points to where it is better."""
+        return "↑" if self.higher_is_better else "↓"
+
 
 class EvaluationProtocol(Protocol):
     """A frozen way of measuring."""
@@ -58,7 +64,7 @@ class EvaluationProtocol(Protocol):
         """Whether the quality of the model's own deformed mesh is measured too."""
         ...
 
-    def truth(self, shape: Shape, rng: np.random.Generator) -> Any:
+    def truth(self, shape: ModelShape, rng: np.random.Generator) -> Any:
         """Return what of the ground truth is computed once for all shapes put before it."""
         ...
 
@@ -79,8 +85,9 @@ class PaperProtocol:
     """The paper's section 4.1, in the details of its authors' code.
 
     Convention:
-        Clouds: 1,024 points of a shape's 16,384, drawn with replacement; all are carried by the
-        transform that brings the ground truth's mesh into its smallest hemisphere of radius 3.2.
+        Clouds: 1,024 points, drawn with replacement from a shape's 16,384, and for the ground truth
+        from 1,024 of its own (see `ModelShape.truth_cloud`); all are carried by the transform that
+        brings the ground truth's mesh into its smallest hemisphere of radius 3.2.
         Voxels: 32 x 32 x 32 over the box from -0.5 to 0.5, conservative (binvox's half-size of 0.51
         voxel), filled; the subdivided mesh in the models' own frame.
 
@@ -107,11 +114,11 @@ class PaperProtocol:
             Measure("iou", f"{self.resolution}^3 voxels, conservative and filled", True),
         )
 
-    def truth(self, shape: Shape, rng: np.random.Generator) -> _PaperTruth:
+    def truth(self, shape: ModelShape, rng: np.random.Generator) -> _PaperTruth:
         """See `EvaluationProtocol`."""
         vertices, faces = shape.mesh()
         frame = bounding_hemisphere(vertices[np.unique(faces)])
-        cloud = frame.transform(shape.cloud(self.points, rng))
+        cloud = frame.transform(shape.truth_cloud(self.points, rng))
         return _PaperTruth(frame, cloud, self._voxels(vertices, faces))
 
     def score(self, shape: Shape, truth: _PaperTruth, rng: np.random.Generator) -> dict[str, float]:
@@ -171,7 +178,7 @@ class ModernProtocol:
             Measure("iou_128", "128^3 voxels, conservative and filled", True),
         )
 
-    def truth(self, shape: Shape, rng: np.random.Generator) -> _ModernTruth:
+    def truth(self, shape: ModelShape, rng: np.random.Generator) -> _ModernTruth:
         """See `EvaluationProtocol`."""
         vertices, faces = shape.mesh()
         scale = 1 / longest_side(vertices, faces)
@@ -229,7 +236,7 @@ class ScaledProtocol:
             for name, (score, factor) in SCALINGS[self.name].reported.items()
         )
 
-    def truth(self, shape: Shape, rng: np.random.Generator) -> tuple[SurfaceSample, float]:
+    def truth(self, shape: ModelShape, rng: np.random.Generator) -> tuple[SurfaceSample, float]:
         """See `EvaluationProtocol`."""
         vertices, faces = shape.mesh()
         return self._surface(shape, rng), longest_side(vertices, faces)
@@ -242,6 +249,14 @@ class ScaledProtocol:
 
     def _surface(self, shape: Shape, rng: np.random.Generator) -> SurfaceSample:
         return sample_with_normals(*shape.mesh(), SCALINGS[self.name].num_points, rng)
+
+
+PROTOCOLS: dict[ProtocolKind, EvaluationProtocol] = {
+    ProtocolKind.paper: PaperProtocol(),
+    ProtocolKind.modern: ModernProtocol(),
+    **{ProtocolKind(name): ScaledProtocol(name) for name in SCALINGS},
+}
+"""What can be chosen with `protocol=`."""
 
 
 def longest_side(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> float:

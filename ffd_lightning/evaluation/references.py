@@ -30,65 +30,57 @@ _CANDIDATES = 16  # that the first ranking leaves
 _MEDOID_MODELS = 512
 
 
-def nearest_by_shape(
-    prepared: PreparedSet,
-    rows: Sequence[int],
-    others: PreparedSet,
-    among: Sequence[int],
-    device: torch.device,
-) -> NDArray[np.int64]:
-    """Return for each model the nearest other one in Chamfer distance, knowing its true shape.
+class ShapeRetrieval:
+    """Finds the nearest of some models in Chamfer distance, for a shape that is known.
 
     All are ranked by 256 points of their clouds, the first 16 again by 1,024.
 
     Args:
-        prepared: the models.
-        rows: q rows of them.
-        others: the models to choose from.
+        prepared: the models to choose from.
         among: rows of those.
-        device: where to compute.
-
-    Returns:
-        (q,) rows.
     """
-    coarse = _clouds(others, among, _COARSE).to(device)
-    found = []
-    for row in rows:
-        query = _clouds(prepared, [row], _FINE).to(device)[0]
-        first = chamfer_distance(query[:_COARSE], coarse, "mean").topk(
-            min(_CANDIDATES, len(among)), largest=False
+
+    def __init__(self, prepared: PreparedSet, among: Sequence[int]) -> None:
+        self._prepared, self._among = prepared, list(among)
+        self._coarse = _clouds(prepared, among, _COARSE)
+
+    def nearest(self, cloud: NDArray[np.float32]) -> int:
+        """Return the row of the nearest model.
+
+        Args:
+            cloud: independent samples of the shape, (1024 or more, 3).
+        """
+        query = torch.from_numpy(cloud[:_FINE])
+        first = chamfer_distance(query[:_COARSE], self._coarse, "mean").topk(
+            min(_CANDIDATES, len(self._among)), largest=False
         )
-        close = [among[k] for k in sorted(first.indices.tolist())]
-        fine = chamfer_distance(query, _clouds(others, close, _FINE).to(device), "mean")
-        found.append(close[int(fine.argmin())])
-    return np.asarray(found, np.int64)
+        close = [self._among[k] for k in sorted(first.indices.tolist())]
+        fine = chamfer_distance(query, _clouds(self._prepared, close, _FINE), "mean")
+        return close[int(fine.argmin())]
 
 
-def nearest_by_feature(
-    features: Tensor, among_features: Tensor, among: Sequence[int]
-) -> NDArray[np.int64]:
-    """Return for each image the model whose image looks most alike to the encoder.
+def nearest_by_feature(features: Tensor, others: Tensor) -> NDArray[np.int64]:
+    """Return for each image the one that looks most alike to the encoder.
 
     Args:
-        features: of the queries' images, (q, D), of length 1.
-        among_features: of the others', (k, D), of length 1.
-        among: their rows, k.
+        features: of the images, (q, D), of length 1.
+        others: of those to choose from, (k, D), of length 1.
 
     Returns:
-        (q,) rows: of the greatest cosine.
+        (q,) places among the others: of the greatest cosine.
     """
-    best = torch.cat([(part @ among_features.T).argmax(1) for part in features.split(256)])
-    return np.asarray(among, np.int64)[best.numpy()]
+    best = torch.cat([(part @ others.T).argmax(1) for part in features.split(256)])
+    return best.numpy()
 
 
-def medoid(prepared: PreparedSet, among: Sequence[int], device: torch.device) -> int:
+def medoid(prepared: PreparedSet, among: Sequence[int]) -> int:
     """Return the row of the model with the least mean Chamfer distance to the others.
 
     Of a larger set, 512 models evenly spread are looked at, with 256 points each.
     """
     places = np.linspace(0, len(among) - 1, min(len(among), _MEDOID_MODELS)).astype(int)
     rows = [among[k] for k in places]
-    clouds = _clouds(prepared, rows, _COARSE).to(device)
+    clouds = _clouds(prepared, rows, _COARSE)
     totals = [float(chamfer_distance(cloud, clouds, "mean").sum()) for cloud in clouds]
     return rows[int(np.argmin(totals))]
 

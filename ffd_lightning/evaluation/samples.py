@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
+from torch.nn.functional import normalize
 
 from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.progress import ModelProgress
 from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
 from ffd_lightning.geometry.deformation import deform
@@ -25,7 +29,16 @@ from ffd_lightning.nn.network import TemplateFfdNetwork, standardize
 from ffd_lightning.run_folder import write_atomic
 
 Row = dict[str, Any]
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
 _POINTS = 1024  # of each cloud, for choosing the best template knowing the truth
+
+
+class Sample(NamedTuple):
+    """One image: a row of a prepared set, and one of its views."""
+
+    row: int
+    view: int = 0
 
 
 @dataclass(frozen=True)
@@ -40,7 +53,7 @@ class Predictions:
 
     weights: NDArray[np.float32]
     offsets: NDArray[np.float32]
-    features: torch.Tensor
+    features: Tensor
 
     @property
     def selected(self) -> NDArray[np.int64]:
@@ -48,31 +61,56 @@ class Predictions:
         return self.weights.argmax(1)
 
 
-@torch.no_grad()
 def predict(
-    network: TemplateFfdNetwork, prepared: PreparedSet, rows: Sequence[int], view: int = 0
+    network: TemplateFfdNetwork,
+    prepared: PreparedSet,
+    samples: Sequence[Sample],
+    workers: int = 1,
+    show: bool = False,
 ) -> Predictions:
-    """Run a network over one view of models, on the device it is on.
+    """Run a network over images, on the device it is on.
 
-    On the CPU one image at a time and in one thread: the last digits of a convolution may depend on
-    what else is in the batch, and a score must not.
+    On the CPU one image at a time, each in one thread: the last digits of a convolution may depend
+    on what else is in the batch and on the number of threads, and a score must not.
+
+    Args:
+        network: put into evaluation mode here.
+        prepared: where the images are.
+        samples: which of them.
+        workers: images at once (CPU).
+        show: progress on stderr.
+
+    Raises:
+        DataError: an output is not finite.
     """
     network.eval()
     device = next(network.parameters()).device
-    size = 32 if device.type == "cuda" else 1
-    weights, offsets, features = [], [], []
-    with _one_thread():
-        for start in range(0, len(rows), size):
-            images = np.stack(
-                [prepared.image(r, view)[..., :3] for r in rows[start : start + size]]
-            )
-            batch = torch.from_numpy(images).permute(0, 3, 1, 2).to(device)
-            prediction = network(batch)
-            feature = network.encoder(standardize(batch)).flatten(1).float()
-            weights.append(prediction.template_weights.float().cpu())
-            offsets.append(prediction.offsets.float().cpu())
-            features.append(torch.nn.functional.normalize(feature, dim=1).cpu())
-    return Predictions(torch.cat(weights).numpy(), torch.cat(offsets).numpy(), torch.cat(features))
+    size, threads = (1, workers) if device.type == "cpu" else (32, 1)
+
+    @torch.no_grad()
+    def run(start: int) -> tuple[Tensor, Tensor, Tensor]:
+        chunk = samples[start : start + size]
+        images = np.stack([prepared.image(s.row, s.view)[..., :3] for s in chunk])
+        batch = torch.from_numpy(images).permute(0, 3, 1, 2).to(device)
+        prediction = network(batch)
+        feature = network.encoder(standardize(batch)).flatten(1).float()
+        outputs = prediction.template_weights, prediction.offsets, normalize(feature, dim=1)
+        weights, offsets, features = (x.float().cpu() for x in outputs)
+        return weights, offsets, features
+
+    done: dict[int, tuple[Tensor, Tensor, Tensor]] = {}
+    starts = range(0, len(samples), size)
+    with ModelProgress("looking at images", len(starts), 0, show) as bar:
+        for start, outputs in in_threads(run, starts, threads):
+            done[start] = outputs
+            bar.advance()
+    weights, offsets, features = (torch.cat([done[k][n] for k in starts]) for n in range(3))
+    if not (weights.isfinite().all() and offsets.isfinite().all()):
+        raise DataError(
+            "the network's outputs are not finite: its training has diverged (a smaller "
+            "schedule.learning_rate may help) or its checkpoint is damaged"
+        )
+    return Predictions(weights.numpy(), offsets.numpy(), features)
 
 
 @torch.no_grad()
@@ -134,20 +172,22 @@ def _identity(shape: Shape) -> object:
 class Journal:
     """Rows that are done, a line each, kept until all are: what a kill leaves is read again.
 
+    `rows` has them by (id, view).
+
     Args:
         path: of the file.
         key: decides the rows; a file of another key is begun anew.
     """
 
     def __init__(self, path: Path, key: str) -> None:
-        self.rows: dict[str, Row] = {}
+        self.rows: dict[tuple[str, int], Row] = {}
         self._path = path
         lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
         if lines and lines[0] == json.dumps({"key": key}):
             for line in lines[1:]:
                 try:
                     row = json.loads(line)
-                    self.rows[row["id"]] = row
+                    self.rows[row["id"], row["view"]] = row
                 except (ValueError, KeyError, TypeError):
                     continue  # cut off by a kill
         # Written anew: a line that was cut off must not swallow the next.
@@ -157,7 +197,7 @@ class Journal:
 
     def add(self, row: Row) -> None:
         """Keep one row."""
-        self.rows[row["id"]] = row
+        self.rows[row["id"], row["view"]] = row
         self._file.write(json.dumps(row) + "\n")
         self._file.flush()
 
@@ -168,25 +208,27 @@ class Journal:
             self._path.unlink(missing_ok=True)
 
 
-def in_threads(function: Callable[[int], Row], items: Sequence[int], workers: int) -> Iterator[Row]:
-    """Yield function(item) as they are done; the heavy parts are compiled and free the interpreter.
+def in_threads(
+    function: Callable[[_Item], _Result], items: Iterable[_Item], workers: int
+) -> Iterator[tuple[_Item, _Result]]:
+    """Yield (item, function(item)) as they are done.
 
-    Ctrl-C, or an error, waits for the items in work and no more.
+    Threads do, since the heavy parts are compiled and free the interpreter. Ctrl-C, or an error,
+    waits for the items in work and no more.
     """
     with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="evaluation") as pool:
         todo = iter(items)
-        pending: set[Future[Row]] = set()
+        pending: dict[Future[_Result], _Item] = {}
         while True:
             for item in todo:
-                pending.add(pool.submit(function, item))
+                pending[pool.submit(function, item)] = item
                 if len(pending) >= 2 * workers:
                     break
             if not pending:
                 return
-            done, pending = wait(pending, return_when=FIRST_COMPLETED)
             try:
-                for future in done:
-                    yield future.result()
+                for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                    yield pending.pop(future), future.result()
             except BaseException:
                 pool.shutdown(cancel_futures=True)
                 raise

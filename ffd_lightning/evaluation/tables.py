@@ -24,9 +24,7 @@ def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[st
     )
     table.add_column("shape")
     for measure in protocol.measures:
-        table.add_column(
-            f"{measure.name} {'↑' if measure.higher_is_better else '↓'}", justify="right"
-        )
+        table.add_column(f"{measure.name} {measure.arrow}", justify="right")
     for name, title in SHAPES.items():
         keys = [f"{name}_{m.name}" if name else m.name for m in protocol.measures]
         if keys[0] in summary:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from torch.utils.tensorboard import SummaryWriter
 
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.evaluation.evaluator import TemplateScores
+from ffd_lightning.evaluation.template_scores import TemplateScores
 from ffd_lightning.training.module import FfdModule
 
 _WARM_UP_STEPS = 5

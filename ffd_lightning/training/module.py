@@ -9,7 +9,7 @@ from torch import Tensor
 
 from ffd_lightning.config import LearningRateDecay
 from ffd_lightning.data.batches import Batch
-from ffd_lightning.evaluation.evaluator import TemplateScores, score_templates
+from ffd_lightning.evaluation.template_scores import TemplateScores, score_templates
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
 

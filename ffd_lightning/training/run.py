@@ -26,13 +26,15 @@ from ffd_lightning.checks import validate
 from ffd_lightning.cli import explain
 from ffd_lightning.config import TrainConfig, typed_config
 from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.workers import available_cores
 from ffd_lightning.errors import ConfigError, DataError, UserError
-from ffd_lightning.evaluation.evaluator import PROTOCOL, evaluate, write_evaluation
+from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.loading import build_data, build_network
+from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import compile_encoder
-from ffd_lightning.run_folder import RunFolder, check_folder
+from ffd_lightning.run_folder import RunFolder, check_folder, write_atomic
 from ffd_lightning.training.callbacks import (
     ExampleImages,
     StepProgressBar,
@@ -92,7 +94,11 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         return _train(cfg, run)
     with run.lock():
         check_folder(cfg, run)
-        if run.finished:
+        evaluated = {
+            "protocol": cfg.evaluation.protocol.value,
+            "references": cfg.evaluation.references,
+        }
+        if run.finished and run.status.get("evaluation") == evaluated:
             log.info("%s is finished already; restart=true would train it again", run.path)
             return dict(run.status["summary"])
         run.set_status("running", steps=cfg.schedule.steps)
@@ -102,7 +108,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
             name = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
             run.set_status("failed", reason=f"{name}{error}")
             raise
-        run.set_status("finished", steps=cfg.schedule.steps, protocol=PROTOCOL, summary=summary)
+        run.set_status("finished", steps=cfg.schedule.steps, evaluation=evaluated, summary=summary)
         return summary
 
 
@@ -225,17 +231,30 @@ def _finish(
 ) -> dict[str, float]:
     """Evaluate the trained network, draw the figure, and close the log."""
     module.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
-    scores = evaluate(module.network, data.evaluation_batches())
-    summary = write_evaluation(
-        run,
-        scores,
-        data.prepared.ids,
-        data.prepared.families,
-        data.bank.ids,
-        {"seconds_per_step": timer.seconds_per_step},
+    test = data.rows(data.split.test)
+    subject = Subject(
+        module.network,
+        data.bank,
+        Models(data.prepared, data.rows(data.split.train)),
+        Models(data.prepared, test),
+        trainer.global_step,
     )
-    count = min(cfg.callbacks.figure_examples, len(scores.rows))
-    rows = scores.rows[np.linspace(0, len(scores.rows) - 1, count).astype(int)].tolist()
+    options = Options(
+        references=cfg.evaluation.references,
+        workers=cfg.evaluation.workers or available_cores(),
+        progress=cfg.trainer.progress_bar,
+    )
+    protocol = PROTOCOLS[cfg.evaluation.protocol]
+    folder = run.evaluation(protocol.name)
+    log.info("%s: evaluating %d test models", run.path, len(test))
+    summary = evaluate(subject, protocol, folder, options)
+    summary["seconds_per_step"] = timer.seconds_per_step
+    # Where templates.strategy=ranking looks for it, whatever the protocol was.
+    write_atomic(
+        run.path / "template_ranking.csv", (folder / "template_ranking.csv").read_text("utf-8")
+    )
+    count = min(cfg.callbacks.figure_examples, len(test))
+    rows = test[np.linspace(0, len(test) - 1, count).astype(int)].tolist()
     figure = reconstruction_figure(module.network, data.prepared, data.bank, rows, cfg.data.render)
     Image.fromarray(figure).save(run.path / "reconstructions.png")
     writer = tensorboard_writer(trainer)

@@ -8,12 +8,14 @@ from rich.console import Console
 
 from ffd_lightning.analysis.run import SummaryTable
 from ffd_lightning.analysis.runs import find_runs, load_runs
-from ffd_lightning.analysis.tables import summary_table
+from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.run_folder import RunFolder
 
 SUMMARY = {
-    "chamfer": 0.00321,
-    "undeformed_chamfer": 0.0189,
+    "chamfer": 0.0321,
+    "emd": 0.552,
+    "iou": 0.323,
+    "undeformed_chamfer": 0.189,
     "best_undeformed_chamfer": 0.0058,
     "effective_templates": 2.5,
     "entropy": 0.9,
@@ -38,9 +40,10 @@ def runs(tmp_path):
     return result
 
 
-def text(table):
+def text(tables):
     buffer = io.StringIO()
-    Console(file=buffer, width=140).print(table)
+    for table in tables:
+        Console(file=buffer, width=140).print(table)
     return buffer.getvalue()
 
 
@@ -52,8 +55,8 @@ def test_runs_are_found_and_read(runs, tmp_path):
 
 
 def test_the_table_shows_numbers_and_failures(runs, tmp_path):
-    shown = text(summary_table(load_runs(runs)))
-    for word in ("3.21", "18.90", "5.80", "2.5", "0.90", "93", "failed", "the disk is full"):
+    shown = text(summary_tables(load_runs(runs)))
+    for word in ("32.1", "552.0", "189.0", "5.8", "2.5", "93", "failed", "the disk is full", "emd"):
         assert word in shown
 
 
@@ -78,7 +81,7 @@ def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, capsys):
     sweep = SimpleNamespace(hydra=SimpleNamespace(sweep=SimpleNamespace(dir=str(Path()))))
     with pytest.raises(SystemExit, match="1 of 2 runs failed"):
         callback.on_multirun_end(sweep)
-    assert "3.21" in capsys.readouterr().out
+    assert "32.1" in capsys.readouterr().out
 
 
 def test_a_sweep_without_failure_ends_quietly(runs, capsys):

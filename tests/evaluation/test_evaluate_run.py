@@ -19,12 +19,22 @@ from scipy.spatial.distance import cdist
 from ffd_lightning.config import EvaluateConfig, ProtocolKind
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation import run as evaluation_run
+from ffd_lightning.evaluation import evaluator
 from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
-from ffd_lightning.evaluation.protocols import ModernProtocol, PaperProtocol, ScaledProtocol
-from ffd_lightning.evaluation.references import SHAPES, medoid, nearest_by_feature, nearest_by_shape
+from ffd_lightning.evaluation.protocols import (
+    PROTOCOLS,
+    ModernProtocol,
+    PaperProtocol,
+    ScaledProtocol,
+)
+from ffd_lightning.evaluation.references import (
+    SHAPES,
+    ShapeRetrieval,
+    medoid,
+    nearest_by_feature,
+)
 from ffd_lightning.evaluation.run import evaluate_run
-from ffd_lightning.evaluation.samples import Journal, best_templates, predict
+from ffd_lightning.evaluation.samples import Journal, Sample, best_templates, predict
 from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
 from ffd_lightning.metrics.scalings import SCALINGS
 from ffd_lightning.run_folder import RunFolder
@@ -54,7 +64,7 @@ def network(trained):
 
 @pytest.fixture(autouse=True)
 def _few_points(monkeypatch):
-    monkeypatch.setitem(evaluation_run.PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
 
 
 @pytest.fixture
@@ -85,7 +95,7 @@ def test_what_is_written(copy, trained):
     assert 0 < summary["floor_chamfer"] < summary["retrieval_chamfer"]
     assert summary["num_samples"] == len(rows)
     written = json.loads((copy.evaluation("paper") / "summary.json").read_text())
-    assert written["settings"]["step"] == 8
+    assert written["step"] == 8
     assert written["unit"] == "64 points, hemisphere of radius 3.2"
     assert not (copy.evaluation("paper") / "samples.partial").exists()
 
@@ -101,11 +111,16 @@ def test_the_numbers_are_the_papers(copy, trained, network):
     center = PaperProtocol().truth(ModelShape(data.prepared, place), np.random.default_rng()).frame
     radius = np.linalg.norm(used - center.center, axis=1).max()
     key = int.from_bytes(hashlib.sha256(row["id"].encode()).digest()[:8], "big")
-    draws = [np.random.default_rng([0, key, k]).integers(256, size=64) for k in (0, 1)]
-    truth = data.prepared.cloud(place)[draws[0]].astype(float)
+    kept, drawn = (
+        np.random.default_rng([0, key, k]).integers(points, size=64)
+        for k, points in ((0, 128), (1, 256))
+    )
+    truth = data.prepared.cloud(place)[kept].astype(float)
     t = data.bank.ids.index(row["template"])
-    moved = data.bank.control_points[t] + predict(network, data.prepared, [place]).offsets[0, t]
-    cloud = (data.bank.deformation_matrix[t] @ moved).numpy()[draws[1]].astype(float)
+    moved = (
+        data.bank.control_points[t] + predict(network, data.prepared, [Sample(place)]).offsets[0, t]
+    )
+    cloud = (data.bank.deformation_matrix[t] @ moved).numpy()[drawn].astype(float)
     a, b = ((x - center.center) * 3.2 / radius for x in (cloud, truth))
     distances = cdist(a, b)
     chamfer = (distances.min(0) ** 2).mean() + (distances.min(1) ** 2).mean()
@@ -126,7 +141,7 @@ def test_nothing_but_the_checkpoint_and_the_seed_decides_the_numbers(copy):
 
 def test_finished_evaluations_are_read_back(copy, monkeypatch):
     summary = evaluate(copy)
-    monkeypatch.setattr(evaluation_run, "predict", None)
+    monkeypatch.setattr(evaluator, "predict", None)
     assert evaluate(copy) == summary
 
 
@@ -139,11 +154,9 @@ def test_a_killed_evaluation_goes_on(copy, trained, data_root):
         "from ffd_lightning.config import EvaluateConfig, ProtocolKind\n"
         "from ffd_lightning.evaluation import run\n"
         "from ffd_lightning.evaluation.protocols import PaperProtocol\n"
-        "class Slow(PaperProtocol):\n"
-        "    def truth(self, *a):\n"
-        "        time.sleep(1)\n"
-        "        return super().truth(*a)\n"
-        "run.PROTOCOLS[ProtocolKind.paper] = Slow(points=64)\n"
+        "truth = PaperProtocol.truth\n"
+        "PaperProtocol.truth = lambda *a: (time.sleep(1), truth(*a))[1]\n"
+        "run.PROTOCOLS[ProtocolKind.paper] = PaperProtocol(points=64)\n"
         "run.evaluate_run(EvaluateConfig(run=sys.argv[1], workers=1, references=False))\n"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(copy.path)], cwd=ROOT)
@@ -159,14 +172,14 @@ def test_a_killed_evaluation_goes_on(copy, trained, data_root):
     with partial.open("a") as file:
         file.write('{"id": "table-0000')  # cut off
     scored = []
-    score = evaluation_run.score_sample
+    score = evaluator.score_sample
 
     def count(*arguments):
         scored.append(arguments)
         return score(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluation_run, "score_sample", count)
+        patch.setattr(evaluator, "score_sample", count)
         assert evaluate(copy, references=False) == undisturbed
     assert samples(copy) == expected
     assert len(scored) == len(trained[2].split.test) - done
@@ -210,7 +223,7 @@ def test_a_checkpoint_of_another_network(copy, tiny_config, tmp_path):
 
 def test_the_modern_protocol(copy, trained, monkeypatch):
     protocol = ModernProtocol(points=200)
-    monkeypatch.setitem(evaluation_run.PROTOCOLS, ProtocolKind.modern, protocol)
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.modern, protocol)
     summary = evaluate(copy, protocol=ProtocolKind.modern)
     for measure in protocol.measures:
         for name in ("", "undeformed", "floor"):
@@ -263,26 +276,27 @@ def naive(a, b):
 
 def test_the_nearest_training_shape(prepared):
     among = list(range(5, 20))
-    found = nearest_by_shape(prepared, [0, 21, 7], prepared, among, torch.device("cpu"))
-    for row, nearest in zip([0, 21, 7], found, strict=True):
+    retrieval = ShapeRetrieval(prepared, among)
+    for row in (0, 21, 7):
+        nearest = retrieval.nearest(prepared.cloud(row))
         distances = [naive(prepared.cloud(row), prepared.cloud(k)) for k in among]
         assert nearest == among[int(np.argmin(distances))]
-    assert found[2] == 7
+    assert retrieval.nearest(prepared.cloud(7)) == 7
 
 
 def test_the_medoid(prepared):
     rows = list(range(3, 12))
     totals = [sum(naive(prepared.cloud(a), prepared.cloud(b)) for b in rows) for a in rows]
-    assert medoid(prepared, rows, torch.device("cpu")) == rows[int(np.argmin(totals))]
+    assert medoid(prepared, rows) == rows[int(np.argmin(totals))]
 
 
 def test_the_most_similar_image(trained, network):
     data = trained[2]
-    features = predict(network, data.prepared, range(10)).features
+    features = predict(network, data.prepared, [Sample(k) for k in range(10)]).features
     torch.testing.assert_close(features.norm(dim=1), torch.ones(10))
     known = torch.nn.functional.normalize(torch.randn(8, 50, generator=torch.manual_seed(0)))
     near = torch.nn.functional.normalize(known[[3, 0]] + 0.02)
-    assert nearest_by_feature(near, known, list(range(20, 28))).tolist() == [23, 20]
+    assert nearest_by_feature(near, known).tolist() == [3, 0]
 
 
 def test_the_best_templates(trained):
@@ -302,8 +316,8 @@ def test_the_best_templates(trained):
 
 def test_a_prediction_does_not_depend_on_its_company(trained, network):
     data = trained[2]
-    alone = predict(network, data.prepared, [4])
-    company = predict(network, data.prepared, [1, 4, 9])
+    alone = predict(network, data.prepared, [Sample(4)])
+    company = predict(network, data.prepared, [Sample(1), Sample(4), Sample(9)], workers=2)
     np.testing.assert_array_equal(alone.offsets[0], company.offsets[1])
     np.testing.assert_array_equal(alone.weights[0], company.weights[1])
 
@@ -319,9 +333,9 @@ def test_shapes_without_offsets_are_the_templates(trained):
 
 def test_a_journal_of_other_settings_is_begun_anew(tmp_path):
     journal = Journal(tmp_path / "j", "a")
-    journal.add({"id": "x", "chamfer": 1.0})
+    journal.add({"id": "x", "view": 2, "chamfer": 1.0})
     journal.close()
-    assert Journal(tmp_path / "j", "a").rows == {"x": {"id": "x", "chamfer": 1.0}}
+    assert Journal(tmp_path / "j", "a").rows["x", 2]["chamfer"] == 1
     assert Journal(tmp_path / "j", "b").rows == {}
 
 

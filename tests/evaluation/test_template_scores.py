@@ -1,20 +1,11 @@
-import csv
-import json
-
 import numpy as np
 import pytest
 import torch
 
 from ffd_lightning.data.datamodule import Batch
-from ffd_lightning.evaluation.evaluator import (
-    TemplateScores,
-    evaluate,
-    score_templates,
-    write_evaluation,
-)
+from ffd_lightning.evaluation.template_scores import TemplateScores, score_templates
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.nn.network import FfdPrediction
-from ffd_lightning.run_folder import RunFolder
 
 
 def rand(*shape, seed=0):
@@ -63,41 +54,11 @@ def test_summary_reads_the_selected_and_the_best(case):
     assert summary["num_samples"] == 2
 
 
-def test_batches_are_joined_and_the_network_is_put_into_evaluation_mode(case):
-    prediction, batch = case
-
-    class Network(torch.nn.Module):
-        def __init__(self):
-            super().__init__()
-            self.weight = torch.nn.Parameter(torch.zeros(1))
-
-        def forward(self, images):
-            assert not self.training
-            return prediction
-
-    scores = evaluate(Network().train(), [batch, batch])
-    assert scores.rows.tolist() == [4, 9, 4, 9]
-    assert scores.deformed.shape == (4, 3)
-
-
-def test_files_say_what_the_scores_say(case, tmp_path):
+def test_batches_are_joined(case):
     scores = score_templates(*case)
-    ids = [f"m{i}" for i in range(10)]
-    summary = write_evaluation(
-        RunFolder(tmp_path), scores, ids, ["f"] * 10, ["a", "b", "c"], {"seconds_per_step": 0.5}
-    )
-    assert json.loads((tmp_path / "evaluation/chamfer/summary.json").read_text()) == summary
-    with (tmp_path / "evaluation/chamfer/samples.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(r["id"], r["template"]) for r in rows] == [("m4", "b"), ("m9", "a")]
-    assert np.mean([float(r["undeformed_chamfer"]) for r in rows]) == pytest.approx(
-        summary["undeformed_chamfer"]
-    )
-    with (tmp_path / "template_ranking.csv").open() as file:
-        ranking = list(csv.DictReader(file))
-    # Equal counts: the greater mean weight goes first.
-    assert [r["id"] for r in ranking] == ["b", "a", "c"]
-    assert [int(r["count"]) for r in ranking] == [1, 1, 0]
+    joined = TemplateScores.concatenate([scores, scores])
+    assert joined.rows.tolist() == [4, 9, 4, 9]
+    np.testing.assert_array_equal(joined.deformed[2:], scores.deformed)
 
 
 def test_scores_of_no_batch_are_an_error():
