@@ -19,10 +19,10 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import nearest, preparation, training_step
+from benchmarks import evaluation, nearest, preparation, training_step
 from benchmarks.timing import Row
 
-SECTIONS = ("nearest", "scaling", "step", "preparation")
+SECTIONS = ("nearest", "scaling", "step", "preparation", "evaluation")
 
 
 def main() -> None:
@@ -49,6 +49,9 @@ def main() -> None:
     if "preparation" in arguments.only:
         console.log("preparation and start ...")
         rows += preparation.measure(arguments.meshes, arguments.quick)
+    if "evaluation" in arguments.only:
+        console.log("evaluation ...")
+        rows += evaluation.measure(arguments.quick)
     if devices[-1].type == "cpu":
         rows.append(Row("CUDA", "everything", note="not measured: there is no GPU here"))
     machine = _machine()

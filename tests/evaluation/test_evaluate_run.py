@@ -16,7 +16,7 @@ import torch
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.config import EvaluateConfig, ProtocolKind
+from ffd_lightning.config import EvaluateConfig, EvaluationConfig, ProtocolKind
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator
@@ -37,7 +37,7 @@ from ffd_lightning.evaluation.run import evaluate_run
 from ffd_lightning.evaluation.samples import Journal, Sample, best_templates, predict
 from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
 from ffd_lightning.metrics.scalings import SCALINGS
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.run_folder import RunFolder, lock_folder
 from ffd_lightning.training.run import train
 
 ROOT = Path(__file__).parents[2]
@@ -139,6 +139,87 @@ def test_nothing_but_the_checkpoint_and_the_seed_decides_the_numbers(copy):
     assert other["iou"] == one["iou"], "voxels are not drawn"
 
 
+def test_training_ends_with_the_same_evaluation(trained, monkeypatch):
+    run = trained[0]
+    before = samples(run)
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol())
+    monkeypatch.setattr(evaluator, "score_sample", None)
+    summary = evaluate(run, references=False)
+    assert summary.items() <= run.status["summary"].items()
+    assert samples(run) == before
+    assert (run.path / "template_ranking.csv").read_text() == (
+        run.evaluation("paper") / "template_ranking.csv"
+    ).read_text()
+
+
+def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, monkeypatch):
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.modern, ModernProtocol(points=100))
+    cfg = replace(trained[1], evaluation=EvaluationConfig(ProtocolKind.modern, False))
+    weights = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
+    summary = train(cfg, copy)
+    assert summary["fscore_2"] > 0
+    assert copy.status["evaluation"] == {"protocol": "modern", "references": False}
+    again = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
+    assert all(torch.equal(again[name], value) for name, value in weights.items())
+
+
+def test_all_views(tiny_config, tmp_path):
+    run = RunFolder(tmp_path)
+    train(tiny_config("data.render.azimuths=[30,200]", "schedule.steps=2"), run)
+    one = evaluate(run)
+    rows = list(csv.DictReader(samples(run).splitlines()))
+    both = evaluate(run, all_views=True)
+    views = list(csv.DictReader(samples(run).splitlines()))
+    assert [row["view"] for row in views] == ["0", "1"] * len(rows)
+    assert [r["emd"] for r in views if r["view"] == "0"] == [r["emd"] for r in rows]
+    assert [r["emd"] for r in views if r["view"] == "1"] != [r["emd"] for r in rows]
+    assert both["num_samples"] == 2 * one["num_samples"]
+    assert both["floor_emd"] == pytest.approx(one["floor_emd"])
+
+
+def test_one_evaluation_at_a_time(copy):
+    with lock_folder(copy.evaluation("paper"), ""), pytest.raises(ConfigError, match="evaluates"):
+        evaluate(copy)
+    evaluate(copy, references=False)
+
+
+def test_a_network_that_has_diverged_is_said_and_not_averaged(copy, tmp_path):
+    content = torch.load(copy.checkpoint, weights_only=True)
+    name = next(n for n in content["state_dict"] if n.endswith("bias"))
+    content["state_dict"][name][:] = float("nan")
+    torch.save(content, tmp_path / "nan.ckpt")
+    with pytest.raises(DataError, match="not finite"):
+        evaluate(copy, checkpoint=str(tmp_path / "nan.ckpt"))
+
+
+def collapsed(bank):
+    """Offsets that bring a template's control points to one place."""
+    return (torch.tensor([0.1, 0.2, 0.1]) - bank.control_points[0]).numpy()
+
+
+@pytest.mark.parametrize("make", ["collapsed", "far away", "huge"])
+@pytest.mark.parametrize("kind", list(ProtocolKind))
+def test_hopeless_deformations_score_badly_and_finitely(trained, make, kind):
+    data = trained[2]
+    offsets = collapsed(data.bank)
+    if make == "far away":
+        offsets = np.full((64, 3), 10, np.float32)
+    elif make == "huge":
+        offsets = 1e4 * data.bank.control_points[0].numpy()
+    protocol, truth = PROTOCOLS[kind], ModelShape(data.prepared, 3)
+    reference = protocol.truth(truth, np.random.default_rng(0))
+    shape = TemplateShape(data.bank, 0, offsets)
+    scores = protocol.score(shape, reference, np.random.default_rng(1))
+    other = protocol.score(TemplateShape(data.bank, 0), reference, np.random.default_rng(1))
+    for measure in protocol.measures:
+        assert np.isfinite(scores[measure.name]), measure.name
+        worse = scores[measure.name] - other[measure.name]
+        if measure.name != "normal_consistency":
+            assert (worse <= 0) if measure.higher_is_better else (worse > 0), measure.name
+    quality = shape.quality()
+    assert not any(np.isnan(value) for value in quality.values())
+
+
 def test_finished_evaluations_are_read_back(copy, monkeypatch):
     summary = evaluate(copy)
     monkeypatch.setattr(evaluator, "predict", None)
@@ -151,7 +232,7 @@ def test_a_killed_evaluation_goes_on(copy, trained, data_root):
     shutil.rmtree(copy.evaluation("paper"))
     code = (
         "import sys, time\n"
-        "from ffd_lightning.config import EvaluateConfig, ProtocolKind\n"
+        "from ffd_lightning.config import EvaluateConfig, EvaluationConfig, ProtocolKind\n"
         "from ffd_lightning.evaluation import run\n"
         "from ffd_lightning.evaluation.protocols import PaperProtocol\n"
         "truth = PaperProtocol.truth\n"
