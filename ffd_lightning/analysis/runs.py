@@ -8,7 +8,15 @@ from pathlib import Path
 import pandas as pd
 from omegaconf import OmegaConf
 
+from ffd_lightning.errors import DataError
 from ffd_lightning.run_folder import RunFolder
+
+_SETTINGS = {
+    "category": "category.name",
+    "regime": "regime.name",
+    "templates": "templates.count",
+    "seed": "seed",
+}
 
 
 def find_runs(root: Path) -> list[RunFolder]:
@@ -29,10 +37,7 @@ def load_runs(runs: Iterable[RunFolder]) -> pd.DataFrame:
         rows.append(
             {
                 "run": str(run.path),
-                "category": OmegaConf.select(config, "category.name"),
-                "regime": OmegaConf.select(config, "regime.name"),
-                "templates": OmegaConf.select(config, "templates.count"),
-                "seed": OmegaConf.select(config, "seed"),
+                **{name: OmegaConf.select(config, key) for name, key in _SETTINGS.items()},
                 "state": status.get("state", "unknown"),
                 "reason": status.get("reason", ""),
                 "protocol": OmegaConf.select(config, "evaluation.protocol", default="paper"),
@@ -40,3 +45,46 @@ def load_runs(runs: Iterable[RunFolder]) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
+
+
+def load_samples(runs: Iterable[RunFolder], protocol: str = "paper") -> pd.DataFrame:
+    """Read the samples of runs under a protocol into one table, a row per test image and run.
+
+    Columns: `run`, `regime`, `templates`, `seed`, and those of `samples.csv`: `id`, `category` (the
+    model's), `family`, `view`, `template`, `weight` and every measure of every shape. Runs that
+    were not evaluated under the protocol are left out.
+
+    Raises:
+        DataError: no run has samples.
+    """
+    parts = []
+    for run in runs:
+        file = run.evaluation(protocol) / "samples.csv"
+        if not file.is_file():
+            continue
+        samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
+        config = OmegaConf.load(run.config)
+        samples.insert(0, "run", str(run.path))
+        for place, (name, key) in enumerate(_SETTINGS.items(), start=1):
+            if name != "category":
+                samples.insert(place, name, OmegaConf.select(config, key))
+        parts.append(samples)
+    if not parts:
+        raise DataError(
+            f"no run has been evaluated under protocol {protocol}: python evaluate.py "
+            f"run=RUN_DIR protocol={protocol}"
+        )
+    return pd.concat(parts, ignore_index=True)
+
+
+def load_settings(runs: Iterable[RunFolder]) -> pd.DataFrame:
+    """Read the settings of runs into one table: a row per run (index `run`), a column per key.
+
+    Keys are as on the command line: `regime.entropy_weight`.
+    """
+    rows = {}
+    for run in runs:
+        config = OmegaConf.to_container(OmegaConf.load(run.config))
+        flat = pd.json_normalize(config).iloc[0].to_dict() if isinstance(config, dict) else {}
+        rows[str(run.path)] = flat
+    return pd.DataFrame.from_dict(rows, orient="index").rename_axis("run")

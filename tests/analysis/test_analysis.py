@@ -7,8 +7,9 @@ from hydra.core.utils import JobReturn, JobStatus
 from rich.console import Console
 
 from ffd_lightning.analysis.run import SummaryTable
-from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.analysis.runs import find_runs, load_runs, load_samples, load_settings
 from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.errors import DataError
 from ffd_lightning.run_folder import RunFolder
 
 SUMMARY = {
@@ -89,3 +90,25 @@ def test_a_sweep_without_failure_ends_quietly(runs, capsys):
     ended(callback, runs[0], SUMMARY)
     callback.on_multirun_end(SimpleNamespace())
     assert "Results" in capsys.readouterr().out
+
+
+def test_samples_of_runs_are_joined(runs):
+    for run, values in zip(runs, ((0.1, 0.3), (0.2, 0.4)), strict=True):
+        run.evaluation("paper").mkdir(parents=True)
+        lines = [f"00{k},chair,f,{value}" for k, value in enumerate(values)]
+        (run.evaluation("paper") / "samples.csv").write_text(
+            "\n".join(["id,category,family,chamfer", *lines]) + "\n"
+        )
+    table = load_samples(runs)
+    assert table["regime"].tolist() == ["b", "b", "e", "e"]
+    assert table["id"].tolist() == ["000", "001"] * 2, "not numbers"
+    assert table["category"].unique().tolist() == ["chair"], "the model's, not the run's"
+    assert table["chamfer"].tolist() == [0.1, 0.3, 0.2, 0.4]
+    with pytest.raises(DataError, match="protocol=modern"):
+        load_samples(runs, "modern")
+
+
+def test_settings_are_named_as_on_the_command_line(runs):
+    settings = load_settings(runs)
+    assert settings.loc[str(runs[1].path), "regime.name"] == "e"
+    assert set(settings) == {"category.name", "regime.name", "templates.count", "seed"}
