@@ -46,7 +46,9 @@ def build(
 ) -> tuple[FfdModule, FfdDataModule]:
     """Return the paper's network on procedural tables, with both regularizers (e and r)."""
     data = FfdDataModule(
-        preparation=Preparation(ProceduralSource(_MODELS), "table", 16384, RenderConfig(), folder),
+        preparations=[
+            Preparation(ProceduralSource(_MODELS), "table", 16384, RenderConfig(), folder)
+        ],
         num_templates=TEMPLATES,
         template_strategy=TemplateStrategy.random,
         batch_size=QUERIES,

@@ -51,6 +51,7 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
         "network.hidden": network.hidden,
         "network.offset_std": network.offset_std,
         "logger.every": cfg.logger.every,
+        "trainer.jobs_per_gpu": cfg.trainer.jobs_per_gpu,
     }
     return [
         *_all_positive(positive),
@@ -122,7 +123,7 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
     needs_file = templates.strategy in (TemplateStrategy.listed, TemplateStrategy.ranking)
     return [
         (
-            needs_file and not (templates.file and Path(templates.file).is_file()),
+            needs_file and not all(file.is_file() for file in _template_files(cfg)),
             f"templates.strategy={templates.strategy.value} needs templates.file=FILE, a file that "
             f"exists (got {templates.file})",
         ),
@@ -149,5 +150,22 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
             cfg.preparation.shard is not None,
             "preparation.shard goes with prepare.py: training needs all models",
         ),
+        (
+            cfg.category.members is not None
+            and (not cfg.category.members or templates.count % len(cfg.category.members) != 0),
+            f"templates.count={templates.count} must be a multiple of the number of "
+            f"category.members ({len(cfg.category.members or ())}), each of which gives as many",
+        ),
+        (
+            templates.hold_out is not None and templates.hold_out < templates.count,
+            f"templates.hold_out={templates.hold_out} is less than "
+            f"templates.count={templates.count}",
+        ),
         (cfg.seed < 0 or templates.seed < 0, "seed and templates.seed must not be negative"),
     ]
+
+
+def _template_files(cfg: TrainConfig) -> list[Path]:
+    """Return the files that templates are read from, one for each category."""
+    names = cfg.category.members or [cfg.category.name]
+    return [Path(str(cfg.templates.file).replace("{category}", name)) for name in names]

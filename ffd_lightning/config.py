@@ -102,10 +102,15 @@ class LearningRateDecay(Enum):
 
 @dataclass
 class CategoryConfig:
-    """One object category; `synset` is its ShapeNet v1 id."""
+    """One object category; `synset` is its ShapeNet v1 id.
+
+    `members` are categories that one network is trained on together; `name` is then what they are
+    called.
+    """
 
     name: str = MISSING
     synset: str | None = None
+    members: list[str] | None = None
 
 
 @dataclass
@@ -121,13 +126,18 @@ class RegimeConfig:
 
 @dataclass
 class TemplatesConfig:
-    """Which templates, and how finely their meshes are subdivided."""
+    """Which templates, and how finely their meshes are subdivided.
+
+    `hold_out=30` keeps the first 30 templates out of training and testing also where fewer are
+    used, so that runs of different counts see the same models.
+    """
 
     name: str = MISSING
     count: int = MISSING
     strategy: TemplateStrategy = TemplateStrategy.auto
     file: str | None = None
     seed: int = 0
+    hold_out: int | None = None
     max_edge: float = 0.02
 
 
@@ -226,7 +236,8 @@ class TrainerConfig:
 
     `precision=bf16-mixed` runs the network, and nothing else, in bfloat16. `num_workers` are the
     data loader's processes, by default none on the CPU and some beside a GPU. `compile` has
-    `torch.compile` fuse the encoder's layers.
+    `torch.compile` fuse the encoder's layers. Jobs of a sweep take a GPU each; `jobs_per_gpu` lets
+    so many share one.
     """
 
     accelerator: str = MISSING
@@ -235,6 +246,7 @@ class TrainerConfig:
     precision: str = "32-true"
     num_workers: int | None = None
     compile: bool = False
+    jobs_per_gpu: int = 1
     progress_bar: bool = True
 
 

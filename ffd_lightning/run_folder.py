@@ -119,6 +119,35 @@ class RunFolder:
         content = {"state": state, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **details}
         write_atomic(self.path / "status.json", json.dumps(content, indent=2) + "\n")
 
+    @property
+    def progress(self) -> dict[str, Any]:
+        """What `progress.json` says of a run at work; {} where there is nothing to say."""
+        try:
+            return dict(json.loads((self.path / "progress.json").read_text(encoding="utf-8")))
+        except (OSError, ValueError):
+            return {}
+
+    def set_progress(self, phase: str, done: int, total: int, seconds_left: float | None) -> None:
+        """Write `progress.json`: how many steps of a phase are done, and how long the rest takes."""
+        content = {"phase": phase, "done": done, "total": total, "seconds_left": seconds_left}
+        write_atomic(self.path / "progress.json", json.dumps(content) + "\n")
+
+    @property
+    def at_work(self) -> bool:
+        """Whether a process trains this run right now."""
+        lock = FileLock(self.path / ".lock")
+        try:
+            # Not made where it is missing: looking must not change a folder.
+            if not (self.path / ".lock").exists():
+                return False
+            lock.acquire(timeout=0)
+        except Timeout:
+            return True
+        except OSError:
+            return False
+        lock.release()
+        return False
+
     def lock(self) -> FileLock:
         """Take the run for this process, to train it; see `lock_folder`."""
         return lock_folder(
@@ -151,6 +180,7 @@ def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
     if cfg.restart:
         run.checkpoint.unlink(missing_ok=True)
         (run.path / "status.json").unlink(missing_ok=True)
+        (run.path / "progress.json").unlink(missing_ok=True)
         for events in (run.path / "tensorboard").glob("events.*"):
             events.unlink()
     write_atomic(run.config, content)

@@ -23,6 +23,7 @@ RANK = {
     "inference": 3,
     "training": 4,
     "analysis": 5,
+    "studies": 6,
 }
 FILES = sorted(ROOT.rglob("*.py"))
 

@@ -2,58 +2,83 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
 from hydra.core.utils import JobReturn, JobStatus
 from hydra.experimental.callback import Callback
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 
-from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.analysis.runs import load_runs
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.run_folder import RunFolder
 
 
 class SummaryTable(Callback):
-    """Prints one table of the runs that were asked for; a failed one makes the exit code 1."""
+    """Prints one table of the runs that were asked for; a failed one makes the exit code 1.
+
+    Jobs may run in other processes (joblib, submitit), which get a copy of this: each writes how it
+    ended to a file, in a folder that all machines of a cluster see.
+    """
 
     def __init__(self) -> None:
-        self._paths: list[Path] = []
-        self._failed = 0
+        self._notes = Path()
+
+    def on_run_start(self, config: DictConfig, **_: Any) -> None:
+        """Make the place for the job's note."""
+        self._notes = Path(tempfile.mkdtemp())
+
+    def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
+        """Make the place for the jobs' notes."""
+        folder = Path(config.hydra.sweep.dir).absolute()
+        folder.mkdir(parents=True, exist_ok=True)
+        self._notes = Path(tempfile.mkdtemp(prefix=".jobs-", dir=folder))
 
     def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
         """Note which run this was, and whether it came to its end."""
         if job_return.return_value == {}:
             return  # a further process of a distributed run
-        self._failed += job_return.status is not JobStatus.COMPLETED or (
-            job_return.return_value is None
-        )
-        self._paths.append(Path(config.hydra.runtime.output_dir))
+        good = job_return.status is JobStatus.COMPLETED and job_return.return_value is not None
+        path = str(Path(config.hydra.runtime.output_dir))
+        number = OmegaConf.select(config, "hydra.job.num", default=0)
+        note = self._notes / f"{number}.json"
+        note.write_text(json.dumps({"path": path, "good": good}), encoding="utf-8")
 
     def on_run_end(self, config: DictConfig, **_: Any) -> None:
         """Print the table of a single run."""
-        if self._paths:
-            self._print([RunFolder(p) for p in self._paths])
+        self._print(self._ended())
 
     def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
         """Print the table of a sweep."""
-        # Launchers that run jobs in other processes leave no paths here: read the whole sweep.
-        runs = [RunFolder(p) for p in self._paths] or find_runs(Path(config.hydra.sweep.dir))
-        finished = self._print(runs)
-        if self._failed or not finished:
-            sys.exit(f"{self._failed} of {len(runs)} runs failed: see the messages above")
+        jobs = self._ended()
+        self._print(jobs)
+        failed = [path for path, good in jobs.items() if not good]
+        if failed or not jobs:
+            sys.exit(
+                f"{len(failed)} of {len(jobs)} runs failed, see the messages above: "
+                f"{', '.join(failed) or 'no job came to its end'}. The same command tries them "
+                "again"
+            )
 
-    def _print(self, runs: list[RunFolder]) -> bool:
-        runs = [run for run in runs if run.config.exists()]
+    def _ended(self) -> dict[str, bool]:
+        """Return the jobs that ended, in their order: the run's folder, and if all was well."""
+        notes = sorted(self._notes.glob("*.json"), key=lambda p: int(p.stem))
+        read = [json.loads(note.read_text(encoding="utf-8")) for note in notes]
+        shutil.rmtree(self._notes)
+        return {job["path"]: job["good"] for job in read}
+
+    def _print(self, jobs: dict[str, bool]) -> None:
+        runs = [run for path in jobs if (run := RunFolder(Path(path))).config.exists()]
         if not runs:
-            return False
-        table = load_runs(runs)
+            return
         console = Console(width=None if sys.stdout.isatty() else 120)
-        for part in summary_tables(table):
-            console.print(part)
+        for table in summary_tables(load_runs(runs)):
+            console.print(table)
         for run in runs:
             if run.finished:
                 print(f"{run.path}: reconstructions.png, evaluation/, tensorboard/")
-        return bool((table["state"] == "finished").all())

@@ -77,7 +77,7 @@ class ModelStore:
     ) -> None:
         self._prepared, self._bank = prepared, bank
         self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
-        self.points = _mapped(prepared.arrays["points"])
+        self.clouds = [_mapped(array) for array in prepared.mapped_clouds]
         self.images: Tensor | None = None
         if device is None:
             return
@@ -86,7 +86,7 @@ class ModelStore:
             if device.type == "cpu" and size > _available_memory():
                 raise MemoryError  # the system would promise it, and kill the process later
             self.images = _unpacked(prepared, device)
-            self.points = self.points.to(device, copy=True)
+            self.clouds = [torch.cat([clouds.to(device) for clouds in self.clouds])]
             self.control_points = bank.control_points.to(device)
             self.matrix = bank.deformation_matrix.to(device)
         except (torch.OutOfMemoryError, MemoryError):
@@ -102,7 +102,7 @@ class ModelStore:
     @property
     def device(self) -> torch.device:
         """Where batches come out."""
-        return self.points.device
+        return self.clouds[0].device
 
     def batch(self, draw: Draw) -> Batch:
         """Gather what was drawn, on the device where the data is."""
@@ -114,7 +114,7 @@ class ModelStore:
             images = torch.from_numpy(_read_images(self._prepared, pairs))
         else:
             images = _select(self.images, rows[:, None], views[:, None])[:, 0]
-        clouds = _select(self.points, rows[:, None], points).float() * POINT_STEP
+        clouds = self._points(rows, points).float() * POINT_STEP
         templates = torch.arange(len(template_points), device=rows.device)[:, None]
         matrix = _select(self.matrix, templates, template_points)
         return Batch(
@@ -124,11 +124,24 @@ class ModelStore:
             templates=TemplateSample(matrix, self.control_points),
         )
 
+    def _points(self, rows: Tensor, points: Tensor) -> Tensor:
+        """Return which points of which clouds, (q, N, 3)."""
+        if len(self.clouds) == 1:
+            return _select(self.clouds[0], rows[:, None], points)
+        result = self.clouds[0].new_empty((*points.shape, 3))
+        start = 0
+        for clouds in self.clouds:
+            mine = (rows >= start) & (rows < start + len(clouds))
+            result[mine] = _select(clouds, rows[mine, None] - start, points[mine])
+            start += len(clouds)
+        return result
+
 
 def resident_bytes(prepared: PreparedSet, bank: TemplateBank) -> int:
     """Return what `ModelStore` copies to a device, in bytes."""
     images = len(prepared) * math.prod(prepared.image_shape[:3]) * 3
-    return images + prepared.arrays["points"].nbytes + bank.deformation_matrix.nbytes
+    clouds = sum(array.nbytes for array in prepared.mapped_clouds)
+    return images + clouds + bank.deformation_matrix.nbytes
 
 
 def choose_residency(size: int, device: torch.device) -> Residency:

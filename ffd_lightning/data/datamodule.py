@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterator, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,6 +20,7 @@ from torch.utils.data import DataLoader, Dataset, Sampler
 
 from ffd_lightning.config import Residency, SplitKind, TemplateStrategy
 from ffd_lightning.data.batches import Batch, Draw, ModelStore, choose_residency, resident_bytes
+from ffd_lightning.data.joined import JoinedSet
 from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.splits import Split, hash_parts, listed_parts, make_split, r2n2_parts
@@ -30,6 +31,7 @@ from ffd_lightning.geometry.lattice import Degrees
 log = logging.getLogger(__name__)
 
 _GPU_WORKERS = 2
+_ORDERS = 8  # passes over the models that are kept
 
 
 class Sizes(NamedTuple):
@@ -108,10 +110,15 @@ class TrainingDraws(Dataset[Draw]):
         self.rows, self.sizes = rows, sizes
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.rank, self.world_size = rank, world_size
+        self._orders: dict[int, NDArray[np.int64]] = {}
 
-    @lru_cache(maxsize=8)  # noqa: B019 - a run has one of these
     def _order(self, epoch: int) -> NDArray[np.int64]:
-        return np.random.default_rng([self.seed, 1, epoch]).permutation(self.rows)
+        if epoch not in self._orders:
+            while len(self._orders) >= _ORDERS:
+                del self._orders[min(self._orders)]
+            order = np.random.default_rng([self.seed, 1, epoch]).permutation(self.rows)
+            self._orders[epoch] = order
+        return self._orders[epoch]
 
     def __getitem__(self, step: int) -> Draw:
         places = step * self.batch_size + np.arange(self.batch_size)
@@ -178,10 +185,14 @@ class FfdDataModule(LightningDataModule):
     """Prepares a category, chooses templates, splits the rest, and serves steps.
 
     Args:
-        preparation: what the models are and where prepared data is kept.
+        preparations: what the models are and where prepared data is kept, of one category, or of
+            several that are trained together; these give equally many templates each, and
+            `{category}` in `template_file` stands for their names.
         split, split_file, train_fraction: which of those that are no templates are trained on: by
             hash of the id, by 3D-R2N2's rule, by the source's own split, or by a file.
         num_templates, template_strategy, template_file, template_seed: see `choose_templates`.
+        hold_out: keep as many of the first templates out of training and testing, also where fewer
+            are used: what networks of different counts are trained and tested on is then the same.
         degrees, max_edge: see `TemplateBank`.
         batch_size, num_points, steps: queries a step, points per cloud and step, steps in all.
         seed: decides what each step sees.
@@ -201,7 +212,7 @@ class FfdDataModule(LightningDataModule):
     def __init__(
         self,
         *,
-        preparation: Preparation,
+        preparations: Sequence[Preparation],
         split: SplitKind = SplitKind.hash,
         split_file: str | None = None,
         train_fraction: float = 0.8,
@@ -209,6 +220,7 @@ class FfdDataModule(LightningDataModule):
         template_strategy: TemplateStrategy,
         template_file: str | None = None,
         template_seed: int = 0,
+        hold_out: int | None = None,
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
         batch_size: int = 32,
@@ -219,48 +231,66 @@ class FfdDataModule(LightningDataModule):
         num_workers: int | None = None,
     ) -> None:
         super().__init__()
-        self.preparation, self.train_fraction = preparation, train_fraction
+        self.preparations, self.train_fraction = tuple(preparations), train_fraction
         self.split_kind, self.split_file = split, split_file
         self.num_templates, self.template_strategy = num_templates, template_strategy
         self.template_file, self.template_seed = template_file, template_seed
-        self.degrees, self.max_edge = degrees, max_edge
+        self.hold_out, self.degrees, self.max_edge = hold_out, degrees, max_edge
         self.batch_size, self.num_points, self.steps = batch_size, num_points, steps
         self.seed, self.residency, self.num_workers = seed, residency, num_workers
 
     def prepare_data(self) -> None:
-        """Build the prepared set where it is missing (on one process)."""
-        self.preparation.run()
+        """Build the prepared sets where they are missing (on one process)."""
+        for preparation in self.preparations:
+            preparation.run()
 
     def setup(self, stage: str | None = None) -> None:
-        """Open the prepared set, choose templates and split the rest; once, whatever the stage."""
+        """Open the prepared sets, choose templates and split the rest; once, whatever the stage."""
         if hasattr(self, "prepared"):
             return
-        self.prepared = self.preparation.run()
+        members = [self._member(preparation) for preparation in self.preparations]
+        if len(members) == 1:
+            self.prepared, templates, self.split = members[0]
+        else:
+            self.prepared = JoinedSet.join([prepared for prepared, _, _ in members])
+            names = [preparation.category for preparation in self.preparations]
+            templates = _prefixed(names, [ids for _, ids, _ in members])
+            self.split = Split(
+                _prefixed(names, [split.train for _, _, split in members]),
+                _prefixed(names, [split.test for _, _, split in members]),
+            )
+        self.bank = TemplateBank(self.prepared, templates, self.degrees, self.max_edge)
+
+    def _member(self, preparation: Preparation) -> tuple[PreparedSet, tuple[str, ...], Split]:
+        """Open a category's set, choose its templates and split the rest."""
+        prepared, category = preparation.run(), preparation.category
+        shares = len(self.preparations)
+        count = self.num_templates // shares
+        file = self.template_file
         ids = choose_templates(
-            self.prepared,
-            self.num_templates,
+            prepared,
+            max(count, (self.hold_out or 0) // shares),
             self.template_strategy,
-            self.template_file,
+            file and str(file).replace("{category}", category),
             self.template_seed,
         )
-        self.bank = TemplateBank(self.prepared, ids, self.degrees, self.max_edge)
-        parts, hint = self._parts()
-        self.split = make_split(self.prepared.ids, parts, ids, hint)
+        parts, hint = self._parts(preparation, prepared)
+        return prepared, ids[:count], make_split(prepared.ids, parts, ids, hint)
 
-    def _parts(self) -> tuple[dict[str, str], str]:
+    def _parts(self, preparation: Preparation, prepared: PreparedSet) -> tuple[dict[str, str], str]:
         """Return the part of each model, and the setting that decides it."""
-        category, kind = self.preparation.category, self.split_kind
+        category, kind = preparation.category, self.split_kind
         if kind is SplitKind.listed:
             file = Path(str(self.split_file)).expanduser()
             return listed_parts(file, category), f"data.split_file={file}"
         if kind is SplitKind.r2n2:
-            return r2n2_parts([*self.prepared.ids, *self.prepared.rejected]), "data.split=r2n2"
+            return r2n2_parts([*prepared.ids, *prepared.rejected]), "data.split=r2n2"
         if kind is SplitKind.source:
-            parts = self.preparation.source.split(category)
+            parts = preparation.source.split(category)
             if not parts:
                 raise ConfigError("this source has no split of its own: use data.split=hash")
             return parts, "data.split=source"
-        parts = hash_parts(self.prepared.ids, self.train_fraction)
+        parts = hash_parts(prepared.ids, self.train_fraction)
         return parts, f"data.train_fraction={self.train_fraction}"
 
     def rows(self, ids: Sequence[str]) -> NDArray[np.int64]:
@@ -334,3 +364,8 @@ class FfdDataModule(LightningDataModule):
             num_workers=workers,
             pin_memory=on_gpu,
         )
+
+
+def _prefixed(names: Sequence[str], ids: Sequence[Sequence[str]]) -> tuple[str, ...]:
+    """Return ids as a joined set names them."""
+    return tuple(f"{name}/{i}" for name, own in zip(names, ids, strict=True) for i in own)

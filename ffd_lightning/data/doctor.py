@@ -22,10 +22,10 @@ from rich.table import Table
 
 from ffd_lightning.checks import validate
 from ffd_lightning.cli import compose_config, register, run_app
-from ffd_lightning.config import PrepareConfig, SourceKind, typed_config
+from ffd_lightning.config import CategoryConfig, PrepareConfig, SourceKind, typed_config
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS, paper_templates
 from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.run import build_preparation
+from ffd_lightning.data.run import build_preparations
 from ffd_lightning.data.sources.base import Survey
 from ffd_lightning.data.workers import available_cores, make_models
 from ffd_lightning.errors import DataError
@@ -221,18 +221,18 @@ def main(arguments: list[str]) -> int:
     validate(cfg)
     console = Console(width=None if sys.stdout.isatty() else 160)
     progress = Console(stderr=True)
-    names = [cfg.category.name]
+    names = cfg.category.members or [cfg.category.name]
     if not any(a.startswith("category") for a in arguments):
-        names = build_preparation(cfg).source.categories()
+        names = build_preparations(cfg)[0].source.categories()
         order = {name: k for k, name in enumerate(SYNSETS)}
         names.sort(key=lambda name: (order.get(name, len(order)), name))
     if not names:
-        build_preparation(cfg).source.model_ids(cfg.category.name)  # raises, and says why
+        build_preparations(cfg)[0].source.model_ids(cfg.category.name)  # raises, and says why
     findings = []
     with progress.status("") as status:
         for k, name in enumerate(names):
             status.update(f"looking at {name} ({k + 1} of {len(names)})")
-            one = build_preparation(replace(cfg, category=replace(cfg.category, name=name)))
+            (one,) = build_preparations(replace(cfg, category=CategoryConfig(name=name)))
             findings.append(examine(one, cfg.data.source is SourceKind.shapenet))
     root = "" if cfg.data.root is None else f" in {cfg.data.root}"
     console.print(f"{cfg.data.source.value}{root}\n", highlight=False)

@@ -101,6 +101,15 @@ class PreparedSet:
         """Points per cloud, N."""
         return int(self.arrays["points"].shape[1])
 
+    @property
+    def mapped_clouds(self) -> tuple[NDArray[np.int16], ...]:
+        """All clouds in units of `packing.POINT_STEP`, end to end: arrays of (k, N, 3)."""
+        return (self.arrays["points"],)
+
+    def category(self, row: int) -> str:
+        """Return the category of a model: the set's, of whichever model."""
+        return str(self.manifest["settings"]["category"])
+
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
         """Return a model's surface samples, or the first `count`: (N, 3), box diagonal 1."""
         return unpack_points(self.arrays["points"][row, :count])

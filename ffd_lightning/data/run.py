@@ -18,16 +18,19 @@ from ffd_lightning.data.sources import build_source
 from ffd_lightning.errors import DataError, UserError
 
 
-def build_preparation(cfg: PrepareConfig) -> Preparation:
-    """Return the preparation that a configuration describes; nothing is read yet."""
-    return Preparation(
-        source=build_source(cfg.data),
-        category=cfg.category.name,
-        num_points=cfg.data.num_points,
-        render=cfg.data.render,
-        root=Path(cfg.paths.data),
-        workers=cfg.preparation.workers,
-        timeout=cfg.preparation.timeout,
+def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
+    """Return the preparation of each category of a configuration; nothing is read yet."""
+    return tuple(
+        Preparation(
+            source=build_source(cfg.data),
+            category=name,
+            num_points=cfg.data.num_points,
+            render=cfg.data.render,
+            root=Path(cfg.paths.data),
+            workers=cfg.preparation.workers,
+            timeout=cfg.preparation.timeout,
+        )
+        for name in cfg.category.members or [cfg.category.name]
     )
 
 
@@ -39,11 +42,11 @@ def prepare_job(cfg: DictConfig) -> None:
     try:
         config = typed_config(cfg, PrepareConfig)
         validate(config)
-        preparation = build_preparation(config)
-        if config.preparation.shard is None:
-            preparation.run()
-        else:
-            preparation.run_shard(Shard.parse(config.preparation.shard))
+        for preparation in build_preparations(config):
+            if config.preparation.shard is None:
+                preparation.run()
+            else:
+                preparation.run_shard(Shard.parse(config.preparation.shard))
     except (UserError, OmegaConfBaseException) as error:
         if HydraConfig.get().mode is not RunMode.MULTIRUN:
             # Not as an exception: Hydra would put a line of its own above it.

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import logging
 from collections.abc import Sequence
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -194,6 +193,7 @@ class TemplateBank:
         parts = [p for r in rows if (p := prepared.point_parts(r)) is not None]
         self.point_parts = np.stack(parts) if parts else None
         self.max_edge = max_edge
+        self._subdivided: dict[int, tuple[Mesh, Tensor]] = {}
         self.lattices = tuple(Lattice.bounding(_used_vertices(m), degrees) for m in self.meshes)
         self.control_points = torch.stack([k.control_points() for k in self.lattices]).float()
         self.deformation_matrix = torch.stack(
@@ -206,9 +206,13 @@ class TemplateBank:
     def __len__(self) -> int:
         return len(self.ids)
 
-    @lru_cache(maxsize=64)  # noqa: B019 - one bank lives as long as its run
     def subdivided(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
         """Return a template's mesh with short edges, parts and colours kept, and its B, (V, M)."""
+        if index not in self._subdivided:
+            self._subdivided[index] = self._subdivide(index)
+        return self._subdivided[index]
+
+    def _subdivide(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
         mesh = self.meshes[index]
         vertices, faces, face_index = subdivide(mesh.vertices, mesh.faces, self.max_edge)
         parts = mesh.face_parts

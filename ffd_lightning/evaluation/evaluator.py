@@ -177,7 +177,7 @@ def _score(
         assert isinstance(model, TemplateShape)
         return {
             "id": prepared.ids[row],
-            "category": prepared.manifest["settings"]["category"],
+            "category": prepared.category(row),
             "family": prepared.families[row],
             "view": view,
             "template": subject.bank.ids[t],

@@ -10,7 +10,7 @@ import torch
 
 from ffd_lightning.config import TrainConfig
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.run import build_preparation
+from ffd_lightning.data.run import build_preparations
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder
@@ -44,7 +44,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
 def build_data(cfg: TrainConfig) -> FfdDataModule:
     """Build the data module that a configuration describes; nothing is read yet."""
     return FfdDataModule(
-        preparation=build_preparation(cfg),
+        preparations=build_preparations(cfg),
         split=cfg.data.split,
         split_file=cfg.data.split_file,
         train_fraction=cfg.data.train_fraction,
@@ -52,6 +52,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         template_strategy=cfg.templates.strategy,
         template_file=cfg.templates.file,
         template_seed=cfg.templates.seed,
+        hold_out=cfg.templates.hold_out,
         degrees=cfg.network.degrees,
         max_edge=cfg.templates.max_edge,
         batch_size=cfg.schedule.batch_size,

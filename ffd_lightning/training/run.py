@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import pickle
+import subprocess
 import sys
 import warnings
 import zipfile
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from hydra.conf import HydraConf
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from lightning import Callback, Trainer, seed_everything
@@ -26,8 +28,7 @@ from ffd_lightning.checks import validate
 from ffd_lightning.cli import explain
 from ffd_lightning.config import TrainConfig, typed_config
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.workers import available_cores
-from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.loading import build_data, build_network
@@ -43,6 +44,14 @@ from ffd_lightning.training.callbacks import (
     tensorboard_writer,
 )
 from ffd_lightning.training.module import FfdModule
+from ffd_lightning.training.progress import ProgressNote
+from ffd_lightning.training.sharing import (
+    give_memory_back,
+    gpu_slot,
+    jobs_at_once,
+    share_of_cores,
+    visible_gpus,
+)
 
 log = logging.getLogger(__name__)
 
@@ -54,23 +63,48 @@ def train_job(cfg: DictConfig) -> dict[str, float] | None:
     """
     hydra = HydraConfig.get()
     run = RunFolder(Path(hydra.runtime.output_dir))
-    sweep = hydra.mode is RunMode.MULTIRUN
-    try:
-        config = typed_config(cfg, TrainConfig)
-        if sweep and config.trainer.strategy.startswith("ddp"):
-            # Lightning would start the whole sweep again in every further process.
-            raise ConfigError("trainer=ddp does not work with -m: start its runs one by one")
-        return train(config, run)
-    except (UserError, OmegaConfBaseException) as error:
-        reason = explain(error)
-        if not sweep:
+    if hydra.mode is not RunMode.MULTIRUN:
+        try:
+            return train(typed_config(cfg, TrainConfig), run)
+        except (UserError, OmegaConfBaseException) as error:
             # Not as an exception: Hydra would put a line of its own above it.
-            sys.exit(f"error: {reason}")
-        log.error("%s failed: %s", run.path, reason)
+            sys.exit(f"error: {explain(error)}")
+    try:
+        return _train_in_sweep(typed_config(cfg, TrainConfig), run, hydra)
+    except (UserError, OmegaConfBaseException) as error:
+        log.error("%s failed: %s", run.path, explain(error))
     except Exception:
-        if not sweep:
-            raise
         log.exception("%s failed", run.path)
+    finally:
+        give_memory_back()
+    return None
+
+
+def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
+    """Train one job of a sweep on its share of the machine."""
+    if cfg.trainer.strategy.startswith("ddp") and not run.finished:
+        return _train_in_own_process(run, hydra)
+    alone = cfg.trainer.strategy == "auto" and cfg.trainer.devices in ("auto", "1")
+    gpus = visible_gpus() if alone and cfg.trainer.accelerator in ("auto", "gpu", "cuda") else []
+    with share_of_cores(jobs_at_once(hydra.launcher)):
+        if run.finished or not gpus:
+            return train(cfg, run)
+        with gpu_slot(gpus, cfg.trainer.jobs_per_gpu) as gpu:
+            cfg.trainer.devices = f"{gpu},"  # a list of one, as Lightning writes it
+            return train(cfg, run)
+
+
+def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
+    """Train a job as a run of its own, which Lightning can start again for each further device.
+
+    It starts the command that it finds itself in: here that would be the whole sweep.
+    """
+    script = Path(__file__).parents[2] / "train.py"
+    place = f"hydra.run.dir='{run.path}'"
+    command = [sys.executable, str(script), *hydra.overrides.task, place]
+    if subprocess.run(command, check=False).returncode == 0:
+        return dict(run.status["summary"])
+    log.error("%s failed: see its messages above", run.path)
     return None
 
 
@@ -109,6 +143,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
             run.set_status("failed", reason=f"{name}{error}")
             raise
         run.set_status("finished", steps=cfg.schedule.steps, evaluation=evaluated, summary=summary)
+        (run.path / "progress.json").unlink(missing_ok=True)
         return summary
 
 
@@ -181,6 +216,7 @@ def _checkpoint_step(run: RunFolder) -> int:
 def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> Trainer:
     callbacks: list[Callback] = [
         timer,
+        ProgressNote(run, timer),
         TemplateHistograms(),
         ExampleImages(cfg.callbacks.figure_examples),
         ModelCheckpoint(
@@ -241,12 +277,13 @@ def _finish(
     )
     options = Options(
         references=cfg.evaluation.references,
-        workers=cfg.evaluation.workers or available_cores(),
+        workers=cfg.evaluation.workers or torch.get_num_threads(),
         progress=cfg.trainer.progress_bar,
     )
     protocol = PROTOCOLS[cfg.evaluation.protocol]
     folder = run.evaluation(protocol.name)
     log.info("%s: evaluating %d test models", run.path, len(test))
+    run.set_progress("evaluating", 0, len(test), None)
     summary = evaluate(subject, protocol, folder, options)
     summary["seconds_per_step"] = timer.seconds_per_step
     # Where templates.strategy=ranking looks for it, whatever the protocol was.

@@ -1,13 +1,15 @@
 import io
-from pathlib import Path
-from types import SimpleNamespace
+import pickle
 
 import pytest
 from hydra.core.utils import JobReturn, JobStatus
+from omegaconf import OmegaConf
 from rich.console import Console
 
+from ffd_lightning.analysis import status
 from ffd_lightning.analysis.run import SummaryTable
 from ffd_lightning.analysis.runs import find_runs, load_runs, load_samples, load_settings
+from ffd_lightning.analysis.status import status_table
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.errors import DataError
 from ffd_lightning.run_folder import RunFolder
@@ -66,30 +68,50 @@ def test_a_damaged_status_is_unknown_not_fatal(runs):
     assert load_runs(runs)["state"].tolist() == ["unknown", "failed"]
 
 
-def ended(summary_callback, run, value):
-    config = SimpleNamespace(
-        hydra=SimpleNamespace(runtime=SimpleNamespace(output_dir=str(run.path)))
+def hydra_config(folder, output="", number=0):
+    return OmegaConf.create(
+        {
+            "hydra": {
+                "runtime": {"output_dir": str(output)},
+                "sweep": {"dir": str(folder)},
+                "job": {"num": number},
+            }
+        }
     )
-    job = JobReturn()
-    job.status, job.return_value = JobStatus.COMPLETED, value
-    summary_callback.on_job_end(config, job)
 
 
-def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, capsys):
+def ended(callback, folder, runs, values):
+    callback.on_multirun_start(hydra_config(folder))
+    for number, (run, value) in enumerate(zip(runs, values, strict=True)):
+        job = JobReturn()
+        job.status, job.return_value = JobStatus.COMPLETED, value
+        # As a launcher with processes of its own does it.
+        copy = pickle.loads(pickle.dumps(callback))
+        copy.on_job_end(hydra_config(folder, run.path, number), job)
+
+
+def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, tmp_path, capsys):
     callback = SummaryTable()
-    ended(callback, runs[0], SUMMARY)
-    ended(callback, runs[1], None)
-    sweep = SimpleNamespace(hydra=SimpleNamespace(sweep=SimpleNamespace(dir=str(Path()))))
-    with pytest.raises(SystemExit, match="1 of 2 runs failed"):
-        callback.on_multirun_end(sweep)
+    ended(callback, tmp_path, runs, [SUMMARY, None])
+    with pytest.raises(SystemExit, match="1 of 2 runs failed") as error:
+        callback.on_multirun_end(hydra_config(tmp_path))
+    assert str(runs[1].path) in str(error.value)
     assert "32.1" in capsys.readouterr().out
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["b", "e"], "nothing is left behind"
 
 
-def test_a_sweep_without_failure_ends_quietly(runs, capsys):
+def test_a_sweep_without_failure_ends_quietly(runs, tmp_path, capsys):
     callback = SummaryTable()
-    ended(callback, runs[0], SUMMARY)
-    callback.on_multirun_end(SimpleNamespace())
+    ended(callback, tmp_path, runs[:1], [SUMMARY])
+    callback.on_multirun_end(hydra_config(tmp_path))
     assert "Results" in capsys.readouterr().out
+
+
+def test_a_sweep_of_which_nothing_came_to_its_end(runs, tmp_path):
+    callback = SummaryTable()
+    ended(callback, tmp_path, [], [])
+    with pytest.raises(SystemExit, match="no job came to its end"):
+        callback.on_multirun_end(hydra_config(tmp_path))
 
 
 def test_samples_of_runs_are_joined(runs):
@@ -112,3 +134,30 @@ def test_settings_are_named_as_on_the_command_line(runs):
     settings = load_settings(runs)
     assert settings.loc[str(runs[1].path), "regime.name"] == "e"
     assert set(settings) == {"category.name", "regime.name", "templates.count", "seed"}
+
+
+def test_the_status_of_runs(runs, tmp_path, monkeypatch, capsys):
+    third, fourth = RunFolder(tmp_path / "f"), RunFolder(tmp_path / "g")
+    for run in (third, fourth):
+        run.path.mkdir()
+        run.config.write_text("seed: 0\n")
+        run.set_status("running", steps=10)
+    third.set_progress("training", 3, 10, 4000.0)
+    fourth.set_progress("evaluating", 0, 8, None)
+    journal = fourth.evaluation("paper") / "samples.partial"
+    journal.parent.mkdir(parents=True)
+    journal.write_text("{}\n" * 3)
+    with third.lock():
+        table = status_table(tmp_path).set_index("run")
+        monkeypatch.setattr("sys.argv", ["status", str(tmp_path)])
+        with pytest.raises(SystemExit) as ended:
+            status.main()
+    assert ended.value.code == 1
+    shown = capsys.readouterr().out
+    for word in ("30% training", "1.1 h", "25% evaluating", "the disk is full", "1 interrupted"):
+        assert word in shown
+    expected = ["finished", "failed", "running", "interrupted"]
+    assert [table.loc[str(r.path), "state"] for r in (*runs, third, fourth)] == expected
+    assert status_table(tmp_path)["state"].tolist()[2] == "interrupted", "its process is gone"
+    with pytest.raises(DataError, match="no run in"):
+        status_table(tmp_path / "b" / "evaluation")

@@ -26,7 +26,7 @@ BATCH, POINTS, STEPS = 4, 32, 6
 
 def make_module(preparation, **settings):
     module = FfdDataModule(
-        preparation=preparation,
+        preparations=[preparation],
         train_fraction=0.7,
         num_templates=2,
         template_strategy=TemplateStrategy.diverse,
@@ -213,14 +213,16 @@ def test_chunks_are_the_same_at_every_call_and_show_the_first_view(boxes):
 @pytest.fixture
 def resident(boxes):
     """The boxes again, copied into memory."""
-    return make_module(boxes.preparation, residency=Residency.device)
+    return make_module(boxes.preparations[0], residency=Residency.device)
 
 
 def test_where_the_data_is_kept_changes_nothing(boxes, resident):
     pairs = zip(boxes.train_dataloader(), resident.train_dataloader(), strict=True)
     assert all(equal(a, b) for a, b in pairs)
     assert resident.store.images.shape[-1] == 3
-    assert not np.shares_memory(resident.store.points.numpy(), resident.prepared.arrays["points"])
+    assert not np.shares_memory(
+        resident.store.clouds[0].numpy(), resident.prepared.arrays["points"]
+    )
     assert equal(training_steps(resident)[2], training_steps(boxes)[2])
 
 
@@ -238,19 +240,19 @@ def test_data_on_a_gpu_is_gathered_there(boxes, resident, monkeypatch):
 
 def test_another_process_maps_the_files_itself(resident):
     store = pickle.loads(pickle.dumps(resident.store))
-    assert np.shares_memory(store.points.numpy(), store._prepared.arrays["points"])
+    assert np.shares_memory(store.clouds[0].numpy(), store._prepared.arrays["points"])
 
 
 def test_files_are_mapped_and_not_copied(boxes):
     assert boxes.residency is Residency.auto
     assert boxes.store.images is None
-    assert np.shares_memory(boxes.store.points.numpy(), boxes.prepared.arrays["points"])
+    assert np.shares_memory(boxes.store.clouds[0].numpy(), boxes.prepared.arrays["points"])
 
 
 def test_copying_in_blocks(boxes, monkeypatch):
     monkeypatch.setattr(batches, "_BLOCK", 3)
     store = ModelStore(boxes.prepared, boxes.bank, torch.device("cpu"))
-    np.testing.assert_array_equal(store.points, boxes.prepared.arrays["points"])
+    np.testing.assert_array_equal(store.clouds[0], boxes.prepared.arrays["points"])
     for row, images in enumerate(store.images):
         for view, image in enumerate(images):
             np.testing.assert_array_equal(image, boxes.prepared.image(row, view)[..., :3])
@@ -349,10 +351,10 @@ def test_each_rule_splits(boxes, tmp_path):
     rest = [i for i in boxes.prepared.ids if i not in boxes.bank.ids]
     (tmp_path / "test.txt").write_text("\n".join(rest[:3]))
     listed = make_module(
-        boxes.preparation, split=SplitKind.listed, split_file=str(tmp_path / "test.txt")
+        boxes.preparations[0], split=SplitKind.listed, split_file=str(tmp_path / "test.txt")
     )
     assert listed.split == (tuple(rest[3:]), tuple(rest[:3]))
-    r2n2 = make_module(boxes.preparation, split=SplitKind.r2n2).split
+    r2n2 = make_module(boxes.preparations[0], split=SplitKind.r2n2).split
     assert r2n2 == tuple(tuple(i for i in rest if (i < "b08") == side) for side in (True, False))
     with pytest.raises(ConfigError, match="no split of its own"):
-        make_module(boxes.preparation, split=SplitKind.source)
+        make_module(boxes.preparations[0], split=SplitKind.source)

@@ -217,3 +217,30 @@ def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_r
     assert "Results" in first.stdout
     second = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
     assert "finished already" in second.stdout + second.stderr
+
+
+def test_jobs_side_by_side_report_to_the_sweep(prepared, data_root, tmp_path):
+    arguments = [
+        *command(tmp_path, data_root, "-m", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"),
+        "templates.count=2,500",
+        "schedule.steps=2",
+    ]
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "1 of 2 runs failed" in done.stderr
+    assert "Results" in done.stdout
+    states = load_runs(find_runs(tmp_path)).set_index("templates")["state"]
+    assert states.to_dict() == {2: "finished", 500: "failed"}
+    assert not list(tmp_path.rglob(".jobs-*"))
+
+
+def test_a_sweep_over_devices_starts_each_run_once(prepared, data_root, tmp_path):
+    arguments = command(tmp_path, data_root, "-m", "regime=b,e")
+    overrides = ["trainer=ddp", "trainer.accelerator=cpu", "trainer.devices=2", "schedule.steps=2"]
+    arguments = [x for x in arguments if x != "trainer=cpu"] + overrides
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    runs = load_runs(find_runs(tmp_path))
+    assert runs["state"].tolist() == ["finished"] * 2
+    assert done.stderr.count("GLOBAL_RANK: 1") + done.stdout.count("GLOBAL_RANK: 1") == 2
+    assert (done.stdout + done.stderr).count("evaluating") == 2

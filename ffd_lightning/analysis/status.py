@@ -1,0 +1,111 @@
+"""What the runs of a sweep are doing: `python -m ffd_lightning.analysis.status DIR`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import pandas as pd
+from rich.console import Console
+from rich.table import Table
+
+from ffd_lightning.analysis.runs import find_runs
+from ffd_lightning.errors import DataError, UserError
+from ffd_lightning.run_folder import RunFolder
+
+_COLORS = {"finished": "green", "running": "cyan", "failed": "red", "interrupted": "yellow"}
+
+
+def run_status(run: RunFolder) -> dict[str, object]:
+    """Return what a run is doing.
+
+    Returns:
+        `run`, `state`: finished, failed, running, or interrupted (begun, but no process has it);
+        `share` of the phase that is done (0 to 1, None where unknown), `phase` (training,
+        evaluating), `seconds_left` of it (None where unknown) and `reason` of a failure.
+    """
+    status, progress = run.status, run.progress
+    state = str(status.get("state", "interrupted"))
+    if run.at_work:
+        state = "running"
+    elif state == "running":
+        state = "interrupted"
+    share = left = None
+    phase = ""
+    if state in ("running", "interrupted", "failed") and progress:
+        phase, done, total = progress["phase"], progress["done"], progress["total"]
+        if phase == "evaluating":
+            done = _evaluated(run)
+        share = done / total if total else None
+        left = progress["seconds_left"] if state == "running" else None
+    return {
+        "run": str(run.path),
+        "state": state,
+        "phase": phase,
+        "share": 1.0 if state == "finished" else share,
+        "seconds_left": left,
+        "reason": str(status.get("reason", "")) if state == "failed" else "",
+    }
+
+
+def _evaluated(run: RunFolder) -> int:
+    """Return how many samples of an evaluation at work are done."""
+    files = list((run.path / "evaluation").glob("*/samples.partial"))
+    return max((len(f.read_text(encoding="utf-8").splitlines()) - 1 for f in files), default=0)
+
+
+def status_table(folder: Path) -> pd.DataFrame:
+    """Return a row per run below a folder, as `run_status` tells it.
+
+    Raises:
+        DataError: there is none.
+    """
+    rows = [run_status(run) for run in find_runs(folder)]
+    if not rows:
+        raise DataError(f"no run in {folder}: give a folder that train.py has written to")
+    return pd.DataFrame(rows).astype({"share": float, "seconds_left": float})
+
+
+def main() -> None:
+    """Print the runs below a folder; the exit code is 1 if one has failed."""
+    parser = argparse.ArgumentParser(prog="python -m ffd_lightning.analysis.status")
+    parser.add_argument("folder", type=Path, help="a sweep's folder, runs/NAME say")
+    folder = parser.parse_args().folder
+    try:
+        rows = status_table(folder)
+    except UserError as error:
+        sys.exit(f"error: {error}")
+    table = Table(box=None)
+    for name in ("run", "state", "done", "time left", "reason"):
+        table.add_column(name, justify="right" if name in ("done", "time left") else "left")
+    for row in rows.to_dict("records"):
+        color = _COLORS.get(row["state"], "white")
+        table.add_row(
+            str(Path(row["run"]).relative_to(folder)) if Path(row["run"]) != folder else ".",
+            f"[{color}]{row['state']}[/]",
+            _done(row["share"], row["phase"], row["state"]),
+            _duration(row["seconds_left"]),
+            row["reason"],
+        )
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    counts = rows["state"].value_counts()
+    print(", ".join(f"{count} {state}" for state, count in counts.items()))
+    sys.exit(int((rows["state"] == "failed").any()))
+
+
+def _done(share: float, phase: str, state: str) -> str:
+    if pd.isna(share):
+        return ""
+    return f"{share:.0%} {phase}".rstrip() if state != "finished" else "100%"
+
+
+def _duration(seconds: float) -> str:
+    if pd.isna(seconds):
+        return ""
+    minutes, hours = seconds / 60, seconds / 3600
+    return f"{hours:.1f} h" if hours >= 1 else f"{minutes:.0f} min" if minutes >= 1 else "< 1 min"
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,139 @@
+"""What a study is: a question, and the sweeps of `train.py` that answer it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from omegaconf import MISSING, OmegaConf
+
+from ffd_lightning.errors import ConfigError
+
+
+@dataclass
+class Stage:
+    """One sweep.
+
+    Attributes:
+        overrides: of `train.py -m`, one value or several separated by commas each.
+        quick: further ones, or others, for the quick version.
+        subdir: another one than the study's.
+    """
+
+    overrides: list[str] = field(default_factory=list)
+    quick: list[str] = field(default_factory=list)
+    subdir: str | None = None
+
+
+@dataclass
+class Range:
+    """Where a setting is looked for: from `low` to `high`, evenly in its logarithm if `log`."""
+
+    low: float = MISSING
+    high: float = MISSING
+    log: bool = False
+
+
+@dataclass
+class Search:
+    """A search for the settings with the best score.
+
+    Attributes:
+        parameters: settings, as on the command line, and where to look for them.
+        trials: how many runs it may take.
+        quick_trials: the same, for the quick version.
+        measure: of protocol `evaluation.protocol`; averaged over what the overrides sweep.
+    """
+
+    parameters: dict[str, Range] = field(default_factory=dict)
+    trials: int = 50
+    quick_trials: int = 4
+    measure: str = "chamfer"
+
+
+@dataclass
+class Study:
+    """A study as its file in `sweeps/` has it.
+
+    Attributes:
+        question: what it is to answer.
+        overrides: of all stages.
+        quick: further ones, or others, for the quick version.
+        stages: sweeps, one after the other; a later one may read what an earlier one wrote.
+        subdir: a run's folder within the study's: it must tell all its runs apart.
+        search: instead of stages.
+    """
+
+    question: str = MISSING
+    overrides: list[str] = field(default_factory=list)
+    quick: list[str] = field(default_factory=list)
+    stages: list[Stage] = field(default_factory=list)
+    subdir: str = "${category.name}/${regime.name}/${templates.name}/seed${seed}"
+    search: Search | None = None
+
+
+def load_study(file: Path) -> Study:
+    """Read a study.
+
+    Raises:
+        ConfigError: no such file, or it is not a study.
+    """
+    if not file.is_file():
+        names = ", ".join(sorted(p.stem for p in file.parent.glob("*.yaml")))
+        raise ConfigError(f"no study {file.stem!r}: {file.parent} has {names or 'none'}")
+    try:
+        merged = OmegaConf.merge(OmegaConf.structured(Study), OmegaConf.load(file))
+        content: Any = OmegaConf.to_container(merged)  # ${...} is for train.py
+        if "???" in str(content):
+            raise ConfigError("its question, or a search's low or high, is not given")
+    except Exception as error:
+        reason = " ".join(str(error).split("\n")[0].split())
+        raise ConfigError(f"{file} is not a study: {reason}") from None
+    search = content.pop("search")
+    if search is not None:
+        ranges = {key: Range(**r) for key, r in search.pop("parameters").items()}
+        search = Search(parameters=ranges, **search)
+    stages = [Stage(**stage) for stage in content.pop("stages")]
+    study = Study(stages=stages, search=search, **content)
+    if bool(study.stages) == (study.search is not None):
+        raise ConfigError(f"{file} is not a study: give either stages or a search")
+    return study
+
+
+def commands(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> list[list[str]]:
+    """Return what each stage gives to `train.py -m`.
+
+    Args:
+        study: the study.
+        name: of its folder.
+        quick: the quick version.
+        overrides: the user's, which replace the study's of the same key.
+    """
+    result = []
+    for stage in study.stages or [Stage()]:
+        layers = [[f"name={name}"], study.overrides, stage.overrides]
+        if quick:
+            layers += [study.quick, stage.quick]
+        place = f'hydra.sweep.subdir="{stage.subdir or study.subdir}"'
+        result.append(merge_overrides(place, *(x for layer in layers for x in layer), *overrides))
+    return result
+
+
+def merge_overrides(*overrides: str) -> list[str]:
+    """Keep the last override of each key, in the place of its first.
+
+    >>> merge_overrides("regime=b,e", "seed=0", "regime=r")
+    ['regime=r', 'seed=0']
+    """
+    last: dict[str, str] = {}
+    for override in overrides:
+        last[override.split("=", 1)[0].lstrip("+~")] = override
+    return list(last.values())
+
+
+def value_of(key: str, overrides: Iterable[str], default: str) -> str:
+    """Return what overrides say of a key."""
+    values = [x.split("=", 1)[1] for x in overrides if x.split("=", 1)[0] == key and "=" in x]
+    return values[-1] if values else default
