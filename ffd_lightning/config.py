@@ -260,9 +260,10 @@ class LoggerConfig:
 
 @dataclass
 class CallbacksConfig:
-    """Pictures: how many examples in the reconstruction figure, and how often during training."""
+    """What is drawn: examples in the reconstruction figure, and a report at the end of a sweep."""
 
     figure_examples: int = 6
+    report: bool = True
 
 
 @dataclass

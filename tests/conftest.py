@@ -32,6 +32,7 @@ TINY = (
     "trainer=cpu",
     "trainer.progress_bar=false",
     "callbacks.figure_examples=2",
+    "callbacks.report=false",
     "evaluation.references=false",
 )
 

@@ -57,6 +57,8 @@ class SummaryTable(Callback):
         """Print the table of a sweep."""
         jobs = self._ended()
         self._print(jobs)
+        if config.callbacks.report and jobs:
+            report_quietly(Path(config.hydra.sweep.dir))
         failed = [path for path, good in jobs.items() if not good]
         if failed or not jobs:
             sys.exit(
@@ -82,3 +84,17 @@ class SummaryTable(Callback):
         for run in runs:
             if run.finished:
                 print(f"{run.path}: reconstructions.png, evaluation/, tensorboard/")
+
+
+def report_quietly(folder: Path) -> None:
+    """Write the report of a sweep and print where it is; what fails in it stops nothing."""
+    from ffd_lightning.analysis.report import write_report
+
+    try:
+        print(f"\n{write_report(folder)}")
+    except Exception as error:
+        print(
+            f"no report of {folder} ({type(error).__name__}: {error}); the runs are not affected, "
+            f"and python -m ffd_lightning.analysis.report {folder} tries again",
+            file=sys.stderr,
+        )

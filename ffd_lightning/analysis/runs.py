@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -24,27 +25,45 @@ def find_runs(root: Path) -> list[RunFolder]:
     return [RunFolder(path.parent) for path in sorted(root.rglob("config.yaml"))]
 
 
-def load_runs(runs: Iterable[RunFolder]) -> pd.DataFrame:
+def load_runs(runs: Iterable[RunFolder], protocol: str | None = None) -> pd.DataFrame:
     """Read runs into one table, a row each.
 
     Columns: `run` (path), `category`, `regime`, `templates`, `seed`, `state`, `reason` (of a
-    failure), `protocol` and, for finished runs, everything of their summary under it.
+    failure), `protocol`, `seconds_per_step` and, for runs that were evaluated under it, all numbers
+    of their `summary.json`.
+
+    Args:
+        runs: their folders.
+        protocol: whose numbers are read; what the run's training ended with where it is None.
     """
     rows = []
     for run in runs:
         config = OmegaConf.load(run.config)
         status = run.status
+        own = OmegaConf.select(config, "evaluation.protocol", default="paper")
+        name = protocol or (status.get("evaluation") or {}).get("protocol", own)
+        trained = status.get("summary") or {}
         rows.append(
             {
                 "run": str(run.path),
                 **{name: OmegaConf.select(config, key) for name, key in _SETTINGS.items()},
                 "state": status.get("state", "unknown"),
                 "reason": status.get("reason", ""),
-                "protocol": OmegaConf.select(config, "evaluation.protocol", default="paper"),
-                **(status.get("summary") or {}),
+                "protocol": name,
+                "seconds_per_step": trained.get("seconds_per_step", float("nan")),
+                **_numbers(run.evaluation(name) / "summary.json"),
             }
         )
     return pd.DataFrame(rows)
+
+
+def _numbers(file: Path) -> dict[str, float]:
+    """Return the numbers of a `summary.json`, {} where there is none or it is damaged."""
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+        return {name: value for name, value in content.items() if isinstance(value, float)}
+    except (OSError, ValueError, AttributeError):
+        return {}
 
 
 def load_samples(runs: Iterable[RunFolder], protocol: str = "paper") -> pd.DataFrame:

@@ -5,15 +5,18 @@ from __future__ import annotations
 import pickle
 import zipfile
 from pathlib import Path
+from typing import NamedTuple
 
 import torch
+from omegaconf import DictConfig, OmegaConf
 
-from ffd_lightning.config import TrainConfig
+from ffd_lightning.config import TrainConfig, typed_config
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.run import build_preparations
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder
+from ffd_lightning.run_folder import RunFolder
 
 
 def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
@@ -62,6 +65,60 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         residency=cfg.data.residency,
         num_workers=cfg.trainer.num_workers,
     )
+
+
+class OpenRun(NamedTuple):
+    """A run folder opened: its settings, network and data, and the step that the weights are of."""
+
+    config: TrainConfig
+    network: TemplateFfdNetwork
+    data: FfdDataModule
+    step: int
+
+
+def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainConfig:
+    """Read the settings of a run.
+
+    Args:
+        run: its folder.
+        data_root: where its prepared data is (`paths.data`), if not where it was.
+
+    Raises:
+        ConfigError: it is no run folder, or its `config.yaml` is damaged.
+    """
+    if not run.config.is_file():
+        raise ConfigError(f"{run.path} is not a run folder: it has no config.yaml")
+    try:
+        loaded = OmegaConf.load(run.config)
+        assert isinstance(loaded, DictConfig)
+    except Exception as error:
+        raise ConfigError(f"{run.config} is damaged: {error}") from None
+    config = typed_config(loaded, TrainConfig)
+    if data_root is not None:
+        config.paths.data = str(data_root)
+    return config
+
+
+def open_run(
+    run: RunFolder, data_root: str | Path | None = None, checkpoint: Path | None = None
+) -> OpenRun:
+    """Open a run, finished or not, to look at what it predicts.
+
+    Args:
+        run: its folder.
+        data_root: see `read_config`.
+        checkpoint: another one than the run's newest.
+
+    Raises:
+        ConfigError: no run, no checkpoint, or one that does not fit.
+        DataError: data that is missing or damaged.
+    """
+    config = read_config(run, data_root)
+    network = build_network(config)
+    step = load_weights(network, checkpoint or run.checkpoint)
+    data = build_data(config)
+    data.setup()
+    return OpenRun(config, network, data, step)
 
 
 def load_weights(network: TemplateFfdNetwork, checkpoint: Path) -> int:

@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning.cli import explain
-from ffd_lightning.config import EvaluateConfig, TrainConfig, typed_config
+from ffd_lightning.config import EvaluateConfig, typed_config
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.workers import available_cores
-from ffd_lightning.errors import ConfigError, UserError
+from ffd_lightning.errors import UserError
 from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
-from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
+from ffd_lightning.evaluation.loading import open_run
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.run_folder import RunFolder
 
@@ -42,15 +42,8 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         DataError: data that is missing or damaged.
     """
     run = RunFolder(Path(cfg.run))
-    if not run.config.is_file():
-        raise ConfigError(f"run={cfg.run} is not a run folder: it has no config.yaml")
-    trained = typed_config(_loaded(run.config), TrainConfig)
-    if cfg.data_root is not None:
-        trained.paths.data = cfg.data_root
-    network = build_network(trained)
-    step = load_weights(network, Path(cfg.checkpoint) if cfg.checkpoint else run.checkpoint)
-    data = build_data(trained)
-    data.setup()
+    checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
+    _, network, data, step = open_run(run, cfg.data_root, checkpoint)
     tested_on = Models(data.prepared, data.rows(data.split.test))
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
@@ -75,12 +68,3 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         restart=cfg.restart,
     )
     return evaluate(subject, PROTOCOLS[cfg.protocol], run.evaluation(cfg.protocol.value), options)
-
-
-def _loaded(file: Path) -> DictConfig:
-    try:
-        config = OmegaConf.load(file)
-        assert isinstance(config, DictConfig)
-        return config
-    except Exception as error:
-        raise ConfigError(f"{file} is damaged: {error}") from None

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from omegaconf import OmegaConf
 
+from ffd_lightning.analysis.run import report_quietly
 from ffd_lightning.cli import compose_config, register, run_app
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.run_folder import write_atomic
@@ -42,7 +43,8 @@ def run_study(arguments: argparse.Namespace) -> int:
     study = load_study(file)
     name = f"{file.stem}-quick" if arguments.quick else file.stem
     name = value_of("name", arguments.overrides, name)
-    sweeps = commands(study, name, arguments.quick, arguments.overrides)
+    overrides = ["callbacks.report=false", *arguments.overrides]  # one at the end instead
+    sweeps = commands(study, name, arguments.quick, overrides)
     folder = _folder(name, arguments.overrides)
     print(f"{study.question}\n\n{folder}\n", flush=True)
     for sweep in sweeps if arguments.dry_run else []:
@@ -52,7 +54,14 @@ def run_study(arguments: argparse.Namespace) -> int:
     _note(folder, file.stem, study, arguments)
     if study.search is not None:
         trials = study.search.quick_trials if arguments.quick else study.search.trials
-        return run_search(study.search, trials, folder, sweeps[0], train)
+        code = run_search(study.search, trials, folder, sweeps[0], train)
+    else:
+        code = _run_stages(sweeps)
+    report_quietly(folder)
+    return code
+
+
+def _run_stages(sweeps: Sequence[Sequence[str]]) -> int:
     codes = []
     for sweep in sweeps:
         # A stage of which a run has failed does not keep the next from the others' results.

@@ -1,4 +1,5 @@
 import io
+import json
 import pickle
 
 import pytest
@@ -22,9 +23,14 @@ SUMMARY = {
     "best_undeformed_chamfer": 0.0058,
     "effective_templates": 2.5,
     "entropy": 0.9,
-    "seconds_per_step": 0.5,
     "num_samples": 93.0,
 }
+
+
+def write_summary(run, protocol, numbers):
+    run.evaluation(protocol).mkdir(parents=True)
+    content = {**numbers, "settings": {"seed": 0}, "unit": "none"}
+    (run.evaluation(protocol) / "summary.json").write_text(json.dumps(content))
 
 
 @pytest.fixture
@@ -38,7 +44,8 @@ def runs(tmp_path):
             "templates: {count: 4}\nseed: 0\n"
         )
         result.append(run)
-    result[0].set_status("finished", summary=SUMMARY)
+    result[0].set_status("finished", summary={"chamfer": 9.9, "seconds_per_step": 0.5})
+    write_summary(result[0], "paper", SUMMARY)
     result[1].set_status("failed", reason="the disk is full")
     return result
 
@@ -55,6 +62,17 @@ def test_runs_are_found_and_read(runs, tmp_path):
     assert table["regime"].tolist() == ["b", "e"]
     assert table["state"].tolist() == ["finished", "failed"]
     assert table.loc[0, "chamfer"] == SUMMARY["chamfer"]
+    assert table.loc[0, "seconds_per_step"] == 0.5
+    assert "unit" not in table
+
+
+def test_runs_are_read_under_the_protocol_that_is_asked_for(runs):
+    write_summary(runs[0], "modern", {"fscore_1": 0.5})
+    table = load_runs(runs, "modern")
+    assert table.loc[0, "fscore_1"] == 0.5
+    assert table["protocol"].tolist() == ["modern"] * 2
+    runs[0].set_status("finished", evaluation={"protocol": "modern", "references": True})
+    assert load_runs(runs)["protocol"].tolist() == ["modern", "paper"]
 
 
 def test_the_table_shows_numbers_and_failures(runs, tmp_path):
@@ -71,11 +89,12 @@ def test_a_damaged_status_is_unknown_not_fatal(runs):
 def hydra_config(folder, output="", number=0):
     return OmegaConf.create(
         {
+            "callbacks": {"report": False},
             "hydra": {
                 "runtime": {"output_dir": str(output)},
                 "sweep": {"dir": str(folder)},
                 "job": {"num": number},
-            }
+            },
         }
     )
 
@@ -116,7 +135,7 @@ def test_a_sweep_of_which_nothing_came_to_its_end(runs, tmp_path):
 
 def test_samples_of_runs_are_joined(runs):
     for run, values in zip(runs, ((0.1, 0.3), (0.2, 0.4)), strict=True):
-        run.evaluation("paper").mkdir(parents=True)
+        run.evaluation("paper").mkdir(parents=True, exist_ok=True)
         lines = [f"00{k},chair,f,{value}" for k, value in enumerate(values)]
         (run.evaluation("paper") / "samples.csv").write_text(
             "\n".join(["id,category,family,chamfer", *lines]) + "\n"

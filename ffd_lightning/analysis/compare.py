@@ -1,0 +1,361 @@
+"""Means over seeds, and comparisons of runs sample by sample."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ffd_lightning.analysis.paired import LEVEL, Comparison, holm, resampled_means
+from ffd_lightning.analysis.tables import number
+from ffd_lightning.config import ProtocolKind
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure
+from ffd_lightning.evaluation.references import SHAPES
+
+REGIMES = ("b", "w", "e", "r")  # in the paper's order
+
+_HELD = ("regime", "templates")  # what is the same in a comparison unless it is what is compared
+_SETTINGS = ("data.", "network.", "encoder.", "schedule.", "regime.", "templates.")
+_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
+
+
+def aggregate_seeds(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
+    """Return means and deviations over seeds; categories and protocols are never mixed.
+
+    Args:
+        runs: as `load_runs` gives them; those that are not finished are passed over.
+        measures: columns of numbers.
+
+    Returns:
+        A row per category, regime, templates and protocol, in the order of the runs. Columns:
+        those, `num_seeds`, and for each measure its mean under its own name and under
+        `<measure>_std` the standard deviation (divided by n - 1; NaN for one seed).
+
+    Raises:
+        DataError: no finished run, a run without a measure, or two that only settings tell apart
+            that no column names.
+    """
+    keys = ["category", "regime", "templates", "protocol"]
+    require_columns(runs, ["run", "state", "seed", *keys])
+    finished = runs[runs["state"] == "finished"]
+    if finished.empty:
+        raise DataError("no run is finished: train one first")
+    for measure in measures:
+        values = finished.get(measure, pd.Series(np.nan, finished.index))
+        without = finished.loc[values.isna(), "run"]
+        if len(without):
+            raise DataError(
+                f"the summary of {without.iloc[0]} has no {measure}: give the command that trained "
+                "it again, which evaluates it anew (what a model must beat is scored with "
+                "evaluation.references=true)"
+            )
+    rows = []
+    for values, part in finished.groupby(keys, sort=False):
+        check_seeds(part)
+        row: dict[str, Any] = dict(zip(keys, values, strict=True)) | {"num_seeds": len(part)}
+        for measure in measures:
+            row |= {measure: part[measure].mean(), f"{measure}_std": part[measure].std(ddof=1)}
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def compare_runs(
+    samples: pd.DataFrame,
+    measure: str,
+    by: str | Sequence[str] = "regime",
+    *,
+    protocol: str = "paper",
+    settings: pd.DataFrame | None = None,
+) -> pd.DataFrame:
+    """Compare groups of runs with each other on the very same test models.
+
+    Runs of a group are seeds of the same settings: their scores are averaged, as are those of
+    several images of a model. Only images that all compared runs were tested on count. What is
+    measured is how sure the difference between *these trained networks* is, over models that might
+    have been tested on; how much another training would differ shows only in several seeds, and
+    `agreement` says whether they speak with one voice.
+
+    The interval is a bootstrap over the models (10,000 resamples, fixed seed), bias-corrected and
+    accelerated (Efron 1987): differences of squared distances have one long tail, on which plain
+    percentiles end too early. Over several categories models are resampled within each and each
+    category counts the same. `p` is Wilcoxon's signed-rank test, with zeros ranked as Pratt does
+    since runs often choose the very same shape; of several categories, the sum of its z-scores
+    over the root of their number (Stouffer). It asks about ranks and is corrected for the number of
+    comparisons, the interval is about the mean and is not: a difference is called shown where
+    both show it, in one direction. Fewer than 6 models never show one.
+
+    Args:
+        samples: as `load_samples` gives them, of one protocol.
+        measure: a column of it: a measure of the protocol, of any shape (`undeformed_chamfer`).
+        by: what tells the groups: `regime`, `templates`, `seed`, `run`, any other column that is
+            constant within a run, or several of them. Regime and number of templates are held equal
+            unless named here: there is a comparison for each of their values.
+        protocol: that the samples were measured under.
+        settings: as `load_settings` gives them, to make sure that runs differ in nothing else (then
+            `by` may name any setting, such as `regime.entropy_weight`).
+
+    Returns:
+        A row per category and pair, and per pair one for the `mean of <k>` categories that have
+        it. Columns: `category`; of `regime` and `templates` what is held; `a`, `b`, `measure`;
+        `difference`, the mean of a - b in the measure's own unit, and its interval `low`, `high`;
+        `p`, and `p_corrected` for all rows together (Holm); `num_samples`, models; `seeds_a`,
+        `seeds_b`; `agreement`, the share of pairs of runs, one of each group, whose difference has
+        this sign; `statement`, a sentence.
+
+    Raises:
+        DataError: no groups to compare, fewer than two models in common, a measure that is missing,
+            or runs that differ in other settings too.
+    """
+    names = [by] if isinstance(by, str) else list(by)
+    judged = measure_of(measure, protocol)
+    samples = _with_settings(samples, names, settings)
+    require_columns(samples, ["run", "category", "id", "view", "seed", *_HELD, measure, *names])
+    _check_values(samples, measure)
+    held = [name for name in _HELD if name not in names]
+    found: list[Comparison] = []
+    for values, part in samples.groupby(["category", *held], sort=False):
+        category, *rest = values
+        if settings is not None:
+            _check_settings(part, names, settings)
+        found += _compare(part, measure, names, str(category), tuple(rest))
+    if not found:
+        raise DataError(
+            f"nothing to compare: all runs of a category have the same {' and '.join(names)}"
+        )
+    found += _over_categories(found)
+    corrected = holm([c.p for c in found])
+    rows = [
+        {
+            "category": c.category,
+            **dict(zip(held, c.held, strict=True)),
+            "a": c.a,
+            "b": c.b,
+            "measure": measure,
+            "difference": c.difference,
+            "low": c.interval[0],
+            "high": c.interval[1],
+            "p": c.p,
+            "p_corrected": p,
+            "num_samples": c.num_samples,
+            "seeds_a": c.seeds[0],
+            "seeds_b": c.seeds[1],
+            "agreement": c.agreement,
+            "statement": _statement(c, held, judged, measure, p, len(found)),
+        }
+        for c, p in zip(found, corrected, strict=True)
+    ]
+    return pd.DataFrame(rows)
+
+
+def measure_of(column: str, protocol: str = "paper") -> Measure:
+    """Return the measure of a protocol that a column of samples holds, of whatever shape.
+
+    Raises:
+        DataError: no such column.
+
+    >>> measure_of("best_undeformed_iou").higher_is_better
+    True
+    """
+    if protocol not in [p.value for p in PROTOCOLS]:
+        raise DataError(f"no protocol {protocol}: use {', '.join(p.value for p in PROTOCOLS)}")
+    for measure in PROTOCOLS[ProtocolKind(protocol)].measures:
+        if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in SHAPES]:
+            return measure
+    known = {p.value: ", ".join(m.name for m in PROTOCOLS[p].measures) for p in PROTOCOLS}
+    raise DataError(
+        f"{column} is no measure of protocol {protocol} ({known[protocol]}; for another shape with "
+        f"its name before it: undeformed_...). Other protocols have: "
+        + "; ".join(f"{name}: {names}" for name, names in known.items() if name != protocol)
+    )
+
+
+def require_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:
+    """Raise a DataError that names the columns a table lacks."""
+    missing = [c for c in columns if c not in table]
+    if missing:
+        raise DataError(f"the table has no column {', '.join(missing)}: it has {', '.join(table)}")
+
+
+def check_seeds(part: pd.DataFrame) -> None:
+    """Raise a DataError if two runs of a group have the same seed: something else is different.
+
+    Args:
+        part: rows of runs that count as seeds of each other; `run`, `seed`.
+    """
+    runs = part[["run", "seed"]].drop_duplicates()
+    twice = runs[runs["seed"].duplicated(keep=False)]
+    if len(twice):
+        first, second = twice["run"].iloc[:2]
+        raise DataError(
+            f"{first} and {second} have the same category, regime, templates and seed, so another "
+            "setting differs (see load_settings): leave one out or compare them by it"
+        )
+
+
+def _compare(
+    part: pd.DataFrame, measure: str, names: list[str], category: str, held: tuple[Any, ...]
+) -> list[Comparison]:
+    """Compare all pairs of groups in one category, over the images that all runs have."""
+    runs = part[list(dict.fromkeys(["run", "seed", *names]))].drop_duplicates()
+    if runs["run"].duplicated().any():
+        raise DataError(f"{' and '.join(names)} must not change within a run")
+    groups: dict[str, list[str]] = {}
+    for values, group in sorted(runs.groupby(names), key=lambda g: [_order(v) for v in g[0]]):
+        check_seeds(group)
+        groups[_label(names, values)] = group.sort_values("seed")["run"].tolist()
+    if len(groups) < 2:
+        return []
+    images = part.pivot(index=["id", "view"], columns="run", values=measure).dropna()
+    models = images.groupby(level="id").mean()
+    if len(models) < 2:
+        raise DataError(
+            f"{' and '.join(runs['run'])} share {len(models)} test models of {category}, 2 at "
+            "least are needed: compare runs with the same data and split"
+        )
+    scores = {label: models[group].to_numpy().mean(1) for label, group in groups.items()}
+    pairs = [(later, base) for base, later in combinations(groups, 2)]
+    differences = np.stack([scores[a] - scores[b] for a, b in pairs], 1)
+    resampled = resampled_means(differences, category)
+    of_run = models.mean()
+    return [
+        Comparison(
+            category,
+            held,
+            a,
+            b,
+            [differences[:, k]],
+            resampled[:, k],
+            np.subtract.outer(of_run[groups[a]].to_numpy(), of_run[groups[b]].to_numpy()).ravel(),
+            (len(groups[a]), len(groups[b])),
+        )
+        for k, (a, b) in enumerate(pairs)
+    ]
+
+
+def _over_categories(found: list[Comparison]) -> list[Comparison]:
+    """Return the comparisons over all categories of those that several have."""
+    same: dict[tuple[Any, ...], list[Comparison]] = {}
+    for c in found:
+        same.setdefault((c.held, c.a, c.b), []).append(c)
+    return [
+        Comparison(
+            f"mean of {len(parts)}",
+            held,
+            a,
+            b,
+            [d for c in parts for d in c.differences],
+            np.mean([c.resampled for c in parts], 0),
+            np.concatenate([c.of_runs for c in parts]),
+            (min(c.seeds[0] for c in parts), min(c.seeds[1] for c in parts)),
+        )
+        for (held, a, b), parts in same.items()
+        if len(parts) > 1
+    ]
+
+
+def _statement(
+    c: Comparison, held: list[str], judged: Measure, measure: str, p: float, count: int
+) -> str:
+    """Say in a sentence what a comparison shows."""
+    where = ("the " if len(c.differences) > 1 else "") + c.category
+    if held:
+        where += f" ({_label(held, c.held)})"
+    shape = measure.removesuffix(judged.name).replace("_", " ")
+    title = f"{shape}{_TITLES.get(judged.name, judged.name)}"
+    models = f"{c.num_samples} models"
+    if not any(d.any() for d in c.differences):
+        return f"no difference between {c.a} and {c.b} on {where}: same {title} on all {models}"
+    corrected = f", Holm over {count} comparisons" if count > 1 else ""
+    seeds = "one training each: says nothing of other seeds"
+    if max(c.seeds) > 1:
+        seeds = f"{c.seeds[0]} and {c.seeds[1]} seeds, {c.agreement:.0%} of their pairs agree"
+    chance = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
+    facts = f"({models}, {chance}{corrected}; {seeds})"
+    sign = 1 if c.difference > 0 else -1
+    apart, low_p, one_way = min(sign * x for x in c.interval) > 0, p < LEVEL, sign * c.z > 0
+    shown = apart and low_p and one_way
+
+    def size(sign: int) -> str:
+        low, high = sorted(sign * judged.factor * x for x in c.interval)
+        unit = "" if judged.factor == 1 else f" x {judged.factor:g}"
+        mean = number(sign * judged.factor * c.difference)
+        return f"{mean} [{number(low)}, {number(high)}]{unit}"
+
+    if shown:
+        winner, loser = (c.a, c.b) if (sign > 0) == judged.higher_is_better else (c.b, c.a)
+        word = "higher" if judged.higher_is_better else "lower"
+        return f"{winner} beats {loser} on {where}: {title} {word} by {size(sign)} {facts}"
+    why = ""
+    if apart and low_p:
+        why = ", mean and ranks disagree"
+    elif apart or low_p:
+        why = f", only the {'mean' if apart else 'ranks'} would show one"
+    text = f"no difference shown between {c.a} and {c.b} on {where}{why}: "
+    return f"{text}{title} {c.a} - {c.b} = {size(1)} {facts}"
+
+
+def _label(names: Sequence[str], values: Sequence[Any]) -> str:
+    """Return what a group is called: "w T=16"."""
+    short = {"regime": "", "run": "", "templates": "T=", "seed": "seed "}
+    return " ".join(f"{short.get(n, f'{n}=')}{v}" for n, v in zip(names, values, strict=True))
+
+
+def _order(value: Any) -> tuple[int, float, str]:
+    """Put regimes in the paper's order, numbers by size, anything else by name."""
+    if value in REGIMES:
+        return 0, REGIMES.index(value), ""
+    if isinstance(value, (int, float, np.number)):
+        return 1, float(value), ""
+    return 2, 0.0, str(value)
+
+
+def _with_settings(
+    samples: pd.DataFrame, names: list[str], settings: pd.DataFrame | None
+) -> pd.DataFrame:
+    """Add those settings to samples that are to be compared."""
+    if settings is None:
+        return samples
+    missing = set(samples["run"]) - set(settings.index)
+    if missing:
+        raise DataError(f"no settings of {min(missing)}: load_settings of all runs is needed")
+    new = [n for n in names if n not in samples and n in settings]
+    return samples.assign(**{n: samples["run"].map(settings[n].map(_plain)) for n in new})
+
+
+def _plain(value: Any) -> Any:
+    """Return a setting as something that can be compared: lists as text."""
+    return value if isinstance(value, (int, float)) and not pd.isna(value) else str(value)
+
+
+def _check_values(samples: pd.DataFrame, measure: str) -> None:
+    without = samples.loc[samples[measure].isna(), "run"]
+    if len(without):
+        raise DataError(
+            f"{without.iloc[0]} has samples without {measure}: python evaluate.py "
+            f"run={without.iloc[0]} (references=true for what a model must beat)"
+        )
+    twice = samples.duplicated(["run", "id", "view"])
+    if twice.any():
+        raise DataError(f"samples of {samples.loc[twice, 'run'].iloc[0]} are there twice")
+
+
+def _check_settings(part: pd.DataFrame, names: list[str], settings: pd.DataFrame) -> None:
+    """Raise a DataError if runs differ in more than what is compared (and their seed)."""
+    if "run" in names:
+        return
+    runs = part[["run", *names]].drop_duplicates().set_index("run")
+    keys = [k for k in settings if k.startswith(_SETTINGS) and k != "data.residency"]
+    for key in keys:
+        values = settings.loc[runs.index, key].map(_plain).astype(str)
+        allowed = key in names or key.split(".")[0] in names
+        per_group = [group for _, group in values.groupby([runs[n] for n in names])]
+        for group in per_group if allowed else [values]:
+            if group.nunique() > 1:
+                raise DataError(
+                    f"runs differ in {key} ({', '.join(sorted(group.unique()))}) as well as in "
+                    f"{' and '.join(names)}: name it in by too, or leave some of them out"
+                )

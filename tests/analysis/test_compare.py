@@ -1,0 +1,457 @@
+import tracemalloc
+from itertools import product
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from ffd_lightning.analysis import paired
+from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs, measure_of
+from ffd_lightning.analysis.paired import holm
+from ffd_lightning.errors import DataError
+
+
+def run_samples(scores, regime="b", *, seed=0, category="table", templates=16, **columns):
+    """Samples of one run as `load_samples` gives them."""
+    measure = {"chamfer": scores} if not isinstance(scores, dict) else scores
+    n = len(next(iter(measure.values())))
+    return pd.DataFrame(
+        {
+            "run": f"{category}/{regime}/t{templates}/seed{seed}",
+            "regime": regime,
+            "templates": templates,
+            "seed": seed,
+            "id": [f"m{k:05}" for k in range(n)],
+            "category": category,
+            "view": 0,
+            **measure,
+            **columns,
+        }
+    )
+
+
+def joined(*parts):
+    return pd.concat(parts, ignore_index=True)
+
+
+def skewed(seed, n=60, shift=0.3):
+    """Scores of two runs whose differences have a long tail."""
+    rng = np.random.default_rng(seed)
+    b = rng.gamma(2.0, size=n)
+    return b, b + shift - rng.exponential(size=n) ** 2 / 2
+
+
+# --- one category ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", [0, 2])
+def test_interval_and_p_value_match_scipy(seed, monkeypatch):
+    monkeypatch.setattr(paired, "RESAMPLES", 50_000)
+    b, w = skewed(seed)
+    w[:5] = b[:5]  # the very same shape
+    row = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer").iloc[0]
+    oracle = stats.bootstrap(
+        (w - b,), np.mean, n_resamples=50_000, method="BCa", rng=np.random.default_rng(1)
+    ).confidence_interval
+    assert (row["a"], row["b"], row["category"], row["templates"]) == ("w", "b", "table", 16)
+    assert row["difference"] == pytest.approx(np.mean(w - b))
+    width = oracle.high - oracle.low
+    assert row["low"] == pytest.approx(oracle.low, abs=0.03 * width)
+    assert row["high"] == pytest.approx(oracle.high, abs=0.03 * width)
+    assert row["p"] == pytest.approx(stats.wilcoxon(w, b, zero_method="pratt").pvalue)
+    assert row["num_samples"] == 60
+
+
+@pytest.mark.parametrize(
+    "differences",
+    [[1.0, 2, 3, 4, 5], [1.0, 1, 1, 2, -3, 0], [0.0, 0, 1, 2], [1.0, -1], [3.0, 3, 3, 3, 3, 3, -1]],
+)
+def test_p_values_of_few_models_are_exact(differences):
+    row = compare_runs(
+        joined(run_samples(np.zeros(len(differences))), run_samples(differences, "w")), "chamfer"
+    ).iloc[0]
+    d = np.array(differences)
+    below = [(np.abs(d) < abs(x)).sum() for x in d]
+    equal = [(np.abs(d) == abs(x)).sum() for x in d]
+    ranks = [b + (e + 1) / 2 for b, e in zip(below, equal, strict=True)]
+
+    def statistic(signs):
+        return abs(sum(s * r * (x != 0) for s, r, x in zip(signs, ranks, d, strict=True)))
+
+    values = [statistic(signs) for signs in product((-1, 1), repeat=len(d))]
+    assert row["p"] == pytest.approx(np.mean(np.array(values) >= statistic(np.sign(d))))
+
+
+def test_fewer_than_six_models_never_show_a_difference():
+    x = np.array([1.0, 1.1, 1.3, 1.6, 2.0])
+    assert sentence(0 * x, x).startswith("no difference shown")
+    x = np.array([1.0, 1.1, 1.3, 1.6, 2.0, 2.5])
+    assert sentence(0 * x, x).startswith("b beats w")
+
+
+def test_the_interval_leans_to_the_long_tail():
+    rng = np.random.default_rng(0)
+    w = rng.exponential(size=40) ** 2
+    row = compare_runs(joined(run_samples(0 * w), run_samples(w, "w")), "chamfer").iloc[0]
+    assert row["high"] - row["difference"] > 1.2 * (row["difference"] - row["low"])
+
+
+def test_intervals_hold_the_true_mean_as_often_as_they_say(monkeypatch):
+    monkeypatch.setattr(paired, "RESAMPLES", 1000)
+    rng = np.random.default_rng(0)
+    held = []
+    for _ in range(100):
+        w = rng.gamma(1.0, size=40) - 1
+        row = compare_runs(joined(run_samples(0 * w), run_samples(w, "w")), "chamfer").iloc[0]
+        held.append(row["low"] <= 0 <= row["high"])
+    assert 0.86 <= np.mean(held) <= 0.99
+
+
+def test_models_are_paired_by_id_not_by_row():
+    b, w = skewed(0)
+    in_order = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer")
+    shuffled = joined(run_samples(b), run_samples(w, "w")).sample(frac=1, random_state=0)
+    pd.testing.assert_frame_equal(compare_runs(shuffled, "chamfer"), in_order)
+
+
+def test_pairing_finds_what_the_spread_over_models_would_hide():
+    rng = np.random.default_rng(0)
+    b = rng.gamma(2.0, size=50)
+    w = b - 0.01 - 0.001 * rng.random(50)
+    row = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer").iloc[0]
+    assert stats.ranksums(b, w).pvalue > 0.5, "unpaired, nothing is seen"
+    assert row["high"] < 0
+    assert row["p"] < 1e-6
+
+
+def test_only_models_that_all_runs_have_count():
+    b, w = skewed(0)
+    few = run_samples(w, "w").iloc[10:]
+    row = compare_runs(joined(run_samples(b), few), "chamfer").iloc[0]
+    assert row["num_samples"] == 50
+    assert row["difference"] == pytest.approx(np.mean((w - b)[10:]))
+
+
+def test_views_of_a_model_are_one_sample():
+    b, w = skewed(0, n=20)
+    views = [
+        run_samples(x + k, r).assign(view=k) for k in range(3) for x, r in ((b, "b"), (w, "w"))
+    ]
+    single = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer").iloc[0]
+    row = compare_runs(joined(*views), "chamfer").iloc[0]
+    for name in ("num_samples", "difference", "low", "high", "p"):
+        assert row[name] == pytest.approx(single[name]), name
+
+
+def test_seeds_of_a_group_are_averaged_first():
+    rng = np.random.default_rng(0)
+    b, w = rng.random((3, 30)), rng.random((2, 30)) + 0.2
+    parts = [run_samples(x, "b", seed=k) for k, x in enumerate(b)]
+    parts += [run_samples(x, "w", seed=k) for k, x in enumerate(w)]
+    row = compare_runs(joined(*parts), "chamfer").iloc[0]
+    differences = w.mean(0) - b.mean(0)
+    assert row["difference"] == pytest.approx(differences.mean())
+    assert row["p"] == pytest.approx(stats.wilcoxon(differences).pvalue)
+    assert (row["seeds_a"], row["seeds_b"]) == (2, 3)
+    signs = [x.mean() > y.mean() for x in w for y in b]
+    assert row["agreement"] == pytest.approx(np.mean(signs))
+
+
+def test_all_pairs_of_regimes_in_the_papers_order():
+    parts = [run_samples(np.arange(9.0) ** k, r) for k, r in enumerate("rewb")]
+    table = compare_runs(joined(*parts), "chamfer")
+    assert list(zip(table["a"], table["b"], strict=True)) == [
+        ("w", "b"), ("e", "b"), ("r", "b"), ("e", "w"), ("r", "w"), ("r", "e")
+    ]  # fmt: skip
+    assert table["p_corrected"].tolist() == holm(table["p"])
+
+
+def naive_holm(p):
+    """Holm's procedure as he states it: the smallest level at which each is rejected."""
+    result = {}
+    worst = 0.0
+    for rank, k in enumerate(sorted(range(len(p)), key=lambda k: p[k])):
+        worst = max(worst, p[k] * (len(p) - rank))
+        result[k] = min(worst, 1.0)
+    return [result[k] for k in range(len(p))]
+
+
+def test_holm():
+    p = np.random.default_rng(0).random(12) ** 3
+    assert holm(p) == pytest.approx(naive_holm(p))
+    assert holm([0.2]) == [0.2]
+    assert holm([0.01, 0.01, 0.9]) == pytest.approx([0.03, 0.03, 0.9])
+
+
+# --- several categories ---------------------------------------------------------------------------
+
+
+def test_each_category_counts_the_same_in_the_mean():
+    (b1, w1), (b2, w2) = skewed(0, n=25), skewed(1, n=80, shift=1.0)
+    samples = joined(
+        run_samples(b1),
+        run_samples(w1, "w"),
+        run_samples(b2, category="chair"),
+        run_samples(w2, "w", category="chair"),
+    )
+    table = compare_runs(samples, "chamfer").set_index("category")
+    row = table.loc["mean of 2"]
+    oracle = stats.bootstrap(
+        (w1 - b1, w2 - b2),
+        lambda x, y, axis: (x.mean(axis) + y.mean(axis)) / 2,
+        n_resamples=20_000,
+        method="BCa",
+        rng=np.random.default_rng(1),
+    ).confidence_interval
+    width = oracle.high - oracle.low
+    assert row["difference"] == pytest.approx((np.mean(w1 - b1) + np.mean(w2 - b2)) / 2)
+    assert row["low"] == pytest.approx(oracle.low, abs=0.03 * width)
+    assert row["high"] == pytest.approx(oracle.high, abs=0.03 * width)
+    assert row["num_samples"] == 105
+    one_sided = [
+        stats.wilcoxon(d, alternative="greater", method="approx").pvalue for d in (w1 - b1, w2 - b2)
+    ]
+    combined = stats.combine_pvalues(one_sided, method="stouffer").pvalue
+    assert row["p"] == pytest.approx(2 * min(combined, 1 - combined), rel=0.05)
+    assert len(table) == 3
+
+
+def test_categories_are_resampled_independently():
+    x = np.random.default_rng(0).normal(size=30)
+    samples = joined(
+        run_samples(0 * x),
+        run_samples(x, "w"),
+        run_samples(0 * x, category="chair"),
+        run_samples(-x, "w", category="chair"),
+    )
+    row = compare_runs(samples, "chamfer").set_index("category").loc["mean of 2"]
+    spread = np.sqrt(2 * x.var() / 30) / 2
+    assert row["high"] - row["low"] == pytest.approx(2 * 1.96 * spread, rel=0.1)
+
+
+def test_a_category_in_which_a_group_is_missing_is_left_out_of_the_mean():
+    b, w = skewed(0)
+    samples = joined(*(run_samples(x, r) for x, r in ((b, "b"), (w, "w"), (b + w, "e"))))
+    other = joined(run_samples(w, "b", category="chair"), run_samples(b, "w", category="chair"))
+    alone = run_samples(b, "b", category="lamp")
+    table = compare_runs(joined(samples, other, alone), "chamfer")
+    assert table["category"].tolist() == ["table"] * 3 + ["chair", "mean of 2"]
+    assert tuple(table.iloc[-1][["a", "b"]]) == ("w", "b")
+    assert table.iloc[-1]["difference"] == pytest.approx(0, abs=1e-12)
+
+
+# --- what is compared -----------------------------------------------------------------------------
+
+
+def test_numbers_of_templates_are_held_apart_or_compared():
+    x = np.arange(12.0)
+    samples = joined(
+        *(run_samples(x * t + k, r, templates=t) for t in (2, 16) for k, r in enumerate("bw"))
+    )
+    table = compare_runs(samples, "chamfer")
+    assert table["templates"].tolist() == [2, 16]
+    assert table["difference"].tolist() == [1.0, 1.0]
+    table = compare_runs(samples, "chamfer", by="templates")
+    assert table["regime"].tolist() == ["b", "w"]
+    assert (table["a"] + table["b"]).tolist() == ["T=16T=2", "T=16T=2"]
+    table = compare_runs(samples, "chamfer", by=["regime", "templates"])
+    assert len(table) == 6
+    assert tuple(table.iloc[0][["a", "b"]]) == ("b T=16", "b T=2")
+
+
+def settings(samples, *rows):
+    """Settings of the samples' runs as `load_settings` gives them."""
+    common = {"schedule.steps": 300, "data.residency": "auto"}
+    return pd.DataFrame([common | row for row in rows], index=samples["run"].unique())
+
+
+def test_other_settings_must_be_equal():
+    x = np.arange(9.0)
+    samples = joined(run_samples(x), run_samples(x + 1, "w"))
+    same = settings(samples, {"regime.name": "b", "seed": 0}, {"regime.name": "w", "seed": 0})
+    same.iloc[0, same.columns.get_loc("data.residency")] = "disk"  # where, not what
+    assert len(compare_runs(samples, "chamfer", settings=same)) == 1
+    other = settings(samples, {"schedule.steps": 1000}, {})
+    with pytest.raises(DataError, match=r"schedule\.steps \(1000, 300\).* regime"):
+        compare_runs(samples, "chamfer", settings=other)
+    table = compare_runs(samples, "chamfer", by=["regime", "schedule.steps"], settings=other)
+    assert tuple(table.iloc[0][["a", "b"]]) == ("w schedule.steps=300", "b schedule.steps=1000")
+    with pytest.raises(DataError, match="no settings of"):
+        compare_runs(samples, "chamfer", settings=other.iloc[:1])
+
+
+def test_a_regime_whose_seeds_have_other_weights_is_refused():
+    x = np.arange(9.0)
+    samples = joined(run_samples(x), run_samples(x, "e"), run_samples(x, "e", seed=1))
+    weights = settings(samples, *({"regime.entropy_weight": v} for v in (0.0, 100.0, 10.0)))
+    with pytest.raises(DataError, match=r"entropy_weight \(10\.0, 100\.0\)"):
+        compare_runs(samples, "chamfer", settings=weights)
+
+
+def test_runs_of_a_group_with_one_seed_are_not_taken_for_two_seeds():
+    x = np.arange(9.0)
+    twin = run_samples(x).assign(run="elsewhere")
+    samples = joined(run_samples(x), twin, run_samples(x, "w"))
+    with pytest.raises(DataError, match=r"elsewhere .*another setting differs"):
+        compare_runs(samples, "chamfer")
+    assert len(compare_runs(samples, "chamfer", by="run")) == 1, "runs are compared within a regime"
+    assert len(compare_runs(samples, "chamfer", by=["run", "regime"])) == 3
+
+
+def test_single_seeds_can_be_compared():
+    b, w = skewed(0)
+    table = compare_runs(joined(run_samples(b), run_samples(w, seed=1)), "chamfer", by="seed")
+    assert tuple(table.iloc[0][["a", "b", "regime"]]) == ("seed 1", "seed 0", "b")
+
+
+@pytest.mark.parametrize(
+    ("samples", "measure", "message"),
+    [
+        (joined(run_samples([1.0, 2]), run_samples([1.0, 2], "w")), "folded", "no measure"),
+        (joined(run_samples([1.0, 2]), run_samples([1.0, 2], "w")), "emd", "no column emd"),
+        (joined(run_samples([1.0, 2]), run_samples([1.0, np.nan], "w")), "chamfer", "w/t16/seed0 "),
+        (joined(run_samples([1.0]), run_samples([1.0], "w")), "chamfer", "share 1 test models"),
+        (joined(run_samples([1.0, 2]), run_samples([1.0, 2])), "chamfer", "are there twice"),
+        (run_samples([1.0, 2]), "chamfer", "same regime"),
+        (
+            joined(run_samples([1.0, 2]), run_samples([1.0, 2], "w").assign(id=["x", "y"])),
+            "chamfer",
+            "share 0 test models of table",
+        ),
+    ],
+)
+def test_what_cannot_be_compared_is_said(samples, measure, message):
+    with pytest.raises(DataError, match=message):
+        compare_runs(samples, measure)
+
+
+def test_measures_are_known_by_protocol_and_shape():
+    assert measure_of("best_deformed_emd").name == "emd"
+    assert not measure_of("chamfer").higher_is_better
+    assert measure_of("undeformed_fscore_1", "modern").higher_is_better
+    assert measure_of("Chamfer", "mesh_rcnn").factor == 1
+    with pytest.raises(DataError, match=r"fscore_1 is no measure of .* paper.*modern: fscore"):
+        measure_of("fscore_1")
+    with pytest.raises(DataError, match="no protocol mine"):
+        measure_of("chamfer", "mine")
+
+
+# --- sentences ------------------------------------------------------------------------------------
+
+
+def sentence(b, w, measure="chamfer"):
+    samples = joined(run_samples({measure: b}), run_samples({measure: w}, "w"))
+    return compare_runs(samples, measure).iloc[0]["statement"]
+
+
+def test_the_better_one_wins_whichever_way_is_better():
+    x = np.linspace(0, 1, 30)
+    low = 0.1 + 0.01 * x
+    lower, higher = low + 0.1 * x**2, low + 0.1 * x**2 + 0.05 + 0.01 * x
+    assert sentence(higher, lower).startswith("w beats b on table (T=16): Chamfer lower by 55.0 [")
+    assert sentence(lower, higher).startswith("b beats w on table (T=16): Chamfer lower by 55.0 [")
+    assert "w beats b on table (T=16): IoU higher by 55.0 [" in sentence(lower, higher, "iou")
+    assert "b beats w on table (T=16): IoU higher by 55.0 [" in sentence(higher, lower, "iou")
+    text = sentence(lower, higher, "undeformed_chamfer")
+    assert "undeformed Chamfer lower by 55.0 [" in text
+    assert "] x 1000 (30 models, p < 0.001; one training each" in text
+
+
+def test_no_difference_is_no_win():
+    x = np.sin(np.arange(30.0))
+    assert sentence(x, x[::-1]).startswith("no difference shown between w and b on table (T=16): ")
+    samples = joined(run_samples(x), run_samples(x, "w"))
+    row = compare_runs(samples, "chamfer").iloc[0]
+    assert (row["difference"], row["low"], row["high"], row["p"]) == (0, 0, 0, 1)
+    assert row["statement"].endswith("same Chamfer on all 30 models")
+
+
+def test_mean_and_ranks_must_agree():
+    x = np.full(40, 0.1) + 1e-3 * np.arange(40)
+    outliers = np.where(np.arange(40) < 6, 2.0 + np.arange(40), 0)
+    text = sentence(0 * x, x - outliers)
+    assert text.startswith(
+        "no difference shown between w and b on table (T=16), mean and ranks dis"
+    )
+
+
+def test_equal_shifts_of_all_models_have_no_interval():
+    row = compare_runs(
+        joined(run_samples(np.arange(20.0)), run_samples(np.arange(20.0) + 0.5, "w")), "chamfer"
+    ).iloc[0]
+    assert (row["low"], row["high"]) == (0.5, 0.5)
+    assert row["statement"].startswith("b beats w")
+
+
+def test_seeds_and_comparisons_are_told():
+    b, w = skewed(0)
+    samples = joined(
+        run_samples(b), run_samples(b + 0.1, seed=1), run_samples(w, "w"), run_samples(b - 1, "e")
+    )
+    text = compare_runs(samples, "chamfer").iloc[0]["statement"]
+    assert "Holm over 3 comparisons; 1 and 2 seeds, 100% of their pairs agree" in text
+
+
+def test_many_models_need_little_memory(monkeypatch):
+    monkeypatch.setattr(paired, "RESAMPLES", 500)
+    rng = np.random.default_rng(0)
+    samples = joined(run_samples(rng.random(10_000)), run_samples(rng.random(10_000), "w"))
+    tracemalloc.start()
+    compare_runs(samples, "chamfer")
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 40e6
+
+
+# --- means over seeds -----------------------------------------------------------------------------
+
+
+def run_rows(values, **columns):
+    return pd.DataFrame(
+        {
+            "run": [f"{columns}{k}" for k in range(len(values))],
+            "category": "table",
+            "regime": "b",
+            "templates": 16,
+            "seed": range(len(values)),
+            "state": "finished",
+            "protocol": "paper",
+            "chamfer": values,
+            **columns,
+        }
+    )
+
+
+def test_means_and_deviations_over_seeds():
+    runs = joined(run_rows([1.0, 2.0, 6.0]), run_rows([5.0], regime="w"))
+    table = aggregate_seeds(runs, ["chamfer"])
+    assert table["regime"].tolist() == ["b", "w"]
+    assert table["num_seeds"].tolist() == [3, 1]
+    assert table["chamfer"].tolist() == [3, 5]
+    assert table["chamfer_std"][0] == pytest.approx(np.sqrt((4 + 1 + 9) / 2))
+    assert np.isnan(table["chamfer_std"][1])
+
+
+@pytest.mark.parametrize("column", ["category", "regime", "templates", "protocol"])
+def test_seeds_are_never_mixed_over(column):
+    other = {"category": "chair", "regime": "w", "templates": 2, "protocol": "modern"}[column]
+    table = aggregate_seeds(
+        joined(run_rows([1.0]), run_rows([3.0], **{column: other})), ["chamfer"]
+    )
+    assert table["chamfer"].tolist() == [1, 3]
+
+
+def test_runs_that_failed_are_passed_over_and_gaps_are_said():
+    failed = run_rows([np.nan], state="failed", seed=9)
+    assert aggregate_seeds(joined(run_rows([1.0]), failed), ["chamfer"])["num_seeds"].tolist() == [
+        1
+    ]
+    with pytest.raises(DataError, match="no run is finished"):
+        aggregate_seeds(failed, ["chamfer"])
+    with pytest.raises(DataError, match="has no chamfer"):
+        aggregate_seeds(joined(run_rows([1.0]), failed.assign(state="finished")), ["chamfer"])
+    with pytest.raises(DataError, match="has no emd"):
+        aggregate_seeds(run_rows([1.0]), ["emd"])
+    with pytest.raises(DataError, match="another setting differs"):
+        aggregate_seeds(run_rows([1.0, 2.0]).assign(seed=0), ["chamfer"])

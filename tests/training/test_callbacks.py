@@ -1,0 +1,348 @@
+import itertools
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+from lightning import Callback, Trainer
+from lightning.pytorch.callbacks import ModelCheckpoint
+from lightning.pytorch.utilities import rank_zero_only
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
+from tensorboard.plugins.custom_scalar import layout_pb2
+from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
+from tensorboard.util import tensor_util
+from torch.utils.tensorboard import SummaryWriter
+
+from ffd_lightning.evaluation.loading import build_data, build_network
+from ffd_lightning.losses.objective import Objective
+from ffd_lightning.training import callbacks
+from ffd_lightning.training.callbacks import Reconstructions, example_rows, tensorboard_callbacks
+from ffd_lightning.training.module import FfdModule
+from ffd_lightning.training.tensorboard import (
+    StepLogger,
+    distance_colors,
+    selection_bars,
+    write_bars,
+)
+
+STEPS, EXAMPLES, SHOWN, TIMES = 8, 3, 2, 2
+
+
+class Session:
+    """A small training of its own: 8 steps of 4 queries, a validation every 2."""
+
+    def __init__(self, config, folder, *, steps=STEPS, logger=True, purge=None, more=()):
+        torch.manual_seed(0)
+        self.data = build_data(config)
+        self.data.prepare_data()
+        self.data.setup()
+        regime, schedule = config.regime, config.schedule
+        self.module = FfdModule(
+            build_network(config),
+            Objective(regime.weighting, regime.entropy_weight, regime.offset_weight, 10),
+            learning_rate_decay=schedule.learning_rate_decay,
+            steps=STEPS,
+        )
+        writing = tensorboard_callbacks(1, config.data.render, EXAMPLES, SHOWN, TIMES)
+        chosen = [*more, *writing]
+        self.folder = folder / "tensorboard"
+        self.trainer = Trainer(
+            accelerator="cpu",
+            max_steps=steps,
+            max_epochs=1,
+            val_check_interval=2,
+            num_sanity_val_steps=0,
+            log_every_n_steps=1,
+            logger=logger and StepLogger(folder, "", "tensorboard", purge_step=purge),
+            callbacks=chosen,
+            enable_checkpointing=any(isinstance(c, ModelCheckpoint) for c in chosen),
+            enable_progress_bar=False,
+            enable_model_summary=False,
+            default_root_dir=folder,
+        )
+
+    def fit(self, checkpoint=None):
+        self.trainer.fit(self.module, datamodule=self.data, ckpt_path=checkpoint)
+        return self
+
+    @property
+    def events(self):
+        return read(self.folder)
+
+    @property
+    def prediction(self):
+        """What the network says about all test models, by row of the prepared set."""
+        rows = self.data.rows(self.data.split.test).tolist()
+        images = np.stack([self.data.prepared.image(r)[..., :3] for r in rows])
+        with torch.no_grad():
+            found = self.module.network.eval()(torch.from_numpy(images).permute(0, 3, 1, 2))
+        return {
+            row: (weights.numpy(), offsets.numpy())
+            for row, weights, offsets in zip(rows, found[1], found[2], strict=True)
+        }
+
+
+def read(folder):
+    events = EventAccumulator(str(folder), dict.fromkeys(("histograms", "images", "tensors"), 0))
+    return events.Reload()
+
+
+class Frozen(Callback):
+    """Holds part of the network in evaluation mode, and looks before every step whether it is."""
+
+    steps = 0
+
+    def on_train_batch_start(self, trainer, pl_module, *_):
+        if trainer.global_step:
+            assert not pl_module.network.encoder.training
+            assert pl_module.network.heads.training
+        pl_module.network.encoder.eval()
+        self.steps += 1
+
+
+@pytest.fixture(scope="module")
+def clock():
+    """A clock by which a step takes half a second, and a batch of validation a hundred."""
+    now, step, validate = [0.0], FfdModule.training_step, FfdModule.validation_step
+
+    def training_step(self, *arguments):
+        now[0] += 0.5
+        return step(self, *arguments)
+
+    def validation_step(self, *arguments):
+        now[0] += 100
+        return validate(self, *arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(FfdModule, "training_step", training_step)
+        patch.setattr(FfdModule, "validation_step", validation_step)
+        patch.setattr(callbacks.time, "perf_counter", lambda: now[0])
+        yield
+
+
+@pytest.fixture(scope="module")
+def frozen():
+    return Frozen()
+
+
+@pytest.fixture(scope="module")
+def logged(clock, frozen, tiny_config, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logged")
+    return Session(tiny_config("regime=e"), folder, more=(frozen,)).fit()
+
+
+def test_curves_count_steps_from_one_and_leave_the_epoch_out(logged):
+    events = logged.events
+    assert "epoch" not in events.Tags()["scalars"]
+    terms = ("loss", "weighted_chamfer", "entropy", "offset_penalty", "chamfer")
+    for tag in (*(f"train/{term}" for term in terms), "train/learning_rate", "train/annealing"):
+        assert [s.step for s in events.Scalars(tag)] == list(range(1, STEPS + 1)), tag
+    for tag in ("val/chamfer", "val/undeformed_chamfer", "val/entropy", "val/effective_templates"):
+        assert [s.step for s in events.Scalars(tag)] == [2, 4, 6, 8]
+
+
+def test_learning_rate_and_annealing_are_those_of_the_step(logged):
+    events = logged.events
+    for point in events.Scalars("train/learning_rate"):
+        cosine = 1e-3 * (1 + math.cos(math.pi * (point.step - 1) / STEPS)) / 2
+        assert point.value == pytest.approx(cosine, rel=1e-5)
+    for point in events.Scalars("train/annealing"):
+        assert point.value == pytest.approx(math.exp(-(point.step - 1) / 10), rel=1e-5)
+
+
+def test_throughput_leaves_validation_out(logged):
+    for tag, value in (("speed/steps_per_second", 2), ("speed/queries_per_second", 8)):
+        points = logged.events.Scalars(tag)
+        assert [p.step for p in points] == list(range(2, STEPS + 1))
+        assert {p.value for p in points} == {value}
+
+
+def test_the_histogram_of_largest_weights_counts_every_query(logged):
+    largest = [weights.max() for weights, _ in logged.prediction.values()]
+    last = logged.events.Histograms("templates/max_weight")[-1]
+    assert last.step == STEPS
+    assert sum(last.histogram_value.bucket) == len(largest) == len(logged.data.split.test)
+    naive = [sum(k <= 20 * value < k + 1 for value in largest) for k in range(20)]
+    assert np.round(last.histogram_value.bucket, 20).tolist() == naive
+    assert last.histogram_value.bucket_limit == pytest.approx(np.arange(1, 21) / 20)
+
+
+def test_tensorboard_shows_a_bar_at_its_template_whatever_the_others_are(tmp_path):
+    with SummaryWriter(tmp_path) as writer:
+        write_bars(writer, "bars", [0, 0, 7, 0, 1, 0], 3)
+    (file,) = tmp_path.glob("events.*")
+    (value,) = [v for e in EventFileLoader(str(file)).Load() for v in e.summary.value]
+    shown = tensor_util.make_ndarray(value.tensor)  # the loader makes it what the pages show
+    edges = np.arange(7) - 0.5
+    assert shown[:, 0] == pytest.approx(edges[:-1])
+    assert shown[:, 1] == pytest.approx(edges[1:])
+    assert shown[:, 2] == pytest.approx([0, 0, 7, 0, 1, 0], abs=1e-9)
+
+
+def test_the_selection_is_drawn_most_used_first(logged):
+    assert [i.step for i in logged.events.Images("templates/selection")] == [2, 4, 6, 8]
+    image = selection_bars([3, 0, 12, 5, 1], np.full(5, 0.6)).astype(int)
+    image[:100, 300:] = 255  # the legend
+    blue = (abs(image - (31, 119, 180)).max(2) < 3).sum(0)  # pixels in each column
+    runs = [(height, len(list(group))) for height, group in itertools.groupby(blue.tolist())]
+    bars = [height for height, width in runs if height and width >= 10]
+    highest = max(bars)
+    assert [b / highest for b in dict.fromkeys(bars)] == pytest.approx(
+        [1, 5 / 12, 3 / 12, 1 / 12], abs=0.02
+    )
+
+
+def test_examples_are_drawn_as_often_as_asked(logged):
+    events = logged.events
+    assert [i.step for i in events.Images("examples/reconstructions")] == [4]
+    assert [i.step for i in events.Images("examples/input")] == [0]
+    rows = example_rows(logged.data, EXAMPLES)[:SHOWN]
+    tags = {t for t in events.Tags()["tensors"] if t.startswith("clouds/")}
+    names = [f"clouds/{logged.data.prepared.ids[row]}" for row in rows]
+    assert tags == {f"{name}_{part}" for name in names for part in ("VERTEX", "COLOR")}
+    for tag in tags:
+        assert [t.step for t in events.Tensors(tag)] == [4, 8]
+
+
+@pytest.mark.parametrize(("times", "steps"), [(0, []), (1, [100]), (3, [40, 70, 100])])
+def test_figures_are_spread_over_training(times, steps):
+    drawn = Reconstructions(None, 6, 3, times)
+    due = [
+        step
+        for step in range(10, 101, 10)
+        if drawn._due(SimpleNamespace(global_step=step, max_steps=100, val_check_batch=10))
+    ]
+    assert due == steps
+
+
+def deformed_by_hand(session, row):
+    bank, (weights, offsets) = session.data.bank, session.prediction[row]
+    t = int(weights.argmax())
+    moved = bank.control_points[t].numpy().astype(float) + offsets[t]
+    return bank.deformation_matrix[t].numpy().astype(float) @ moved
+
+
+def test_clouds_are_the_deformed_points_beside_the_truth(logged):
+    events, prepared = logged.events, logged.data.prepared
+    for row in example_rows(logged.data, EXAMPLES)[:SHOWN]:
+        expected = deformed_by_hand(logged, row)
+        stored = events.Tensors(f"clouds/{prepared.ids[row]}_VERTEX")[-1].tensor_proto
+        points = tensor_util.make_ndarray(stored)[0]
+        assert points.shape == (2 * prepared.num_points, 3)
+        deformed, truth = np.split(points, 2)
+        assert deformed == pytest.approx(expected, abs=1e-5)
+        aside = truth - prepared.cloud(row)
+        assert aside == pytest.approx(np.tile(aside[0], (len(aside), 1)), abs=1e-5)
+        assert aside[0, 1:] == pytest.approx([0, 0], abs=1e-6)
+        assert truth[:, 0].min() > deformed[:, 0].max()
+
+
+def test_colors_tell_the_distance_to_the_other_cloud():
+    a = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    b = torch.tensor([[0.0, 0, 0], [1, 0.025, 0], [2, 0.3, 0], [2, 0.6, 0]])
+    first, second = distance_colors(a, b)
+    assert first.shape == (3, 3)
+    assert (first[0] == second[0]).all()  # together
+    assert (first[1] == second[1]).all()  # halfway
+    assert (first[2] == second[3]).all()  # far and farther
+    assert first[0].argmax() == 2, "blue"
+    assert first[1].argmax() == 1, "green"
+    assert first[2].argmax() == 0, "red"
+
+
+def test_logging_changes_no_weights_and_no_modes(logged, frozen, tiny_config, tmp_path):
+    assert frozen.steps == STEPS
+    plain = Session(tiny_config("regime=e"), tmp_path, logger=False, more=(Frozen(),)).fit()
+    assert not plain.folder.exists()
+    states = plain.module.state_dict(), logged.module.state_dict()
+    for a, b in zip(*(state.values() for state in states), strict=True):
+        assert torch.equal(a, b)
+
+
+def test_pictures_give_every_part_its_mode_back(logged, monkeypatch):
+    clouds, network = [], logged.module.network.train()
+    network.heads.eval()
+    before = [part.training for part in network.modules()]
+    monkeypatch.setattr(callbacks, "write_clouds", lambda *args: clouds.append(args[2]))
+    drawn = Reconstructions(None, EXAMPLES, SHOWN, 1)
+    drawn.on_validation_end(logged.trainer, logged.module)
+    assert [part.training for part in network.modules()] == before
+    assert len(set(before)) == 2
+    for row, cloud in zip(example_rows(logged.data, EXAMPLES)[:SHOWN], clouds, strict=True):
+        assert cloud.numpy() == pytest.approx(deformed_by_hand(logged, row), abs=1e-5)
+
+
+def test_further_devices_write_nothing(tiny_config, tmp_path, monkeypatch):
+    monkeypatch.setattr(rank_zero_only, "rank", 1)
+    session = Session(tiny_config(), tmp_path, steps=2).fit()
+    assert session.trainer.global_step == 2
+    assert not session.folder.exists()
+
+
+def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):
+    class Killed(Exception):
+        pass
+
+    class Kill(Callback):
+        def on_train_batch_start(self, trainer, *_):
+            if trainer.global_step == 7:
+                raise Killed
+
+    config, checkpoint = tiny_config("regime=e"), tmp_path / "checkpoints" / "step=4.ckpt"
+    saving = ModelCheckpoint(checkpoint.parent, "{step}", every_n_train_steps=4, save_top_k=-1)
+    first = Session(config, tmp_path, more=(Frozen(), Kill(), saving))
+    with pytest.raises(Killed):
+        first.fit()
+    first.trainer.logger.finalize("failed")
+    assert [s.step for s in first.events.Scalars("train/loss")][-1] == 7
+    second = Session(config, tmp_path, purge=5, more=(Frozen(),))
+    second.module.network.encoder.eval()
+    second.fit(checkpoint)
+    assert len(list(second.folder.glob("events.*"))) == 2
+    whole, resumed = logged.events, second.events
+    assert resumed.Tags() == whole.Tags()
+    for tag in whole.Tags()["scalars"]:
+        if not tag.startswith("speed/"):
+            expected = [(s.step, s.value) for s in whole.Scalars(tag)]
+            assert [(s.step, s.value) for s in resumed.Scalars(tag)] == expected, tag
+    for kind, load in (("histograms", "Histograms"), ("images", "Images"), ("tensors", "Tensors")):
+        for tag in whole.Tags()[kind]:
+            steps = [[e.step for e in getattr(run, load)(tag)] for run in (whole, resumed)]
+            assert steps[0] == steps[1], tag
+
+
+def test_the_layout_finds_its_tags(logged):
+    events = logged.events
+    stored = events.Tensors("custom_scalars__config__")
+    assert len(stored) == 1
+    layout = layout_pb2.Layout.FromString(stored[0].tensor_proto.string_val[0])
+    tags = [tag for c in layout.category for chart in c.chart for tag in chart.multiline.tag]
+    assert {tag.rstrip("$") for tag in tags} <= set(events.Tags()["scalars"])
+    assert {"train/loss$", "val/undeformed_chamfer$", "val/effective_templates$"} <= set(tags)
+
+
+def test_results_come_with_the_settings_that_tell_runs_apart(tmp_path):
+    logger = StepLogger(tmp_path, "", "tensorboard")
+    settings = {"category": "table", "batch_size": 4, "regime": "e"}
+    logger.log_results(settings, {"chamfer": 0.5, "weight": 0.25}, 300)
+    logger.finalize("success")
+    events = read(tmp_path / "tensorboard")
+    (point,) = events.Scalars("test/weight")
+    assert (point.step, point.value) == (300, 0.25)
+    content = {
+        tag: HParamsPluginData.FromString(metadata.plugin_data.content)
+        for tag, metadata in events.summary_metadata.items()
+        if metadata.plugin_data.plugin_name == "hparams"
+    }
+    experiment = content["_hparams_/experiment"].experiment
+    assert {i.name: i.differs for i in experiment.hparam_infos} == {
+        "category": True,
+        "batch_size": False,
+        "regime": True,
+    }
+    assert [i.name.tag for i in experiment.metric_infos] == ["test/chamfer"]
+    told = content["_hparams_/session_start_info"].session_start_info.hparams
+    assert told["regime"].string_value == "e"
+    assert told["batch_size"].number_value == 4
