@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any, cast
 
 import numpy as np
 import torch
 from matplotlib import colormaps
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from ffd_lightning.config import RenderConfig
@@ -15,6 +17,7 @@ from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.rendering import contact_sheet, render
 from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 _CLOUD_POINTS = 2048
@@ -94,3 +97,39 @@ def reconstruction_figure(
             "ground truth",
         ]
     return contact_sheet(cells, columns=5, labels=labels)
+
+
+def lattice_figure(
+    control_points: ArrayLike, offsets: ArrayLike, degrees: Degrees = (3, 3, 3)
+) -> Figure:
+    """Draw a lattice before (grey) and after (red), and the way of each control point between.
+
+    Args:
+        control_points: P, (M, 3).
+        offsets: of the control points, (M, 3).
+        degrees: of the lattice, M = (l + 1)(m + 1)(n + 1), the last axis fastest.
+    """
+    shape = tuple(degree + 1 for degree in degrees)
+    before = np.asarray(control_points, float).reshape(*shape, 3)
+    after = before + np.asarray(offsets, float).reshape(*shape, 3)
+    figure = Figure(figsize=(6, 5), layout="constrained")
+    axes = cast(Any, figure.add_subplot(projection="3d"))
+    for lattice, color, width in ((before, "0.6", 0.6), (after, "tab:red", 1.0)):
+        edges = [
+            np.moveaxis(lattice, axis, -2).reshape(-1, shape[axis], 3) for axis in range(len(shape))
+        ]
+        for line in (line for lines in edges for line in lines):
+            axes.plot(*_drawn(line), color=color, linewidth=width)
+    axes.scatter(*_drawn(after.reshape(-1, 3)), color="tab:red", s=8)
+    ways = np.stack([before.reshape(-1, 3), after.reshape(-1, 3)], 1)
+    for way in ways:
+        axes.plot(*_drawn(way), color="tab:blue", linewidth=0.8)
+    axes.set(xlabel="x", ylabel="z", zlabel="y")
+    axes.set_aspect("equal")
+    axes.view_init(elev=25, azim=-60)
+    return figure
+
+
+def _drawn(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn points (N, 3), y up, into coordinates of matplotlib, whose z is up: (3, N)."""
+    return points[:, [0, 2, 1]].T

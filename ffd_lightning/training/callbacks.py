@@ -1,24 +1,47 @@
-"""What is watched during training: time per step, template selection, example images."""
+"""What is watched during training, on the screen and in TensorBoard.
+
+Tags in TensorBoard are written against the number of optimizer steps done. Nothing here draws
+random numbers or changes a weight: a run is the same with and without.
+"""
 
 from __future__ import annotations
 
 import statistics
 import time
 from collections import deque
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+import torch
 from lightning import Callback, LightningModule, Trainer
 from lightning.pytorch.callbacks import TQDMProgressBar
-from numpy.typing import ArrayLike
-from torch.utils.tensorboard import SummaryWriter
+from torch import Tensor
 
+from ffd_lightning.config import RenderConfig
+from ffd_lightning.data.batches import Batch
 from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.template_scores import TemplateScores
+from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.losses.annealing import exponential_annealing
+from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
+from ffd_lightning.training.tensorboard import (
+    CUSTOM_SCALARS,
+    selection_bars,
+    tensorboard_writer,
+    write_bars,
+    write_buckets,
+    write_clouds,
+)
 
 _WARM_UP_STEPS = 5
 _KEPT_STEPS = 1000
+_WEIGHT_BINS = 20
+_CLOUD_POINTS = 2048
 
 
 class StepTimer(Callback):
@@ -76,23 +99,92 @@ class StepProgressBar(TQDMProgressBar):
         self.train_progress_bar.set_description("training")
 
 
+class StepCurves(Callback):
+    """Writes curves that are no terms of the loss, and lays out the page CUSTOM SCALARS.
+
+    Tags: `train/learning_rate`; `train/annealing`, the factor of entropy and offset penalty;
+    `speed/steps_per_second` and `speed/queries_per_second` (of all devices), means since the last
+    point, validation left out. A GPU's host does not wait for them: their clock is read where the
+    logger waits anyway.
+
+    Args:
+        every: steps from one point to the next, as the logger's.
+    """
+
+    def __init__(self, every: int) -> None:
+        self.every = every
+        self._since: float | None = None
+        self._paused = self._rate = 0.0
+        self._steps = self._queries = 0
+
+    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Write the layout, in the first attempt at a run."""
+        writer = tensorboard_writer(trainer)
+        if writer is not None and trainer.global_step == 0:
+            writer.add_custom_scalars(CUSTOM_SCALARS)
+
+    def on_train_batch_start(self, trainer: Trainer, *_: Any) -> None:
+        """Note the step's learning rate: at its end it is the next one's."""
+        self._rate = trainer.optimizers[0].param_groups[0]["lr"]
+
+    def on_train_batch_end(
+        self, trainer: Trainer, pl_module: LightningModule, outputs: Any, batch: Any, *_: Any
+    ) -> None:
+        """Count, and write a point whenever the loss is written."""
+        writer = tensorboard_writer(trainer)
+        if writer is None or not isinstance(pl_module, FfdModule):
+            return
+        assert isinstance(batch, Batch)
+        now, step = time.perf_counter(), trainer.global_step
+        due = step % self.every == 0
+        if due:
+            fade = exponential_annealing(step - 1, pl_module.objective.annealing_steps)
+            writer.add_scalar("train/learning_rate", self._rate, step)
+            writer.add_scalar("train/annealing", fade, step)
+        if self._since is None:
+            self._since = now  # the first step compiles and reads: no speed counts it
+            return
+        self._steps += 1
+        self._queries += len(batch.rows) * trainer.world_size
+        if not due:
+            return
+        writer.add_scalar("speed/steps_per_second", self._steps / (now - self._since), step)
+        writer.add_scalar("speed/queries_per_second", self._queries / (now - self._since), step)
+        self._since, self._steps, self._queries = now, 0, 0
+
+    def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Stop the clock."""
+        self._paused = time.perf_counter()
+
+    def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Let the clock go on."""
+        if self._since is not None:
+            self._since += time.perf_counter() - self._paused
+
+
 class TemplateHistograms(Callback):
     """Draws template selection into TensorBoard at every validation.
 
-    Tags: `templates/selected` (times each template was selected), `templates/selected_sorted` (the
-    same, most used first) and `templates/mean_weight`; the horizontal axis is the template.
+    Histograms over templates: `templates/selected` (times each was selected),
+    `templates/selected_sorted` (the same, most used first) and `templates/mean_weight`. A
+    histogram over the test images: `templates/max_weight`, the weight of the selected template.
+    An image: `templates/selection`, see `selection_bars`.
     """
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Write the three histograms."""
+        """Write the histograms and the image."""
         writer = tensorboard_writer(trainer)
         if writer is None or trainer.sanity_checking or not isinstance(pl_module, FfdModule):
             return
         scores = TemplateScores.concatenate(pl_module.validation_scores)
         step = trainer.global_step
-        _bars(writer, "templates/selected", scores.counts, step)
-        _bars(writer, "templates/selected_sorted", np.sort(scores.counts)[::-1], step)
-        _bars(writer, "templates/mean_weight", scores.weights.mean(0), step)
+        write_bars(writer, "templates/selected", scores.counts, step)
+        write_bars(writer, "templates/selected_sorted", np.sort(scores.counts)[::-1], step)
+        write_bars(writer, "templates/mean_weight", scores.weights.mean(0), step)
+        largest, edges = np.histogram(scores.weights.max(1), _WEIGHT_BINS, (0, 1))
+        write_buckets(writer, "templates/max_weight", largest, edges, step)
+        image = selection_bars(scores.counts, scores.weights.mean(0))
+        writer.add_image("templates/selection", image, step, dataformats="HWC")
 
 
 class ExampleImages(Callback):
@@ -106,29 +198,93 @@ class ExampleImages(Callback):
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         if writer is None or trainer.global_step > 0 or not isinstance(data, FfdDataModule):
             return
-        rows = data.rows(data.split.test[: self.count])
-        images = np.stack([data.prepared.image(r)[..., :3] for r in rows])
-        writer.add_images("examples/input", images, 0, dataformats="NHWC")
+        images = [data.prepared.image(row)[..., :3] for row in example_rows(data, self.count)]
+        if images:
+            writer.add_images("examples/input", np.stack(images), 0, dataformats="NHWC")
 
 
-def tensorboard_writer(trainer: Trainer) -> SummaryWriter | None:
-    """Return the trainer's TensorBoard writer, None where it has no such logger."""
-    writer = getattr(trainer.logger, "experiment", None)
-    return writer if isinstance(writer, SummaryWriter) else None
+class Reconstructions(Callback):
+    """Shows a few test models as they are reconstructed, a few times while training.
+
+    At validations, the last one included. Tags: `examples/reconstructions`, the picture that
+    `reconstruction_figure` draws (the last one is drawn when the run is evaluated), and on the
+    page MESH `clouds/<model id>`, see `write_clouds`.
+
+    Args:
+        view: camera and size of the pictures.
+        examples: of how many the run's own figure is.
+        count: how many of those are shown here.
+        times: how often, spread evenly over training; 0 for never.
+    """
+
+    def __init__(self, view: RenderConfig, examples: int, count: int, times: int) -> None:
+        self.view, self.examples, self.count, self.times = view, examples, count, times
+
+    def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Draw what is due."""
+        writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
+        if writer is None or trainer.sanity_checking or not self._due(trainer):
+            return
+        assert isinstance(pl_module, FfdModule)
+        assert isinstance(data, FfdDataModule)
+        rows, step = example_rows(data, self.examples)[: self.count], trainer.global_step
+        network, prepared, bank = pl_module.network, data.prepared, data.bank
+        modes = [(part, part.training) for part in network.modules()]
+        network.eval()
+        if rows and step < trainer.max_steps:
+            figure = reconstruction_figure(network, prepared, bank, rows, self.view)
+            writer.add_image("examples/reconstructions", figure, step, dataformats="HWC")
+        clouds = deformed_clouds(network, prepared, bank, rows) if rows else []
+        for part, training in modes:
+            part.training = training
+        for row, deformed in zip(rows, clouds, strict=True):
+            truth = torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS))
+            write_clouds(writer, f"clouds/{prepared.ids[row]}", deformed, truth, step)
+
+    def _due(self, trainer: Trainer) -> bool:
+        """Tell whether one of the `times` equal parts of training has ended since the last one."""
+        step, total = trainer.global_step, trainer.max_steps
+        last = step - int(trainer.val_check_batch or 0)
+        return self.times * step // total > self.times * last // total
 
 
-def _bars(writer: SummaryWriter, tag: str, heights: ArrayLike, step: int) -> None:
-    """Write a histogram whose bucket t has the height of template t."""
-    heights = np.asarray(heights, float)
-    places = np.arange(len(heights))
-    writer.add_histogram_raw(
-        tag,
-        min=-0.5,
-        max=len(heights) - 0.5,
-        num=heights.sum(),
-        sum=(heights * places).sum(),
-        sum_squares=(heights * places**2).sum(),
-        bucket_limits=(places + 0.5).tolist(),
-        bucket_counts=heights.tolist(),
-        global_step=step,
-    )
+def tensorboard_callbacks(
+    every: int, view: RenderConfig, examples: int, training_examples: int, training_figures: int
+) -> list[Callback]:
+    """Return all that writes to TensorBoard; without its logger they do nothing.
+
+    Args:
+        every: steps from one point of a curve to the next.
+        view: camera and size of the pictures.
+        examples: how many input images are shown as training starts.
+        training_examples: how many of those are shown reconstructed while training.
+        training_figures: how often, spread evenly over training; 0 for never.
+    """
+    return [
+        TemplateHistograms(),
+        ExampleImages(examples),
+        Reconstructions(view, examples, training_examples, training_figures),
+        StepCurves(every),  # last: its clock stands still until the others have drawn
+    ]
+
+
+def example_rows(data: FfdDataModule, count: int) -> list[int]:
+    """Return rows of `count` test models, spread evenly; of all where there are fewer."""
+    rows = data.rows(data.split.test)
+    count = min(count, len(rows))
+    return rows[np.linspace(0, len(rows) - 1, count).astype(int)].tolist()
+
+
+@torch.no_grad()
+def deformed_clouds(
+    network: TemplateFfdNetwork, prepared: PreparedSet, bank: TemplateBank, rows: Sequence[int]
+) -> list[Tensor]:
+    """Return the first points of each model's selected template, deformed: (n, 3) on the CPU."""
+    images = np.stack([prepared.image(r)[..., :3] for r in rows])
+    device = next(network.parameters()).device
+    prediction = network(torch.from_numpy(images).permute(0, 3, 1, 2).to(device))
+    clouds = []
+    for k, t in enumerate(prediction.template_index.tolist()):
+        matrix = bank.deformation_matrix[t, :_CLOUD_POINTS]
+        clouds.append(deform(matrix, bank.control_points[t], prediction.offsets[k, t].cpu()))
+    return clouds

@@ -13,10 +13,12 @@ from tensorboard.backend.event_processing.event_file_loader import EventFileLoad
 from tensorboard.plugins.custom_scalar import layout_pb2
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 from tensorboard.util import tensor_util
+from torch import nn
 from torch.utils.tensorboard import SummaryWriter
 
 from ffd_lightning.evaluation.loading import build_data, build_network
 from ffd_lightning.losses.objective import Objective
+from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
 from ffd_lightning.training.callbacks import Reconstructions, example_rows, tensorboard_callbacks
 from ffd_lightning.training.module import FfdModule
@@ -206,7 +208,9 @@ def test_examples_are_drawn_as_often_as_asked(logged):
         assert [t.step for t in events.Tensors(tag)] == [4, 8]
 
 
-@pytest.mark.parametrize(("times", "steps"), [(0, []), (1, [100]), (3, [40, 70, 100])])
+@pytest.mark.parametrize(
+    ("times", "steps"), [(0, []), (1, [100]), (2, [50, 100]), (3, [40, 70, 100])]
+)
 def test_figures_are_spread_over_training(times, steps):
     drawn = Reconstructions(None, 6, 3, times)
     due = [
@@ -217,17 +221,17 @@ def test_figures_are_spread_over_training(times, steps):
     assert due == steps
 
 
-def deformed_by_hand(session, row):
-    bank, (weights, offsets) = session.data.bank, session.prediction[row]
-    t = int(weights.argmax())
-    moved = bank.control_points[t].numpy().astype(float) + offsets[t]
+def deformed_by_hand(bank, t, offsets):
+    moved = bank.control_points[t].numpy().astype(float) + np.asarray(offsets)
     return bank.deformation_matrix[t].numpy().astype(float) @ moved
 
 
 def test_clouds_are_the_deformed_points_beside_the_truth(logged):
     events, prepared = logged.events, logged.data.prepared
     for row in example_rows(logged.data, EXAMPLES)[:SHOWN]:
-        expected = deformed_by_hand(logged, row)
+        weights, offsets = logged.prediction[row]
+        t = int(weights.argmax())
+        expected = deformed_by_hand(logged.data.bank, t, offsets[t])
         stored = events.Tensors(f"clouds/{prepared.ids[row]}_VERTEX")[-1].tensor_proto
         points = tensor_util.make_ndarray(stored)[0]
         assert points.shape == (2 * prepared.num_points, 3)
@@ -261,17 +265,39 @@ def test_logging_changes_no_weights_and_no_modes(logged, frozen, tiny_config, tm
         assert torch.equal(a, b)
 
 
-def test_pictures_give_every_part_its_mode_back(logged, monkeypatch):
-    clouds, network = [], logged.module.network.train()
-    network.heads.eval()
-    before = [part.training for part in network.modules()]
-    monkeypatch.setattr(callbacks, "write_clouds", lambda *args: clouds.append(args[2]))
-    drawn = Reconstructions(None, EXAMPLES, SHOWN, 1)
-    drawn.on_validation_end(logged.trainer, logged.module)
-    assert [part.training for part in network.modules()] == before
-    assert len(set(before)) == 2
-    for row, cloud in zip(example_rows(logged.data, EXAMPLES)[:SHOWN], clouds, strict=True):
-        assert cloud.numpy() == pytest.approx(deformed_by_hand(logged, row), abs=1e-5)
+class Known(nn.Module):
+    """Stands for a network: selects template 1, then 0, and moves each of its points its own way.
+
+    A real one that has seen eight steps says the same of every image.
+    """
+
+    def __init__(self, bank):
+        super().__init__()
+        self.parts = nn.ModuleList([nn.Linear(1, 1), nn.Dropout()])
+        shape = (SHOWN, *bank.control_points.shape)
+        self.offsets = torch.rand(shape, generator=torch.Generator().manual_seed(0))
+
+    def forward(self, images):
+        assert not self.training
+        weights = torch.tensor([[0.25, 0.75], [0.75, 0.25]])
+        return FfdPrediction(weights, weights, self.offsets, weights.log())
+
+
+def test_pictures_are_of_their_model_and_give_every_part_its_mode_back(logged, monkeypatch):
+    clouds, bank, network = [], logged.data.bank, Known(logged.data.bank).train()
+    network.parts[1].eval()
+    monkeypatch.setattr(callbacks, "write_clouds", lambda *args: clouds.append(args[1:4]))
+    monkeypatch.setattr(logged.module, "network", network)
+    Reconstructions(None, EXAMPLES, SHOWN, 1).on_validation_end(logged.trainer, logged.module)
+    assert [part.training for part in network.modules()] == [True, True, True, False]
+    rows = example_rows(logged.data, EXAMPLES)[:SHOWN]
+    for row, offsets, t, (tag, deformed, truth) in zip(
+        rows, network.offsets, (1, 0), clouds, strict=True
+    ):
+        assert tag == f"clouds/{logged.data.prepared.ids[row]}"
+        expected = deformed_by_hand(bank, t, offsets[t])
+        assert deformed.numpy() == pytest.approx(expected, abs=1e-5)
+        assert (truth.numpy() == logged.data.prepared.cloud(row)).all()
 
 
 def test_further_devices_write_nothing(tiny_config, tmp_path, monkeypatch):

@@ -1,0 +1,1 @@
+"""The page that `analysis.report` fills: its frame, style, script, and fragments of HTML."""

@@ -1,0 +1,232 @@
+"""Reading what a report is about: the runs of a folder, under one protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import pandas as pd
+from omegaconf import OmegaConf
+
+from ffd_lightning.analysis.plots import find_protocol, run_labels
+from ffd_lightning.analysis.runs import find_runs, load_runs, load_samples, load_settings
+from ffd_lightning.analysis.status import run_status
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, EvaluationProtocol, Measure
+from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.metrics.selection import effective_templates
+from ffd_lightning.run_folder import RunFolder
+
+SETTINGS = ["category", "regime", "templates"]
+"""What tells runs apart, but for their seed."""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """All runs of a folder.
+
+    Attributes:
+        folder: that holds them.
+        runs: those that can be read, by category, regime (as in the paper), templates and seed.
+        table: a row per run: `run`, `category`, `regime`, `templates`, `seed`, `state` (finished,
+            failed, running, interrupted), `reason` (of having no scores, "" with scores),
+            `protocol` and, with scores, the mean of each measure of each shape,
+            `effective_templates` and `num_samples`.
+        samples: as `load_samples` gives them, of the finished runs; no rows where there are none.
+        protocol: that the scores are of.
+        damaged: runs that cannot be read: folder and reason.
+    """
+
+    folder: Path
+    runs: list[RunFolder]
+    table: pd.DataFrame
+    samples: pd.DataFrame
+    protocol: EvaluationProtocol
+    damaged: dict[str, str]
+
+    @classmethod
+    def read(cls, folder: Path, protocol: str | None = None) -> Sweep:
+        """Read a folder.
+
+        Args:
+            folder: runs are at any depth below it.
+            protocol: the name of one; that of most samples where it is None.
+
+        Raises:
+            ConfigError: no such protocol.
+            DataError: no run.
+        """
+        found = find_runs(folder)
+        damaged = {run.path: why for run in found if (why := _damage(run))}
+        runs = [run for run in found if run.path not in damaged]
+        if not runs:
+            raise DataError(
+                f"{folder} holds no run that can be read"
+                + "".join(f" ({path}: {why})" for path, why in list(damaged.items())[:1])
+                + ": name the folder of a run, or of a sweep (runs/NAME)"
+            )
+        chosen = find_protocol(protocol or _most_used(runs))
+        table = load_runs(runs)[["run", *SETTINGS, "seed", "state", "reason"]]
+        order = table.sort_values([*SETTINGS, "seed"], key=_in_order, kind="stable").index
+        table, runs = table.loc[order].reset_index(drop=True), [runs[k] for k in order]
+        table["state"] = [str(run_status(run)["state"]) for run in runs]
+        parts = []
+        for place, run in enumerate(runs):
+            try:
+                part, why = _scores(run, str(table.loc[place, "state"]), chosen), ""
+                parts.append(part)
+            except DataError as error:
+                why = str(error)
+            if why and table.loc[place, "state"] != "failed":
+                table.loc[place, "reason"] = why
+        samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame({"run": []})
+        table = table.assign(protocol=chosen.name)
+        if parts:
+            table = table.merge(_means(samples, chosen), how="left", on="run")
+        shown = {str(path.relative_to(folder)): why for path, why in damaged.items()}
+        return cls(folder, runs, table, samples, chosen, shown)
+
+    @property
+    def scored(self) -> pd.DataFrame:
+        """The rows of the table that have scores."""
+        return self.table[self.table["run"].isin(self.samples["run"])]
+
+    @property
+    def main_measure(self) -> Measure:
+        """The measure that examples are ordered by: the first distance."""
+        measures = self.protocol.measures
+        return next((m for m in measures if not m.higher_is_better), measures[0])
+
+    @cached_property
+    def labels(self) -> dict[str, str]:
+        """A short label of each run."""
+        return run_labels(self.table)
+
+    def title(self, run: str) -> str:
+        """Return all that tells a run apart, in words."""
+        row = self.table[self.table["run"] == run].iloc[0]
+        return (
+            f"{row['category']}, regime {row['regime']}, T = {row['templates']}, seed {row['seed']}"
+        )
+
+    @cached_property
+    def settings(self) -> pd.DataFrame:
+        """A row per run, a column per setting; see `load_settings`."""
+        return load_settings(self.runs)
+
+    @property
+    def unscored(self) -> pd.DataFrame:
+        """The other rows."""
+        return self.table[~self.table["run"].isin(self.samples["run"])]
+
+    def name(self, run: str) -> str:
+        """Return a run's folder, as seen from the sweep's."""
+        return str(Path(run).relative_to(self.folder))
+
+
+def varying(table: pd.DataFrame, names: Sequence[str]) -> list[str]:
+    """Return the columns that have more than one value."""
+    return [name for name in names if table[name].nunique() > 1]
+
+
+def told_apart(table: pd.DataFrame, names: list[str]) -> tuple[list[str], str]:
+    """Return the settings that need a column, the regime always, and what all rows have in common.
+
+    Columns that say the same in each row only push the numbers off a narrow screen.
+    """
+    shown = [name for name in names if name == "regime" or table[name].nunique() > 1]
+    form = {"category": "{}", "templates": "T = {}", "seed": "seed {}"}
+    same = [form[name].format(table[name].iloc[0]) for name in names if name not in shown]
+    return shown, f" ({', '.join(same)})" if same else ""
+
+
+def plain(name: str) -> str:
+    """Return a setting's name as a heading."""
+    return "T" if name == "templates" else name
+
+
+def _in_order(column: pd.Series) -> pd.Series:
+    """Return what sorts a column: regimes as in the paper, numbers by size."""
+    if column.name != "regime":
+        return column
+    return column.map(lambda regime: ("bwer".find(regime) % 5, str(regime)))
+
+
+def _damage(run: RunFolder) -> str:
+    """Return why a run's configuration cannot be read, "" where it can."""
+    try:
+        config = OmegaConf.load(run.config)
+        named = all(
+            OmegaConf.select(config, key) is not None
+            for key in ("category.name", "regime.name", "templates.count", "seed")
+        )
+        return "" if named else "config.yaml names no category, regime, templates or seed"
+    except Exception as error:  # a YAML parser meets anything in a damaged file
+        return f"config.yaml is damaged: {str(error).splitlines()[0]}"
+
+
+def _evaluated(run: RunFolder) -> list[str]:
+    """Return the protocols that a run has samples of."""
+    return [
+        kind.value for kind in PROTOCOLS if (run.evaluation(kind.value) / "samples.csv").is_file()
+    ]
+
+
+def _most_used(runs: Sequence[RunFolder]) -> str:
+    """Return the protocol of most samples; the first of equals."""
+    found = [name for run in runs for name in _evaluated(run)]
+    return max((kind.value for kind in PROTOCOLS), key=found.count)
+
+
+def _scores(run: RunFolder, state: str, protocol: EvaluationProtocol) -> pd.DataFrame:
+    """Return a run's samples.
+
+    Raises:
+        DataError: it has none that can be read; the message says why.
+    """
+    if state != "finished":
+        # Samples may be there from before: they would not be of the run as it is now.
+        on = "it is at work" if state == "running" else "start its command again to go on"
+        raise DataError(f"it was begun and is not finished: {on}")
+    others = _evaluated(run)
+    if protocol.name not in others:
+        said = f"under protocol {' and '.join(others)} only" if others else "but has no samples"
+        raise DataError(
+            f"evaluated {said}: python evaluate.py run={run.path} protocol={protocol.name}"
+        )
+    try:
+        samples = load_samples([run], protocol.name)
+        if samples.empty:
+            raise ValueError("no rows")
+        needed = ["id", "category", "view", "template", *(m.name for m in protocol.measures)]
+        missing = [name for name in needed if name not in samples]
+        if missing:
+            raise ValueError(f"no column {', '.join(missing)}")
+        wrong = [m.name for m in protocol.measures if not _all_finite(samples[m.name])]
+        if wrong:
+            raise ValueError(f"{wrong[0]} is not a finite number everywhere")
+    except ValueError as error:
+        raise DataError(
+            f"its samples.csv is damaged ({error}): python evaluate.py run={run.path} "
+            f"protocol={protocol.name} restart=true"
+        ) from None
+    return samples
+
+
+def _all_finite(values: pd.Series) -> bool:
+    numbers = pd.to_numeric(values, errors="coerce")
+    return bool(numbers.notna().all() and (numbers.abs() < float("inf")).all())
+
+
+def _means(samples: pd.DataFrame, protocol: EvaluationProtocol) -> pd.DataFrame:
+    """Return a row per run: means of its measures, and how it selects templates."""
+    names = [f"{s}_{m.name}" if s else m.name for s in SHAPES for m in protocol.measures]
+    groups = samples.groupby("run", sort=False)
+    means = groups[[name for name in names if name in samples]].mean()
+    means["effective_templates"] = [
+        effective_templates(part["template"].value_counts()) for _, part in groups
+    ]
+    means["num_samples"] = groups.size()
+    return means.reset_index()

@@ -1,0 +1,703 @@
+import base64
+import csv
+import io
+import json
+import os
+import re
+import select
+import shutil
+import subprocess
+import sys
+import time
+from collections import Counter
+from contextlib import contextmanager
+from html.parser import HTMLParser
+from statistics import mean, stdev
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+from scipy.spatial import cKDTree
+
+from ffd_lightning.analysis import report
+from ffd_lightning.analysis.gallery import ExampleMaker, choose_examples, choose_runs
+from ffd_lightning.analysis.report import write_report
+from ffd_lightning.analysis.report_page import distributions
+from ffd_lightning.analysis.report_page.meshes import lighten, pack, size
+from ffd_lightning.analysis.runs import load_samples
+from ffd_lightning.config import ProtocolKind
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
+from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
+from ffd_lightning.evaluation.samples import Sample, predict
+from ffd_lightning.evaluation.shapes import TemplateShape
+from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.training.run import train
+
+EVIL = "<script>alert('x')</script>&"
+MEASURES = ("chamfer", "emd", "iou")
+CHAMFER, IOU = Measure("chamfer", ""), Measure("iou", "", higher_is_better=True)
+
+
+def make_run(folder, regime="b", templates=4, seed=0, protocol="paper", count=8):
+    """Write a finished run by hand, without a checkpoint."""
+    run = RunFolder(folder)
+    run.path.mkdir(parents=True)
+    run.config.write_text(
+        f"category: {{name: table}}\nregime: {{name: {regime}, entropy_weight: {len(regime)}.5}}\n"
+        f"templates: {{count: {templates}}}\nseed: {seed}\ntrainer: {{devices: {seed}}}\n"
+    )
+    rng = np.random.default_rng([ord(regime[0]), templates, seed])
+    rows = [
+        {"id": f"m{k}", "category": "table", "family": "", "view": 0, "template": f"t{k % 3}"}
+        | {"weight": 0.5}
+        | {f"{p}{m}": float(rng.random()) for p in ("", "undeformed_", "floor_") for m in MEASURES}
+        for k in range(count)
+    ]
+    path = run.evaluation(protocol) / "samples.csv"
+    path.parent.mkdir(parents=True)
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+    run.set_status("finished")
+    return run
+
+
+def read_rows(run, protocol="paper"):
+    with (run.evaluation(protocol) / "samples.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+class Page(HTMLParser):
+    """What a page holds: text, attributes, tables; and whether its tags are nested well."""
+
+    VOID = frozenset(("meta", "link", "img", "br"))
+
+    def __init__(self, path):
+        super().__init__()
+        self.open, self.attributes, self.tables, self.said = [], [], [], []
+        self.tags = Counter()
+        self.feed(path.read_text(encoding="utf-8"))
+        assert self.open == [], "all tags are closed"
+
+    def handle_starttag(self, tag, attrs):
+        self.tags[tag] += 1
+        self.attributes += [(tag, *pair) for pair in attrs]
+        if tag not in self.VOID:
+            self.open.append(tag)
+        if tag == "table":
+            self.tables.append([])
+        elif tag == "tr":
+            self.tables[-1].append([])
+        elif tag in ("td", "th"):
+            self.tables[-1][-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag, f"</{tag}> closes another"
+
+    def handle_data(self, data):
+        if not {"script", "style"} & set(self.open):
+            self.said.append(data)
+        if {"td", "th"} & set(self.open[-2:]):
+            self.tables[-1][-1][-1] += data
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.said).split()).replace(" ,", ",")
+
+
+def two_regimes(folder):
+    return [make_run(folder / regime, regime) for regime in "wb"]
+
+
+@pytest.fixture
+def blank(monkeypatch):
+    """Do not draw figures, which takes most of the time: for tests of the words."""
+    monkeypatch.setattr(distributions, "to_svg", lambda figure: b"<svg/>")
+
+
+@pytest.fixture
+def sweep(tmp_path, blank):
+    """Two regimes, finished, to be changed."""
+    return two_regimes(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Two regimes, finished, and the path of their report."""
+    folder = tmp_path_factory.mktemp("written")
+    return two_regimes(folder), write_report(folder)
+
+
+def test_the_table_holds_the_means_in_the_paper_s_order(written):
+    sweep, path = written
+    page = Page(path)
+    head, *rows = page.tables[0]
+    assert head[:4] == ["regime", "Chamfer ↓ x 1000", "EMD ↓ x 1000", "IoU ↑ x 1000"]
+    assert [row[0] for row in rows] == ["b", "w", "truth again"]
+    for row, run in zip(rows, sweep[::-1], strict=False):
+        for cell, name in zip(row[1:5], (*MEASURES, "undeformed_chamfer"), strict=True):
+            expected = mean(1000 * float(r[name]) for r in read_rows(run))
+            assert float(cell) == pytest.approx(expected, rel=0.01)
+        assert row[-1] == "8"
+    floors = [float(r["floor_emd"]) for run in sweep for r in read_rows(run)]
+    assert float(rows[2][2]) == pytest.approx(1000 * mean(floors), rel=0.01)
+    for words in ("2 finished", "1,024 points, hemisphere of radius 3.2", "(table, T = 4, seed 0)"):
+        assert words in page.text
+
+
+def test_seeds_become_a_mean_and_a_deviation(tmp_path, blank):
+    runs = [make_run(tmp_path / str(seed), seed=seed) for seed in range(3)]
+    page = Page(write_report(tmp_path))
+    head, row = page.tables[0][:2]
+    assert row[:2] == ["b", "3"]
+    assert head[1] == "seeds"
+    means = [mean(1000 * float(r["chamfer"]) for r in read_rows(run)) for run in runs]
+    shown = [float(number) for number in row[2].split(" ± ")]
+    assert shown == pytest.approx([mean(means), stdev(means)], rel=0.01)
+    assert "Agreement of seeds" in page.text
+
+
+def test_the_page_needs_nothing_from_elsewhere(written):
+    _, path = written
+    page, text = Page(path), path.read_text()
+    links = [v for _, k, v in page.attributes if k in ("src", "href", "srcset", "action", "poster")]
+    assert links
+    assert all(link.startswith(("data:", "#")) for link in links)
+    assert not re.search(r"@import|url\((?!data:)|fetch\(|XMLHttpRequest|import\(", text)
+    policy = dict((t, v) for t, k, v in page.attributes if k == "content")["meta"]
+    assert "default-src" in text
+    assert policy
+    assert not [k for _, k, _ in page.attributes if k.startswith("on")], "no inline handlers"
+    anchors = [v[1:] for _, k, v in page.attributes if k == "href" and v.startswith("#")]
+    ids = [v for _, k, v in page.attributes if k == "id"]
+    assert set(anchors) <= set(ids)
+    assert len(ids) == len(set(ids))
+
+
+def test_pictures_say_what_they_show(written):
+    sweep, path = written
+    page = Page(path)
+    alts = [v for t, k, v in page.attributes if (t, k) == ("img", "alt")]
+    assert len(alts) == page.tags["img"] == 3
+    medians = sorted(1000 * float(r["chamfer"]) for r in read_rows(sweep[0]))[3:5]
+    assert f"w {mean(medians):.1f}" in alts[0]
+    assert [t for t, k, _ in page.attributes if k == "lang"] == ["html"]
+    assert page.tags["h1"] == 1
+
+
+def test_what_comes_from_outside_is_escaped(tmp_path, blank):
+    run = make_run(tmp_path / "a<b>&c")
+    text = (run.evaluation("paper") / "samples.csv").read_text()
+    (run.evaluation("paper") / "samples.csv").write_text(text.replace("t1", EVIL))
+    make_run(tmp_path / "failed", seed=1).set_status("failed", reason=EVIL)
+    (tmp_path / "study.yaml").write_text(
+        json.dumps({"study": EVIL, "question": EVIL, "command": EVIL})
+    )
+    path = write_report(tmp_path)
+    assert EVIL not in path.read_text()
+    page = Page(path)
+    assert page.text.count(EVIL) == 5, "title twice, question, command, reason"
+    assert page.tags["script"] == 2
+
+
+def test_the_same_runs_give_the_same_bytes(written):
+    first = written[1].read_bytes()
+    assert write_report(written[1].parent).read_bytes() == first
+
+
+def damage(run):
+    (run.evaluation("paper") / "samples.csv").write_text("")
+
+
+def spoil(run):
+    file = run.evaluation("paper") / "samples.csv"
+    rows = file.read_text().splitlines()
+    file.write_text("\n".join([rows[0], rows[1].replace("0.", "x")]))
+
+
+ODD = {
+    "failed": (lambda run: run.set_status("failed", reason="disk full"), "failed", "disk full"),
+    "killed": (lambda run: run.set_status("running"), "interrupted", "begun and is not finished"),
+    "new": (lambda run: (run.path / "status.json").unlink(), "interrupted", "is not finished"),
+    "no samples": (lambda run: shutil.rmtree(run.path / "evaluation"), "finished", "no samples"),
+    "modern": (
+        lambda run: run.evaluation("paper").rename(run.evaluation("modern")),
+        "finished",
+        "under protocol modern only: python evaluate.py run=",
+    ),
+    "empty": (damage, "finished", "samples.csv is damaged"),
+    "words": (spoil, "finished", "chamfer is not a finite number"),
+    "no yaml": (lambda run: run.config.write_text("{{"), "damaged", "config.yaml is damaged"),
+    "unnamed": (lambda run: run.config.write_text("seed: 1"), "damaged", "names no category"),
+}
+
+
+def test_runs_without_results_are_told_and_break_nothing(sweep, tmp_path):
+    for seed, (name, (change, _, _)) in enumerate(ODD.items()):
+        change(make_run(tmp_path / name, "e", seed=seed))
+    busy = make_run(tmp_path / "busy", "e", seed=len(ODD))
+    busy.set_status("running")
+    with busy.lock():
+        page = Page(write_report(tmp_path))
+    found = {row[0]: row[1:] for row in page.tables[-1][1:]}
+    assert set(found) == {*ODD, "busy"}
+    for name, (_, state, reason) in ODD.items():
+        assert found[name][0] == state, name
+        assert reason in found[name][1], name
+    assert found["busy"][0] == "running"
+    assert "it is at work" in found["busy"][1]
+    assert [row[0] for row in page.tables[0][1:3]] == ["b", "w"]
+    for words in ("2 damaged, 1 failed, 6 finished, 2 interrupted, 1 running", "10 more runs have"):
+        assert words in page.text
+
+
+def test_a_sweep_without_any_result(tmp_path):
+    make_run(tmp_path / "a").set_status("failed", reason="no memory")
+    page = Page(write_report(tmp_path))
+    assert "No run has results yet" in page.text
+    assert "no memory" in page.text
+
+
+def test_the_protocol_is_that_of_most_runs_unless_it_is_named(tmp_path, blank):
+    measures = ("fscore_1", "fscore_2", "chamfer_l1", "chamfer_l2", "normal_consistency")
+    measures += ("hausdorff90", "iou_32", "iou_128")
+    for regime in "bwe":
+        run = make_run(tmp_path / regime, regime, protocol="modern")
+        file = run.evaluation("modern") / "samples.csv"
+        table = pd.read_csv(file)
+        for k, name in enumerate(measures):
+            table[name] = 0.1 * (k + 1)
+        table.to_csv(file, index=False)
+    make_run(tmp_path / "r", "r")
+    page = Page(write_report(tmp_path))
+    assert "longest side of the truth 1" in page.text
+    assert page.tables[0][1][:4] == ["b", "100.0", "200.0", "300.0"]
+    page = Page(write_report(tmp_path, protocol="paper"))
+    assert [row[0] for row in page.tables[0][1:-1]] == ["r"]
+    assert "3 more runs have no results" in page.text
+
+
+def test_settings_that_differ_are_told_but_not_those_of_the_machine(sweep, tmp_path):
+    make_run(tmp_path / "e2", "e", seed=2)
+    page = Page(write_report(tmp_path))
+    table = page.tables[-1]
+    assert sorted(table[0]) == ["regime.name", "run", "seed"]
+    assert "templates.count=4" in page.text
+    assert "regime.entropy_weight=1.5" in page.text
+    assert "devices" not in page.text
+
+
+def test_regimes_and_numbers_of_templates_are_compared(tmp_path):
+    for regime in "be":
+        for templates in (4, 8):
+            make_run(tmp_path / f"{regime}{templates}", regime, templates, count=12)
+    page = Page(write_report(tmp_path))
+    assert "Regimes, by Chamfer" in page.text
+    assert "Numbers of templates, by Chamfer" in page.text
+    alts = [v for t, k, v in page.attributes if (t, k) == ("img", "alt")]
+    assert "Chamfer against T" in alts
+
+
+def test_the_study_s_question_is_asked(sweep, tmp_path):
+    (tmp_path / "study.yaml").write_text("study: Entropy\nquestion: Does it help?\ncommand: make\n")
+    page = Page(write_report(tmp_path))
+    for words in ("Entropy", "Does it help?", "make"):
+        assert words in page.text
+    (tmp_path / "study.yaml").write_text("study: [")
+    with pytest.raises(ConfigError, match=r"study.yaml cannot be read .*: mend or remove it"):
+        write_report(tmp_path)
+
+
+def test_no_examples_without_a_checkpoint(written):
+    page = Page(written[1])
+    assert "no examples, since" in page.text
+    assert page.tags["canvas"] == 0
+
+
+def test_the_command(sweep, tmp_path, capsys):
+    assert report.main([str(tmp_path), "protocol=paper", "gallery=0"]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'report.html'}\n"
+    assert "Examples" not in Page(tmp_path / "report.html").text
+    assert report.main([]) == 2
+    for arguments, error, message in (
+        ([str(tmp_path / "no")], DataError, "holds no run that can be read"),
+        ([str(tmp_path), "protocol=papre"], ConfigError, "choose one of paper, modern"),
+        ([str(tmp_path), "protocl=paper"], ConfigError, "there is no protocl="),
+        ([str(tmp_path), "gallery=all"], ConfigError, "must be a number"),
+        ([str(tmp_path), str(tmp_path)], ConfigError, "2 folders are named"),
+    ):
+        with pytest.raises(error, match=message):
+            report.main(arguments)
+
+
+# --- examples ------------------------------------------------------------------------------------
+
+
+def table(values, name="chamfer"):
+    return pd.DataFrame({"id": [f"m{k}" for k in range(len(values))], "view": 0, name: values})
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([5, 1, 4, 2, 3], ["m1", "m4", "m0"]),
+        ([5, 1, 4, 2], ["m1", "m3", "m0"]),
+        ([2, 2, 2], ["m0", "m1", "m2"]),
+        ([2, 1], ["m1", "m0"]),
+        ([2], ["m0"]),
+    ],
+)
+def test_best_median_and_worst(values, expected):
+    assert [row["id"] for _, row in choose_examples(table(values), CHAMFER)] == expected
+    chosen = choose_examples(table([-v for v in values], "iou"), IOU)
+    assert [row["id"] for _, row in chosen] == expected
+    assert next(rank for rank, _ in chosen) == "best"
+
+
+def test_of_many_runs_some_are_shown():
+    names = [f"{c:02}/{r}/{s}" for c in range(13) for r in "bwer" for s in (0, 1)]
+    runs = pd.DataFrame({"run": names, "templates": 30})
+    runs["category"], runs["regime"] = zip(*(n.split("/")[:2] for n in names), strict=True)
+    chosen = choose_runs(runs, 12)
+    assert len(chosen) == len(set(chosen)) == 12
+    assert (chosen[0], chosen[-1]) == ("00/b/0", "12/r/0")
+    assert all(name.endswith("/0") for name in chosen), "the first seed of each setting"
+    assert choose_runs(runs[:8], 12) == ["00/b/0", "00/w/0", "00/e/0", "00/r/0"]
+
+
+def sphere(divisions=70):
+    """A sphere of radius 0.5, as a soup: each face has vertices of its own."""
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, divisions), np.linspace(0, np.pi, divisions))
+    places = 0.5 * np.stack([np.sin(v) * np.cos(u), np.cos(v), np.sin(v) * np.sin(u)], -1)
+    a, b, c, d = (
+        places[i : divisions - 1 + i, j : divisions - 1 + j].reshape(-1, 3)
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1))
+    )
+    corners = np.concatenate([np.stack([a, b, c], 1), np.stack([b, d, c], 1)])
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(("limit", "lost"), [(60_000, 0.01), (8_000, 0.06), (3_000, 0.2)])
+def test_meshes_become_small_and_keep_their_shape(limit, lost):
+    vertices, faces = sphere()
+    assert size(vertices, faces) > 200_000
+    small, small_faces = lighten(vertices, faces, limit)
+    assert limit / 6 < size(small, small_faces) <= limit, "no smaller than need be"
+    a, b, c = (small[small_faces[:, k]] for k in range(3))
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+    assert (1 - lost) * np.pi < area < np.pi
+    radius = np.linalg.norm(small, axis=1)
+    assert (1 - lost) * 0.5 < radius.min() < radius.max() < 0.5001
+
+
+def test_a_small_mesh_only_loses_what_is_double():
+    vertices, faces = sphere(12)
+    small, small_faces = lighten(vertices, faces)
+    distance, _ = cKDTree(small).query(vertices)
+    assert distance.max() < 1e-4
+    assert len(small) == len(np.unique(np.round(vertices, 4), axis=0)) < len(vertices)
+    twice = np.concatenate([faces, faces[:, ::-1]])
+    assert len(lighten(vertices, twice)[1]) == len(small_faces)
+
+
+def test_what_cannot_be_merged_any_further_loses_its_smallest_faces():
+    places = np.random.default_rng(0).uniform(-0.5, 0.5, (30_000, 3))
+    small = lighten(places, np.arange(30_000).reshape(-1, 3), 1200)
+    assert 0 < size(*small) <= 1200
+
+
+def test_a_packed_mesh_is_read_back():
+    vertices, faces = sphere(12)
+    vertices, faces = lighten(vertices + [0.1, 0, 3], faces)
+    packed = pack(vertices, faces).as_json()
+    places = np.frombuffer(base64.b64decode(packed["vertices"]), "<i2").reshape(-1, 3)
+    corners = np.frombuffer(base64.b64decode(packed["faces"]), "<u2").reshape(-1, 3)
+    np.testing.assert_allclose(places / 32767 * packed["scale"], vertices, atol=3.5 / 65534)
+    np.testing.assert_array_equal(corners, faces)
+
+
+@pytest.fixture(scope="module")
+def trained(tiny_config, tmp_path_factory):
+    """A tiny run of 2 steps in a folder of its own, its configuration and the report's path."""
+    folder = tmp_path_factory.mktemp("sweep")
+    cfg = tiny_config("regime=e", "schedule.steps=2")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
+        train(cfg, RunFolder(folder / "run"))
+    return folder, cfg, write_report(folder)
+
+
+def test_examples_are_the_network_s_own(trained):
+    folder, cfg, _ = trained
+    run = RunFolder(folder / "run")
+    samples = load_samples([run])
+    examples = ExampleMaker(CHAMFER).examples(run, samples)
+    order = sorted(read_rows(run), key=lambda row: float(row["chamfer"]))
+    expected = [order[0], order[(len(order) - 1) // 2], order[-1]]
+    assert [e.rank for e in examples] == ["best", "median", "worst"]
+    assert [e.row["id"] for e in examples] == [row["id"] for row in expected]
+    data = build_data(cfg)
+    data.setup()
+    network = build_network(cfg)
+    load_weights(network, run.checkpoint)
+    for example, row in zip(examples, expected, strict=True):
+        place, t = data.prepared.index(row["id"]), data.bank.ids.index(row["template"])
+        shown = np.asarray(Image.open(io.BytesIO(example.image)).convert("RGB"), int)
+        assert np.abs(shown - data.prepared.image(place)[..., :3]).mean() < 3, "128 colours"
+        offsets = predict(network, data.prepared, [Sample(place)]).offsets[0, t]
+        dense, _ = TemplateShape(data.bank, t, offsets).mesh()
+        truth = data.prepared.mesh(place)
+        for packed, points in ((example.deformed, dense), (example.truth, truth.vertices)):
+            places = packed.vertices / 32767 * packed.scale
+            assert cKDTree(points).query(places)[0].max() < 0.02, "the edge length of evaluation"
+            used = points[np.unique(truth.faces)] if points is truth.vertices else points
+            np.testing.assert_allclose(np.ptp(places, axis=0), np.ptp(used, axis=0), atol=5e-3)
+
+
+def test_the_page_shows_them(trained):
+    folder, _, path = trained
+    page, text = Page(path), path.read_text()
+    assert page.tags["canvas"] == 3
+    meshes = json.loads(re.search(r'id="meshes">(.*?)</script>', text, re.S)[1])
+    named = {v for t, k, v in page.attributes if k in ("data-left", "data-right")}
+    assert named == set(meshes)
+    for row in read_rows(RunFolder(folder / "run"))[:1]:
+        assert row["template"] in page.text
+    assert len(text) < 1_000_000
+    assert write_report(folder).read_text() == text
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda run: shutil.rmtree(run.path / "checkpoints"), "there is no checkpoint"),
+        (lambda run: run.checkpoint.write_bytes(b"x"), "damaged or no checkpoint"),
+        (
+            lambda run: run.config.write_text(run.config.read_text().replace("hidden: 32", "q: 3")),
+            "config.yaml is of another version",
+        ),
+    ],
+)
+def test_why_there_are_no_examples(trained, tmp_path, change, reason, blank):
+    shutil.copytree(trained[0], tmp_path / "copy")
+    change(RunFolder(tmp_path / "copy" / "run"))
+    page = Page(write_report(tmp_path / "copy"))
+    assert reason in page.text
+    assert page.tags["canvas"] == 0
+
+
+def test_a_report_prepares_no_data(trained, tmp_path, blank):
+    page = Page(write_report(shutil.copytree(trained[0], tmp_path / "c"), data_root=tmp_path / "d"))
+    assert "is not there (data_root=DIR names it)" in page.text
+    assert not (tmp_path / "d").exists()
+
+
+def test_samples_of_other_weights_are_noticed(trained, tmp_path, blank):
+    run = RunFolder(shutil.copytree(trained[0], tmp_path / "copy") / "run")
+    file = run.evaluation("paper") / "samples.csv"
+    table = pd.read_csv(file)
+    table["template"] = [sorted(set(read_ranking(run)) - {t})[0] for t in table["template"]]
+    table.to_csv(file, index=False)
+    assert "evaluate the run again" in Page(write_report(tmp_path / "copy")).text
+
+
+def read_ranking(run):
+    with (run.path / "template_ranking.csv").open() as file:
+        return [row["id"] for row in csv.DictReader(file)]
+
+
+# --- in a browser --------------------------------------------------------------------------------
+
+
+class Browser:
+    """Chromium without a window, spoken to in its DevTools protocol over two pipes."""
+
+    FLAGS = (
+        "--headless=new",
+        "--no-sandbox",
+        "--remote-debugging-pipe",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+        "--no-first-run",
+    )
+
+    def __init__(self, program, profile):
+        theirs, self._to = os.pipe()
+        self._from, back = os.pipe()
+        command = f'exec "$0" "$@" 3<&{theirs} 4>&{back}'
+        flags = [*self.FLAGS, f"--user-data-dir={profile}", "about:blank"]
+        self._process = subprocess.Popen(
+            ["bash", "-c", command, program, *flags],
+            pass_fds=(theirs, back),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        os.close(theirs)
+        os.close(back)
+        self._count, self._rest, self.events, self._session = 0, b"", [], None
+        targets = self.call("Target.getTargets")["targetInfos"]
+        target = next(t["targetId"] for t in targets if t["type"] == "page")
+        attached = self.call("Target.attachToTarget", targetId=target, flatten=True)
+        self._session = attached["sessionId"]
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.call(f"{domain}.enable")
+
+    def call(self, method, **params):
+        self._count += 1
+        message = {"id": self._count, "method": method, "params": params}
+        if self._session:
+            message["sessionId"] = self._session
+        os.write(self._to, json.dumps(message).encode() + b"\0")
+        end = time.monotonic() + 60
+        while True:
+            while b"\0" not in self._rest:
+                if not select.select([self._from], [], [], max(0, end - time.monotonic()))[0]:
+                    raise TimeoutError(method)
+                chunk = os.read(self._from, 1 << 20)
+                if not chunk:
+                    raise ConnectionError("the browser has ended")
+                self._rest += chunk
+            line, _, self._rest = self._rest.partition(b"\0")
+            answer = json.loads(line)
+            if answer.get("id") == self._count:
+                assert "error" not in answer, answer["error"]
+                return answer["result"]
+            self.events.append(answer)
+
+    def ask(self, expression):
+        """Return what JavaScript says; a promise is waited for."""
+        result = self.call(
+            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
+        )
+        assert "exceptionDetails" not in result, result["exceptionDetails"]
+        return result["result"].get("value")
+
+    def open(self, path, width, height=900):
+        self.events.clear()
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        self.call("Page.navigate", url=path.as_uri())
+        end = time.monotonic() + 60
+        while self.ask("location.href + document.readyState") != f"{path.as_uri()}complete":
+            assert time.monotonic() < end, "the page does not load"
+            time.sleep(0.05)
+
+    def complaints(self):
+        names = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
+        return [e for e in self.events if e.get("method") in names]
+
+    def requests(self):
+        sent = [e for e in self.events if e.get("method") == "Network.requestWillBeSent"]
+        return [e["params"]["request"]["url"] for e in sent]
+
+    def close(self):
+        self._process.terminate()
+        self._process.wait()
+        os.close(self._to)
+        os.close(self._from)
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    programs = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+    program = next(filter(None, map(shutil.which, programs)), None)
+    if program is None or sys.platform != "linux":
+        pytest.skip("no Chromium here")
+    try:
+        browser = Browser(program, tmp_path_factory.mktemp("profile"))
+    except (TimeoutError, ConnectionError, BrokenPipeError):
+        pytest.skip("Chromium does not start here")
+    yield browser
+    browser.close()
+
+
+# How much of each half of the first 3D picture is drawn on, and a number that stands for it.
+PIXELS = """new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => {
+  const c = document.querySelector("canvas[data-left]"), {width, height} = c;
+  const d = c.getContext("2d").getImageData(0, 0, width, height).data;
+  const drawn = [0, 0];
+  let hash = 0;
+  for (let i = 0; i < d.length; i += 4) {
+    if (d[i + 3]) drawn[(i / 4) % width < width / 2 ? 0 : 1] += 2 / (width * height);
+    hash = (hash * 31 + d[i] + 7 * d[i + 3]) >>> 0;
+  }
+  done([...drawn, hash]);
+})))"""
+
+
+@contextmanager
+def opened(browser, path, width):
+    browser.open(path, width)
+    browser.ask("document.querySelector('canvas[data-left]').scrollIntoView({block: 'center'})")
+    end = time.monotonic() + 30
+    while not browser.ask(PIXELS)[0] and time.monotonic() < end:
+        time.sleep(0.1)
+    yield
+
+
+@pytest.mark.parametrize("width", [1280, 400])
+def test_a_browser_shows_it_without_a_word(browser, trained, width):
+    path = trained[2]
+    browser.open(path, width)
+    assert browser.ask("innerWidth") == width
+    assert browser.ask("document.documentElement.scrollWidth") <= width
+    time.sleep(0.5)  # pictures are drawn after the page is there
+    assert browser.ask("document.querySelectorAll('canvas[data-left]').length") == 3
+    assert browser.complaints() == []
+    assert [u for u in browser.requests() if not u.startswith("data:")] == [path.as_uri()]
+
+
+def key(browser, name, code):
+    for kind in ("keyDown", "keyUp"):
+        browser.call("Input.dispatchKeyEvent", type=kind, key=name, windowsVirtualKeyCode=code)
+
+
+def test_meshes_are_drawn_and_can_be_turned(browser, trained):
+    with opened(browser, trained[2], 1000):
+        left, right, first = browser.ask(PIXELS)
+        assert 0.02 < left < 0.9
+        assert 0.02 < right < 0.9
+        box = browser.ask(
+            "(({x, y}) => [x, y])(document.querySelector('canvas').getBoundingClientRect())"
+        )
+        x, y = box[0] + 40, box[1] + 40
+        mouse = {"button": "left", "clickCount": 1}
+        for kind, dx in (("mousePressed", 0), ("mouseMoved", 60), ("mouseReleased", 60)):
+            browser.call("Input.dispatchMouseEvent", type=kind, x=x + dx, y=y, buttons=1, **mouse)
+        turned = browser.ask(PIXELS)
+        assert turned[2] != first
+        key(browser, "ArrowLeft", 37)
+        assert browser.ask(PIXELS)[2] != turned[2]
+        browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-200)
+        assert browser.ask(PIXELS)[0] > turned[0], "nearer"
+        key(browser, "0", 48)
+        assert browser.ask(PIXELS)[2] == first
+
+
+def test_fingers_turn_and_pinch(browser, trained):
+    with opened(browser, trained[2], 400):
+        before = browser.ask(PIXELS)
+        x, y = browser.ask(
+            "(({x, y}) => [x, y])(document.querySelector('canvas').getBoundingClientRect())"
+        )
+        steps = [(40, 60), (30, 70), (20, 80), (10, 90)]
+        for k, (a, b) in enumerate(steps):
+            points = [{"x": x + a, "y": y + 40, "id": 0}, {"x": x + b, "y": y + 40, "id": 1}]
+            kind = "touchMove" if k else "touchStart"
+            browser.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+        browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        pinched = browser.ask(PIXELS)
+        assert pinched[0] > before[0], "nearer"
+        for k, kind in enumerate(("touchStart", "touchMove", "touchMove", "touchMove")):
+            points = [{"x": x + 40 + 25 * k, "y": y + 40, "id": 0}]
+            browser.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
+        browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+        assert browser.ask(PIXELS)[2] != pinched[2]
