@@ -124,6 +124,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         DataError: data that is missing or damaged.
     """
     validate(cfg)
+    cfg.paths.data = str(Path(cfg.paths.data).absolute())  # a run may be opened from elsewhere
     if getattr(rank_zero_only, "rank", 0) != 0:
         return _train(cfg, run)
     with run.lock():

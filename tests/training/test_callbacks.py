@@ -200,12 +200,8 @@ def test_examples_are_drawn_as_often_as_asked(logged):
     events = logged.events
     assert [i.step for i in events.Images("examples/reconstructions")] == [4]
     assert [i.step for i in events.Images("examples/input")] == [0]
-    rows = example_rows(logged.data, EXAMPLES)[:SHOWN]
-    tags = {t for t in events.Tags()["tensors"] if t.startswith("clouds/")}
-    names = [f"clouds/{logged.data.prepared.ids[row]}" for row in rows]
-    assert tags == {f"{name}_{part}" for name in names for part in ("VERTEX", "COLOR")}
-    for tag in tags:
-        assert [t.step for t in events.Tensors(tag)] == [4, 8]
+    for part in ("VERTEX", "COLOR"):
+        assert [t.step for t in events.Tensors(f"examples/clouds_{part}")] == [4, 8]
 
 
 @pytest.mark.parametrize(
@@ -227,20 +223,26 @@ def deformed_by_hand(bank, t, offsets):
 
 
 def test_clouds_are_the_deformed_points_beside_the_truth(logged):
-    events, prepared = logged.events, logged.data.prepared
-    for row in example_rows(logged.data, EXAMPLES)[:SHOWN]:
+    prepared, size = logged.data.prepared, logged.data.prepared.num_points
+    stored, colors = (
+        tensor_util.make_ndarray(logged.events.Tensors(f"examples/clouds_{part}")[-1].tensor_proto)
+        for part in ("VERTEX", "COLOR")
+    )
+    assert stored.shape == colors.shape == (1, SHOWN * 2 * size, 3)
+    parts = np.split(stored[0], SHOWN * 2)
+    for k, row in enumerate(example_rows(logged.data, EXAMPLES)[:SHOWN]):
         weights, offsets = logged.prediction[row]
         t = int(weights.argmax())
-        expected = deformed_by_hand(logged.data.bank, t, offsets[t])
-        stored = events.Tensors(f"clouds/{prepared.ids[row]}_VERTEX")[-1].tensor_proto
-        points = tensor_util.make_ndarray(stored)[0]
-        assert points.shape == (2 * prepared.num_points, 3)
-        deformed, truth = np.split(points, 2)
-        assert deformed == pytest.approx(expected, abs=1e-5)
+        deformed, truth = parts[2 * k : 2 * k + 2]
+        lower = deformed - deformed_by_hand(logged.data.bank, t, offsets[t])
         aside = truth - prepared.cloud(row)
-        assert aside == pytest.approx(np.tile(aside[0], (len(aside), 1)), abs=1e-5)
-        assert aside[0, 1:] == pytest.approx([0, 0], abs=1e-6)
+        for moved in (lower, aside):
+            assert moved == pytest.approx(np.tile(moved[0], (size, 1)), abs=1e-5)
+        assert lower[0] == pytest.approx([0, lower[0, 1], 0], abs=1e-5)
+        assert (lower[0, 1] < -0.1) == (k > 0)
+        assert aside[0] == pytest.approx([aside[0, 0], lower[0, 1], 0], abs=1e-5)
         assert truth[:, 0].min() > deformed[:, 0].max()
+    assert parts[0][:, 1].min() > parts[2][:, 1].max()
 
 
 def test_colors_tell_the_distance_to_the_other_cloud():
@@ -286,15 +288,14 @@ class Known(nn.Module):
 def test_pictures_are_of_their_model_and_give_every_part_its_mode_back(logged, monkeypatch):
     clouds, bank, network = [], logged.data.bank, Known(logged.data.bank).train()
     network.parts[1].eval()
-    monkeypatch.setattr(callbacks, "write_clouds", lambda *args: clouds.append(args[1:4]))
+    monkeypatch.setattr(callbacks, "write_clouds", lambda *args: clouds.extend(args[2]))
     monkeypatch.setattr(logged.module, "network", network)
     Reconstructions(None, EXAMPLES, SHOWN, 1).on_validation_end(logged.trainer, logged.module)
     assert [part.training for part in network.modules()] == [True, True, True, False]
     rows = example_rows(logged.data, EXAMPLES)[:SHOWN]
-    for row, offsets, t, (tag, deformed, truth) in zip(
+    for row, offsets, t, (deformed, truth) in zip(
         rows, network.offsets, (1, 0), clouds, strict=True
     ):
-        assert tag == f"clouds/{logged.data.prepared.ids[row]}"
         expected = deformed_by_hand(bank, t, offsets[t])
         assert deformed.numpy() == pytest.approx(expected, abs=1e-5)
         assert (truth.numpy() == logged.data.prepared.cloud(row)).all()

@@ -14,6 +14,7 @@ from torch.utils._python_dispatch import TorchDispatchMode
 
 from ffd_lightning.analysis.runs import find_runs, load_runs
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.loading import open_run
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import StepTimer
 from ffd_lightning.training.module import FfdModule
@@ -78,6 +79,17 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
     with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.001, now 0.002"):
         train(tiny_config("schedule.learning_rate=2e-3"), run)
     assert run.finished
+
+
+def test_a_run_knows_its_data_wherever_it_is_opened_from(tiny_config, tmp_path, monkeypatch):
+    cfg = tiny_config("schedule.steps=2")
+    monkeypatch.chdir(Path(cfg.paths.data).parent)
+    cfg.paths.data = Path(cfg.paths.data).name
+    run = RunFolder(tmp_path / "run")
+    train(cfg, run)
+    monkeypatch.chdir(tmp_path)
+    assert len(open_run(run).data.prepared) == 24
+    assert not (tmp_path / cfg.paths.data).exists()
 
 
 def test_the_last_checkpoint_is_the_evaluated_one_and_evaluation_resumes(tiny_config, tmp_path):

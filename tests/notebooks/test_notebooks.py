@@ -1,0 +1,53 @@
+"""The notebooks run from their first cell to their last, on a sweep made here."""
+
+import json
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.training.run import train
+
+NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("*.ipynb"))
+
+
+@pytest.fixture(scope="module")
+def sweep(tiny_config, tmp_path_factory):
+    """A regime on two counts of templates, and another on one of them."""
+    folder = tmp_path_factory.mktemp("sweep")
+    for regime, templates in (("b", "t1"), ("b", "t2"), ("e", "t2")):
+        overrides = (
+            f"regime={regime}",
+            f"templates={templates}",
+            "data.train_fraction=0.4",
+            "schedule.steps=4",
+            "evaluation.references=true",
+            "templates.hold_out=2",
+        )
+        train(tiny_config(*overrides), RunFolder(folder / regime / templates))
+    return folder
+
+
+def test_there_are_notebooks():
+    assert len(NOTEBOOKS) >= 4
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_a_notebook_is_kept_without_outputs(path):
+    cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    code = [cell for cell in cells if cell["cell_type"] == "code"]
+    assert not any(cell["outputs"] or cell["execution_count"] for cell in code)
+    assert "parameters" in code[0]["metadata"]["tags"]
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
+def test_a_notebook_runs(path, sweep, monkeypatch):
+    monkeypatch.setenv("SWEEP", str(sweep))
+    notebook = nbformat.read(path, 4)
+    place = {"metadata": {"path": str(path.parent)}}
+    NotebookClient(notebook, timeout=300, resources=place).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
+    assert any("image/png" in output.get("data", {}) for output in outputs), "it shows something"
