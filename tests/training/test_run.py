@@ -84,12 +84,12 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
 def test_a_run_knows_its_data_wherever_it_is_opened_from(tiny_config, tmp_path, monkeypatch):
     cfg = tiny_config("schedule.steps=2")
     monkeypatch.chdir(Path(cfg.paths.data).parent)
-    cfg.paths.data = Path(cfg.paths.data).name
+    name = cfg.paths.data = Path(cfg.paths.data).name
     run = RunFolder(tmp_path / "run")
     train(cfg, run)
     monkeypatch.chdir(tmp_path)
     assert len(open_run(run).data.prepared) == 24
-    assert not (tmp_path / cfg.paths.data).exists()
+    assert not (tmp_path / name).exists()
 
 
 def test_the_last_checkpoint_is_the_evaluated_one_and_evaluation_resumes(tiny_config, tmp_path):
