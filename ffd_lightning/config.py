@@ -260,9 +260,14 @@ class LoggerConfig:
 
 @dataclass
 class CallbacksConfig:
-    """What is drawn: examples in the reconstruction figure, and a report at the end of a sweep."""
+    """What is drawn: examples in the reconstruction figure, and a report at the end of a sweep.
+
+    `training_examples` of them are shown `training_figures` times in TensorBoard while training.
+    """
 
     figure_examples: int = 6
+    training_examples: int = 2
+    training_figures: int = 3
     report: bool = True
 
 

@@ -128,7 +128,7 @@ class RunFolder:
             return {}
 
     def set_progress(self, phase: str, done: int, total: int, seconds_left: float | None) -> None:
-        """Write `progress.json`: how many steps of a phase are done, and how long the rest takes."""
+        """Write `progress.json`: how much of a phase is done, and how long the rest takes."""
         content = {"phase": phase, "done": done, "total": total, "seconds_left": seconds_left}
         write_atomic(self.path / "progress.json", json.dumps(content) + "\n")
 

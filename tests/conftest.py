@@ -1,6 +1,10 @@
 """A tiny configuration, and a tiny prepared set shared by the tests that need one."""
 
+import os
 from pathlib import Path
+
+# Before torch is loaded, as train.py does it: waiting threads must not take the others' cores.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 import jaxtyping
 import pytest

@@ -208,7 +208,7 @@ class Reconstructions(Callback):
 
     At validations, the last one included. Tags: `examples/reconstructions`, the picture that
     `reconstruction_figure` draws (the last one is drawn when the run is evaluated), and on the
-    page MESH `clouds/<model id>`, see `write_clouds`.
+    page MESH `examples/clouds`, see `write_clouds`.
 
     Args:
         view: camera and size of the pictures.
@@ -228,18 +228,19 @@ class Reconstructions(Callback):
         assert isinstance(pl_module, FfdModule)
         assert isinstance(data, FfdDataModule)
         rows, step = example_rows(data, self.examples)[: self.count], trainer.global_step
+        if not rows:
+            return
         network, prepared, bank = pl_module.network, data.prepared, data.bank
         modes = [(part, part.training) for part in network.modules()]
         network.eval()
-        if rows and step < trainer.max_steps:
+        if step < trainer.max_steps:
             figure = reconstruction_figure(network, prepared, bank, rows, self.view)
             writer.add_image("examples/reconstructions", figure, step, dataformats="HWC")
-        clouds = deformed_clouds(network, prepared, bank, rows) if rows else []
+        clouds = deformed_clouds(network, prepared, bank, rows)
         for part, training in modes:
             part.training = training
-        for row, deformed in zip(rows, clouds, strict=True):
-            truth = torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS))
-            write_clouds(writer, f"clouds/{prepared.ids[row]}", deformed, truth, step)
+        truths = [torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS)) for row in rows]
+        write_clouds(writer, "examples/clouds", list(zip(clouds, truths, strict=True)), step)
 
     def _due(self, trainer: Trainer) -> bool:
         """Tell whether one of the `times` equal parts of training has ended since the last one."""

@@ -11,14 +11,12 @@ import zipfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import torch
 from hydra.conf import HydraConf
 from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 from lightning import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
-from lightning.pytorch.loggers import TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
@@ -37,11 +35,10 @@ from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import compile_encoder
 from ffd_lightning.run_folder import RunFolder, check_folder, write_atomic
 from ffd_lightning.training.callbacks import (
-    ExampleImages,
     StepProgressBar,
     StepTimer,
-    TemplateHistograms,
-    tensorboard_writer,
+    example_rows,
+    tensorboard_callbacks,
 )
 from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.progress import ProgressNote
@@ -52,6 +49,7 @@ from ffd_lightning.training.sharing import (
     share_of_cores,
     visible_gpus,
 )
+from ffd_lightning.training.tensorboard import StepLogger
 
 log = logging.getLogger(__name__)
 
@@ -218,8 +216,13 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
     callbacks: list[Callback] = [
         timer,
         ProgressNote(run, timer),
-        TemplateHistograms(),
-        ExampleImages(cfg.callbacks.figure_examples),
+        *tensorboard_callbacks(
+            cfg.logger.every,
+            cfg.data.render,
+            cfg.callbacks.figure_examples,
+            cfg.callbacks.training_examples,
+            cfg.callbacks.training_figures,
+        ),
         ModelCheckpoint(
             dirpath=run.checkpoint.parent,
             filename=run.checkpoint.stem,
@@ -230,7 +233,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
     ]
     if cfg.trainer.progress_bar:
         callbacks.append(StepProgressBar(refresh_rate=10))
-    logger = TensorBoardLogger(
+    logger = StepLogger(
         save_dir=run.path,
         name="",
         version="tensorboard",
@@ -291,16 +294,19 @@ def _finish(
     write_atomic(
         run.path / "template_ranking.csv", (folder / "template_ranking.csv").read_text("utf-8")
     )
-    count = min(cfg.callbacks.figure_examples, len(test))
-    rows = test[np.linspace(0, len(test) - 1, count).astype(int)].tolist()
-    figure = reconstruction_figure(module.network, data.prepared, data.bank, rows, cfg.data.render)
-    Image.fromarray(figure).save(run.path / "reconstructions.png")
-    writer = tensorboard_writer(trainer)
-    if writer is not None and isinstance(trainer.logger, TensorBoardLogger):
-        writer.add_image("examples/reconstructions", figure, trainer.global_step, dataformats="HWC")
-        results = {f"test/{name}": value for name, value in summary.items()}
-        trainer.logger.log_hyperparams(_hyperparameters(cfg), results)
-        trainer.logger.finalize("success")
+    logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
+    if rows := example_rows(data, cfg.callbacks.figure_examples):
+        figure = reconstruction_figure(
+            module.network, data.prepared, data.bank, rows, cfg.data.render
+        )
+        Image.fromarray(figure).save(run.path / "reconstructions.png")
+        if logger is not None:
+            logger.experiment.add_image(
+                "examples/reconstructions", figure, trainer.global_step, dataformats="HWC"
+            )
+    if logger is not None:
+        logger.log_results(_hyperparameters(cfg), summary, trainer.global_step)
+        logger.finalize("success")
     return summary
 
 

@@ -5,7 +5,7 @@ What is written when is decided in `callbacks`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import torch
@@ -24,10 +24,10 @@ from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.metrics.selection import effective_templates
 
 _FAR = 0.05  # of the bounding box's diagonal: the distance from which on a point is all red
-_GAP = 0.1  # between clouds that are shown side by side
+_GAP = 0.1  # between clouds in one scene
 _SCENE = {
     "camera": {"cls": "PerspectiveCamera", "fov": 30},
-    "material": {"cls": "PointsMaterial", "size": 0.035},
+    "material": {"cls": "PointsMaterial", "size": 0.045},
 }
 
 _ALMOST_NOTHING = 1e-30
@@ -160,16 +160,20 @@ def tensorboard_writer(trainer: Trainer) -> SummaryWriter | None:
 
 
 def write_clouds(
-    writer: SummaryWriter, tag: str, deformed: Tensor, truth: Tensor, step: int
+    writer: SummaryWriter, tag: str, pairs: Sequence[tuple[Tensor, Tensor]], step: int
 ) -> None:
-    """Write two clouds to the page MESH, the truth beside the deformed one, at greater x.
+    """Write deformed clouds, each with the truth to its right, below one another to the page MESH.
 
-    In one scene, since the page does not say which tag it shows. Colours: `distance_colors`.
+    All in one scene: the page does not say which tag it shows, and browsers keep few scenes alive.
+    The first deformed cloud stays where it is. Colours: `distance_colors`.
     """
-    shift = deformed[:, 0].max() - truth[:, 0].min() + _GAP
-    points = torch.cat([deformed, truth + shift * truth.new_tensor([1, 0, 0])])
-    colors = torch.from_numpy(np.concatenate(distance_colors(deformed, truth)))
-    writer.add_mesh(tag, points[None], colors[None], None, _SCENE, step)
+    clouds = [cloud for pair in pairs for cloud in pair]
+    corners = torch.stack([torch.stack([c.amin(0), c.amax(0)]) for c in clouds])
+    cell = corners[:, 1].amax(0) - corners[:, 0].amin(0) + _GAP
+    places = [cell * cell.new_tensor([k % 2, -(k // 2), 0]) for k in range(len(clouds))]
+    points = torch.cat([cloud + place for cloud, place in zip(clouds, places, strict=True)])
+    colors = np.concatenate([color for a, b in pairs for color in distance_colors(a, b)])
+    writer.add_mesh(tag, points[None], torch.from_numpy(colors)[None], None, _SCENE, step)
 
 
 def write_bars(writer: SummaryWriter, tag: str, heights: ArrayLike, step: int) -> None:
