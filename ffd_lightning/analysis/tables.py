@@ -79,4 +79,4 @@ def number(value: float) -> str:
     >>> number(1234.56), number(0.00345)
     ('1234.6', '0.00345')
     """
-    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.3g}"
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value + 0.0:.3g}"  # no -0
