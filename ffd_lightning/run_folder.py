@@ -34,6 +34,9 @@ _MACHINE_KEYS = frozenset(
 )
 
 
+_GLANCE = 1.0  # seconds; whoever only looks (`RunFolder.at_work`) has a lock for less
+
+
 def write_atomic(path: Path, text: str) -> None:
     """Write a small text file so that a reader, or a kill, never sees half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -68,7 +71,7 @@ def lock_folder(folder: Path, taken: str) -> FileLock:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         lock = FileLock(folder / ".lock")
-        lock.acquire(timeout=0)
+        lock.acquire(timeout=_GLANCE)
     except Timeout:
         raise ConfigError(taken) from None
     except OSError as error:
