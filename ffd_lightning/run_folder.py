@@ -79,6 +79,14 @@ def lock_folder(folder: Path, taken: str) -> FileLock:
     return lock
 
 
+def _read_json(file: Path) -> dict[str, Any]:
+    """Return what a file holds, {} where there is none or it is damaged."""
+    try:
+        return dict(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError):
+        return {}
+
+
 @dataclass(frozen=True)
 class RunFolder:
     """Paths and status of one run.
@@ -107,10 +115,7 @@ class RunFolder:
     @property
     def status(self) -> dict[str, Any]:
         """What `status.json` says; {} for a run that never started or a file that is damaged."""
-        try:
-            return dict(json.loads((self.path / "status.json").read_text(encoding="utf-8")))
-        except (OSError, ValueError):
-            return {}
+        return _read_json(self.path / "status.json")
 
     @property
     def finished(self) -> bool:
@@ -125,10 +130,7 @@ class RunFolder:
     @property
     def progress(self) -> dict[str, Any]:
         """What `progress.json` says of a run at work; {} where there is nothing to say."""
-        try:
-            return dict(json.loads((self.path / "progress.json").read_text(encoding="utf-8")))
-        except (OSError, ValueError):
-            return {}
+        return _read_json(self.path / "progress.json")
 
     def set_progress(self, phase: str, done: int, total: int, seconds_left: float | None) -> None:
         """Write `progress.json`: how much of a phase is done, and how long the rest takes."""

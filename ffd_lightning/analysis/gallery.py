@@ -10,8 +10,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 
 from ffd_lightning.analysis.report_page.meshes import (
@@ -21,11 +19,11 @@ from ffd_lightning.analysis.report_page.meshes import (
     lighten,
     pack,
 )
-from ffd_lightning.config import TrainConfig, typed_config
+from ffd_lightning.config import TrainConfig
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.rendering import render
-from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.loading import build_data, build_network, load_weights, read_config
 from ffd_lightning.evaluation.protocols import Measure
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.run_folder import RunFolder
@@ -120,7 +118,7 @@ class ExampleMaker:
         Raises:
             UserError: the checkpoint or the prepared data is missing or does not fit.
         """
-        cfg = self._config(run)
+        cfg = read_config(run, self._data_root)
         data = self._data(cfg)
         network = build_network(cfg)
         load_weights(network, run.checkpoint)
@@ -160,20 +158,6 @@ class ExampleMaker:
                 )
             )
         return result
-
-    def _config(self, run: RunFolder) -> TrainConfig:
-        try:
-            loaded = OmegaConf.load(run.config)
-            assert isinstance(loaded, DictConfig)
-            cfg = typed_config(loaded, TrainConfig)
-        except OmegaConfBaseException as error:
-            reason = str(error).splitlines()[0]
-            raise ConfigError(f"its config.yaml is of another version ({reason})") from None
-        if self._data_root is not None:
-            cfg.paths.data = str(self._data_root)
-        # The checkpoint brings the weights: nothing needs to be fetched for the encoder.
-        cfg.encoder.weights, cfg.encoder.pretrained = None, False
-        return cfg
 
     def _data(self, cfg: TrainConfig) -> FfdDataModule:
         """Return the run's data, read anew only where it differs from the last run's."""

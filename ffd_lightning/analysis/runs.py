@@ -46,7 +46,7 @@ def load_runs(runs: Iterable[RunFolder], protocol: str | None = None) -> pd.Data
         rows.append(
             {
                 "run": str(run.path),
-                **{name: OmegaConf.select(config, key) for name, key in _SETTINGS.items()},
+                **{column: OmegaConf.select(config, key) for column, key in _SETTINGS.items()},
                 "state": status.get("state", "unknown"),
                 "reason": status.get("reason", ""),
                 "protocol": name,

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from omegaconf import DictConfig, OmegaConf
 
 from ffd_lightning.analysis.compare import check_seeds, measure_of, require_columns
-from ffd_lightning.config import ProtocolKind, TrainConfig, typed_config
+from ffd_lightning.config import ProtocolKind
 from ffd_lightning.data.joined import JoinedSet
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.run import build_preparations
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.loading import read_config
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.metrics.selection import (
     adjusted_rand,
@@ -150,11 +150,7 @@ def run_families(
 
 def _prepared(run: RunFolder, data_root: Path | None) -> PreparedSet | None:
     """Open what a run was trained on; None where it is not all there (it is not built)."""
-    config = OmegaConf.load(run.config)
-    assert isinstance(config, DictConfig)
-    cfg = typed_config(config, TrainConfig)
-    if data_root is not None:
-        cfg.paths.data = str(data_root)
+    cfg = read_config(run, data_root)
     try:
         folders = [preparation.target for preparation in build_preparations(cfg)]
     except (ConfigError, DataError):  # the models themselves are not there to be asked

@@ -77,25 +77,27 @@ class OpenRun(NamedTuple):
 
 
 def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainConfig:
-    """Read the settings of a run.
+    """Read the settings of a run, without the encoder's first weights: a checkpoint brings all.
 
     Args:
         run: its folder.
         data_root: where its prepared data is (`paths.data`), if not where it was.
 
     Raises:
-        ConfigError: it is no run folder, or its `config.yaml` is damaged.
+        ConfigError: it is no run folder, or its `config.yaml` is damaged or of another version.
     """
     if not run.config.is_file():
         raise ConfigError(f"{run.path} is not a run folder: it has no config.yaml")
     try:
         loaded = OmegaConf.load(run.config)
         assert isinstance(loaded, DictConfig)
+        config = typed_config(loaded, TrainConfig)
     except Exception as error:
-        raise ConfigError(f"{run.config} is damaged: {error}") from None
-    config = typed_config(loaded, TrainConfig)
+        reason = str(error).split("\n")[0]
+        raise ConfigError(f"{run.config} is of another version or damaged ({reason})") from None
     if data_root is not None:
         config.paths.data = str(data_root)
+    config.encoder.weights, config.encoder.pretrained = None, False
     return config
 
 
