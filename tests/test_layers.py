@@ -20,7 +20,7 @@ RANK = {
     "data": 1,
     "nn": 2,
     "evaluation": 3,
-    "inference": 3,
+    "inference": 4,
     "training": 4,
     "analysis": 5,
     "studies": 6,

@@ -23,7 +23,8 @@ from ffd_lightning.config import TrainConfig
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.rendering import render
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.loading import build_data, build_network, load_weights, read_config
+from ffd_lightning.evaluation.checkpoint import build_network, load_weights
+from ffd_lightning.evaluation.loading import build_data, read_config
 from ffd_lightning.evaluation.protocols import Measure
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.run_folder import RunFolder

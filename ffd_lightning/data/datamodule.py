@@ -259,7 +259,7 @@ class FfdDataModule(LightningDataModule):
                 _prefixed(names, [split.train for _, _, split in members]),
                 _prefixed(names, [split.test for _, _, split in members]),
             )
-        self.bank = TemplateBank(self.prepared, templates, self.degrees, self.max_edge)
+        self.bank = TemplateBank.of(self.prepared, templates, self.degrees, self.max_edge)
 
     def _member(self, preparation: Preparation) -> tuple[PreparedSet, tuple[str, ...], Split]:
         """Open a category's set, choose its templates and split the rest."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import csv
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -16,6 +18,13 @@ from torch import Tensor
 from ffd_lightning.config import SourceKind, TemplateStrategy
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.packing import (
+    UNKNOWN_PART,
+    pack_mesh,
+    pack_points,
+    unpack_mesh,
+    unpack_points,
+)
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
@@ -165,13 +174,17 @@ class TemplateBank:
 
     One lattice per template, the bounding box of its mesh, serves its cloud and its mesh alike.
 
-    Attributes:
+    Args:
         ids: T model ids.
         families: T structural families, "" where unknown.
         points: clouds, (T, N, 3) float32.
+        meshes: T normalised meshes as prepared (not subdivided).
         point_parts: part index per point, (T, N) uint8, or None.
         part_names: names of the parts.
-        meshes: T normalised meshes as prepared (not subdivided).
+        degrees: of the lattices.
+        max_edge: longest edge of subdivided meshes.
+
+    Attributes:
         lattices: T lattices.
         control_points: P, (T, M, 3).
         deformation_matrix: B of the clouds, (T, N, M).
@@ -179,20 +192,19 @@ class TemplateBank:
 
     def __init__(
         self,
-        prepared: PreparedSet,
-        ids: tuple[str, ...],
+        ids: Sequence[str],
+        families: Sequence[str],
+        points: NDArray[np.float32],
+        meshes: Sequence[Mesh],
+        point_parts: NDArray[np.uint8] | None = None,
+        part_names: Sequence[str] = (),
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
     ) -> None:
-        rows = [prepared.index(i) for i in ids]
-        self.ids = tuple(ids)
-        self.families = tuple(prepared.families[r] for r in rows)
-        self.part_names = prepared.part_names
-        self.meshes: tuple[Mesh, ...] = tuple(prepared.mesh(r) for r in rows)
-        self.points = torch.from_numpy(np.stack([prepared.cloud(r) for r in rows]))
-        parts = [p for r in rows if (p := prepared.point_parts(r)) is not None]
-        self.point_parts = np.stack(parts) if parts else None
-        self.max_edge = max_edge
+        self.ids, self.families, self.meshes = tuple(ids), tuple(families), tuple(meshes)
+        self.points = torch.from_numpy(points)
+        self.point_parts, self.part_names = point_parts, tuple(part_names)
+        self.degrees, self.max_edge = degrees, max_edge
         self._subdivided: dict[int, tuple[Mesh, Tensor]] = {}
         self.lattices = tuple(Lattice.bounding(_used_vertices(m), degrees) for m in self.meshes)
         self.control_points = torch.stack([k.control_points() for k in self.lattices]).float()
@@ -201,6 +213,68 @@ class TemplateBank:
                 deformation_matrix(p.double(), lattice).float()
                 for p, lattice in zip(self.points, self.lattices, strict=True)
             ]
+        )
+
+    @classmethod
+    def of(
+        cls,
+        prepared: PreparedSet,
+        ids: Sequence[str],
+        degrees: Degrees = (3, 3, 3),
+        max_edge: float = 0.02,
+    ) -> TemplateBank:
+        """Take models of a prepared set as templates.
+
+        Raises:
+            DataError: the set does not hold one of them.
+        """
+        rows = [prepared.index(i) for i in ids]
+        parts = [p for r in rows if (p := prepared.point_parts(r)) is not None]  # all, or none
+        return cls(
+            ids,
+            [prepared.families[r] for r in rows],
+            np.stack([prepared.cloud(r) for r in rows]),
+            [prepared.mesh(r) for r in rows],
+            np.stack(parts) if parts else None,
+            prepared.part_names,
+            degrees,
+            max_edge,
+        )
+
+    def state(self) -> dict[str, Any]:
+        """Return all that `from_state` needs: numbers, words and tensors, packed small."""
+        unknown = np.full(self.points.shape[:2], UNKNOWN_PART, np.uint8)
+        parts = unknown if self.point_parts is None else self.point_parts
+        packed = [pack_mesh(mesh, own) for mesh, own in zip(self.meshes, parts, strict=True)]
+        return {
+            "ids": list(self.ids),
+            "families": list(self.families),
+            "part_names": list(self.part_names),
+            "degrees": list(self.degrees),
+            "max_edge": self.max_edge,
+            "points": torch.from_numpy(pack_points(self.points.numpy())),
+            "meshes": [torch.frombuffer(bytearray(mesh), dtype=torch.uint8) for mesh in packed],
+        }
+
+    @classmethod
+    def from_state(cls, state: Mapping[str, Any]) -> TemplateBank:
+        """Return the templates that `state` was called on.
+
+        Raises:
+            KeyError, ValueError: it is of something else, or damaged.
+        """
+        unpacked = [unpack_mesh(mesh.numpy().tobytes()) for mesh in state["meshes"]]
+        first, second, third = state["degrees"]
+        named = bool(state["part_names"])
+        return cls(
+            state["ids"],
+            state["families"],
+            unpack_points(state["points"].numpy()),
+            [mesh if named else replace(mesh, face_parts=None) for mesh, _ in unpacked],
+            np.stack([parts for _, parts in unpacked]) if named else None,
+            state["part_names"],
+            (first, second, third),
+            state["max_edge"],
         )
 
     def __len__(self) -> int:

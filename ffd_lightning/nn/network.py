@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import torch
 from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
-from torch._dynamo import lookup_backend
 
 from ffd_lightning.config import EncoderKind
 from ffd_lightning.errors import ConfigError, DataError
@@ -203,6 +202,8 @@ def compile_encoder(network: TemplateFfdNetwork) -> None:
 
 
 def _inductor_or_eager(graph: torch.fx.GraphModule, inputs: list[Tensor]) -> Callable[..., Any]:
+    from torch._dynamo import lookup_backend  # takes longer to load than all the rest of torch
+
     try:
         return lookup_backend("inductor")(graph, inputs)
     except Exception as error:  # whatever a compiler stumbles over

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import torch
 from lightning import LightningModule
 from lightning.pytorch.utilities.types import OptimizerConfig, OptimizerLRSchedulerConfig
@@ -27,6 +30,7 @@ class FfdModule(LightningModule):
         learning_rate_decay: none (the paper), or cosine to zero over `steps`.
         steps: optimizer steps in all.
         seed: what layers with randomness draw at step k follows from (seed, k).
+        kept: entries of every checkpoint, so that it is of use without the run.
     """
 
     def __init__(
@@ -38,11 +42,12 @@ class FfdModule(LightningModule):
         learning_rate_decay: LearningRateDecay = LearningRateDecay.none,
         steps: int = 100_000,
         seed: int = 0,
+        kept: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__()
         self.network, self.objective = network, objective
         self.learning_rate, self.learning_rate_decay = learning_rate, learning_rate_decay
-        self.steps, self.seed = steps, seed
+        self.steps, self.seed, self.kept = steps, seed, dict(kept or {})
         self.validation_scores: list[TemplateScores] = []
 
     def forward(self, images: Tensor) -> FfdPrediction:
@@ -90,6 +95,10 @@ class FfdModule(LightningModule):
         summary = scores.summary()
         names = ("chamfer", "undeformed_chamfer", "entropy", "effective_templates")
         self.log_dict({f"val/{n}": summary[n] for n in names}, sync_dist=True)
+
+    def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Add what is kept with the weights."""
+        checkpoint.update(self.kept)
 
     def configure_optimizers(self) -> OptimizerConfig | OptimizerLRSchedulerConfig:
         """Adam, with the chosen decay stepped every batch."""

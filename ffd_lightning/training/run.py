@@ -26,10 +26,12 @@ from ffd_lightning.checks import validate
 from ffd_lightning.cli import explain
 from ffd_lightning.config import TrainConfig, typed_config
 from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.looks import TrainingLooks
 from ffd_lightning.errors import DataError, UserError
+from ffd_lightning.evaluation.checkpoint import build_network, model_entry
 from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
 from ffd_lightning.evaluation.figures import reconstruction_figure
-from ffd_lightning.evaluation.loading import build_data, build_network
+from ffd_lightning.evaluation.loading import build_data
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import compile_encoder
@@ -152,6 +154,7 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     data = build_data(cfg)
     data.prepare_data()
     data.setup()
+    looks = TrainingLooks.of(data.prepared, data.rows(data.split.train))
     network = build_network(cfg)
     if cfg.trainer.compile:
         compile_encoder(network)
@@ -167,6 +170,7 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         learning_rate_decay=cfg.schedule.learning_rate_decay,
         steps=cfg.schedule.steps,
         seed=cfg.seed,
+        kept=model_entry(cfg, data.bank, looks),
     )
     log.info(
         "%s: %s, regime %s, %d templates, %d models to train on, %d to test on, %d steps",

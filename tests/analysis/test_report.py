@@ -28,7 +28,8 @@ from ffd_lightning.analysis.report_page.meshes import lighten, pack, size
 from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.config import ProtocolKind
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
+from ffd_lightning.evaluation.checkpoint import build_network, load_weights
+from ffd_lightning.evaluation.loading import build_data
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import TemplateShape

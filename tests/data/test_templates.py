@@ -37,7 +37,7 @@ def distances(prepared):
 @pytest.fixture(scope="module")
 def bank(prepared):
     ids = choose_templates(prepared, 3, TemplateStrategy.random, seed=4)
-    return TemplateBank(prepared, ids, max_edge=MAX_EDGE)
+    return TemplateBank.of(prepared, ids, max_edge=MAX_EDGE)
 
 
 def choose_from(prepared, path, text, count=2, strategy=TemplateStrategy.listed):
@@ -215,14 +215,37 @@ def test_deformed_mesh_moves_as_the_offsets_say(bank):
     np.testing.assert_allclose(stretched.vertices, 1.5 * rest, atol=1e-5)
 
 
+@pytest.mark.parametrize("parts", [True, False])
+def test_a_bank_comes_back_from_its_state(prepared, tmp_path, parts):
+    if not parts:
+        prepared = replace(prepared, part_names=())
+    bank = TemplateBank.of(prepared, prepared.ids[:2], (2, 3, 4), MAX_EDGE)
+    torch.save(bank.state(), tmp_path / "bank.pt")
+    again = TemplateBank.from_state(torch.load(tmp_path / "bank.pt", weights_only=True))
+    for name in ("ids", "families", "part_names", "degrees", "max_edge"):
+        assert getattr(again, name) == getattr(bank, name)
+    for name in ("points", "control_points", "deformation_matrix"):
+        assert torch.equal(getattr(again, name), getattr(bank, name))
+    np.testing.assert_array_equal(again.point_parts, bank.point_parts)
+    for one, other in zip(again.meshes, bank.meshes, strict=True):
+        np.testing.assert_array_equal(one.vertices, other.vertices)
+        np.testing.assert_array_equal(one.faces, other.faces)
+        np.testing.assert_array_equal(one.face_colors, other.face_colors)
+        np.testing.assert_array_equal(one.face_parts, other.face_parts)
+        assert one.part_names == other.part_names
+    offsets = torch.randn(bank.control_points[1].shape) / 10
+    one, other = again.deformed_mesh(1, offsets), bank.deformed_mesh(1, offsets)
+    np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
 def test_vertices_that_no_face_uses_do_not_widen_the_lattice():
-    bank = TemplateBank(square_set(np.vstack([SQUARE, (9, 9, 9)])), ("square",))
+    bank = TemplateBank.of(square_set(np.vstack([SQUARE, (9, 9, 9)])), ("square",))
     np.testing.assert_allclose(bank.control_points[0].amax(0), (0.5, 0, 0.5), atol=1e-6)
 
 
 def test_flat_template():
     """All control points lie in its plane, and moving them all moves it out of that plane."""
-    bank = TemplateBank(square_set(SQUARE), ("square",))
+    bank = TemplateBank.of(square_set(SQUARE), ("square",))
     assert bank.point_parts is None
     points = bank.deformation_matrix @ bank.control_points
     torch.testing.assert_close(points, bank.points, atol=1e-6, rtol=0)

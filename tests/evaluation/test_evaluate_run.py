@@ -20,7 +20,8 @@ from ffd_lightning.config import EvaluateConfig, EvaluationConfig, ProtocolKind
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.loading import build_data, build_network, load_weights
+from ffd_lightning.evaluation.checkpoint import build_network, load_weights
+from ffd_lightning.evaluation.loading import build_data
 from ffd_lightning.evaluation.protocols import (
     PROTOCOLS,
     ModernProtocol,

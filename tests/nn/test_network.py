@@ -4,7 +4,6 @@ import torch
 
 from ffd_lightning.config import EncoderKind
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.nn import network as network_module
 from ffd_lightning.nn.encoder import MobileNetV1
 from ffd_lightning.nn.network import (
     TemplateFfdNetwork,
@@ -181,7 +180,7 @@ def test_compilation_changes_nothing_and_may_fail(monkeypatch, caplog, works):
         used.append(graph)
         return graph.forward
 
-    monkeypatch.setattr(network_module, "lookup_backend", lambda _: backend)
+    monkeypatch.setattr("torch._dynamo.lookup_backend", lambda _: backend)
     torch.compiler.reset()
     network = build()
     network.encoder = _Plain()
