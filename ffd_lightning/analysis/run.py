@@ -6,9 +6,11 @@ import json
 import shutil
 import sys
 import tempfile
+import time
 from pathlib import Path
 from typing import Any
 
+from filelock import FileLock, Timeout
 from hydra.core.utils import JobReturn, JobStatus
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
@@ -17,6 +19,10 @@ from rich.console import Console
 from ffd_lightning.analysis.runs import load_runs
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.run_folder import RunFolder
+
+_NOTES = ".jobs-"
+_YOUNG = 60  # seconds
+_locks: dict[Path, FileLock] = {}  # not in the callback, which travels to other processes
 
 
 class SummaryTable(Callback):
@@ -37,7 +43,11 @@ class SummaryTable(Callback):
         """Make the place for the jobs' notes."""
         folder = Path(config.hydra.sweep.dir).absolute()
         folder.mkdir(parents=True, exist_ok=True)
-        self._notes = Path(tempfile.mkdtemp(prefix=".jobs-", dir=folder))
+        for notes in folder.glob(f"{_NOTES}*"):
+            _clear(notes)  # of a sweep that was killed, unless it is at work
+        self._notes = Path(tempfile.mkdtemp(prefix=_NOTES, dir=folder))
+        _locks[self._notes] = FileLock(self._notes / ".lock")
+        _locks[self._notes].acquire()
 
     def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
         """Note which run this was, and whether it came to its end."""
@@ -71,6 +81,8 @@ class SummaryTable(Callback):
         """Return the jobs that ended, in their order: the run's folder, and if all was well."""
         notes = sorted(self._notes.glob("*.json"), key=lambda p: int(p.stem))
         read = [json.loads(note.read_text(encoding="utf-8")) for note in notes]
+        if self._notes in _locks:
+            _locks.pop(self._notes).release()
         shutil.rmtree(self._notes)
         return {job["path"]: job["good"] for job in read}
 
@@ -84,6 +96,19 @@ class SummaryTable(Callback):
         for run in runs:
             if run.finished:
                 print(f"{run.path}: reconstructions.png, evaluation/, tensorboard/")
+
+
+def _clear(notes: Path) -> None:
+    """Remove the notes of a sweep that no process has any more."""
+    lock = FileLock(notes / ".lock")
+    try:
+        if time.time() - notes.stat().st_mtime < _YOUNG:
+            return  # perhaps made a moment ago, and not locked yet
+        lock.acquire(timeout=0)
+    except (Timeout, OSError):
+        return
+    lock.release()
+    shutil.rmtree(notes, ignore_errors=True)
 
 
 def report_quietly(folder: Path) -> None:

@@ -78,6 +78,10 @@ class StepLogger(TensorBoardLogger):
         kept = {name: value for name, value in metrics.items() if name != "epoch"}
         super().log_metrics(kept, None if step is None else step + 1)
 
+    def save(self) -> None:
+        """Write what is pending; Lightning would put an empty `hparams.yaml` beside it."""
+        self.experiment.flush()
+
     def log_results(
         self, settings: Mapping[str, str | float], results: Mapping[str, float], steps: int
     ) -> None:

@@ -1,5 +1,6 @@
 import io
 import json
+import os
 import pickle
 
 import pytest
@@ -117,6 +118,24 @@ def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, tmp_path, cap
     assert str(runs[1].path) in str(error.value)
     assert "32.1" in capsys.readouterr().out
     assert sorted(p.name for p in tmp_path.iterdir()) == ["b", "e"], "nothing is left behind"
+
+
+def test_what_a_killed_sweep_left_is_cleared_but_nothing_of_one_at_work(tmp_path):
+    at_work, killed, new = SummaryTable(), tmp_path / ".jobs-killed", tmp_path / ".jobs-new"
+    at_work.on_multirun_start(hydra_config(tmp_path))
+    (locked,) = tmp_path.iterdir()
+    for folder in (killed, new):
+        folder.mkdir()
+    for folder in (killed, locked):
+        os.utime(folder, (0, 0))
+    other = SummaryTable()
+    other.on_multirun_start(hydra_config(tmp_path))
+    assert {locked, new} <= set(tmp_path.iterdir())
+    assert not killed.exists()
+    for callback in (at_work, other):
+        with pytest.raises(SystemExit, match="no job"):
+            callback.on_multirun_end(hydra_config(tmp_path))
+    assert list(tmp_path.iterdir()) == [new]
 
 
 def test_a_sweep_without_failure_ends_quietly(runs, tmp_path, capsys):
