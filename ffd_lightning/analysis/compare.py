@@ -19,27 +19,31 @@ from ffd_lightning.evaluation.references import SHAPES
 REGIMES = ("b", "w", "e", "r")  # in the paper's order
 
 _HELD = ("regime", "templates")  # what is the same in a comparison unless it is what is compared
+_SEEDS_SHARE = ("category", "regime", "templates")
 _SETTINGS = ("data.", "network.", "encoder.", "schedule.", "regime.", "templates.")
 _TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
 
 
-def aggregate_seeds(runs: pd.DataFrame, measures: Sequence[str]) -> pd.DataFrame:
+def aggregate_seeds(
+    runs: pd.DataFrame, measures: Sequence[str], keys: Sequence[str] = _SEEDS_SHARE
+) -> pd.DataFrame:
     """Return means and deviations over seeds; categories and protocols are never mixed.
 
     Args:
         runs: as `load_runs` gives them; those that are not finished are passed over.
         measures: columns of numbers.
+        keys: columns that seeds of each other have in common.
 
     Returns:
-        A row per category, regime, templates and protocol, in the order of the runs. Columns:
-        those, `num_seeds`, and for each measure its mean under its own name and under
-        `<measure>_std` the standard deviation (divided by n - 1; NaN for one seed).
+        A row per value of the keys and protocol, in the order of the runs. Columns: those,
+        `num_seeds`, and for each measure its mean under its own name and under `<measure>_std` the
+        standard deviation (divided by n - 1; NaN for one seed).
 
     Raises:
         DataError: no finished run, a run without a measure, or two that only settings tell apart
             that no column names.
     """
-    keys = ["category", "regime", "templates", "protocol"]
+    keys = [*keys, "protocol"]
     require_columns(runs, ["run", "state", "seed", *keys])
     finished = runs[runs["state"] == "finished"]
     if finished.empty:
@@ -93,7 +97,9 @@ def compare_runs(
         measure: a column of it: a measure of the protocol, of any shape (`undeformed_chamfer`).
         by: what tells the groups: `regime`, `templates`, `seed`, `run`, any other column that is
             constant within a run, or several of them. Regime and number of templates are held equal
-            unless named here: there is a comparison for each of their values.
+            unless named here: there is a comparison for each of their values. With a column
+            `setup`, of what seeds of each other have in common, nothing is held and runs may differ
+            in anything.
         protocol: that the samples were measured under.
         settings: as `load_settings` gives them, to make sure that runs differ in nothing else (then
             `by` may name any setting, such as `regime.entropy_weight`).
@@ -115,7 +121,7 @@ def compare_runs(
     samples = _with_settings(samples, names, settings)
     require_columns(samples, ["run", "category", "id", "view", "seed", *_HELD, measure, *names])
     _check_values(samples, measure)
-    held = [name for name in _HELD if name not in names]
+    held = [name for name in _HELD if name not in names and "setup" not in names]
     found: list[Comparison] = []
     for values, part in samples.groupby(["category", *held], sort=False):
         category, *rest = values
@@ -209,6 +215,8 @@ def _compare(
         groups[_label(names, values)] = group.sort_values("seed")["run"].tolist()
     if len(groups) < 2:
         return []
+    # Trained together with other categories, a model is called <category>/<id>.
+    part = part.assign(id=part["id"].str.removeprefix(f"{category}/"))
     images = part.pivot(index=["id", "view"], columns="run", values=measure).dropna()
     models = images.groupby(level="id").mean()
     if len(models) < 2:
@@ -300,7 +308,7 @@ def _statement(
 
 def _label(names: Sequence[str], values: Sequence[Any]) -> str:
     """Return what a group is called: "w T=16"."""
-    short = {"regime": "", "run": "", "templates": "T=", "seed": "seed "}
+    short = {"regime": "", "run": "", "setup": "", "templates": "T=", "seed": "seed "}
     return " ".join(f"{short.get(n, f'{n}=')}{v}" for n, v in zip(names, values, strict=True))
 
 
@@ -345,7 +353,7 @@ def _check_values(samples: pd.DataFrame, measure: str) -> None:
 
 def _check_settings(part: pd.DataFrame, names: list[str], settings: pd.DataFrame) -> None:
     """Raise a DataError if runs differ in more than what is compared (and their seed)."""
-    if "run" in names:
+    if {"run", "setup"} & set(names):
         return
     runs = part[["run", *names]].drop_duplicates().set_index("run")
     keys = [k for k in settings if k.startswith(_SETTINGS) and k != "data.residency"]

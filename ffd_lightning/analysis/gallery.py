@@ -75,18 +75,20 @@ def choose_examples(samples: pd.DataFrame, measure: Measure) -> list[tuple[str, 
     return [(rank, order.iloc[place]) for rank, place in places.items()]
 
 
-def choose_runs(runs: pd.DataFrame, limit: int) -> list[str]:
+def choose_runs(
+    runs: pd.DataFrame, limit: int, keys: Sequence[str] = ("category", "regime", "templates")
+) -> list[str]:
     """Return the runs that are shown: one per setting, and of many settings a spread.
 
     Seeds of a setting look alike, so the first stands for all. Of more than `limit` settings those
     at even distances in the table's order are taken, the first and the last among them.
 
     Args:
-        runs: a row per run, with `run`, `category`, `regime`, `templates`.
+        runs: a row per run, with `run` and the columns `keys`.
         limit: runs at most, 0 for none.
+        keys: what runs share that are seeds of each other.
     """
-    keys = ["category", "regime", "templates"]
-    firsts = runs.drop_duplicates(keys)["run"].tolist()
+    firsts = runs.drop_duplicates(list(keys))["run"].tolist()
     if len(firsts) <= limit:
         return firsts
     places = np.linspace(0, len(firsts) - 1, limit).round().astype(int)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ffd_lightning.data.prepared import PreparedSet
 from ffd_lightning.data.progress import ModelProgress
 from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.evaluation.part_protocol import check_labels, labelled_rows
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.references import SHAPES, ShapeRetrieval, medoid, nearest_by_feature
 from ffd_lightning.evaluation.samples import (
@@ -117,7 +118,8 @@ def evaluate(
 
     Raises:
         ConfigError: another process writes to the folder.
-        DataError: the network's outputs are not finite; data is damaged.
+        DataError: the network's outputs are not finite; data is damaged; there are no part labels
+            and the protocol needs them.
     """
     settings = {
         "format": FORMAT_VERSION,
@@ -134,6 +136,8 @@ def evaluate(
     finished = _read_summary(folder, key)
     if finished is not None and not options.restart:
         return finished
+    if protocol.needs_parts:
+        subject = _with_labels(subject, options.references)
     with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
         if options.restart:
             (folder / "samples.partial").unlink(missing_ok=True)
@@ -194,7 +198,27 @@ def _score(
         for _, result in in_threads(score, todo, options.workers):
             journal.add(result)
             bar.advance()
-    return [journal.rows[name] for name in names], prediction
+    return _aligned([journal.rows[name] for name in names]), prediction
+
+
+def _with_labels(subject: Subject, references: bool) -> Subject:
+    """Leave out models without part labels: nothing can be compared with, or learnt from, them."""
+    tested_on, trained_on = subject.tested_on, subject.trained_on
+    tested_on = tested_on._replace(rows=labelled_rows(*tested_on))
+    if references:
+        trained_on = trained_on._replace(rows=labelled_rows(*trained_on))
+    check_labels(
+        subject.bank,
+        (tested_on.prepared, len(tested_on.rows)),
+        (trained_on.prepared, len(trained_on.rows)) if references else None,
+    )
+    return replace(subject, tested_on=tested_on, trained_on=trained_on)
+
+
+def _aligned(table: Sequence[Row]) -> list[Row]:
+    """Give every row the columns of all, None where it has nothing to say."""
+    names = dict.fromkeys(name for row in table for name in row)
+    return [{name: row.get(name) for name in names} for row in table]
 
 
 def _shapes(
@@ -235,8 +259,14 @@ def _shapes(
 
 
 def means(table: Sequence[Row]) -> dict[str, float]:
-    """Return the mean of every column of numbers."""
-    return {n: float(np.mean([row[n] for row in table])) for n in table[0] if n not in _WORDS}
+    """Return the mean of every column of numbers, over the rows that have one.
+
+    >>> means([{"iou": 1.0, "iou_leg": 0.5}, {"iou": 0.0, "iou_leg": None}])
+    {'iou': 0.5, 'iou_leg': 0.5}
+    """
+    names = dict.fromkeys(n for row in table for n in row if n not in _WORDS)
+    numbers = {n: [row[n] for row in table if row.get(n) is not None] for n in names}
+    return {n: float(np.mean(values)) for n, values in numbers.items() if values}
 
 
 def by_category(table: Sequence[Row]) -> dict[str, Any]:

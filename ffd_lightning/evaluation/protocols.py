@@ -3,12 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.config import ProtocolKind
+from ffd_lightning.data.sources.base import PartCloud
+from ffd_lightning.evaluation.part_protocol import (
+    known_points,
+    part_of_points,
+    part_scores,
+    transferred_parts,
+)
 from ffd_lightning.evaluation.shapes import Cloud, ModelShape, Shape
 from ffd_lightning.geometry.hemisphere import Hemisphere, bounding_hemisphere
 from ffd_lightning.geometry.voxels import PAPER_HALF_SIZE, voxelize
@@ -64,6 +71,11 @@ class EvaluationProtocol(Protocol):
         """Whether the quality of the model's own deformed mesh is measured too."""
         ...
 
+    @property
+    def needs_parts(self) -> bool:
+        """Whether only models with part labels can be tested on."""
+        ...
+
     def truth(self, shape: ModelShape, rng: np.random.Generator) -> Any:
         """Return what of the ground truth is computed once for all shapes put before it."""
         ...
@@ -99,6 +111,7 @@ class PaperProtocol:
     resolution: int = 32
     half_size: float = PAPER_HALF_SIZE
     quality: bool = False
+    needs_parts: ClassVar[bool] = False
 
     @property
     def note(self) -> str:
@@ -158,6 +171,7 @@ class ModernProtocol:
     name: str = "modern"
     points: int = 10_000
     quality: bool = True
+    needs_parts: ClassVar[bool] = False
 
     @property
     def note(self) -> str:
@@ -218,6 +232,7 @@ class ScaledProtocol:
 
     name: str
     quality: bool = False
+    needs_parts: ClassVar[bool] = False
 
     @property
     def note(self) -> str:
@@ -251,10 +266,56 @@ class ScaledProtocol:
         return sample_with_normals(*shape.mesh(), SCALINGS[self.name].num_points, rng)
 
 
+@dataclass(frozen=True)
+class PartProtocol:
+    """What part labels are worth that a shape brings along: the paper shows this in pictures.
+
+    Convention:
+        Every true point takes the label of the shape's nearest labelled point, both in the models'
+        own frame. Truth and shape give half of their surface samples each, and the truth as its own
+        floor the other half. Points, and models, whose true parts are not known are left out.
+
+    Source: the paper's section on semantic label transfer; for `shapenet_part_iou` Yi et al. 2016.
+    """
+
+    name: str = "parts"
+    quality: bool = False
+    needs_parts: ClassVar[bool] = True
+
+    @property
+    def note(self) -> str:
+        """See `EvaluationProtocol`."""
+        return "half of a shape's points labels half of the truth's (8,192 of 16,384 by default)"
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """IoU of parts, and share of points."""
+        return (
+            Measure("part_iou", "mean over parts, of those in the truth or transferred", True, 100),
+            Measure("shapenet_part_iou", "over all the category has, absent 1", True, 100),
+            Measure("part_accuracy", "share of true points labelled right", True, 100),
+        )
+
+    def truth(
+        self, shape: ModelShape, rng: np.random.Generator
+    ) -> tuple[PartCloud, tuple[str, ...]]:
+        """See `EvaluationProtocol`."""
+        return known_points(shape.truth_labelled_points()), shape.category_parts
+
+    def score(
+        self, shape: Shape, truth: tuple[PartCloud, tuple[str, ...]], rng: np.random.Generator
+    ) -> dict[str, float]:
+        """Return each measure, and the IoU of each part of the truth as `part_iou_<part>`."""
+        cloud, category = truth
+        found = transferred_parts(shape.labelled_points(), cloud.points)
+        return part_scores(part_of_points(cloud), found, category)
+
+
 PROTOCOLS: dict[ProtocolKind, EvaluationProtocol] = {
     ProtocolKind.paper: PaperProtocol(),
     ProtocolKind.modern: ModernProtocol(),
     **{ProtocolKind(name): ScaledProtocol(name) for name in SCALINGS},
+    ProtocolKind.parts: PartProtocol(),
 }
 """What can be chosen with `protocol=`."""
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
+from ffd_lightning.data.joined import JoinedSet
+from ffd_lightning.data.packing import UNKNOWN_PART
 from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.jacobian import deformation_jacobian
@@ -31,6 +36,10 @@ class Shape(Protocol):
 
     def mesh(self) -> Surface:
         """Return vertices and faces."""
+        ...
+
+    def labelled_points(self) -> PartCloud:
+        """Return the second half of the shape's own surface samples, with their parts."""
         ...
 
 
@@ -67,6 +76,27 @@ class ModelShape:
         mesh = self.prepared.mesh(self.row)
         return mesh.vertices, mesh.faces
 
+    def labelled_points(self) -> PartCloud:
+        """See `Shape`; none of the points of `truth_labelled_points`."""
+        return self._labelled(slice(self.prepared.num_points // 2, None))
+
+    def truth_labelled_points(self) -> PartCloud:
+        """Return the first half of the model's surface samples, with their parts."""
+        return self._labelled(slice(self.prepared.num_points // 2))
+
+    def _labelled(self, part: slice) -> PartCloud:
+        points, parts = self.prepared.cloud(self.row), self.prepared.point_parts(self.row)
+        return _part_cloud(points[part], parts, part, self.prepared.part_names)
+
+    @property
+    def category_parts(self) -> tuple[str, ...]:
+        """Names of the parts that models of its category have."""
+        prepared = self.prepared
+        if not isinstance(prepared, JoinedSet):
+            return prepared.part_names
+        mine = prepared.category(self.row)
+        return next(m.part_names for m in prepared.members if m.category(0) == mine)
+
 
 @dataclass(frozen=True)
 class TemplateShape:
@@ -78,7 +108,9 @@ class TemplateShape:
 
     def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
         """See `Shape`."""
-        rows = torch.from_numpy(rng.integers(self.bank.points.shape[1], size=count))
+        return self._points(torch.from_numpy(rng.integers(self.bank.points.shape[1], size=count)))
+
+    def _points(self, rows: Tensor | slice) -> Cloud:
         if self.offsets is None:
             return self.bank.points[self.index][rows].double().numpy()
         matrix = self.bank.deformation_matrix[self.index][rows]
@@ -97,6 +129,12 @@ class TemplateShape:
             mesh = self.bank.deformed_mesh(self.index, torch.from_numpy(self.offsets))
         return mesh.vertices, mesh.faces
 
+    def labelled_points(self) -> PartCloud:
+        """See `Shape`; the points are deformed and keep their parts."""
+        half = slice(self.bank.points.shape[1] // 2, None)
+        parts = None if self.bank.point_parts is None else self.bank.point_parts[self.index]
+        return _part_cloud(self._points(half), parts, half, self.bank.part_names)
+
     def quality(self) -> dict[str, float]:
         """Return what the deformation did to the subdivided mesh; see `metrics.mesh_quality`."""
         mesh, _ = self.bank.subdivided(self.index)
@@ -109,3 +147,11 @@ class TemplateShape:
         )
         measured = mesh_quality(mesh.vertices, self.mesh()[0], mesh.faces, jacobians)
         return {name: float(value) for name, value in measured._asdict().items()}
+
+
+def _part_cloud(
+    points: NDArray[np.floating], parts: NDArray[np.uint8] | None, part: slice, names: Sequence[str]
+) -> PartCloud:
+    """Label some of a shape's points, (P, 3), by the parts of all of them, (N,)."""
+    labels = np.full(len(points), UNKNOWN_PART, np.uint8) if parts is None else parts[part]
+    return PartCloud(points.astype(np.float64), labels, tuple(names))

@@ -11,6 +11,8 @@ from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
 
+_PART = "part_iou_"
+
 
 def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float]) -> None:
     """Print a row for each shape that was scored and a column for each measure."""
@@ -40,5 +42,9 @@ def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[st
             f"{summary['stretch_95']:.2f} times (95th percentile), faces that come to pass through "
             f"others {summary['newly_intersecting']:.1%}"
         )
+    of_parts = [(name, summary[name]) for name in summary if name.startswith(_PART)]
+    if of_parts:
+        told = ", ".join(f"{name.removeprefix(_PART)} {100 * x:.1f}" for name, x in of_parts)
+        lines.append(f"the model's part IoU x 100, over the test models that have the part: {told}")
     lines.append(f"samples.csv and summary.json: {run.evaluation(protocol.name)}")
     print("\n".join(lines))

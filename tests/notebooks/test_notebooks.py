@@ -31,7 +31,7 @@ def sweep(tiny_config, tmp_path_factory):
 
 
 def test_there_are_notebooks():
-    assert len(NOTEBOOKS) >= 4
+    assert len(NOTEBOOKS) >= 5
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
@@ -44,8 +44,9 @@ def test_a_notebook_is_kept_without_outputs(path):
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
-def test_a_notebook_runs(path, sweep, monkeypatch):
+def test_a_notebook_runs(path, sweep, data_root, monkeypatch):
     monkeypatch.setenv("SWEEP", str(sweep))
+    monkeypatch.setenv("DATA", str(data_root))
     notebook = nbformat.read(path, 4)
     place = {"metadata": {"path": str(path.parent)}}
     NotebookClient(notebook, timeout=300, resources=place).execute()

@@ -39,7 +39,7 @@ def curves(sweep: Sweep) -> str:
     main = sweep.main_measure
     shown = [main, *[m for m in measures if m.higher_is_better != main.higher_is_better][:1]]
     figures = []
-    if sweep.scored["templates"].nunique() > 1:
+    if sweep.scored["templates"].nunique() > 1 and "setup" not in sweep.keys:
         for measure in shown:
             figure = plots.template_count_curves(sweep.scored, measure.name)
             title = measure_title(measure.name)
@@ -84,7 +84,8 @@ def selection(sweep: Sweep, data_root: Path | None = None) -> str:
         families = {}  # told with the examples, which need that data too
     table = selection_table(sweep.samples, families, main.name, sweep.protocol.name)
     columns = {k: v for k, v in _SELECTION.items() if k in table and table[k].notna().any()}
-    keys, same = told_apart(table, [*SETTINGS, "seed"])
+    table = table.merge(sweep.table[["run", "setup"]], on="run")
+    keys, same = told_apart(table, [*sweep.keys, "seed"])
     rows = [
         [*(str(row[key]) for key in keys), *(_cell(row[k], k, main) for k in columns)]
         for row in table.to_dict("records")

@@ -20,7 +20,7 @@ def gallery(sweep: Sweep, data_root: Path | None, limit: int) -> tuple[str, str]
     scored = sweep.scored
     if scored.empty or limit < 1:
         return "", "{}"
-    chosen = choose_runs(scored, limit)
+    chosen = choose_runs(scored, limit, sweep.keys)
     measure = sweep.main_measure
     maker = ExampleMaker(measure, data_root, _MESH_BYTES // (6 * len(chosen)))
     runs = {str(run.path): run for run in sweep.runs}

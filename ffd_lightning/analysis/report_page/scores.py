@@ -9,7 +9,7 @@ import pandas as pd
 from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs
 from ffd_lightning.analysis.plots import measure_title
 from ffd_lightning.analysis.report_page import fragments as html
-from ffd_lightning.analysis.report_page.sweep import SETTINGS, Sweep, plain, told_apart, varying
+from ffd_lightning.analysis.report_page.sweep import Sweep, plain, told_apart, varying
 from ffd_lightning.analysis.tables import number
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure
@@ -25,6 +25,8 @@ _BESIDE = {
     "best_undeformed": "best undeformed",
     "feature_retrieval": "retrieved",
 }  # what stands beside the model: prefix of its columns, heading
+_COMPARED = {"regime": "Regimes", "templates": "Numbers of templates", "setup": "Runs"}
+_MANY_SETUPS = 8
 _MANY = 12  # comparisons that are shown unasked
 
 
@@ -81,28 +83,21 @@ def definitions(sweep: Sweep) -> str:
 def _result_rows(sweep: Sweep, factors: dict[str, float]) -> tuple[list[str], list[list[str]], str]:
     """Return headings of the settings, rows, and what a number is: over seeds where there are."""
     scored = sweep.scored
-    why = ""
-    if scored.groupby(SETTINGS).size().max() > 1:
+    if scored.groupby(sweep.keys).size().max() > 1:
         names = [name for name in factors if scored[name].notna().all()]
-        try:
-            means = aggregate_seeds(scored, [*names, "num_samples"])
-        except DataError as error:
-            why = f"; not over seeds, since {error}"
-        else:
-            keys, same = told_apart(means, SETTINGS)
-            rows = [
-                [
-                    *(str(row[key]) for key in (*keys, "num_seeds")),
-                    *(_over_seeds(row, name, factor) for name, factor in factors.items()),
-                    html.cell(row["num_samples"]),
-                ]
-                for row in means.to_dict("records")
+        means = aggregate_seeds(scored, [*names, "num_samples"], sweep.keys)
+        keys, same = told_apart(means, sweep.keys)
+        rows = [
+            [
+                *(str(row[key]) for key in (*keys, "num_seeds")),
+                *(_over_seeds(row, name, factor) for name, factor in factors.items()),
+                html.cell(row["num_samples"]),
             ]
-            over = "means over the test samples of a run, then mean ± standard deviation over seeds"
-            return [*map(plain, keys), "seeds"], rows, over + same
-    keys, same = told_apart(scored, [*SETTINGS, "seed"])
-    if scored.duplicated([*SETTINGS, "seed"]).any():
-        scored, keys = scored.assign(run=scored["run"].map(sweep.name)), ["run", *keys]
+            for row in means.to_dict("records")
+        ]
+        over = "means over the test samples of a run, then mean ± standard deviation over seeds"
+        return [*map(plain, keys), "seeds"], rows, over + same
+    keys, same = told_apart(scored, [*sweep.keys, "seed"])
     rows = [
         [
             *(str(row[key]) for key in keys),
@@ -111,7 +106,7 @@ def _result_rows(sweep: Sweep, factors: dict[str, float]) -> tuple[list[str], li
         ]
         for row in scored.to_dict("records")
     ]
-    return [*map(plain, keys)], rows, f"means over the test samples of each run{same}{why}"
+    return [*map(plain, keys)], rows, f"means over the test samples of each run{same}"
 
 
 def _over_seeds(row: dict[Any, Any], name: str, factor: float) -> str:
@@ -121,15 +116,24 @@ def _over_seeds(row: dict[Any, Any], name: str, factor: float) -> str:
 
 
 def comparisons(sweep: Sweep) -> str:
-    """Return what can be said of differences between regimes, and between numbers of templates."""
+    """Return what can be said of differences between regimes, and between numbers of templates.
+
+    Where runs differ in other settings too, all that they differ in is compared at once.
+    """
     scored, parts = sweep.scored, []
-    compared = varying(scored, ["regime", "templates"]) if len(scored) else []
+    if scored.empty:
+        return ""
+    compared = varying(scored, ["setup"] if "setup" in sweep.keys else ["regime", "templates"])
+    if compared == ["setup"] and scored["setup"].nunique() > _MANY_SETUPS:
+        told = "Too many settings to hold each against each other: see the tables."
+        return html.section("comparison", "What differs", html.paragraph(told))
+    samples = sweep.samples.merge(scored[["run", "setup"]], on="run")
     for by in compared:
-        word = {"regime": "Regimes", "templates": "Numbers of templates"}[by]
+        word = _COMPARED[by]
         for k, measure in enumerate(sweep.protocol.measures):
             try:
                 table = compare_runs(
-                    sweep.samples,
+                    samples,
                     measure.name,
                     by,
                     protocol=sweep.protocol.name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,8 +31,10 @@ class Sweep:
     Attributes:
         folder: that holds them.
         runs: those that can be read, by category, regime (as in the paper), templates and seed.
-        table: a row per run: `run`, `category`, `regime`, `templates`, `seed`, `state` (finished,
-            failed, running, interrupted), `reason` (of having no scores, "" with scores),
+        table: a row per run: `run`, `setup` (its folder's name, without the seed's: what runs share
+            that are seeds of each other, whatever they differ in from others), `category`,
+            `regime`, `templates`, `seed`, `state` (finished, failed, running, interrupted),
+            `reason` (of having no scores, "" with scores),
             `protocol` and, with scores, the mean of each measure of each shape,
             `effective_templates` and `num_samples`.
         samples: as `load_samples` gives them, of the finished runs; no rows where there are none.
@@ -82,7 +85,8 @@ class Sweep:
             if why and table.loc[place, "state"] != "failed":
                 table.loc[place, "reason"] = why
         samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame({"run": []})
-        table = table.assign(protocol=chosen.name)
+        names = [_setup(run.path.relative_to(folder)) for run in runs]
+        table = table.assign(protocol=chosen.name, setup=names)
         if parts:
             table = table.merge(_means(samples, chosen), how="left", on="run")
         shown = {str(path.relative_to(folder)): why for path, why in damaged.items()}
@@ -104,12 +108,18 @@ class Sweep:
         """A short label of each run."""
         return run_labels(self.table)
 
+    @cached_property
+    def keys(self) -> list[str]:
+        """What tells runs apart, but for their seed: their setup where `SETTINGS` do not."""
+        twice = self.table.duplicated([*SETTINGS, "seed"]).any()
+        return ["setup", *SETTINGS] if twice else SETTINGS
+
     def title(self, run: str) -> str:
         """Return all that tells a run apart, in words."""
         row = self.table[self.table["run"] == run].iloc[0]
-        return (
-            f"{row['category']}, regime {row['regime']}, T = {row['templates']}, seed {row['seed']}"
-        )
+        words = f"{row['category']}, regime {row['regime']}, T = {row['templates']}"
+        setup = f"{row['setup']}: " if "setup" in self.keys else ""
+        return f"{setup}{words}, seed {row['seed']}"
 
     @cached_property
     def settings(self) -> pd.DataFrame:
@@ -124,6 +134,18 @@ class Sweep:
     def name(self, run: str) -> str:
         """Return a run's folder, as seen from the sweep's."""
         return str(Path(run).relative_to(self.folder))
+
+
+def _setup(name: Path) -> str:
+    """Return a run's folder without the part that names its seed.
+
+    >>> _setup(Path("joint/r/t4-8views/seed0"))
+    'joint/r/t4-8views'
+    >>> _setup(Path("table/b/t8/seed1_schedule.steps-50"))
+    'table/b/t8/schedule.steps-50'
+    """
+    parts = [re.sub(r"^seed\d+_?", "", part) for part in name.parts]
+    return "/".join(part for part in parts if part) or "."
 
 
 def varying(table: pd.DataFrame, names: Sequence[str]) -> list[str]:

@@ -1,0 +1,314 @@
+"""How well part labels are transferred: `python -m ffd_lightning.analysis.labels DIR`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from ffd_lightning.analysis.compare import measure_of, require_columns
+from ffd_lightning.analysis.paired import Comparison, resampled_means
+from ffd_lightning.analysis.runs import find_runs, load_samples
+from ffd_lightning.analysis.selection import Families, run_families
+from ffd_lightning.errors import DataError, UserError
+from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.run_folder import RunFolder
+
+PROTOCOL = "parts"
+FEWEST = 6
+"""Models below which no interval is given: so few show nothing."""
+
+_PART = "part_iou_"
+_RUN = ["run", "category", "regime", "templates", "seed"]
+_TITLES = {
+    "": "model",
+    "undeformed": "template\nas it is",
+    "best_deformed": "best of T\ndeformed",
+    "best_undeformed": "best of T\nas it is",
+    "feature_retrieval": "retrieved\nby image",
+    "retrieval": "nearest\nin training",
+    "medoid": "medoid",
+    "floor": "floor",
+}
+
+
+def label_samples(runs: Sequence[RunFolder]) -> pd.DataFrame:
+    """Read the samples of runs under protocol parts, as `load_samples` does.
+
+    Raises:
+        DataError: a finished run was not evaluated under it, or none at all is there.
+    """
+    without = [
+        r for r in runs if r.finished and not (r.evaluation(PROTOCOL) / "samples.csv").exists()
+    ]
+    if without:
+        raise DataError(
+            f"{len(without)} of {len(runs)} runs have not been evaluated under protocol "
+            f"{PROTOCOL}, the first of them: python evaluate.py run={without[0].path} "
+            f"protocol={PROTOCOL}"
+        )
+    return load_samples(runs, PROTOCOL)
+
+
+def part_columns(samples: pd.DataFrame) -> list[str]:
+    """Return the names of the measures of single parts, `part_iou_<part>`, the commonest first."""
+    columns = [name for name in samples if name.startswith(_PART)]
+    return sorted(columns, key=lambda name: -int(samples[name].notna().sum()))
+
+
+def transfer_table(
+    samples: pd.DataFrame, measures: str | Sequence[str] = "part_iou"
+) -> pd.DataFrame:
+    """Return how well the labels of each shape fit the truth, beside those of the model.
+
+    Intervals are 95% bootstraps over the test models (see `compare.compare_runs`): of these trained
+    networks, not of other seeds. Several images of a model are averaged. Measures of a single part
+    are over the models that have the part; fewer than 6 models have no interval (NaN).
+
+    Args:
+        samples: as `label_samples` gives them.
+        measures: names of measures of the protocol, or `part_columns`.
+
+    Returns:
+        A row per run, category of models, measure and shape. Columns: `run`, `category`, `regime`,
+        `templates`, `seed`, `measure`, `shape` (a key of `references.SHAPES`, "" for the model),
+        `num_samples` (models), `mean` with its interval `low`, `high`, and `gain` with `gain_low`,
+        `gain_high`: the model's less this shape's, model by model (NaN for the model itself).
+        Shares, from 0 to 1. Shapes that were not scored (`references=false`) have no rows.
+
+    Raises:
+        DataError: a measure is missing.
+    """
+    rows = []
+    for measure in [measures] if isinstance(measures, str) else measures:
+        if measure not in part_columns(samples):
+            measure_of(measure, PROTOCOL)
+        require_columns(samples, [*_RUN, "id", measure])
+        for values, part in samples.groupby(_RUN, sort=False):
+            first = {**dict(zip(_RUN, values, strict=True)), "measure": measure}
+            rows += [first | row for row in _of_shapes(part, measure)]
+    return pd.DataFrame(rows)
+
+
+def _of_shapes(part: pd.DataFrame, measure: str) -> list[dict[str, Any]]:
+    """Return a row per shape, of one run, category and measure."""
+    columns = {shape: f"{shape}_{measure}" if shape else measure for shape in SHAPES}
+    columns = {shape: name for shape, name in columns.items() if name in part}
+    models = part.groupby("id")[list(columns.values())].mean().dropna(axis=1, how="all").dropna()
+    if models.empty:
+        return []
+    shapes = [shape for shape, name in columns.items() if name in models]
+    scores = models.to_numpy(float)
+    values = np.concatenate([scores, scores[:, :1] - scores], axis=1)
+    spans = _intervals([values], measure)
+    rows = []
+    for k, shape in enumerate(shapes):
+        gain = (np.nan,) * 3
+        if shape:
+            other = k + len(shapes)
+            gain = (float(values[:, other].mean()), *spans[other])
+        numbers = {"num_samples": len(models), "mean": float(values[:, k].mean())}
+        span = dict(
+            zip(("low", "high", "gain", "gain_low", "gain_high"), (*spans[k], *gain), strict=True)
+        )
+        rows.append({"shape": shape, **numbers, **span})
+    return rows
+
+
+def family_table(
+    samples: pd.DataFrame, families: Families, measure: str = "part_iou"
+) -> pd.DataFrame:
+    """Return how well labels are transferred from templates of the query's family, and of others.
+
+    Args:
+        samples: as `label_samples` gives them.
+        families: as `selection.run_families` reads them; runs that are not in it have no rows.
+        measure: a measure of the protocol.
+
+    Returns:
+        Three rows per run and category, by column `family`: "same", where the selected template is
+        of the query's structural family, "other", and "same - other", their difference. Columns:
+        `run`, `category`, `regime`, `templates`, `seed`, `family`, `num_samples` (models), `mean`
+        with its 95% interval `low`, `high`, and `gain`, `gain_low`, `gain_high`: the deformed
+        template's less that of the same template as it is. Models whose family is not known are
+        left out; a group without models is NaN.
+    """
+    require_columns(samples, [*_RUN, "id", "family", "template", measure, f"undeformed_{measure}"])
+    rows = []
+    for values, part in samples.groupby(_RUN, sort=False):
+        run, category = values[:2]
+        known = part[part["family"].fillna("") != ""]
+        of_template = families.get(str(run), {})
+        if known.empty or not any(of_template.values()):
+            continue
+        same = known["template"].map(of_template) == category + "/" + known["family"]
+        groups = [_with_gain(known[mask], measure) for mask in (same, ~same)]
+        first = dict(zip(_RUN, values, strict=True))
+        # Twice the groups, one of them negated: the mean over both strata is their difference.
+        for name, strata in (
+            ("same", groups[:1]),
+            ("other", groups[1:]),
+            ("same - other", [2 * groups[0], -2 * groups[1]]),
+        ):
+            rows.append({**first, "family": name, **_group(strata, measure)})
+    return pd.DataFrame(rows)
+
+
+def _with_gain(part: pd.DataFrame, measure: str) -> NDArray[np.float64]:
+    """Return a measure of the model, and that less its template's as it is, per model: (n, 2)."""
+    models = part.groupby("id")[[measure, f"undeformed_{measure}"]].mean().to_numpy(float)
+    return np.stack([models[:, 0], models[:, 0] - models[:, 1]], axis=1)
+
+
+def _group(strata: list[NDArray[np.float64]], measure: str) -> dict[str, Any]:
+    """Return the numbers of a row of `family_table`, from groups of models, (n, 2) each."""
+    row: dict[str, Any] = {"num_samples": sum(len(group) for group in strata)}
+    empty = any(len(group) == 0 for group in strata)
+    means = [np.nan] * 2 if empty else np.mean([g.mean(0) for g in strata], axis=0).tolist()
+    spans = _intervals(strata, measure)
+    for name, mean, (low, high), prefix in zip(
+        ("mean", "gain"), means, spans, ("", "gain_"), strict=True
+    ):
+        row |= {name: mean, f"{prefix}low": low, f"{prefix}high": high}
+    return row
+
+
+def _intervals(strata: list[NDArray[np.float64]], seed: str) -> list[tuple[float, float]]:
+    """Return the 95% interval of each column's mean, the mean over strata (n, P) of models."""
+    columns = strata[0].shape[1]
+    if min(len(values) for values in strata) < FEWEST:
+        return [(np.nan, np.nan)] * columns
+    parts = [resampled_means(values, f"{seed} {k}") for k, values in enumerate(strata)]
+    resampled = np.mean(parts, axis=0)
+    return [
+        Comparison(
+            "", (), "", "", [v[:, k] for v in strata], resampled[:, k], np.empty(0), (1, 1)
+        ).interval
+        for k in range(columns)
+    ]
+
+
+# --- for people ----------------------------------------------------------------------------------
+
+
+def main() -> None:
+    """Print how well the runs below a folder transfer labels."""
+    parser = argparse.ArgumentParser(prog="python -m ffd_lightning.analysis.labels")
+    parser.add_argument("folder", type=Path, help="a sweep's folder, runs/NAME say")
+    parser.add_argument("--data", type=Path, help="the prepared data, if not where it was")
+    options = parser.parse_args()
+    try:
+        runs = find_runs(options.folder)
+        if not runs:
+            raise DataError(
+                f"no run in {options.folder}: give a folder that train.py has written to"
+            )
+        samples = label_samples(runs)
+        families = run_families(runs, options.data)
+    except UserError as error:
+        sys.exit(f"error: {error}")
+    table = transfer_table(samples)
+    parts = transfer_table(samples, part_columns(samples))
+    tables = [_shapes_table(table, options.folder), _parts_table(parts, options.folder)]
+    of_families = family_table(samples, families)
+    if not of_families.empty:
+        tables.append(_families_table(of_families, options.folder))
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    for shown in tables:
+        console.print(shown)
+    if of_families.empty:
+        print("structural families: none known, or the prepared data is not there (--data=DIR)")
+
+
+def _shapes_table(table: pd.DataFrame, folder: Path) -> Table:
+    shapes = [s for s in SHAPES if s in set(table["shape"])]
+    shown = _table(
+        "Part IoU x 100 of labels transferred to the test models",
+        "Mean over the parts in the truth or transferred, then over test models. Below: how much "
+        "more the model (selected template, deformed) has, with 95% interval.",
+        ("run", "category"),
+        ("models", *(_TITLES[s] for s in shapes)),
+    )
+    for (run, category), part in table.groupby(["run", "category"], sort=False):
+        found = part.set_index("shape").to_dict("index")
+        cells = []
+        for row in (found.get(shape) for shape in shapes):
+            if row is None:
+                text = ""
+            elif np.isnan(row["gain"]):
+                text = _mean(row, interval=True)
+            else:
+                gain = _span(row["gain"], row["gain_low"], row["gain_high"], "+")
+                text = f"{_mean(row)}\n{gain}"
+            cells.append(text.replace(" [", "\n["))
+        shown.add_row(_below(run, folder), category, f"{found['']['num_samples']}", *cells)
+    return shown
+
+
+def _parts_table(table: pd.DataFrame, folder: Path) -> Table:
+    shapes = [s for s in SHAPES if s in set(table["shape"])]
+    shown = _table(
+        "IoU x 100 of single parts",
+        "Means over the test models that have the part, of the model's with 95% interval.",
+        ("run", "category", "part"),
+        ("models", *(_TITLES[s] for s in shapes)),
+    )
+    keys = ["run", "category", "measure"]
+    for values, part in table.sort_values("run", kind="stable").groupby(keys, sort=False):
+        run, category, measure = values
+        found = part.set_index("shape").to_dict("index")
+        cells = [_mean(found[s], interval=not s) if s in found else "" for s in shapes]
+        name, count = str(measure).removeprefix(_PART), f"{found['']['num_samples']}"
+        shown.add_row(_below(run, folder), category, name, count, *cells)
+    return shown
+
+
+def _families_table(table: pd.DataFrame, folder: Path) -> Table:
+    shown = _table(
+        "Part IoU x 100 by the selected template's structural family",
+        "Gain: over the same template as it is. 95% intervals over test models.",
+        ("run", "category", "template's family"),
+        ("models", "part IoU", "gain"),
+    )
+    for row in table.to_dict("records"):
+        gain = _span(row["gain"], row["gain_low"], row["gain_high"], "+")
+        head = (_below(row["run"], folder), row["category"], row["family"])
+        shown.add_row(*head, f"{row['num_samples']}", _mean(row, interval=True), gain)
+    return shown
+
+
+def _table(title: str, caption: str, words: Sequence[str], numbers: Sequence[str]) -> Table:
+    table = Table(title=title, caption=caption, caption_justify="left")
+    for name in words:
+        table.add_column(name)
+    for name in numbers:
+        table.add_column(name, justify="right")
+    return table
+
+
+def _mean(row: Mapping[Any, Any], interval: bool = False) -> str:
+    return _span(row["mean"], row["low"], row["high"]) if interval else f"{100 * row['mean']:.1f}"
+
+
+def _span(mean: float, low: float, high: float, sign: str = "") -> str:
+    if np.isnan(mean):
+        return ""
+    text = f"{100 * mean:{sign}.1f}"
+    return text if np.isnan(low) else f"{text} [{100 * low:.1f}, {100 * high:.1f}]"
+
+
+def _below(run: object, folder: Path) -> str:
+    path = Path(str(run))
+    return str(path.relative_to(folder)) if path != folder else "."
+
+
+if __name__ == "__main__":
+    main()

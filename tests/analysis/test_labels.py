@@ -1,0 +1,214 @@
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+from omegaconf import OmegaConf
+from scipy import stats
+
+from ffd_lightning.analysis import labels
+from ffd_lightning.analysis.compare import compare_runs
+from ffd_lightning.analysis.labels import (
+    family_table,
+    label_samples,
+    part_columns,
+    transfer_table,
+)
+from ffd_lightning.analysis.runs import find_runs, load_samples
+from ffd_lightning.config import EvaluateConfig, ProtocolKind
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.loading import build_data, build_network
+from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.run import evaluate_run
+from ffd_lightning.run_folder import RunFolder
+
+
+def run_samples(n=40, run="a", regime="b", **columns):
+    """Samples of one run under protocol parts, as `load_samples` gives them."""
+    rng = np.random.default_rng(len(run) + n)
+    return pd.DataFrame(
+        {
+            "run": run,
+            "regime": regime,
+            "templates": 4,
+            "seed": 0,
+            "id": [f"m{k:03d}" for k in range(n)],
+            "category": "table",
+            "family": "desk",
+            "view": 0,
+            "template": "x",
+            "part_iou": rng.uniform(0.3, 0.9, n) ** 2,
+            "undeformed_part_iou": rng.uniform(0.2, 0.9, n) ** 2,
+            "floor_part_iou": 0.9,
+            **columns,
+        }
+    )
+
+
+def test_each_shape_beside_the_model():
+    samples = run_samples()
+    table = transfer_table(samples).set_index("shape")
+    assert list(table.index) == ["", "undeformed", "floor"], "those that were scored"
+    assert (table["num_samples"] == 40).all()
+    model, as_is = samples["part_iou"], samples["undeformed_part_iou"]
+    assert table.loc["undeformed", "mean"] == pytest.approx(as_is.mean())
+    assert table.loc["undeformed", "gain"] == pytest.approx((model - as_is).mean())
+    assert np.isnan(table.loc["", "gain"])
+    for name, column, values in (("low", "high", model), ("gain_low", "gain_high", model - as_is)):
+        shape = "" if name == "low" else "undeformed"
+        span = stats.bootstrap((values,), np.mean, n_resamples=20_000, rng=0).confidence_interval
+        assert table.loc[shape, [name, column]].tolist() == pytest.approx(list(span), abs=0.004)
+    assert table.loc["floor", ["low", "high"]].tolist() == pytest.approx([0.9, 0.9])
+
+
+def test_runs_and_categories_are_apart_and_images_of_a_model_together():
+    one = run_samples(20)
+    views = pd.concat([one, one.assign(view=1, part_iou=one["part_iou"] + 0.1)])
+    other = run_samples(20, category=["table"] * 8 + ["chair"] * 12, run="bb")
+    table = transfer_table(pd.concat([views, other]))
+    table = table[table["shape"] == ""].set_index(["run", "category"])
+    assert table["num_samples"].to_dict() == {
+        ("a", "table"): 20,
+        ("bb", "table"): 8,
+        ("bb", "chair"): 12,
+    }
+    assert table.loc[("a", "table"), "mean"] == pytest.approx(one["part_iou"].mean() + 0.05)
+    assert table.loc[("bb", "chair"), "mean"] == pytest.approx(other["part_iou"][8:].mean())
+
+
+def test_parts_count_where_they_are():
+    nan = np.nan
+    samples = run_samples(
+        8,
+        part_iou_shelf=[0.5, 0.7, nan, 0.9, nan, nan, nan, nan],
+        undeformed_part_iou_shelf=[0.4, 0.4, nan, 0.4, nan, nan, nan, nan],
+        part_iou_top=0.8,
+        undeformed_part_iou_top=0.5,
+        part_iou_drawer=nan,
+        undeformed_part_iou_drawer=nan,
+    )
+    names = ["part_iou_top", "part_iou_shelf", "part_iou_drawer"]
+    assert part_columns(samples) == names
+    table = transfer_table(samples, names).set_index(["measure", "shape"])
+    assert "part_iou_drawer" not in table.index.get_level_values(0)
+    shelf = table.loc[("part_iou_shelf", "undeformed")]
+    assert (shelf["num_samples"], shelf["gain"]) == (3, pytest.approx(0.3))
+    assert np.isnan(shelf["low"]), "3 models say nothing of others"
+    assert np.isnan(shelf["gain_high"])
+    assert table.loc[("part_iou_top", "undeformed"), "gain_low"] == pytest.approx(0.3)
+
+
+def test_families():
+    samples = run_samples(60, template=["x", "y", "y"] * 20)
+    samples.loc[0, "family"] = None
+    families = {"a": {"x": "table/desk", "y": "table/round"}}
+    table = family_table(samples, families).set_index("family")
+    x, y = (samples[1:].query(f"template == '{name}'") for name in "xy")
+    assert table["num_samples"].to_dict() == {"same": 19, "other": 40, "same - other": 59}
+    for name, part in (("same", x), ("other", y)):
+        gain = part["part_iou"] - part["undeformed_part_iou"]
+        assert table.loc[name, ["mean", "gain"]].tolist() == pytest.approx(
+            [part["part_iou"].mean(), gain.mean()]
+        )
+    assert table.loc["same - other", "mean"] == pytest.approx(
+        x["part_iou"].mean() - y["part_iou"].mean()
+    )
+    span = stats.bootstrap(
+        (x["part_iou"], y["part_iou"]),
+        lambda a, b, axis: a.mean(axis) - b.mean(axis),
+        n_resamples=20_000,
+        rng=0,
+    ).confidence_interval
+    found = table.loc["same - other", ["low", "high"]].tolist()
+    assert found == pytest.approx(list(span), abs=0.006)
+
+
+def test_families_that_are_not_known_or_never_met():
+    samples = run_samples(12)
+    assert family_table(samples, {}).empty
+    assert family_table(samples.assign(family=None), {"a": {"x": "table/desk"}}).empty
+    table = family_table(samples, {"a": {"x": "chair/desk"}}).set_index("family")
+    assert table["num_samples"].tolist() == [0, 12, 12], "of another category"
+    assert table.loc[["same", "same - other"], ["mean", "low", "gain"]].isna().all(axis=None)
+    assert table.loc["other", ["mean", "low", "gain"]].notna().all()
+
+
+def test_what_is_no_measure():
+    for wrong in ("part_iou_wing", "chamfer"):
+        with pytest.raises(DataError, match=f"{wrong} is no measure of protocol parts"):
+            transfer_table(run_samples(), wrong)
+
+
+# --- runs ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def sweep(tiny_config, tmp_path_factory):
+    """Runs of two regimes as they are after no step of training."""
+    folder = tmp_path_factory.mktemp("sweep")
+    for seed, regime in enumerate("be"):
+        cfg = tiny_config(f"regime={regime}", "data.train_fraction=0.4")
+        run = RunFolder(folder / regime)
+        run.checkpoint.parent.mkdir(parents=True)
+        run.config.write_text(OmegaConf.to_yaml(OmegaConf.structured(cfg)))
+        torch.manual_seed(seed)
+        weights = {f"network.{k}": v for k, v in build_network(cfg).state_dict().items()}
+        torch.save({"state_dict": weights, "global_step": 0}, run.checkpoint)
+        data = build_data(cfg)
+        data.setup()
+        (run.path / "template_ranking.csv").write_text("id\n" + "\n".join(data.bank.ids) + "\n")
+        run.set_status("finished")
+    return folder
+
+
+def evaluated(sweep):
+    for run in find_runs(sweep):
+        evaluate_run(
+            EvaluateConfig(run=str(run.path), protocol=ProtocolKind.parts, progress_bar=False)
+        )
+    return find_runs(sweep)
+
+
+def test_what_has_to_be_evaluated_first_is_said(sweep, tmp_path, monkeypatch, capsys):
+    evaluated(sweep)
+    one = sweep.parent / "one"
+    (one / "b").mkdir(parents=True, exist_ok=True)
+    for name in ("config.yaml", "status.json"):
+        (one / "b" / name).write_text((sweep / "b" / name).read_text())
+    run = RunFolder(one / "b")
+    with pytest.raises(DataError, match=f"python evaluate.py run={run.path} protocol=parts"):
+        label_samples([run, *find_runs(sweep)])
+    run.set_status("failed")
+    assert set(label_samples([run, *find_runs(sweep)])["run"]) == {
+        str(sweep / "b"),
+        str(sweep / "e"),
+    }
+    for folder, word in ((one, "protocol=parts"), (tmp_path, "no run in")):
+        monkeypatch.setattr(sys, "argv", ["labels", str(folder)])
+        with pytest.raises(SystemExit, match=word):
+            labels.main()
+    assert "Traceback" not in capsys.readouterr().err
+
+
+def test_runs_are_compared_by_their_labels(sweep):
+    samples = load_samples(evaluated(sweep), "parts")
+    row = compare_runs(samples, "part_iou", protocol="parts").iloc[0]
+    e, b = (samples[samples["regime"] == name]["part_iou"].mean() for name in "eb")
+    assert row["difference"] == pytest.approx(e - b)
+    assert "part_iou" in row["statement"]
+    assert "x 100 (" in row["statement"] or "no difference" in row["statement"]
+
+
+def test_what_is_printed(sweep, monkeypatch, capsys):
+    samples = load_samples(evaluated(sweep), "parts")
+    monkeypatch.setattr(sys, "argv", ["labels", str(sweep)])
+    labels.main()
+    out = capsys.readouterr().out
+    for column in [f"{shape}_part_iou".removeprefix("_") for shape in SHAPES]:
+        assert f"{100 * samples[samples['regime'] == 'b'][column].mean():.1f}" in out, column
+    for word in ("shelf", "same - other", "floor", "95% interval"):
+        assert word in out
+    monkeypatch.setattr(labels, "run_families", lambda *arguments: {})
+    labels.main()
+    assert "--data=DIR" in capsys.readouterr().out
