@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from omegaconf import MISSING, DictConfig, OmegaConf
 
@@ -84,6 +84,7 @@ class ProtocolKind(Enum):
     atlasnet = "atlasnet"
     mesh_rcnn = "mesh_rcnn"
     occnet = "occnet"
+    parts = "parts"
 
 
 class EncoderKind(Enum):
@@ -91,6 +92,24 @@ class EncoderKind(Enum):
 
     mobilenet = "mobilenet"
     timm = "timm"
+
+
+class Background(Enum):
+    """What tells a photograph's object from its background, where no mask is given.
+
+    `auto`: its alpha channel if there is one, else the colour of its border; `rembg`: a network
+    of the package of that name.
+    """
+
+    auto = "auto"
+    rembg = "rembg"
+
+
+class MeshColors(Enum):
+    """What the colours of a written mesh say."""
+
+    material = "material"
+    parts = "parts"
 
 
 class LearningRateDecay(Enum):
@@ -333,6 +352,34 @@ class EvaluateConfig:
     data_root: str | None = None
     references: bool = True
     all_views: bool = False
+    seed: int = 0
+    workers: int = 0
+    device: str = "auto"
+    progress_bar: bool = True
+    restart: bool = False
+
+
+@dataclass
+class PredictConfig:
+    """Everything that `predict.py` reads.
+
+    `run` is a run folder or a checkpoint file; `image` a file, a folder, a pattern such as
+    `photos/*.png`, or a list of those; `mask` a file, or for several images a folder of masks with
+    the images' names. Below `out` each image has a folder. `points` are those of `cloud.ply`;
+    `top_k` templates are deformed, the selected one first. `preview` draws a picture of each.
+    0 workers = one per core.
+    """
+
+    run: str = MISSING
+    image: Any = MISSING
+    out: str = "predictions"
+    mask: str | None = None
+    background: Background = Background.auto
+    top_k: int = 1
+    points: int = 16384
+    colors: MeshColors = MeshColors.material
+    obj: bool = False
+    preview: bool = True
     seed: int = 0
     workers: int = 0
     device: str = "auto"

@@ -45,7 +45,29 @@ _BLOCK = 50_000  # places that are held at a time
 # The additive recurrence of the plastic number spreads any count of places evenly over a square.
 _RECURRENCE = np.array([0.7548776662466927, 0.5698402909980532])
 
+PART_COLORS = (
+    (31, 119, 180),
+    (255, 127, 14),
+    (44, 160, 44),
+    (214, 39, 40),
+    (148, 103, 189),
+    (140, 86, 75),
+    (227, 119, 194),
+    (188, 189, 34),
+    (23, 190, 207),
+    (127, 127, 127),
+)
+"""RGB of parts in pictures and files, by their number; they begin again after the last."""
+
 Points = NDArray[np.float64]
+
+
+def part_colors(labels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the colour of each label, (N,) -> (N, 4) RGBA; unknown ones are light grey."""
+    table = np.full((256, 4), 255, np.uint8)
+    table[:, :3] = np.resize(np.array(PART_COLORS, np.uint8), (256, 3))
+    table[UNKNOWN_PART] = (210, 210, 210, 255)
+    return table[labels]
 
 
 def label_points(parts: PartCloud, points: Points) -> NDArray[np.uint8]:

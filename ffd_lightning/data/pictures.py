@@ -81,7 +81,7 @@ def open_picture(path: Path, formats: tuple[str, ...] = FORMATS) -> Image.Image:
         OSError, SyntaxError, ValueError: what Pillow raises for files it cannot read.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # our limit is lower
+        warnings.simplefilter("ignore")  # of bombs, where our limit is lower, and of metadata
         picture = Image.open(path, formats=formats)
     if picture.width * picture.height > MAX_PIXELS:
         picture.close()
@@ -226,7 +226,9 @@ def upright(
     picture.load()
     profile = picture.info.get("icc_profile")
     try:
-        orientation = picture.getexif().get(_ORIENTATION, 1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what is missing from the data
+            orientation = picture.getexif().get(_ORIENTATION, 1)
     except Exception:  # a reader of metadata meets anything in a damaged file
         orientation = 1
         cautions.append("EXIF data cannot be read: it may lie on its side")

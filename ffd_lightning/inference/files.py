@@ -1,0 +1,301 @@
+"""What is written of a reconstruction: meshes, cloud, lattice, a picture and a record."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from PIL import Image
+from trimesh.exchange.obj import export_obj
+from trimesh.visual.material import PBRMaterial
+
+from ffd_lightning.config import MeshColors, RenderConfig
+from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.part_labels import part_colors
+from ffd_lightning.data.rendering import contact_sheet, render
+from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.errors import DataError
+from ffd_lightning.geometry.lattice import Lattice
+from ffd_lightning.inference.reconstruction import Reconstruction
+
+_PIECES = 64  # of one mesh
+_BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
+_BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
+_PREVIEW_POINTS = 4096
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Some faces of a mesh, of one part and colour: their vertices, and faces of those."""
+
+    name: str
+    material: PBRMaterial
+    used: NDArray[np.int64]
+    faces: NDArray[np.int64]
+
+
+class MeshWriter:
+    """Writes meshes of reconstructions by the same templates, in pieces named after their parts.
+
+    Args:
+        bank: the templates.
+        colors: what colours say.
+
+    Raises:
+        DataError: colours by part, but the templates have no part labels.
+    """
+
+    def __init__(self, bank: TemplateBank, colors: MeshColors = MeshColors.material) -> None:
+        if colors is MeshColors.parts and not bank.part_names:
+            raise DataError("colors=parts: the templates have no part labels; use colors=material")
+        self._bank, self._colors = bank, colors
+        # Faces, parts and colours are the template's: found once, whatever becomes of the vertices.
+        self._pieces: dict[int, list[_Piece]] = {}
+        self._templates: dict[int, bytes] = {}
+
+    def write(self, reconstruction: Reconstruction, folder: Path, obj: bool = False) -> None:
+        """Write `mesh.glb`, `template.glb`, `lattice.glb`, and `mesh.obj` with `mesh.mtl`."""
+        index = reconstruction.index
+        if index not in self._templates:
+            mesh = self._bank.meshes[index]
+            content = _scene(mesh.vertices, _split(mesh, self._colors)).export(file_type="glb")
+            self._templates[index] = cast(bytes, content)
+        write_file(folder / "template.glb", self._templates[index])
+        scene = self.scene(reconstruction)
+        write_file(folder / "mesh.glb", cast(bytes, scene.export(file_type="glb")))
+        lattice = lattice_scene(reconstruction).export(file_type="glb")
+        write_file(folder / "lattice.glb", cast(bytes, lattice))
+        if obj:
+            text, materials = export_obj(scene, return_texture=True, mtl_name="mesh.mtl", digits=6)
+            for name, content in materials.items():
+                write_file(folder / name, content)
+            write_file(folder / "mesh.obj", text.encode())
+
+    def scene(self, reconstruction: Reconstruction) -> trimesh.Scene:
+        """Return the deformed mesh as trimesh's scene of pieces."""
+        index = reconstruction.index
+        if index not in self._pieces:
+            self._pieces[index] = _split(self._bank.subdivided(index)[0], self._colors)
+        return _scene(reconstruction.surface.vertices, self._pieces[index])
+
+
+def _split(mesh: Mesh, colors: MeshColors) -> list[_Piece]:
+    """Split a mesh by part and colour; where there are very many colours, like ones become one."""
+    rgba = face_colors(mesh, colors)
+    parts = np.zeros(len(mesh.faces), np.uint8) if mesh.face_parts is None else mesh.face_parts
+    for step in (1, 4, 8, 16, 32, 64):
+        like = np.minimum(rgba.astype(np.int64) // step * step + step // 2, 255).astype("<u1")
+        # One number for part and colour: sorting those is many times faster than sorting rows.
+        codes = (parts.astype(np.uint64) << np.uint64(32)) | like.view("<u4")[:, 0]
+        kinds, kind = np.unique(codes, return_inverse=True)
+        if len(kinds) <= _PIECES:
+            break
+    ends = np.cumsum(np.bincount(kind, minlength=len(kinds)))
+    result = []
+    for k, group in enumerate(np.split(np.argsort(kind, kind="stable"), ends[:-1])):
+        part, color = parts[group[0]], like[group[0]]
+        name = mesh.part_names[part] if part < len(mesh.part_names) else "mesh"
+        material = PBRMaterial(
+            name=f"{name}-{k}",
+            baseColorFactor=color,
+            alphaMode="BLEND" if color[3] < 255 else "OPAQUE",
+            doubleSided=True,
+            metallicFactor=0.0,
+            roughnessFactor=0.9,
+        )
+        used, faces = np.unique(mesh.faces[group], return_inverse=True)
+        result.append(_Piece(material.name, material, used, faces.reshape(-1, 3)))
+    return result
+
+
+def _scene(vertices: NDArray[np.float64], pieces: Sequence[_Piece]) -> trimesh.Scene:
+    result = trimesh.Scene()
+    for piece in pieces:
+        mesh = trimesh.Trimesh(vertices[piece.used], piece.faces, process=False)
+        mesh.visual = trimesh.visual.TextureVisuals(material=piece.material)
+        result.add_geometry(mesh, node_name=piece.name, geom_name=piece.name)
+    return result
+
+
+def face_colors(mesh: Mesh, colors: MeshColors) -> NDArray[np.uint8]:
+    """Return RGBA of each face, (F, 4), by its material or by its part."""
+    if colors is MeshColors.material or mesh.face_parts is None:
+        return mesh.face_colors
+    return part_colors(mesh.face_parts)
+
+
+def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
+    """Return the control cage as it is (grey, named `before`) and deformed (red, `after`)."""
+    bank, index = reconstruction.bank, reconstruction.index
+    before = bank.control_points[index].numpy()
+    after = before + reconstruction.offsets[index]
+    result = trimesh.Scene()
+    for name, points, color in (("before", before, _BEFORE), ("after", after, _AFTER)):
+        cage = _cage(points, bank.lattices[index])
+        cage.visual = trimesh.visual.TextureVisuals(
+            material=PBRMaterial(name=name, baseColorFactor=color, roughnessFactor=0.9)
+        )
+        result.add_geometry(cage, node_name=name, geom_name=name)
+    return result
+
+
+def lattice_edges(lattice: Lattice) -> NDArray[np.int64]:
+    """Return the pairs of control points that are neighbours along an axis, (E, 2)."""
+    shape = tuple(degree + 1 for degree in lattice.degrees)
+    numbers = np.arange(np.prod(shape)).reshape(shape)
+    pairs = []
+    for axis in range(3):
+        first, last = (np.delete(numbers, k, axis).ravel() for k in (-1, 0))
+        pairs.append(np.stack([first, last], axis=1))
+    return np.concatenate(pairs)
+
+
+def _cage(points: NDArray[np.float32], lattice: Lattice) -> trimesh.Trimesh:
+    """Draw control points (M, 3) as cubes, and the edges between them as square bars."""
+    ends = points[lattice_edges(lattice)].astype(float)
+    along = ends[:, 1] - ends[:, 0]
+    ends = ends[np.linalg.norm(along, axis=1) > 1e-6]  # a flat lattice has some without length
+    knots = points[:, None] + np.array([(0, 0, -_KNOT), (0, 0, _KNOT)])
+    boxes = [_boxes(ends, _BAR), _boxes(knots, _KNOT)]
+    vertices = np.concatenate(boxes)
+    faces = 8 * np.arange(len(vertices) // 8)[:, None, None] + trimesh.creation.box().faces
+    return trimesh.Trimesh(vertices, faces.reshape(-1, 3), process=False)
+
+
+def _boxes(ends: NDArray[np.float64], half: float) -> NDArray[np.float64]:
+    """Return the corners of square bars between ends (n, 2, 3): (8 n, 3), in trimesh's order."""
+    along = ends[:, 1] - ends[:, 0]
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across *= half / np.linalg.norm(across, axis=1, keepdims=True)
+    third = np.cross(along, across)
+    third *= half / np.linalg.norm(third, axis=1, keepdims=True)
+    x, y, z = (np.sign(trimesh.creation.box().vertices)[None, :, k, None] for k in range(3))
+    middle = ends.mean(axis=1)[:, None]
+    corners = middle + x * third[:, None] + y * across[:, None] + z * along[:, None] / 2
+    return np.asarray(corners.reshape(-1, 3))
+
+
+def write_cloud(
+    reconstruction: Reconstruction, path: Path, count: int, seed: int, colors: MeshColors
+) -> None:
+    """Write points of the deformed surface as PLY: colour and, where known, the part `label`.
+
+    What the labels mean stands in comments of the header: `label 0 leg`; 255 is unknown.
+    """
+    surface = reconstruction.surface
+    points, faces = reconstruction.sample(count, seed)
+    labels = None if surface.face_parts is None else surface.face_parts[faces]
+    cloud = trimesh.Trimesh(
+        points,
+        np.zeros((0, 3), np.int64),
+        vertex_colors=face_colors(surface, colors)[faces],
+        vertex_attributes={} if labels is None else {"label": labels},
+        process=False,
+    )
+    content = cast(bytes, cloud.export(file_type="ply"))
+    if labels is not None:
+        names = enumerate(reconstruction.part_names)
+        notes = "".join(f"comment label {k} {name}\n" for k, name in names).encode()
+        content = content.replace(b"element vertex", notes + b"element vertex", 1)
+    write_file(path, content)
+
+
+def preview(reconstruction: Reconstruction, view: RenderConfig) -> NDArray[np.uint8]:
+    """Draw what the network saw, its template, the deformed cloud and mesh, and the parts.
+
+    Returns:
+        RGB image, (H, W, 3) uint8.
+    """
+    from ffd_lightning.evaluation.figures import cloud_mesh  # loads matplotlib
+
+    surface = reconstruction.surface
+
+    def draw(mesh: Mesh) -> NDArray[np.uint8]:
+        return render(
+            mesh,
+            height=view.height,
+            width=view.width,
+            elevation=view.elevation,
+            azimuth=view.azimuths[0],
+            samples=2,
+        )
+
+    cells = {
+        "what the network saw": reconstruction.photo.image,
+        f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": draw(
+            reconstruction.bank.meshes[reconstruction.index]
+        ),
+        "deformed cloud": draw(cloud_mesh(reconstruction.cloud(_PREVIEW_POINTS))),
+        "deformed mesh": draw(surface),
+    }
+    if surface.face_parts is not None:
+        parts = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
+        cells["parts"] = draw(parts)
+    return contact_sheet(list(cells.values()), len(cells), list(cells))
+
+
+def record(reconstruction: Reconstruction) -> dict[str, Any]:
+    """Return what `prediction.json` says of the prediction itself."""
+    bank, index = reconstruction.bank, reconstruction.index
+    lattice = bank.lattices[index]
+    return {
+        "template": {
+            "id": reconstruction.template_id,
+            "family": bank.families[index],
+            "weight": reconstruction.weight,
+        },
+        "weights": {bank.ids[t]: float(reconstruction.weights[t]) for t in reconstruction.ranking},
+        "lattice": {
+            "origin": lattice.origin.tolist(),
+            "axes": lattice.axes.tolist(),
+            "degrees": list(lattice.degrees),
+        },
+        "offsets": reconstruction.offsets[index].tolist(),
+        "parts": list(reconstruction.part_names),
+        "image": {
+            "steps": list(reconstruction.photo.steps),
+            "warnings": list(reconstruction.photo.warnings),
+        },
+        "frame": "y up, facing -z; the template's bounding box has diagonal 1",
+    }
+
+
+def write_preview(reconstruction: Reconstruction, path: Path, view: RenderConfig) -> None:
+    """Write `preview` as PNG."""
+    image = Image.fromarray(preview(reconstruction, view))
+    write_file(path, lambda file: image.save(file, "PNG"))
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a record."""
+    write_file(path, (json.dumps(content, indent=2) + "\n").encode())
+
+
+def write_file(path: Path, content: bytes | Callable[[Path], None]) -> None:
+    """Write a file so that a kill never leaves half of it.
+
+    Args:
+        path: of the file.
+        content: its bytes, or what writes them to a path.
+
+    Raises:
+        DataError: it cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if isinstance(content, bytes):
+            temporary.write_bytes(content)
+        else:
+            content(temporary)
+        temporary.replace(path)
+    except OSError as error:
+        temporary.unlink(missing_ok=True)
+        raise DataError(f"cannot write {path}: {error.strerror or error}") from None

@@ -1,0 +1,165 @@
+"""From photographs to reconstructions, with nothing but a checkpoint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from PIL import Image
+
+from ffd_lightning.config import Background
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.checkpoint import TrainedModel, load_model
+from ffd_lightning.inference.photo import FramedPhoto, frame_photo, read_photo
+from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.run_folder import RunFolder
+
+Photo = str | Path | Image.Image | NDArray[np.uint8]
+
+
+class Predictor:
+    """Reconstructs what photographs show.
+
+    >>> from ffd_lightning.inference.predictor import Predictor
+    >>> predictor = Predictor.load("runs/demo/table/r/t16/seed0")  # doctest: +SKIP
+    >>> predictor.predict("photo.png").mesh.export("mesh.glb")  # doctest: +SKIP
+
+    Args:
+        model: a checkpoint's content.
+        device: auto (a GPU if there is one), cpu, cuda, cuda:1, ...
+
+    Raises:
+        ConfigError: there is no such device.
+    """
+
+    def __init__(self, model: TrainedModel, device: str = "auto") -> None:
+        self.model = model
+        self.device = _device(device)
+        self.model.network.to(self.device).eval()
+
+    @classmethod
+    def load(cls, source: str | Path, device: str = "auto") -> Predictor:
+        """Load a run folder's newest checkpoint, or a checkpoint file.
+
+        Raises:
+            ConfigError: no run, no checkpoint, or one of another version; no such device.
+            DataError: the checkpoint is damaged.
+        """
+        return cls(load_model(checkpoint_of(source)), device)
+
+    def frame(
+        self,
+        image: Photo,
+        *,
+        mask: Photo | None = None,
+        background: Background = Background.auto,
+    ) -> FramedPhoto:
+        """Bring a photograph to where the network sees it as it saw its training images.
+
+        Args:
+            image: a file, a PIL image, or (H, W, 3 or 4) uint8: RGB, and coverage as alpha.
+            mask: bright where the object is; (H, W) or any picture of the photograph's size.
+            background: what tells the object where there is neither mask nor alpha.
+
+        Raises:
+            DataError: not an image, or nothing is seen in it.
+            ConfigError: `background` needs a package that is not installed.
+        """
+        render = self.model.config.data.render
+        framed = frame_photo(
+            _picture(image),
+            height=render.height,
+            width=render.width,
+            fill=self.model.looks.fill,
+            mask=None if mask is None else _mask(mask),
+            background=Background(background),
+        )
+        strangeness = self.model.looks.strangeness(framed.image)
+        if strangeness <= 1:
+            return framed
+        warning = (
+            f"it looks unlike the images of {self.model.config.category.name} that the network was "
+            f"trained on: its silhouette is {strangeness:.1f} times as far from the nearest of "
+            "theirs as is usual among them"
+        )
+        return replace(framed, warnings=(*framed.warnings, warning))
+
+    def predict(
+        self,
+        image: Photo,
+        *,
+        mask: Photo | None = None,
+        background: Background = Background.auto,
+    ) -> Reconstruction:
+        """Reconstruct what one photograph shows; see `frame`."""
+        return self.predict_framed([self.frame(image, mask=mask, background=background)])[0]
+
+    def predict_batch(self, images: Sequence[Photo]) -> list[Reconstruction]:
+        """Reconstruct what photographs show, in one batch; see `frame`."""
+        return self.predict_framed([self.frame(image) for image in images])
+
+    @torch.no_grad()
+    def predict_framed(self, photos: Sequence[FramedPhoto]) -> list[Reconstruction]:
+        """Reconstruct what framed photographs show, in one batch.
+
+        Raises:
+            DataError: the network's outputs are not finite.
+        """
+        if not photos:
+            return []
+        images = torch.from_numpy(np.stack([photo.image[..., :3] for photo in photos]))
+        prediction = self.model.network(images.permute(0, 3, 1, 2).to(self.device))
+        weights = prediction.template_weights.float().cpu().numpy()
+        offsets = prediction.offsets.float().cpu().numpy()
+        if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
+            raise DataError("the network's outputs are not finite: its training has diverged")
+        return [
+            Reconstruction(photo, self.model.bank, w, o, int(w.argmax()))
+            for photo, w, o in zip(photos, weights, offsets, strict=True)
+        ]
+
+
+def checkpoint_of(source: str | Path) -> Path:
+    """Return the checkpoint that a run folder, or a checkpoint file, stands for.
+
+    Raises:
+        ConfigError: there is neither.
+    """
+    path = Path(source).expanduser()
+    if path.is_file():
+        return path
+    run = RunFolder(path)
+    if not path.is_dir():
+        raise ConfigError(f"there is no run {path}: give the folder of a run, or a checkpoint")
+    if not run.config.is_file() and not run.checkpoint.is_file():
+        inside = sorted(path.rglob("checkpoints/last.ckpt"))
+        hint = f": is {inside[0].parents[1]} meant?" if inside else ""
+        raise ConfigError(f"{path} is not a run folder: it has no config.yaml{hint}")
+    if not run.checkpoint.is_file():
+        raise ConfigError(f"{path} has no checkpoint yet: train it first, or let it train on")
+    return run.checkpoint
+
+
+def _picture(image: Photo) -> Image.Image | NDArray[np.uint8]:
+    return read_photo(Path(image)) if isinstance(image, str | Path) else image
+
+
+def _mask(mask: Photo) -> Image.Image:
+    picture = _picture(mask)
+    return picture if isinstance(picture, Image.Image) else Image.fromarray(picture)
+
+
+def _device(name: str) -> torch.device:
+    if name == "auto":
+        return torch.device("cuda" if torch.cuda.is_available() else "cpu")
+    try:
+        device = torch.device(name)
+        torch.empty(0, device=device)
+    except (RuntimeError, AssertionError) as error:
+        reason = str(error).split("\n")[0]
+        raise ConfigError(f"device={name} cannot be used ({reason}): try device=cpu") from None
+    return device

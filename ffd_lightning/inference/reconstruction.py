@@ -1,0 +1,114 @@
+"""What a network makes of one photograph."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import torch
+import trimesh
+from numpy.typing import NDArray
+
+from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.inference.photo import FramedPhoto
+
+
+@dataclass(frozen=True)
+class Reconstruction:
+    """One of T templates, deformed into what a photograph shows.
+
+    Convention:
+        y is up and the object faces -z. Templates have a bounding box of diagonal 1 about the
+        origin; deformed they keep that unit.
+
+    Attributes:
+        photo: what the network saw.
+        bank: the templates.
+        weights: of the templates, (T,) float32; they sum to 1.
+        offsets: of each template's M control points, (T, M, 3) float32.
+        index: the template that is shown: the one of the greatest weight, unless another
+            `candidate` was asked for.
+    """
+
+    photo: FramedPhoto
+    bank: TemplateBank
+    weights: NDArray[np.float32]
+    offsets: NDArray[np.float32]
+    index: int
+
+    @property
+    def template_id(self) -> str:
+        """The template's model id."""
+        return self.bank.ids[self.index]
+
+    @property
+    def weight(self) -> float:
+        """The template's weight."""
+        return float(self.weights[self.index])
+
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        """Names of the parts that labels count, () where the training data had none."""
+        return self.bank.part_names
+
+    @property
+    def ranking(self) -> NDArray[np.int64]:
+        """Templates by weight, the greatest first: (T,) indices."""
+        return np.argsort(-self.weights, kind="stable")
+
+    def candidate(self, rank: int) -> Reconstruction:
+        """Return the same with the template of that rank, 0 being the selected one.
+
+        Raises:
+            IndexError: there are not so many templates.
+        """
+        if not 0 <= rank < len(self.bank):
+            raise IndexError(f"no candidate {rank}: there are {len(self.bank)} templates")
+        return replace(self, index=int(self.ranking[rank]))
+
+    @cached_property
+    def surface(self) -> Mesh:
+        """The deformed mesh with the project's own colours and parts per face."""
+        return self.bank.deformed_mesh(self.index, torch.from_numpy(self.offsets[self.index]))
+
+    @property
+    def mesh(self) -> trimesh.Trimesh:
+        """The subdivided template, deformed, with a colour per face."""
+        return _trimesh(self.surface)
+
+    @property
+    def template(self) -> trimesh.Trimesh:
+        """The template as it is, with the vertices and faces of `mesh`."""
+        return _trimesh(self.bank.subdivided(self.index)[0])
+
+    @property
+    def labels(self) -> NDArray[np.uint8] | None:
+        """Part of each face of `mesh`, (F,) index into `part_names`, 255 unknown, or None.
+
+        They are the template's: a deformation carries them along.
+        """
+        return self.surface.face_parts
+
+    def cloud(self, count: int, seed: int = 0) -> NDArray[np.float32]:
+        """Draw points uniformly from the deformed surface, (count, 3)."""
+        return self.sample(count, seed)[0]
+
+    def labelled_cloud(
+        self, count: int, seed: int = 0
+    ) -> tuple[NDArray[np.float32], NDArray[np.uint8] | None]:
+        """Draw points as `cloud` does; with each its part, (count,), None without `labels`."""
+        points, faces = self.sample(count, seed)
+        return points, None if self.labels is None else self.labels[faces]
+
+    def sample(self, count: int, seed: int = 0) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+        """Draw points as `cloud` does; with each the face of `mesh` that it lies on, (count,)."""
+        rng = np.random.default_rng(seed)
+        return sample_surface(self.surface.vertices, self.surface.faces, count, rng)
+
+
+def _trimesh(mesh: Mesh) -> trimesh.Trimesh:
+    # Not processed: vertices and faces stay in the order of labels and decomposition.
+    return trimesh.Trimesh(mesh.vertices, mesh.faces, face_colors=mesh.face_colors, process=False)

@@ -1,0 +1,21 @@
+"""Reconstruct what photographs show: see `python predict.py --help`."""
+
+import hydra
+from omegaconf import DictConfig
+
+from ffd_lightning.cli import register, run_app
+from ffd_lightning.config import PredictConfig
+
+register(PredictConfig)
+
+
+@hydra.main(version_base="1.3", config_path="conf", config_name="predict")
+def main(cfg: DictConfig) -> None:
+    """Hand the composed configuration to the prediction."""
+    from ffd_lightning.inference.run import predict_job
+
+    predict_job(cfg)
+
+
+if __name__ == "__main__":
+    run_app(main)

@@ -1,0 +1,221 @@
+import shutil
+from math import comb
+
+import numpy as np
+import pytest
+import torch
+from PIL import Image
+
+from ffd_lightning.data.looks import TrainingLooks
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.checkpoint import load_model
+from ffd_lightning.evaluation.loading import open_run
+from ffd_lightning.evaluation.samples import Sample, predict
+from ffd_lightning.inference.photo import FramedPhoto
+from ffd_lightning.inference.predictor import Predictor, checkpoint_of
+
+
+@pytest.fixture(scope="module")
+def predictor(checkpoint):
+    return Predictor.load(checkpoint)
+
+
+@pytest.fixture(scope="module")
+def image(tiny_run):
+    data = open_run(tiny_run).data
+    return data.prepared.image(int(data.rows(data.split.test)[0]))
+
+
+@pytest.fixture(scope="module")
+def reconstruction(predictor, image):
+    return predictor.predict(image)
+
+
+def test_a_checkpoint_alone_predicts_what_the_run_predicts(tiny_run, tmp_path, monkeypatch):
+    run = open_run(tiny_run)
+    row = int(run.data.rows(run.data.split.test)[0])
+    expected = predict(run.network, run.data.prepared, [Sample(row)])
+    shutil.copy(tiny_run.checkpoint, tmp_path / "given.ckpt")
+    Image.fromarray(run.data.prepared.image(row)).save(tmp_path / "photo.png")
+
+    def no_data(*_):
+        raise AssertionError("the data set is not to be opened")
+
+    monkeypatch.setattr(PreparedSet, "open", no_data)
+    found = Predictor.load(tmp_path / "given.ckpt").predict(tmp_path / "photo.png")
+    assert found.bank.ids == run.data.bank.ids
+    np.testing.assert_allclose(found.weights, expected.weights[0], atol=1e-6)
+    np.testing.assert_allclose(found.offsets, expected.offsets[0], atol=1e-6)
+    assert found.index == expected.selected[0]
+
+
+def test_the_mesh_is_the_subdivided_template_moved_by_the_papers_triple_sum(reconstruction):
+    mesh, template = reconstruction.mesh, reconstruction.template
+    np.testing.assert_array_equal(mesh.faces, template.faces)
+    lattice = reconstruction.bank.lattices[reconstruction.index]
+    offsets = reconstruction.offsets[reconstruction.index].reshape(4, 4, 4, 3)
+    assert np.abs(offsets).max() > 0.05
+    for vertex in np.linspace(0, len(mesh.vertices) - 1, 12).astype(int):
+        point = template.vertices[vertex]
+        s, t, u = (point - lattice.origin.numpy()) / np.diag(lattice.axes.numpy())
+        moved = point.copy()
+        for i, j, k in np.ndindex(4, 4, 4):
+            weight = 1.0
+            for index, x in ((i, s), (j, t), (k, u)):
+                weight *= comb(3, index) * x**index * (1 - x) ** (3 - index)
+            moved += weight * offsets[i, j, k]
+        np.testing.assert_allclose(mesh.vertices[vertex], moved, atol=1e-5)
+    edges = template.edges_unique_length
+    assert edges.max() <= reconstruction.bank.max_edge + 1e-9
+
+
+def test_points_lie_on_the_mesh_and_carry_its_labels(reconstruction):
+    points, faces = reconstruction.sample(500, seed=3)
+    corners = reconstruction.mesh.vertices[reconstruction.mesh.faces[faces]]
+    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    offset = points - corners[:, 0]
+    solved = [np.linalg.lstsq(np.stack(e, 1), o, rcond=None)[0] for *e, o in zip(u, v, offset)]
+    inside = np.array(solved)
+    assert (inside > -1e-4).all() and (inside.sum(1) < 1 + 1e-4).all()
+    rebuilt = inside[:, :1] * u + inside[:, 1:] * v
+    np.testing.assert_allclose(rebuilt, offset, atol=1e-5)
+    np.testing.assert_array_equal(reconstruction.cloud(500, seed=3), points)
+    assert not np.array_equal(reconstruction.cloud(500), points)
+    template, _ = reconstruction.bank.subdivided(reconstruction.index)
+    np.testing.assert_array_equal(reconstruction.labels, template.face_parts)
+    same, labels = reconstruction.labelled_cloud(500, seed=3)
+    np.testing.assert_array_equal(same, points)
+    np.testing.assert_array_equal(labels, template.face_parts[faces])
+    assert {reconstruction.part_names[k] for k in labels} >= {"top", "leg"}
+
+
+def test_candidates_come_by_weight(reconstruction):
+    weights = [reconstruction.candidate(k).weight for k in range(4)]
+    assert weights == sorted(reconstruction.weights.tolist(), reverse=True)
+    assert sum(weights) == pytest.approx(1, abs=1e-5)
+    assert reconstruction.candidate(0).index == reconstruction.index
+    second = reconstruction.candidate(1)
+    assert second.template_id == reconstruction.bank.ids[second.index] != reconstruction.template_id
+    assert len(second.mesh.faces) == len(second.labels)
+    for rank in (-1, 4):
+        with pytest.raises(IndexError, match="4 templates"):
+            reconstruction.candidate(rank)
+
+
+def test_a_batch_is_its_images(predictor, image, reconstruction):
+    other = image[:, ::-1].copy()
+    batch = predictor.predict_batch([other, image])
+    np.testing.assert_allclose(batch[1].offsets, reconstruction.offsets, atol=1e-5)
+    np.testing.assert_allclose(batch[0].weights, predictor.predict(other).weights, atol=1e-5)
+    assert predictor.predict_batch([]) == []
+
+
+def test_outputs_that_are_not_finite_are_named(checkpoint, image):
+    predictor = Predictor.load(checkpoint)
+    with torch.no_grad():
+        predictor.model.network.heads.logits.bias.fill_(float("nan"))
+    with pytest.raises(DataError, match="not finite"):
+        predictor.predict(image)
+
+
+# --- what images are unlike those of training -----------------------------------------------------
+
+
+def disc(radius, x=32, ink=0):
+    rows, columns = np.mgrid[:48, :64]
+    covered = (rows - 24) ** 2 + (columns - x) ** 2 < radius**2
+    rgb = np.where(covered, ink, 255).astype(np.uint8)
+    return np.dstack([rgb, rgb, rgb, 255 * covered.astype(np.uint8)])
+
+
+class Discs:
+    image_shape = (1, 48, 64, 4)
+
+    def image(self, row, view):
+        return disc(14 + row % 8, 28 + row // 8)
+
+
+def test_looks_tell_training_images_from_others():
+    looks = TrainingLooks.of(Discs(), np.arange(64))
+    assert looks.fill == pytest.approx(2 * 17.5 / 48, abs=0.05)
+    assert looks.strangeness(disc(17, 30)) == 0
+    assert looks.strangeness(disc(17, 30, ink=200)) < 0.5  # pale objects are objects too
+    assert looks.strangeness(255 - disc(17, 30)) > 1
+    assert looks.strangeness(np.full((48, 64, 3), 128, np.uint8)) > 1
+    again = TrainingLooks.from_state(looks.state())
+    assert again.strangeness(disc(20, 10)) == looks.strangeness(disc(20, 10)) > 1
+    few = TrainingLooks.of(Discs(), np.arange(4))
+    assert few.strangeness(np.zeros((48, 64, 3), np.uint8)) == 0
+
+
+def test_strange_images_are_warned_of(checkpoint, image):
+    predictor = Predictor.load(checkpoint)
+    looks = predictor.model.looks
+    strict = TrainingLooks(looks.silhouettes, looks.fill, 1.0)
+    object.__setattr__(predictor.model, "looks", strict)
+    assert any("unlike the images of table" in w for w in predictor.frame(image).warnings)
+
+
+# --- what can be wrong ----------------------------------------------------------------------------
+
+
+def test_sources_that_are_no_run_are_named(tiny_run, tmp_path):
+    assert checkpoint_of(tiny_run.path) == tiny_run.checkpoint
+    with pytest.raises(ConfigError, match="there is no run"):
+        checkpoint_of(tmp_path / "none")
+    with pytest.raises(ConfigError, match=r"no config.yaml: is .* meant\?"):
+        checkpoint_of(tiny_run.path.parent)
+    (tmp_path / "config.yaml").touch()
+    with pytest.raises(ConfigError, match="no checkpoint yet"):
+        checkpoint_of(tmp_path)
+    with pytest.raises(ConfigError, match="device=tpu7 cannot be used"):
+        Predictor.load(tiny_run.path, device="tpu7")
+
+
+class Evil:
+    def __reduce__(self):
+        return exec, ("raise SystemExit('ran')",)
+
+
+@pytest.mark.parametrize("kind", ["truncated", "text", "evil", "empty"])
+def test_damaged_checkpoints_are_named_and_nothing_in_them_runs(checkpoint, tmp_path, kind):
+    path = tmp_path / "bad.ckpt"
+    if kind == "evil":
+        torch.save({"state_dict": {}, "global_step": 1, "model": Evil()}, path)
+    else:
+        content = {"truncated": checkpoint.read_bytes()[:90_000], "text": b"hello", "empty": b""}
+        path.write_bytes(content[kind])
+    with pytest.raises(DataError, match=r"bad.ckpt is damaged or no checkpoint"):
+        load_model(path)
+
+
+def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_path):
+    content = torch.load(checkpoint, weights_only=True)
+
+    def loaded(change):
+        changed = {**content, "model": dict(content["model"]), "state_dict": {}}
+        changed["state_dict"].update(content["state_dict"])
+        change(changed)
+        torch.save(changed, tmp_path / "other.ckpt")
+        return load_model(tmp_path / "other.ckpt")
+
+    with pytest.raises(ConfigError, match="holds no templates.*restart=true"):
+        loaded(lambda c: c.pop("model"))
+    with pytest.raises(ConfigError, match="of another version"):
+        loaded(lambda c: c["model"].update(config="seed: banana"))
+    with pytest.raises(ConfigError, match="of another version"):
+        loaded(lambda c: c["model"].pop("looks"))
+    with pytest.raises(ConfigError, match="of another network"):
+        loaded(lambda c: c["state_dict"].popitem())
+    assert loaded(lambda c: None).step == content["global_step"]
+
+
+def test_a_checkpoint_names_no_folder_of_its_maker(checkpoint):
+    config = load_model(checkpoint).config
+    assert (config.paths.data, config.paths.runs) == ("data", "runs")
+
+
+def test_framed_photos_can_be_given(predictor, image, reconstruction):
+    (found,) = predictor.predict_framed([FramedPhoto(image, (), ())])
+    np.testing.assert_allclose(found.weights, reconstruction.weights, atol=1e-6)
