@@ -38,6 +38,12 @@ class Mesh:
     face_textures: NDArray[np.int16] | None = None
     face_uvs: NDArray[np.float32] | None = None
 
+    def used_vertices(self) -> NDArray[np.float64]:
+        """Return the vertices that faces use, (U, 3), in their order."""
+        used = np.zeros(len(self.vertices), np.bool_)
+        used[self.faces] = True
+        return self.vertices[used]
+
     def with_vertices(self, vertices: NDArray[np.float64]) -> Mesh:
         """Return the same faces and materials on other vertices of the same count, (V, 3)."""
         if vertices.shape != self.vertices.shape:

@@ -129,7 +129,7 @@ def _rays(
     half_y = np.tan(np.radians(FIELD_OF_VIEW / 2))
     half_x = half_y * width / height
     rows, columns = (0, height), (0, width)
-    seen = camera.project(mesh.vertices[np.unique(mesh.faces)])
+    seen = camera.project(mesh.used_vertices())
     if seen is not None:
         if len(seen) == 0:
             return (0, 0), (0, 0), np.zeros((0, 3), np.float32)
@@ -243,45 +243,61 @@ def contact_sheet(
     columns: int,
     labels: Sequence[str] | None = None,
     background: int = 255,
+    headings: Sequence[str] | None = None,
+    font_size: int = 10,
 ) -> NDArray[np.uint8]:
     """Lay images out in rows, each with its label below it.
 
     Args:
         images: (h, w, 3) or (h, w, 4) uint8 each, alpha ignored; cells take the largest size.
         columns: images per row.
-        labels: one short text per image; what is wider than its image is cut off.
+        labels: one text per image, of one or more lines; what is wider than its cell is cut off.
         background: grey level between and below images.
+        headings: one text per column, centred above it.
+        font_size: of labels, pixels; headings are a fifth larger.
 
     Returns:
         (H, W, 3) uint8.
 
     Raises:
-        ValueError: no images, no columns, or not as many labels as images.
+        ValueError: no images, no columns, or not a label for each image or column.
     """
     if not images or columns < 1:
         raise ValueError(f"need images and columns, got {len(images)} and {columns}")
-    if labels is not None and len(labels) != len(images):
-        raise ValueError(f"got {len(labels)} labels for {len(images)} images")
-    gap, strip = 4, 0 if labels is None else 14
+    for what, texts, count in (("image", labels, len(images)), ("column", headings, columns)):
+        if texts is not None and len(texts) != count:
+            raise ValueError(f"got {len(texts)} labels for {count} {what}s")
+    gap, large = 4, round(1.2 * font_size)
+    strip, top = (
+        round(1.4 * size * max((text.count("\n") + 1 for text in texts or ()), default=0))
+        for texts, size in ((labels, font_size), (headings, large))
+    )
     height = max(i.shape[0] for i in images) + strip + gap
     width = max(i.shape[1] for i in images) + gap
-    rows = -(-len(images) // columns)
-    size = (rows * height + gap, min(columns, len(images)) * width + gap, 3)
+    across = columns if headings else min(columns, len(images))
+    size = top - (-len(images) // columns) * height + gap, across * width + gap, 3
     sheet = np.full(size, background, np.uint8)
+    for k, heading in enumerate(headings or ()):
+        text = _text(heading, (top, width - gap), background, large, centred=True)
+        sheet[gap : gap + top, gap + k * width : (k + 1) * width] = text
     for k, image in enumerate(images):
-        y, x = k // columns * height + gap, k % columns * width + gap
+        y, x = top + k // columns * height + gap, k % columns * width + gap
         sheet[y : y + image.shape[0], x : x + image.shape[1]] = image[..., :3]
         if labels is not None:
             y += height - gap - strip
-            sheet[y : y + strip, x : x + width - gap] = _text(
-                labels[k], strip, width - gap, background
-            )
+            text = _text(labels[k], (strip, width - gap), background, font_size)
+            sheet[y : y + strip, x : x + width - gap] = text
     return sheet
 
 
-def _text(text: str, height: int, width: int, background: int) -> NDArray[np.uint8]:
-    """Return one line of text as an image, (height, width, 1) uint8."""
-    image = Image.new("L", (width, height), background)
+def _text(
+    text: str, shape: tuple[int, int], background: int, font_size: int, centred: bool = False
+) -> NDArray[np.uint8]:
+    """Return lines of text as an image of this height and width, (h, w, 1) uint8."""
+    image = Image.new("L", shape[::-1], background)
+    draw, font = ImageDraw.Draw(image), ImageFont.load_default(font_size)
     ink = 0 if background > 127 else 255
-    ImageDraw.Draw(image).text((2, 1), text, fill=ink, font=ImageFont.load_default(10))
+    for k, line in enumerate(text.split("\n")):
+        x = max(2.0, (shape[1] - draw.textlength(line, font)) / 2) if centred else 2.0
+        draw.text((x, 1 + round(1.4 * font_size * k)), line, ink, font)
     return np.asarray(image)[..., None]

@@ -6,6 +6,7 @@ import csv
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -187,7 +188,6 @@ class TemplateBank:
     Attributes:
         lattices: T lattices.
         control_points: P, (T, M, 3).
-        deformation_matrix: B of the clouds, (T, N, M).
     """
 
     def __init__(
@@ -206,14 +206,19 @@ class TemplateBank:
         self.point_parts, self.part_names = point_parts, tuple(part_names)
         self.degrees, self.max_edge = degrees, max_edge
         self._subdivided: dict[int, tuple[Mesh, Tensor]] = {}
-        self.lattices = tuple(Lattice.bounding(_used_vertices(m), degrees) for m in self.meshes)
-        self.control_points = torch.stack([k.control_points() for k in self.lattices]).float()
-        self.deformation_matrix = torch.stack(
-            [
-                deformation_matrix(p.double(), lattice).float()
-                for p, lattice in zip(self.points, self.lattices, strict=True)
-            ]
+        self.lattices = tuple(
+            Lattice.bounding(torch.from_numpy(m.used_vertices()), degrees) for m in self.meshes
         )
+        self.control_points = torch.stack([k.control_points() for k in self.lattices]).float()
+
+    @cached_property
+    def deformation_matrix(self) -> Float[Tensor, "templates points control"]:
+        """B of the clouds, (T, N, M); not needed where only meshes are deformed."""
+        matrices = [
+            deformation_matrix(p.double(), lattice).float()
+            for p, lattice in zip(self.points, self.lattices, strict=True)
+        ]
+        return torch.stack(matrices)
 
     @classmethod
     def of(
@@ -305,8 +310,3 @@ class TemplateBank:
         mesh, matrix = self.subdivided(index)
         vertices = deform(matrix, self.control_points[index], offsets.detach().cpu().float())
         return mesh.with_vertices(vertices.double().numpy())
-
-
-def _used_vertices(mesh: Mesh) -> Tensor:
-    used: NDArray[np.int64] = np.unique(mesh.faces)
-    return torch.from_numpy(np.asarray(mesh.vertices[used], np.float64))

@@ -25,16 +25,16 @@ from ffd_lightning.evaluation.samples import (
     Row,
     Sample,
     best_templates,
-    in_threads,
     predict,
     score_sample,
 )
 from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
+from ffd_lightning.evaluation.threads import in_threads
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.run_folder import lock_folder, write_atomic, write_csv
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Goes up when the same weights and settings give other numbers or files."""
 
 TABLES = ("samples.csv", "template_ranking.csv")
@@ -136,8 +136,7 @@ def evaluate(
     finished = _read_summary(folder, key)
     if finished is not None and not options.restart:
         return finished
-    if protocol.needs_parts:
-        subject = _with_labels(subject, options.references)
+    subject = measurable(subject, protocol, options.references)
     with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
         if options.restart:
             (folder / "samples.partial").unlink(missing_ok=True)
@@ -201,8 +200,14 @@ def _score(
     return _aligned([journal.rows[name] for name in names]), prediction
 
 
-def _with_labels(subject: Subject, references: bool) -> Subject:
-    """Leave out models without part labels: nothing can be compared with, or learnt from, them."""
+def measurable(subject: Subject, protocol: EvaluationProtocol, references: bool) -> Subject:
+    """Leave out models that a protocol can do nothing with: those without the labels it needs.
+
+    Raises:
+        DataError: nothing is left.
+    """
+    if not protocol.needs_parts:
+        return subject
     tested_on, trained_on = subject.tested_on, subject.trained_on
     tested_on = tested_on._replace(rows=labelled_rows(*tested_on))
     if references:

@@ -28,14 +28,23 @@ _OCTAHEDRON_FACES = np.array(
 )
 
 
-def cloud_mesh(points: ArrayLike, radius: float = _POINT_RADIUS) -> Mesh:
-    """Turn a cloud (N, 3) into small octahedra coloured by height, so that it can be rendered."""
+def cloud_mesh(
+    points: ArrayLike, radius: float = _POINT_RADIUS, colors: NDArray[np.uint8] | None = None
+) -> Mesh:
+    """Turn a cloud into small octahedra, so that it can be rendered.
+
+    Args:
+        points: (N, 3).
+        radius: of an octahedron, from its centre to its corners.
+        colors: of the points, (N, 4) uint8 RGBA; by height where it is None.
+    """
     centers = np.asarray(points, float)
     vertices = (centers[:, None] + radius * _OCTAHEDRON).reshape(-1, 3)
     faces = (6 * np.arange(len(centers))[:, None, None] + _OCTAHEDRON_FACES).reshape(-1, 3)
-    height = centers[:, 1]
-    shade = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
-    colors = np.round(255 * colormaps["viridis"](shade)).astype(np.uint8)
+    if colors is None:
+        height = centers[:, 1]
+        shade = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
+        colors = np.round(255 * colormaps["viridis"](shade)).astype(np.uint8)
     return Mesh(vertices, faces, np.repeat(colors, len(_OCTAHEDRON_FACES), axis=0))
 
 

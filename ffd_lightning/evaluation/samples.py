@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 import torch
@@ -23,14 +21,13 @@ from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
+from ffd_lightning.evaluation.threads import in_threads
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.losses.chamfer import chamfer_distance
 from ffd_lightning.nn.network import TemplateFfdNetwork, standardize
 from ffd_lightning.run_folder import write_atomic
 
 Row = dict[str, Any]
-_Item = TypeVar("_Item")
-_Result = TypeVar("_Result")
 _POINTS = 1024  # of each cloud, for choosing the best template knowing the truth
 
 
@@ -206,40 +203,3 @@ class Journal:
         self._file.close()
         if remove:
             self._path.unlink(missing_ok=True)
-
-
-def in_threads(
-    function: Callable[[_Item], _Result], items: Iterable[_Item], workers: int
-) -> Iterator[tuple[_Item, _Result]]:
-    """Yield (item, function(item)) as they are done.
-
-    Threads do, since the heavy parts are compiled and free the interpreter. Ctrl-C, or an error,
-    waits for the items in work and no more.
-    """
-    with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="evaluation") as pool:
-        todo = iter(items)
-        pending: dict[Future[_Result], _Item] = {}
-        while True:
-            for item in todo:
-                pending[pool.submit(function, item)] = item
-                if len(pending) >= 2 * workers:
-                    break
-            if not pending:
-                return
-            try:
-                for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                    yield pending.pop(future), future.result()
-            except BaseException:
-                pool.shutdown(cancel_futures=True)
-                raise
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    """Keep torch to one thread, as several at once would each start as many as there are cores."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

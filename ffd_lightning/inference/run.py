@@ -21,7 +21,7 @@ from ffd_lightning.config import PredictConfig, RenderConfig, typed_config
 from ffd_lightning.data.progress import ModelProgress
 from ffd_lightning.data.workers import available_cores
 from ffd_lightning.errors import ConfigError, DataError, UserError
-from ffd_lightning.evaluation.samples import in_threads
+from ffd_lightning.evaluation.threads import in_threads
 from ffd_lightning.inference.files import (
     MeshWriter,
     record,

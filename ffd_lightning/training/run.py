@@ -8,6 +8,7 @@ import subprocess
 import sys
 import warnings
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +30,12 @@ from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.looks import TrainingLooks
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.checkpoint import build_network, model_entry
-from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
+from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate, measurable
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.loading import build_data
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.losses.objective import Objective
-from ffd_lightning.nn.network import compile_encoder
+from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder, check_folder, write_atomic
 from ffd_lightning.training.callbacks import (
     StepProgressBar,
@@ -156,6 +157,9 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     data.setup()
     looks = TrainingLooks.of(data.prepared, data.rows(data.split.train))
     network = build_network(cfg)
+    subject = _subject(network, data)
+    # Told now, not after the training.
+    measurable(subject, PROTOCOLS[cfg.evaluation.protocol], cfg.evaluation.references)
     if cfg.trainer.compile:
         compile_encoder(network)
     module = FfdModule(
@@ -200,7 +204,13 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     trainer.save_checkpoint(run.checkpoint)  # whatever schedule.checkpoint_every divides
     if not trainer.is_global_zero:
         return {}
-    return _finish(cfg, run, data, module, trainer, timer)
+    return _finish(cfg, run, data, subject, trainer, timer)
+
+
+def _subject(network: TemplateFfdNetwork, data: FfdDataModule) -> Subject:
+    """Return what will be evaluated when the network is trained."""
+    train, test = (data.rows(ids) for ids in (data.split.train, data.split.test))
+    return Subject(network, data.bank, Models(data.prepared, train), Models(data.prepared, test), 0)
 
 
 def _checkpoint_step(run: RunFolder) -> int:
@@ -269,20 +279,14 @@ def _finish(
     cfg: TrainConfig,
     run: RunFolder,
     data: FfdDataModule,
-    module: FfdModule,
+    subject: Subject,
     trainer: Trainer,
     timer: StepTimer,
 ) -> dict[str, float]:
     """Evaluate the trained network, draw the figure, and close the log."""
-    module.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
-    test = data.rows(data.split.test)
-    subject = Subject(
-        module.network,
-        data.bank,
-        Models(data.prepared, data.rows(data.split.train)),
-        Models(data.prepared, test),
-        trainer.global_step,
-    )
+    subject.network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
+    subject = replace(subject, step=trainer.global_step)
+    count = len(subject.tested_on.rows)
     options = Options(
         references=cfg.evaluation.references,
         workers=cfg.evaluation.workers or torch.get_num_threads(),
@@ -290,8 +294,8 @@ def _finish(
     )
     protocol = PROTOCOLS[cfg.evaluation.protocol]
     folder = run.evaluation(protocol.name)
-    log.info("%s: evaluating %d test models", run.path, len(test))
-    run.set_progress("evaluating", 0, len(test), None)
+    log.info("%s: evaluating %d test models", run.path, count)
+    run.set_progress("evaluating", 0, count, None)
     summary = evaluate(subject, protocol, folder, options)
     summary["seconds_per_step"] = timer.seconds_per_step
     # Where templates.strategy=ranking looks for it, whatever the protocol was.
@@ -301,7 +305,7 @@ def _finish(
     logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
     if rows := example_rows(data, cfg.callbacks.figure_examples):
         figure = reconstruction_figure(
-            module.network, data.prepared, data.bank, rows, cfg.data.render
+            subject.network, data.prepared, data.bank, rows, cfg.data.render
         )
         Image.fromarray(figure).save(run.path / "reconstructions.png")
         if logger is not None:

@@ -24,7 +24,8 @@ from parts_tree import (
 from ffd_lightning.config import RenderConfig
 from ffd_lightning.data import part_labels
 from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.part_labels import label_faces, label_points
+from ffd_lightning.data.packing import UNKNOWN_PART
+from ffd_lightning.data.part_labels import PART_COLORS, label_faces, label_points, part_colors
 from ffd_lightning.data.preparation import Preparation
 from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE, PartAnnotations
@@ -434,3 +435,11 @@ def test_categories_without_annotation_are_prepared_without_parts(tmp_path):
     assert prepared_from(root, "table", parts_root).part_names == ()
     with pytest.raises(DataError, match=r"none at all: set data\.parts_root"):
         prepared_from(root, "table", tmp_path)
+
+
+def test_parts_have_different_colours_and_unknown_ones_are_grey():
+    colors = part_colors(np.arange(256, dtype=np.uint8))
+    assert colors.shape == (256, 4)
+    assert len(np.unique(colors[: len(PART_COLORS)], axis=0)) == len(PART_COLORS)
+    np.testing.assert_array_equal(colors[len(PART_COLORS)], colors[0])
+    assert len(set(colors[UNKNOWN_PART, :3])) == 1

@@ -18,3 +18,9 @@ def test_a_cloud_becomes_one_octahedron_per_point_at_its_place():
 def test_a_cloud_of_one_height_has_a_colour():
     mesh = cloud_mesh(np.zeros((3, 3)))
     assert (mesh.face_colors[:, 3] == 255).all()
+
+
+def test_points_take_the_colours_they_are_given():
+    colors = np.array([[9, 8, 7, 255], [1, 2, 3, 255]], np.uint8)
+    mesh = cloud_mesh(np.eye(3)[:2], colors=colors)
+    np.testing.assert_array_equal(mesh.face_colors, np.repeat(colors, 8, axis=0))

@@ -36,6 +36,14 @@ def test_standardize_against_the_formula_in_numpy(dtype):
         np.testing.assert_allclose(result, expected, atol=1e-5)
 
 
+def test_standardize_adds_up_many_pixels_without_loss():
+    """Rendered images are mostly of one value: as many equal squares are summed up."""
+    images = torch.full((2, 3, 192, 256), 255, dtype=torch.uint8)
+    images[:, :, 60:140, 80:170] = torch.randint(0, 200, (2, 3, 80, 90), dtype=torch.uint8)
+    exact = standardize(images.double())
+    torch.testing.assert_close(standardize(images).double(), exact, atol=1e-5, rtol=0)
+
+
 def test_standardize_applies_its_lower_bound_to_faint_images():
     images = torch.zeros(1, 3, 10, 12, dtype=torch.float64)
     images[..., 0] = 1e-4

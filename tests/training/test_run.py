@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from PIL import Image
 from torch.utils._python_dispatch import TorchDispatchMode
 
 from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.loading import open_run
 from ffd_lightning.run_folder import RunFolder
@@ -256,3 +258,20 @@ def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path
     assert runs["state"].tolist() == ["finished"]
     assert done.stdout.count("Launching 1 jobs") == 1
     assert done.stderr.count("GLOBAL_RANK: 0") == done.stderr.count("GLOBAL_RANK: 1") == 1
+
+
+def test_labels_that_are_missing_are_told_before_the_training(tiny_config, tmp_path, monkeypatch):
+    monkeypatch.setattr(FfdDataModule, "setup", without_labels(FfdDataModule.setup))
+    run = RunFolder(tmp_path / "run")
+    with pytest.raises(DataError, match=r"no test model of .* has part labels"):
+        train(tiny_config("evaluation.protocol=parts"), run)
+    assert not run.checkpoint.exists()
+    assert run.status["state"] == "failed"
+
+
+def without_labels(setup):
+    def result(self, stage=None):
+        setup(self, stage)
+        self.prepared = replace(self.prepared, part_names=())
+
+    return result

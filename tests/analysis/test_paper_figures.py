@@ -1,0 +1,458 @@
+import itertools
+import runpy
+import shutil
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+from scipy.spatial import cKDTree
+
+from ffd_lightning.analysis import paper_figures, paper_figures_sheets
+from ffd_lightning.analysis.paper_figures_drawing import (
+    View,
+    draw_row,
+    fitting_scale,
+    legend,
+    painted,
+    rgba,
+    voxel_mesh,
+    with_bars,
+    with_rims,
+)
+from ffd_lightning.analysis.paper_figures_examples import Choice, Pick, collect, pick_images
+from ffd_lightning.analysis.paper_figures_sheets import (
+    AGREEMENT,
+    DEFORMED,
+    TRUTH,
+    voxel_agreement,
+)
+from ffd_lightning.config import ProtocolKind
+from ffd_lightning.data.part_labels import part_colors
+from ffd_lightning.data.rendering import render
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
+from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.training.run import train
+
+GREY, RED, GREEN = AGREEMENT.values()
+FRONT = View(elevation=0, azimuth=0, height=96, width=128)
+
+
+@pytest.fixture(scope="module")
+def run(tiny_config, tmp_path_factory):
+    """A tiny run of 2 steps, evaluated with fewer points."""
+    run = RunFolder(tmp_path_factory.mktemp("sweep") / "run")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
+        train(tiny_config("regime=e", "schedule.steps=2"), run)
+    return run
+
+
+@pytest.fixture(scope="module")
+def examples(run):
+    """Two images, with deformations that can be seen."""
+    (found,) = collect([run], Choice(number=2))
+    rng = np.random.default_rng(0)
+    return [
+        replace(e, offsets=e.offsets + rng.normal(0, 0.1, e.offsets.shape).astype(np.float32))
+        for e in found
+    ]
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Draw nothing; keep the meshes of each row, and the labels."""
+    rows, texts = [], []
+
+    def keep_row(meshes, view, azimuths=None):
+        rows.append(meshes)
+        return [np.zeros((view.height, view.width, 3), np.uint8)] * len(meshes)
+
+    sheet = paper_figures_sheets.contact_sheet
+
+    def keep_labels(images, columns, labels, **options):
+        texts.extend(labels)
+        return sheet(images, columns, labels, **options)
+
+    monkeypatch.setattr(paper_figures_sheets, "draw_row", keep_row)
+    monkeypatch.setattr(paper_figures_sheets, "contact_sheet", keep_labels)
+    return rows, texts
+
+
+def samples_of(run):
+    return pd.read_csv(run.evaluation("paper") / "samples.csv").set_index("id")
+
+
+# --- voxels --------------------------------------------------------------------------------------
+
+
+def test_the_iou_of_the_voxels_is_that_of_the_evaluation(run, drawn):
+    table = samples_of(run)
+    (found,) = collect([run], Choice(number=3))
+    paper_figures_sheets.voxels(found, 64)
+    rows, texts = drawn
+    assert len(rows) == 3
+    for k, example in enumerate(found):
+        iou = table.loc[example.name, "iou"]
+        assert texts[5 * k + 3] == f"IoU {iou:.3f}"
+
+
+def test_agreement_tells_the_four_cases_apart():
+    rng = np.random.default_rng(0)
+    predicted, true = rng.random((2, 6, 6, 6)) < 0.4
+    kinds, iou = voxel_agreement(predicted, true)
+    for place in np.ndindex(kinds.shape):
+        expected = {(0, 0): 0, (1, 1): 1, (0, 1): 2, (1, 0): 3}
+        assert kinds[place] == expected[int(predicted[place]), int(true[place])]
+    both, missed, added = ((kinds == k).sum() for k in (1, 2, 3))
+    assert iou == both / (both + missed + added)
+
+
+def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
+    kinds = np.random.default_rng(1).integers(0, 4, (5, 5, 5))
+    mesh = voxel_mesh(kinds, [GREY, RED, GREEN])
+    filled = {tuple(place) for place in np.argwhere(kinds > 0)}
+    open_faces = dict.fromkeys((1, 2, 3), 0)
+    steps = [s for s in itertools.product((-1, 0, 1), repeat=3) if np.abs(s).sum() == 1]
+    for place in filled:
+        free = sum(tuple(np.add(place, step)) not in filled for step in steps)
+        open_faces[int(kinds[place])] += free
+    for kind, color in ((1, GREY), (2, RED), (3, GREEN)):
+        plain = (mesh.face_colors == (*color, 255)).all(1)
+        assert plain.sum() == 2 * open_faces[kind]
+    assert len(mesh.faces) == 10 * sum(open_faces.values())
+    corners = mesh.vertices[mesh.faces]
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), 2, 1
+    )
+    assert area.sum() / 2 == pytest.approx(sum(open_faces.values()) / 25)
+    assert mesh.vertices.min() >= -0.5
+    assert mesh.vertices.max() <= 0.5
+
+
+def test_colours_of_voxels_show_as_often_as_they_can_be_seen():
+    kinds = np.zeros((8, 8, 8), int)
+    kinds[1:3, 3:5, 3] = 2  # seen from the front: four red, two green, none of the grey behind
+    kinds[5, 3:5, 3] = 3
+    kinds[5, 3:5, 4] = 1
+    mesh = voxel_mesh(kinds, [GREY, RED, GREEN])
+
+    def shares(azimuth):
+        (picture,) = draw_row([mesh], FRONT, [azimuth])
+        red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
+        return np.array(
+            [
+                ((red > 2 * green) & (red > 2 * blue)).sum(),
+                ((green > 1.5 * red) & (green > 1.5 * blue)).sum(),
+                ((abs(red - green) < 9) & (abs(green - blue) < 9) & (red < 150)).sum(),
+            ]
+        )
+
+    red, green, grey = shares(0)
+    assert red > 100
+    assert red / green == pytest.approx(2, rel=0.15)
+    assert grey < 0.05 * red  # corners, where pixels mix
+    red, green, grey = shares(180)
+    assert green < 0.05 * red
+    assert grey > 0.35 * red
+
+
+# --- subdivision ---------------------------------------------------------------------------------
+
+
+def areas(vertices, faces):
+    a, b, c = np.moveaxis(vertices[faces], 1, 0)
+    return np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
+
+
+def test_subdivision_shows_one_surface_and_one_deformation(examples, drawn):
+    paper_figures_sheets.subdivision(examples, 64)
+    rows, texts = drawn
+    for k, (example, row) in enumerate(zip(examples, rows, strict=True)):
+        bank = example.run.data.bank
+        coarse = bank.meshes[example.ranked()]
+        count, faces = len(coarse.vertices), coarse.faces
+        before, after, fine, fine_after, truth = row
+        np.testing.assert_array_equal(before.vertices[:count], coarse.vertices)
+        assert areas(fine.vertices, fine.faces).sum() == pytest.approx(
+            areas(coarse.vertices, faces).sum()
+        )
+        ends = fine.vertices[fine.faces]
+        assert np.linalg.norm(ends - np.roll(ends, 1, axis=1), axis=2).max() <= bank.max_edge
+        # Where the two have a vertex in common, the deformation takes it to the same place.
+        distance, same = cKDTree(fine.vertices).query(coarse.vertices)
+        assert distance.max() < 1e-9
+        moved = after.vertices[:count] - coarse.vertices
+        assert np.abs(moved).max() > 0.05
+        np.testing.assert_allclose(after.vertices[:count], fine_after.vertices[same], atol=1e-5)
+        assert f"{count:,} vertices, {len(faces):,} faces" in texts[6 * k + 1]
+        assert f"{len(fine.vertices):,} vertices, {len(fine.faces):,} faces" in texts[6 * k + 3]
+        assert (truth.face_colors == (*TRUTH, 255)).all()
+
+
+def tetrahedron():
+    vertices = np.array([[0, 0, 0], [0.4, 0, 0], [0, 0.4, 0], [0, 0, 0.4]])
+    return painted((vertices, np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])), DEFORMED)
+
+
+def test_every_edge_has_one_bar_around_it():
+    mesh = tetrahedron()
+    barred = with_bars(mesh, 0.01, (0, 0, 0))
+    assert len(barred.faces) == 4 + 6 * 6
+    bars = barred.vertices[4:].reshape(6, 2, 3, 3)
+    for bar, (a, b) in zip(bars, itertools.combinations(mesh.vertices, 2), strict=True):
+        for ring, end in zip(bar, (a, b), strict=True):
+            np.testing.assert_allclose(ring.mean(0), end, atol=1e-12)
+            np.testing.assert_allclose(np.linalg.norm(ring - end, axis=1), 0.01)
+            np.testing.assert_allclose((ring - end) @ (b - a), 0, atol=1e-12)
+    point = painted((np.zeros((3, 3)), np.array([[0, 1, 2]])), DEFORMED)
+    assert len(with_bars(point, 0.01, (0, 0, 0)).faces) == 1
+
+
+def test_rims_are_dark_and_change_no_shape():
+    mesh = tetrahedron()
+    plain = render(mesh, elevation=20, azimuth=200)
+    rimmed = render(with_rims(mesh, (0, 0, 0)), elevation=20, azimuth=200)
+    np.testing.assert_array_equal(plain[..., 3], rimmed[..., 3])
+    inside = plain[..., 3] == 255
+    same = (plain == rimmed).all(2) & inside
+    dark = (rimmed[..., :3].max(2) < 40) & inside
+    assert same.sum() > 0.4 * inside.sum()
+    assert 0.1 * inside.sum() < dark.sum() < 0.5 * inside.sum()
+
+
+# --- labels --------------------------------------------------------------------------------------
+
+
+def test_parts_keep_their_colours(examples, drawn):
+    prepared = examples[0].run.data.prepared
+    palette = part_colors(np.arange(256, dtype=np.uint8))
+    picture = paper_figures_sheets.labels(examples, 64)
+    rows, texts = drawn
+    for k, (example, row) in enumerate(zip(examples, rows, strict=True)):
+        template_cloud, deformed_cloud, mesh, truth = row
+        known = example.template().labelled_points()
+        centers = template_cloud.vertices.reshape(-1, 6, 3).mean(1)
+        np.testing.assert_allclose(centers, known.points, atol=1e-7)
+        np.testing.assert_array_equal(template_cloud.face_colors[::8], palette[known.labels])
+        np.testing.assert_array_equal(template_cloud.face_colors, deformed_cloud.face_colors)
+        assert np.abs(template_cloud.vertices - deformed_cloud.vertices).max() > 0.05
+        fine, _ = example.run.data.bank.subdivided(example.ranked())
+        np.testing.assert_array_equal(mesh.face_colors, palette[fine.face_parts])
+        own = prepared.mesh(example.sample.row)
+        np.testing.assert_array_equal(truth.face_colors, palette[own.face_parts])
+        assert texts[5 * k + 2].startswith("part iou x 100: ")
+        for color in np.unique(truth.face_colors[:, :3], axis=0):  # it is in the legend
+            assert (picture[-40:] == color).all(2).sum() >= 81
+
+
+def test_a_legend_breaks_into_lines():
+    entries = [("one", (9, 0, 0)), ("two", (0, 9, 0)), ("three", (0, 0, 9))]
+    wide, narrow = legend(entries, 400, 10), legend(entries, 60, 10)
+    assert wide.shape[1:] == (400, 3)
+    assert len(narrow) > 2 * len(wide)
+    for picture in (wide, narrow):
+        for _, color in entries:
+            assert (picture == color).all(2).sum() == 81
+
+
+def test_data_without_parts_is_refused(examples, monkeypatch):
+    prepared = replace(examples[0].run.data.prepared, part_names=())
+    monkeypatch.setattr(examples[0].run.data, "prepared", prepared)
+    with pytest.raises(DataError, match="no part labels"):
+        paper_figures_sheets.labels(examples, 64)
+
+
+# --- the other figures ---------------------------------------------------------------------------
+
+
+def test_candidates_are_ordered_and_scored_as_the_evaluation_does(run, drawn, monkeypatch):
+    monkeypatch.setattr(paper_figures_sheets, "_PAPER", PaperProtocol(points=64))
+    (found,) = collect([run], Choice(number=1))
+    paper_figures_sheets.candidates(found, 64, count=5)
+    (row,), texts = drawn
+    weights = np.sort(found[0].weights)[::-1]
+    bank, sample = found[0].run.data.bank, samples_of(run).loc[found[0].name]
+    assert len(row) == 2 * len(bank) + 1 == 5
+    assert [t.split("\n")[1] for t in texts[1:3]] == [f"weight {w:.2f}" for w in weights]
+    assert texts[1].split("\n")[0] == sample["template"]
+    assert texts[4] == f"chamfer x 1000: {1000 * sample['chamfer']:.1f}\nIoU {sample['iou']:.3f}"
+
+
+def test_a_row_is_drawn_at_one_scale_and_nothing_is_cut_off():
+    small = painted((tetrahedron().vertices / 8, tetrahedron().faces), DEFORMED)
+    large = painted((tetrahedron().vertices * 5, tetrahedron().faces), DEFORMED)
+    alone, beside = draw_row([small], FRONT), draw_row([small, large], FRONT)
+    covered = [(picture < 255).any(2) for picture in (alone[0], *beside)]
+    assert covered[1].sum() < 0.25 * covered[0].sum()
+    assert covered[2].sum() > 500
+    assert not covered[2][[0, -1]].any()
+    assert not covered[2][:, [0, -1]].any()
+
+
+@pytest.mark.parametrize("azimuth", [0, 45, 230])
+@pytest.mark.parametrize("size", [(96, 128), (160, 100)])
+def test_the_scale_is_the_largest_that_fits(azimuth, size):
+    rng = np.random.default_rng(azimuth)
+    points = rng.normal(size=(9, 3)) + [0.3, -0.5, 0.2]
+    view = View(30, azimuth, *size)
+    scale = fitting_scale(points, view, azimuth)
+    assert 0 < scale < 1
+
+    def on_border(factor):
+        mesh = painted((factor * points, np.arange(9).reshape(3, 3)), DEFORMED)
+        alpha = render(
+            mesh, height=view.height, width=view.width, elevation=30, azimuth=azimuth, samples=5
+        )[..., 3]
+        return bool(alpha[[0, -1]].any() or alpha[:, [0, -1]].any())
+
+    assert not on_border(scale)
+    assert on_border(1.1 * scale)
+    assert fitting_scale(0.1 * scale * points, view, azimuth) == 1
+
+
+def test_an_overview_has_the_image_and_the_shapes(examples, drawn):
+    paper_figures_sheets.overview(examples, 64)
+    rows, texts = drawn
+    for k, (example, row) in enumerate(zip(examples, rows, strict=True)):
+        _, cloud, cubes, mesh, truth = row
+        np.testing.assert_array_equal(mesh.vertices, example.deformed().mesh()[0])
+        np.testing.assert_array_equal(truth.vertices, example.truth.mesh()[0])
+        assert texts[6 * k].startswith("table-")
+        assert texts[6 * k + 4].startswith("chamfer x 1000: ")
+        for shown in (cloud, cubes):  # they lie where the mesh is
+            gap = cKDTree(mesh.vertices).query(shown.vertices[::7])[0]
+            assert np.median(gap) < 0.05
+    np.testing.assert_array_equal(
+        example.image(example.view(64)), example.run.data.prepared.image(*example.sample)[..., :3]
+    )
+
+
+# --- choosing ------------------------------------------------------------------------------------
+
+
+def test_images_are_picked_by_their_scores():
+    table = pd.DataFrame({"id": list("edcba"), "view": 0, "x": [1.0, 2, 3, 4, 4]})
+
+    def picked(pick, number, higher=False):
+        images = pick_images(table, Measure("x", "", higher), pick, number)
+        return "".join(model for model, _ in images)
+
+    assert picked(Pick.best, 2) == "ed"
+    assert picked(Pick.best, 2, higher=True) == "ab"
+    assert picked(Pick.worst, 2) == "ba"
+    assert picked(Pick.median, 1) == picked(Pick.spread, 1) == "c"
+    assert picked(Pick.median, 3) == "dca"
+    assert picked(Pick.spread, 3) == "ecb"
+    assert picked(Pick.spread, 9) == "edcab"
+
+
+def test_runs_side_by_side_show_the_same_images(run, drawn):
+    first, second = collect([run, run], Choice(number=2, pick=Pick.worst))
+    assert [e.name for e in first] == [e.name for e in second]
+    order = samples_of(run)["chamfer"].sort_values(ascending=False)
+    assert [e.name for e in first] == list(order.index[:2])
+    one = paper_figures.paper_figure("subdivision", [first[:1]], 64)
+    both = paper_figures.paper_figure("subdivision", [first[:1], second[:1]], 64)
+    assert both.shape[1] == 2 * one.shape[1] + 12
+    np.testing.assert_array_equal(both[-4 - len(one) : -4, 4 : 4 + one.shape[1]], one)
+
+
+def test_images_of_training_are_said_to_be(run):
+    data = collect([run], Choice(number=1))[0][0].run.data
+    models = (data.split.test[0], data.split.train[0], data.bank.ids[0])
+    (found,) = collect([run], Choice(models=models))
+    assert [e.name.partition("\n")[2] for e in found] == ["", "(trained on)", "(a template)"]
+    assert [bool(e.score) for e in found] == [True, False, False]
+
+
+def test_random_images_need_no_scores(run, tmp_path):
+    shutil.copytree(run.path, tmp_path / "run")
+    shutil.rmtree(tmp_path / "run" / "evaluation")
+    bare = RunFolder(tmp_path / "run")
+    names = [
+        [e.name for e in collect([bare], Choice(number=2, pick=Pick.random, seed=s))[0]]
+        for s in (0, 0, 1)
+    ]
+    assert names[0] == names[1] != names[2]
+    with pytest.raises(DataError, match=r"not been evaluated.*evaluate\.py run="):
+        collect([bare], Choice())
+
+
+def test_scores_of_other_weights_are_refused(run, tmp_path):
+    shutil.copytree(run.path, tmp_path / "run")
+    other = RunFolder(tmp_path / "run")
+    file = other.evaluation("paper") / "samples.csv"
+    table = pd.read_csv(file)
+    table["template"] = "table-x"
+    table.to_csv(file)
+    with pytest.raises(DataError, match="evaluate the run again"):
+        collect([other], Choice(number=1))
+
+
+# --- command line --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("figure", list(paper_figures.FIGURES))
+def test_the_command_writes_a_picture(run, examples, tmp_path, capsys, monkeypatch, figure):
+    monkeypatch.setattr(paper_figures, "collect", lambda *_: [examples[:1]])  # opened before
+    file = tmp_path / "new" / "a.png"
+    paper_figures.main(
+        [figure, str(run.path), "--number=1", "--size=64", "--top=1", f"--out={file}"]
+    )
+    *_, said, path = capsys.readouterr().out.splitlines()
+    assert path == str(file)
+    assert "1 image of" in said
+    picture = np.asarray(Image.open(file))
+    assert picture.dtype == np.uint8
+    assert picture.shape[2] == 3
+    assert picture.shape[1] >= 2 * 68
+    assert (picture < 200).any()
+    assert [p.name for p in file.parent.iterdir()] == ["a.png"]
+
+
+def test_a_picture_goes_into_the_run_s_folder(run, capsys):
+    paper_figures.main(["overview", str(run.path), "--number=1", "--size=64"])
+    file = run.path / "overview.png"
+    assert capsys.readouterr().out.splitlines()[-1] == str(file)
+    file.unlink()
+    picture = np.zeros((2, 2, 3), np.uint8)
+    with pytest.raises(DataError, match="cannot write"):
+        paper_figures._write(picture, run.config / "a.png")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["{run}/.."], "is not a run folder, but holds 1"),
+        (["{run}/nothing"], "is not a run folder: it has no config.yaml"),
+        (["{run}", "--data-root={run}"], "the prepared data of .* is not there"),
+        (["{run}", "--protocol=modern"], r"python evaluate.py run=.* protocol=modern"),
+        (["{run}", "--models=table-00001"], "there is no model 'table-00001'.*table-0000"),
+        (["{run}", "--number=0"], "--number=0"),
+        (["{run}", "--size=9"], "--size=9"),
+        (["{run}", "--top=0"], "--top=0"),
+        (["{run}", "--out=a.jpg"], "written as .png"),
+    ],
+)
+def test_mistakes_are_named(run, options, message):
+    arguments = [option.format(run=run.path) for option in options]
+    with pytest.raises(SystemExit, match=f"error: .*{message}"):
+        paper_figures.main(["overview", *arguments])
+
+
+@pytest.mark.filterwarnings("ignore:.*found in sys.modules")
+def test_the_exit_code_of_a_mistake_is_1(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["paper_figures", "voxels", str(tmp_path)])
+    with pytest.raises(SystemExit) as stopped:
+        runpy.run_module(paper_figures.__name__, run_name="__main__")
+    # Python prints what is no number and returns 1.
+    assert stopped.value.code == f"error: {tmp_path} is not a run folder: it has no config.yaml"
+
+
+def test_colours_are_opaque():
+    np.testing.assert_array_equal(rgba([(1, 2, 3)]), [[1, 2, 3, 255]])
+    assert rgba([]).shape == (0, 4)
