@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
@@ -23,22 +22,13 @@ from ffd_lightning.data.rendering import contact_sheet, render
 from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.lattice import Lattice
+from ffd_lightning.inference.pieces import Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 
-_PIECES = 64  # of one mesh
+_PALETTE = 64  # colours of one mesh
 _BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
 _BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
 _PREVIEW_POINTS = 4096
-
-
-@dataclass(frozen=True)
-class _Piece:
-    """Some faces of a mesh, of one part and colour: their vertices, and faces of those."""
-
-    name: str
-    material: PBRMaterial
-    used: NDArray[np.int64]
-    faces: NDArray[np.int64]
 
 
 class MeshWriter:
@@ -57,7 +47,7 @@ class MeshWriter:
             raise DataError("colors=parts: the templates have no part labels; use colors=material")
         self._bank, self._colors = bank, colors
         # Faces, parts and colours are the template's: found once, whatever becomes of the vertices.
-        self._pieces: dict[int, list[_Piece]] = {}
+        self._pieces: dict[int, list[Piece]] = {}
         self._templates: dict[int, bytes] = {}
 
     def write(self, reconstruction: Reconstruction, folder: Path, obj: bool = False) -> None:
@@ -65,7 +55,9 @@ class MeshWriter:
         index = reconstruction.index
         if index not in self._templates:
             mesh = self._bank.meshes[index]
-            content = _scene(mesh.vertices, _split(mesh, self._colors)).export(file_type="glb")
+            content = _scene(mesh.vertices, pieces(mesh, self._colors, _PALETTE)).export(
+                file_type="glb"
+            )
             self._templates[index] = cast(bytes, content)
         write_file(folder / "template.glb", self._templates[index])
         scene = self.scene(reconstruction)
@@ -82,53 +74,27 @@ class MeshWriter:
         """Return the deformed mesh as trimesh's scene of pieces."""
         index = reconstruction.index
         if index not in self._pieces:
-            self._pieces[index] = _split(self._bank.subdivided(index)[0], self._colors)
+            mesh = self._bank.subdivided(index)[0]
+            self._pieces[index] = pieces(mesh, self._colors, _PALETTE)
         return _scene(reconstruction.surface.vertices, self._pieces[index])
 
 
-def _split(mesh: Mesh, colors: MeshColors) -> list[_Piece]:
-    """Split a mesh by part and colour; where there are very many colours, like ones become one."""
-    rgba = face_colors(mesh, colors)
-    parts = np.zeros(len(mesh.faces), np.uint8) if mesh.face_parts is None else mesh.face_parts
-    for step in (1, 4, 8, 16, 32, 64):
-        like = np.minimum(rgba.astype(np.int64) // step * step + step // 2, 255).astype("<u1")
-        # One number for part and colour: sorting those is many times faster than sorting rows.
-        codes = (parts.astype(np.uint64) << np.uint64(32)) | like.view("<u4")[:, 0]
-        kinds, kind = np.unique(codes, return_inverse=True)
-        if len(kinds) <= _PIECES:
-            break
-    ends = np.cumsum(np.bincount(kind, minlength=len(kinds)))
-    result = []
-    for k, group in enumerate(np.split(np.argsort(kind, kind="stable"), ends[:-1])):
-        part, color = parts[group[0]], like[group[0]]
-        name = mesh.part_names[part] if part < len(mesh.part_names) else "mesh"
+def _scene(vertices: NDArray[np.float64], split: Sequence[Piece]) -> trimesh.Scene:
+    result = trimesh.Scene()
+    for k, piece in enumerate(split):
+        mesh = trimesh.Trimesh(vertices[piece.vertices], piece.faces, process=False)
+        name = f"{piece.name}-{k}"
         material = PBRMaterial(
-            name=f"{name}-{k}",
-            baseColorFactor=color,
-            alphaMode="BLEND" if color[3] < 255 else "OPAQUE",
+            name=name,
+            baseColorFactor=piece.rgba,
+            alphaMode="BLEND" if piece.rgba[3] < 255 else "OPAQUE",
             doubleSided=True,
             metallicFactor=0.0,
             roughnessFactor=0.9,
         )
-        used, faces = np.unique(mesh.faces[group], return_inverse=True)
-        result.append(_Piece(material.name, material, used, faces.reshape(-1, 3)))
+        mesh.visual = trimesh.visual.TextureVisuals(material=material)
+        result.add_geometry(mesh, node_name=name, geom_name=name)
     return result
-
-
-def _scene(vertices: NDArray[np.float64], pieces: Sequence[_Piece]) -> trimesh.Scene:
-    result = trimesh.Scene()
-    for piece in pieces:
-        mesh = trimesh.Trimesh(vertices[piece.used], piece.faces, process=False)
-        mesh.visual = trimesh.visual.TextureVisuals(material=piece.material)
-        result.add_geometry(mesh, node_name=piece.name, geom_name=piece.name)
-    return result
-
-
-def face_colors(mesh: Mesh, colors: MeshColors) -> NDArray[np.uint8]:
-    """Return RGBA of each face, (F, 4), by its material or by its part."""
-    if colors is MeshColors.material or mesh.face_parts is None:
-        return mesh.face_colors
-    return part_colors(mesh.face_parts)
 
 
 def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:

@@ -75,9 +75,11 @@ def test_points_lie_on_the_mesh_and_carry_its_labels(reconstruction):
     corners = reconstruction.mesh.vertices[reconstruction.mesh.faces[faces]]
     u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     offset = points - corners[:, 0]
-    solved = [np.linalg.lstsq(np.stack(e, 1), o, rcond=None)[0] for *e, o in zip(u, v, offset)]
+    triples = zip(u, v, offset, strict=True)
+    solved = [np.linalg.lstsq(np.stack(e, 1), o, rcond=None)[0] for *e, o in triples]
     inside = np.array(solved)
-    assert (inside > -1e-4).all() and (inside.sum(1) < 1 + 1e-4).all()
+    assert (inside > -1e-4).all()
+    assert (inside.sum(1) < 1 + 1e-4).all()
     rebuilt = inside[:, :1] * u + inside[:, 1:] * v
     np.testing.assert_allclose(rebuilt, offset, atol=1e-5)
     np.testing.assert_array_equal(reconstruction.cloud(500, seed=3), points)
@@ -200,7 +202,7 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
         torch.save(changed, tmp_path / "other.ckpt")
         return load_model(tmp_path / "other.ckpt")
 
-    with pytest.raises(ConfigError, match="holds no templates.*restart=true"):
+    with pytest.raises(ConfigError, match=r"holds no templates.*restart=true"):
         loaded(lambda c: c.pop("model"))
     with pytest.raises(ConfigError, match="of another version"):
         loaded(lambda c: c["model"].update(config="seed: banana"))
