@@ -455,3 +455,36 @@ def test_runs_that_failed_are_passed_over_and_gaps_are_said():
         aggregate_seeds(run_rows([1.0]), ["emd"])
     with pytest.raises(DataError, match="another setting differs"):
         aggregate_seeds(run_rows([1.0, 2.0]).assign(seed=0), ["chamfer"])
+
+
+# --- runs that differ in more than regime and number of templates ---------------------------------
+
+
+def test_setups_may_differ_in_anything_and_models_of_joint_runs_are_the_same_models():
+    x = np.linspace(1, 2, 20)
+    alone = run_samples(x + 0.5, templates=8).assign(setup="table alone")
+    together = [
+        run_samples(x, category=c, templates=4).assign(run="joint", setup="joint")
+        for c in ("table", "sofa")
+    ]
+    for part in together:
+        part["id"] = part["category"] + "/" + part["id"]
+    samples = joined(alone, *together)
+    settings = pd.DataFrame(
+        {"schedule.steps": [100, 200]}, index=pd.Index([alone["run"][0], "joint"], name="run")
+    )
+    (row,) = compare_runs(samples, "chamfer", by="setup", settings=settings).to_dict("records")
+    assert (row["category"], row["a"], row["b"]) == ("table", "table alone", "joint")
+    assert row["num_samples"] == 20
+    assert row["difference"] == pytest.approx(0.5)
+    with pytest.raises(DataError, match="schedule.steps"):
+        compare_runs(samples, "chamfer", by="templates", settings=settings)
+
+
+def test_seeds_of_a_setup_are_averaged():
+    x = np.linspace(1, 2, 20)
+    seeds = [run_samples(x + s, seed=s).assign(setup="long") for s in (0, 1)]
+    other = run_samples(x, templates=2).assign(setup="short")
+    (row,) = compare_runs(joined(*seeds, other), "chamfer", by="setup").to_dict("records")
+    assert (row["seeds_a"], row["seeds_b"]) == (1, 2)
+    assert row["difference"] == pytest.approx(-0.5)
