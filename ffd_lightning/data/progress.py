@@ -19,7 +19,7 @@ _LINE_EVERY = 10.0  # seconds
 
 
 class ModelProgress:
-    """Counts models; shows how many are done, the rate and the time left.
+    """Counts models, or images; shows how many are done, the rate and the time left.
 
     Args:
         label: what the bar is called.
@@ -70,7 +70,7 @@ class ModelProgress:
             self._last_line = now
             done = self._done + self._made
             print(
-                f"  {done} of {self._total} models, {rate:.1f}/s, "
+                f"  {self._label}: {done} of {self._total}, {rate:.1f}/s, "
                 f"about {(self._total - done) / rate:.0f} s left",
                 file=sys.stderr,
             )

@@ -477,7 +477,7 @@ def test_setups_may_differ_in_anything_and_models_of_joint_runs_are_the_same_mod
     assert (row["category"], row["a"], row["b"]) == ("table", "table alone", "joint")
     assert row["num_samples"] == 20
     assert row["difference"] == pytest.approx(0.5)
-    with pytest.raises(DataError, match="schedule.steps"):
+    with pytest.raises(DataError, match=r"schedule\.steps"):
         compare_runs(samples, "chamfer", by="templates", settings=settings)
 
 
