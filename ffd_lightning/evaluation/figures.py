@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import torch
-from matplotlib import colormaps
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from ffd_lightning.config import RenderConfig
@@ -19,6 +17,9 @@ from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.nn.network import TemplateFfdNetwork
+
+if TYPE_CHECKING:  # Matplotlib takes longer to load than a picture without it takes to draw.
+    from matplotlib.figure import Figure
 
 _CLOUD_POINTS = 2048
 _POINT_RADIUS = 0.006
@@ -42,6 +43,8 @@ def cloud_mesh(
     vertices = (centers[:, None] + radius * _OCTAHEDRON).reshape(-1, 3)
     faces = (6 * np.arange(len(centers))[:, None, None] + _OCTAHEDRON_FACES).reshape(-1, 3)
     if colors is None:
+        from matplotlib import colormaps
+
         height = centers[:, 1]
         shade = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
         colors = np.round(255 * colormaps["viridis"](shade)).astype(np.uint8)
@@ -118,6 +121,8 @@ def lattice_figure(
         offsets: of the control points, (M, 3).
         degrees: of the lattice, M = (l + 1)(m + 1)(n + 1), the last axis fastest.
     """
+    from matplotlib.figure import Figure
+
     shape = tuple(degree + 1 for degree in degrees)
     before = np.asarray(control_points, float).reshape(*shape, 3)
     after = before + np.asarray(offsets, float).reshape(*shape, 3)

@@ -21,6 +21,7 @@ from ffd_lightning.data.part_labels import part_colors
 from ffd_lightning.data.rendering import contact_sheet, render
 from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.inference.pieces import Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
@@ -179,9 +180,9 @@ def preview(reconstruction: Reconstruction, view: RenderConfig) -> NDArray[np.ui
     Returns:
         RGB image, (H, W, 3) uint8.
     """
-    from ffd_lightning.evaluation.figures import cloud_mesh  # loads matplotlib
-
     surface = reconstruction.surface
+    points, faces = reconstruction.sample(_PREVIEW_POINTS)
+    cloud = cloud_mesh(points, colors=surface.face_colors[faces])
 
     def draw(mesh: Mesh) -> NDArray[np.uint8]:
         return render(
@@ -198,7 +199,7 @@ def preview(reconstruction: Reconstruction, view: RenderConfig) -> NDArray[np.ui
         f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": draw(
             reconstruction.bank.meshes[reconstruction.index]
         ),
-        "deformed cloud": draw(cloud_mesh(reconstruction.cloud(_PREVIEW_POINTS))),
+        "deformed cloud": draw(cloud),
         "deformed mesh": draw(surface),
     }
     if surface.face_parts is not None:
