@@ -109,6 +109,11 @@ def explain(error: BaseException) -> str:
         return f"{missing.group(1)}=... must be given"
     if isinstance(error, OverrideParseException):
         return f"{message}: write group=option or key=value, quoted for the shell where needed"
+    if "Ambiguous value for argument" in message:
+        return (
+            f"{message}: commas separate values. Several are a list, image=[a.png,b.png]; one that "
+            "has a comma is quoted twice, 'image=\"a,b.png\"'; a sweep needs -m"
+        )
     if "Config group override must be a string" in message:
         return "a group's option is a name, not a number: templates=t30, say, not templates=30"
     unknown = re.search(r"Key '([^']+)'(?: is)? not in", str(error) + str(cause or ""))

@@ -95,6 +95,7 @@ def test_every_option_of_every_group_composes(group):
         (["data=folder"], ["data.root"]),
         (["data=folder", "data.root=/no/such/place"], ["/no/such/place"]),
         (["regime"], ["group=option"]),
+        (["regime=b,e"], ["regime=b,e", "commas", "-m"]),
     ],
 )
 def test_mistakes_on_the_command_line_get_one_message(arguments, words, tmp_path):

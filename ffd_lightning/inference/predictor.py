@@ -81,10 +81,11 @@ class Predictor:
         strangeness = self.model.looks.strangeness(framed.image)
         if strangeness <= 1:
             return framed
+        category = self.model.config.category
         warning = (
-            f"it looks unlike the images of {self.model.config.category.name} that the network was "
-            f"trained on: its silhouette is {strangeness:.1f} times as far from the nearest of "
-            "theirs as is usual among them"
+            f"it looks unlike the images of {', '.join(category.members or [category.name])} that "
+            f"the network was trained on: its silhouette is {strangeness:.1f} times as far from "
+            "the nearest of theirs as is usual among them"
         )
         return replace(framed, warnings=(*framed.warnings, warning))
 
