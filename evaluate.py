@@ -1,9 +1,11 @@
 """Evaluate a run: see `python evaluate.py --help`."""
 
+import sys
+
 import hydra
 from omegaconf import DictConfig
 
-from ffd_lightning.cli import register, run_app
+from ffd_lightning.cli import quote_paths, register, run_app
 from ffd_lightning.config import EvaluateConfig
 
 register(EvaluateConfig)
@@ -18,4 +20,5 @@ def main(cfg: DictConfig) -> None:
 
 
 if __name__ == "__main__":
+    sys.argv[1:] = quote_paths(sys.argv[1:], ("run", "checkpoint", "prepared", "data_root"))
     run_app(main)

@@ -1,9 +1,11 @@
 """Reconstruct what photographs show: see `python predict.py --help`."""
 
+import sys
+
 import hydra
 from omegaconf import DictConfig
 
-from ffd_lightning.cli import register, run_app
+from ffd_lightning.cli import quote_paths, register, run_app
 from ffd_lightning.config import PredictConfig
 
 register(PredictConfig)
@@ -18,4 +20,5 @@ def main(cfg: DictConfig) -> None:
 
 
 if __name__ == "__main__":
+    sys.argv[1:] = quote_paths(sys.argv[1:], ("run", "image", "mask", "out"))
     run_app(main)

@@ -8,7 +8,7 @@ import os
 import re
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +58,25 @@ def compose_config(name: str, overrides: list[str]) -> DictConfig:
         return compose(name, overrides)
 
 
+def quote_paths(arguments: Sequence[str], keys: Sequence[str]) -> list[str]:
+    """Quote the values of some settings for Hydra, to which brackets, commas and = mean something.
+
+    Lists and what is quoted already stay as they are.
+
+    >>> quote_paths(["image=photo (1), a=b.png", "top_k=2", "mask=null"], ["image", "mask"])
+    ['image="photo (1), a=b.png"', 'top_k=2', 'mask=null']
+    """
+    result = []
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        if key in keys and value not in ("", "null", "???") and value[0] not in "['\"":
+            # Backslashes count only before a quote.
+            escaped = re.sub(r'(\\*)("|$)', lambda m: 2 * m[1] + (m[2] and '\\"'), value)
+            argument = f'{key}="{escaped}"'
+        result.append(argument)
+    return result
+
+
 def run_app(main: Callable[[], object]) -> None:
     """Run a Hydra application; show the user's mistakes as one message, exit code 1.
 
@@ -78,7 +97,7 @@ def run_app(main: Callable[[], object]) -> None:
         print(f"error: {explain(error)}", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
-        print("interrupted: the same command goes on from the last checkpoint", file=sys.stderr)
+        print("interrupted: the same command goes on where it was cut off", file=sys.stderr)
         sys.exit(130)
 
 

@@ -6,6 +6,7 @@ A checkpoint of training is one file that works alone: beside Lightning's own en
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -124,7 +125,11 @@ def load_weights(network: TemplateFfdNetwork, checkpoint: Path) -> int:
 
 def _load(checkpoint: Path) -> dict[str, Any]:
     try:
-        state: dict[str, Any] = torch.load(checkpoint, map_location="cpu", weights_only=True)
+        with warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore"
+            )  # of what may be wrong with a file that is no checkpoint
+            state: dict[str, Any] = torch.load(checkpoint, map_location="cpu", weights_only=True)
         int(state["global_step"]), dict(state["state_dict"])
     except FileNotFoundError:
         raise ConfigError(

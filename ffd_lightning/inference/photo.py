@@ -35,7 +35,7 @@ _FILTER = Image.Resampling.LANCZOS
 _MODEL = "isnet-general-use"  # of rembg: made for thin structures; its own default varies
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FramedPhoto:
     """What the network sees of a photograph, and how it came about.
 
@@ -158,17 +158,19 @@ def frame_photo(
 def _cut_by_mask(photo: Image.Image, mask: Image.Image) -> _Cut:
     """Take for the object what a mask shows."""
     origin = photo.info[ORIGIN]
+    flat = over_white(photo).convert("RGB") if photo.mode == "RGBA" else photo
+    # Many times the network's size would only take memory.
+    flat = flat.reduce(max(1, max(flat.size) // _READ_SIDE))
     levels = _mask_levels(mask, origin)
-    if photo.size != levels.size:
-        levels = levels.resize(photo.size, Image.Resampling.BOX)
-    coverage = np.asarray(levels)
-    rgb = np.asarray(over_white(photo) if photo.mode == "RGBA" else photo)[..., :3]
+    if flat.size != levels.size:
+        levels = levels.resize(flat.size, Image.Resampling.BOX)
+    coverage, rgb = np.asarray(levels), np.asarray(flat)
     warnings = ["the mask covers all of it: nothing is cut out"] if coverage.min() > 127 else []
     return _Cut(
         _whitened(rgb, coverage),
         coverage,
         origin.name,
-        _scale(photo),
+        origin.size[0] / flat.width,
         ("background: mask",),
         tuple(warnings),
     )

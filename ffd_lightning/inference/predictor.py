@@ -137,7 +137,7 @@ def checkpoint_of(source: str | Path) -> Path:
     if not path.is_dir():
         raise ConfigError(f"there is no run {path}: give the folder of a run, or a checkpoint")
     if not run.config.is_file() and not run.checkpoint.is_file():
-        inside = sorted(path.rglob("checkpoints/last.ckpt"))
+        inside = sorted(p for p in path.rglob("checkpoints/last.ckpt") if p.is_file())
         hint = f": is {inside[0].parents[1]} meant?" if inside else ""
         raise ConfigError(f"{path} is not a run folder: it has no config.yaml{hint}")
     if not run.checkpoint.is_file():
@@ -151,7 +151,13 @@ def _picture(image: Photo) -> Image.Image | NDArray[np.uint8]:
 
 def _mask(mask: Photo) -> Image.Image:
     picture = _picture(mask)
-    return picture if isinstance(picture, Image.Image) else Image.fromarray(picture)
+    if isinstance(picture, Image.Image):
+        return picture
+    try:
+        return Image.fromarray(picture)
+    except (TypeError, ValueError):
+        found = f"{np.shape(picture)} of {np.asarray(picture).dtype}"
+        raise DataError(f"a mask is (H, W) of bool or uint8, got {found}") from None
 
 
 def _device(name: str) -> torch.device:

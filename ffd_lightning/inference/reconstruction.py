@@ -16,7 +16,7 @@ from ffd_lightning.geometry.sampling import sample_surface
 from ffd_lightning.inference.photo import FramedPhoto
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # arrays have no one answer to ==
 class Reconstruction:
     """One of T templates, deformed into what a photograph shows.
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import glob
 import hashlib
 import json
 import sys
 import time
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,25 +27,13 @@ from ffd_lightning.inference.files import (
     write_json,
     write_preview,
 )
+from ffd_lightning.inference.jobs import Job, find_jobs
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 from ffd_lightning.inference.reconstruction import Reconstruction
-
-_SUFFIXES = frozenset(
-    (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tif", ".tiff", ".ppm", ".heic", ".avif")
-)
-"""What is taken for an image in a folder; what of it cannot be read is named."""
+from ffd_lightning.run_folder import lock_folder
 
 FORMAT_VERSION = 1
 """Goes up when the same photograph and settings give other files."""
-
-
-@dataclass(frozen=True)
-class Job:
-    """One photograph, the mask of its object if there is one, and where its files go."""
-
-    image: Path
-    mask: Path | None
-    folder: Path
 
 
 @dataclass(frozen=True)
@@ -86,9 +72,9 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
         ConfigError: settings that cannot work, no run or checkpoint, or no photographs.
         DataError: the checkpoint is damaged.
     """
-    if config.points < 1 or config.top_k < 1:
-        raise ConfigError(f"points={config.points} and top_k={config.top_k} must each be 1 or more")
-    jobs = find_jobs(config.image, config.mask, Path(config.out).expanduser())
+    _check(config)
+    out = Path(config.out).expanduser()
+    jobs = find_jobs(config.image, config.mask, out)
     checkpoint = checkpoint_of(config.run)
     predictor = Predictor.load(checkpoint, config.device)
     bank = predictor.model.bank
@@ -101,13 +87,15 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
         try:
             return _predict_file(job, predictor, writer, config, digest)
         except UserError as error:
-            return Outcome(error=str(error))
+            named = str(job.image) in str(error) or str(job.folder) in str(error)
+            return Outcome(error=str(error) if named else f"{job.image}: {error}")
         except Exception as error:  # the others go on
             return Outcome(error=f"{job.image}: {type(error).__name__}: {error}")
 
     done: dict[Path, Outcome] = {}
     show = config.progress_bar and len(jobs) > 1
-    with ModelProgress("reconstructing", len(jobs), 0, show) as bar:
+    taken = f"another process writes to {out}: wait for it, or choose another out="
+    with lock_folder(out, taken), ModelProgress("reconstructing", len(jobs), 0, show) as bar:
         for job, outcome in in_threads(work, jobs, config.workers or available_cores()):
             done[job.folder] = outcome
             bar.advance()
@@ -115,53 +103,14 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     return [done[job.folder] for job in jobs]
 
 
-def find_jobs(image: Any, mask: str | None, out: Path) -> list[Job]:
-    """Return the photographs that `image` names, sorted within a folder or pattern.
-
-    Raises:
-        ConfigError: it names none, or `mask` does not fit them.
-    """
-    entries = [image] if isinstance(image, str) else image
-    if not isinstance(entries, list) or not all(isinstance(e, str) for e in entries):
-        raise ConfigError("image= takes a file, a folder, a pattern, or a list [a.png,b.png]")
-    images = list(dict.fromkeys(path for entry in entries for path in _expand(entry)))
-    if not images:
-        raise ConfigError(f"image={image}: no images there")
-    folders = [out / name for name in _names(images)]
-    masks = _masks(images, Path(mask).expanduser()) if mask is not None else [None] * len(images)
-    return [Job(*job) for job in zip(images, masks, folders, strict=True)]
-
-
-def _expand(entry: str) -> list[Path]:
-    path = Path(entry).expanduser()
-    if path.is_dir():
-        return sorted(file for file in path.iterdir() if file.suffix.lower() in _SUFFIXES)
-    if path.exists() or not glob.has_magic(entry):
-        return [path]
-    return sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())
-
-
-def _names(images: Sequence[Path]) -> list[str]:
-    """Return a folder's name for each image: its stem, with its suffix or a number if need be."""
-    stems = Counter(image.stem for image in images)
-    names: dict[str, None] = {}
-    for image in images:
-        name = image.stem if stems[image.stem] == 1 else image.name
-        tries = (name if k == 1 else f"{name}-{k}" for k in range(1, len(images) + 2))
-        names[next(t for t in tries if t not in names)] = None
-    return list(names)
-
-
-def _masks(images: Sequence[Path], mask: Path) -> list[Path | None]:
-    if mask.is_dir():
-        found = {file.stem: file for file in sorted(mask.iterdir()) if file.is_file()}
-        missing = [image for image in images if image.stem not in found]
-        if missing:
-            raise ConfigError(f"mask={mask}: no mask named {missing[0].stem}.* is in that folder")
-        return [found[image.stem] for image in images]
-    if len(images) > 1:
-        raise ConfigError(f"mask={mask}: for several images give a folder of masks of their names")
-    return [mask]
+def _check(config: PredictConfig) -> None:
+    """Refuse settings that cannot work."""
+    for name, least in (("points", 1), ("top_k", 1), ("workers", 0), ("seed", 0)):
+        if (value := getattr(config, name)) < least:
+            raise ConfigError(f"{name}={value} must be {least} or more")
+    for name in ("run", "image", "out", "mask"):
+        if getattr(config, name) == "":
+            raise ConfigError(f"{name}= is empty: name a file or a folder")
 
 
 def _predict_file(
@@ -169,16 +118,19 @@ def _predict_file(
 ) -> Outcome:
     key = _key(job, config, digest)
     note = job.folder / "prediction.json"
-    if not config.restart and (earlier := _read(note, key)) is not None:
-        return Outcome(_line(job, earlier), known=True)
+    wanted = _files(job.folder, config)
+    earlier = _read(note, key)
+    if not config.restart and earlier is not None and all(file.is_file() for file in wanted):
+        return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
     start = time.perf_counter()
     photo = predictor.frame(job.image, mask=job.mask, background=config.background)
     framed = time.perf_counter()
     selected = predictor.predict_framed([photo])[0]
     seen = time.perf_counter()
+    _clear(job.folder, wanted)
     for rank in range(config.top_k):
-        folder = job.folder if rank == 0 else job.folder / f"candidate-{rank + 1}"
-        _write(selected.candidate(rank), folder, writer, predictor.model.config.data.render, config)
+        place = _place(job.folder, rank)
+        _write(selected.candidate(rank), place, writer, predictor.model.config.data.render, config)
     seconds = {
         "framing": framed - start,
         "network": seen - framed,
@@ -193,6 +145,31 @@ def _predict_file(
     }
     write_json(note, content)  # the last: it says that the others are whole
     return Outcome(_line(job, content), photo.warnings)
+
+
+def _files(folder: Path, config: PredictConfig) -> list[Path]:
+    """Return the files that are written beside the record."""
+    names = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
+    names += ["mesh.obj", "mesh.mtl"] if config.obj else []
+    names += ["preview.png"] if config.preview else []
+    return [_place(folder, rank) / name for rank in range(config.top_k) for name in names]
+
+
+def _place(folder: Path, rank: int) -> Path:
+    """Return where the files of a candidate go."""
+    return folder if rank == 0 else folder / f"candidate-{rank + 1}"
+
+
+def _clear(folder: Path, wanted: Sequence[Path]) -> None:
+    """Remove what other settings left, the record first: it says that the rest is whole."""
+    names = {file.name for file in _files(folder, PredictConfig(obj=True))}
+    (folder / "prediction.json").unlink(missing_ok=True)
+    for place in (folder, *filter(Path.is_dir, folder.glob("candidate-*"))):
+        for name in names:
+            if place / name not in wanted:
+                (place / name).unlink(missing_ok=True)
+        if place != folder and not any(place.iterdir()):
+            place.rmdir()
 
 
 def _write(

@@ -10,17 +10,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from filelock import FileLock
 from PIL import Image
 
 from ffd_lightning.config import MeshColors, PredictConfig
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.part_labels import PART_COLORS
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.loading import open_run
 from ffd_lightning.inference import run as predict_run
+from ffd_lightning.inference.jobs import find_jobs
 from ffd_lightning.inference.pieces import pieces
 from ffd_lightning.inference.predictor import Predictor
-from ffd_lightning.inference.run import find_jobs, predict_files
+from ffd_lightning.inference.run import predict_files
 
 ROOT = Path(__file__).parents[2]
 FILES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply", "prediction.json", "preview.png")
@@ -206,12 +208,29 @@ def test_images_of_one_name_do_not_share_a_folder(tmp_path):
     assert folders == ["a.png", "a.png-2", "a.png-3"]
 
 
+def test_no_name_leads_out_of_the_folder(tmp_path):
+    for name in ("...png", "..png", ".png"):
+        (job,) = find_jobs(f"{tmp_path}/{name}", None, Path("o"))
+        assert job.folder == Path("o") / name
+
+
+def test_names_that_cannot_be_looked_at(tmp_path):
+    with pytest.raises(ConfigError, match=r"xxx\.\.\. cannot be looked at: File name too long"):
+        find_jobs(f"{tmp_path}/{'x' * 300}.png", None, Path("o"))
+
+
 def test_masks_go_by_name(tmp_path):
     (tmp_path / "masks").mkdir()
     (tmp_path / "masks" / "a.bmp").touch()
     (job,) = find_jobs("a.png", str(tmp_path / "masks"), Path("o"))
     assert job.mask == tmp_path / "masks" / "a.bmp"
-    with pytest.raises(ConfigError, match=r"no mask named b\.\*"):
+    (tmp_path / "masks" / "c.png").touch()
+    (tmp_path / "masks" / "c.bmp").touch()
+    with pytest.raises(ConfigError, match=r"2 masks named c\.\*"):
+        find_jobs("c.png", str(tmp_path / "masks"), Path("o"))
+    with pytest.raises(ConfigError, match="the photograph itself"):
+        find_jobs(str(tmp_path / "masks" / "a.bmp"), str(tmp_path / "masks"), Path("o"))
+    with pytest.raises(ConfigError, match=r"no masks named b\.\*"):
         find_jobs(["a.png", "b.png"], str(tmp_path / "masks"), Path("o"))
     with pytest.raises(ConfigError, match="folder of masks"):
         find_jobs(["a.png", "b.png"], "mask.png", Path("o"))
@@ -243,10 +262,51 @@ def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
     (folder / "prediction.json").unlink()  # as a kill leaves it
     assert [o.known for o in predict_files(config)] == [False, True, True]
     assert not any(o.known for o in predict_files(replace(config, points=301)))
+    (folder / "mesh.glb").unlink()
+    again = predict_files(replace(config, points=301))
+    assert [o.known for o in again] == [False, True, True]
     again = predict_files(replace(config, points=301, restart=True))
     assert not any(o.known for o in again)
     monkeypatch.setattr(predict_run, "FORMAT_VERSION", -1)
     assert not any(o.known for o in predict_files(replace(config, points=301)))
+
+
+def test_nothing_of_other_settings_is_left(config, photos):
+    photo = sorted(photos.iterdir())[0]
+    config = replace(config, image=str(photo), preview=False)
+    predict_files(replace(config, top_k=3, obj=True, preview=True))
+    folder = Path(config.out) / photo.stem
+    (folder / "mine.txt").touch()
+    predict_files(replace(config, top_k=2))
+    kept = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
+    four = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
+    second = [f"candidate-2/{name}" for name in four]
+    assert kept == {*four, *second, "prediction.json", "mine.txt"}
+    assert not (folder / "candidate-3").exists()
+
+
+def test_a_failure_does_not_leave_an_old_record_beside_new_files(config, photos, monkeypatch):
+    photo = sorted(photos.iterdir())[0]
+    config = replace(config, image=str(photo), preview=False)
+    predict_files(config)
+    monkeypatch.setattr(predict_run, "write_cloud", fail)
+    (outcome,) = predict_files(replace(config, points=7))
+    assert "no space" in outcome.error
+    monkeypatch.undo()
+    assert [o.known for o in predict_files(config)] == [False]
+
+
+def fail(*_):
+    raise DataError("no space")
+
+
+def test_one_command_at_a_time_writes_to_a_folder(config, photos):
+    Path(config.out).mkdir()
+    with (
+        FileLock(Path(config.out) / ".lock"),
+        pytest.raises(ConfigError, match="another process writes to"),
+    ):
+        predict_files(replace(config, image=str(photos)))
 
 
 def test_the_number_of_workers_changes_nothing(config, photos, tmp_path):
@@ -263,15 +323,19 @@ def test_the_number_of_workers_changes_nothing(config, photos, tmp_path):
     ("change", "message"),
     [
         ({"top_k": 5}, "top_k=5: the run has 4 templates"),
-        ({"top_k": 0}, "must each be 1 or more"),
-        ({"points": 0}, "must each be 1 or more"),
+        ({"top_k": 0}, "top_k=0 must be 1 or more"),
+        ({"points": 0}, "points=0 must be 1 or more"),
+        ({"workers": -1}, "workers=-1 must be 0 or more"),
+        ({"seed": -1}, "seed=-1 must be 0 or more"),
+        ({"mask": ""}, "mask= is empty"),
+        ({"image": ""}, "image= is empty"),
         ({"run": "/nowhere"}, "there is no run /nowhere"),
         ({"device": "abacus"}, "device=abacus cannot be used"),
     ],
 )
 def test_settings_that_cannot_work(config, photos, change, message):
     with pytest.raises(ConfigError, match=message):
-        predict_files(replace(config, image=str(photos), **change))
+        predict_files(replace(config, **{"image": str(photos), **change}))
 
 
 # --- the command ----------------------------------------------------------------------------------
@@ -298,6 +362,27 @@ def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):
     assert "Traceback" not in done.stderr
     assert len(list((tmp_path / "out").glob("*/prediction.json"))) == 2
     assert not [p for p in ROOT.iterdir() if p.name in ("outputs", "multirun", "predictions")]
+
+
+def test_names_that_mean_something_to_hydra(checkpoint, photos, tmp_path):
+    photo = sorted(photos.iterdir())[0]
+    for name in ("a (1), b=c.png", 'Bob\'s "best" [1].png', "\u00fc {x}; &.png"):
+        (tmp_path / name).write_bytes(photo.read_bytes())
+        done = subprocess.run(
+            [
+                sys.executable,
+                str(ROOT / "predict.py"),
+                f"run={checkpoint}",
+                f"image={name}",
+                f"out=out of {name}",
+                "preview=false",
+            ],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / f"out of {name}" / Path(name).stem / "mesh.glb").is_file()
 
 
 def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, tmp_path):
