@@ -82,3 +82,25 @@ def prepared(data_root):
     return Preparation(
         ProceduralSource(24), "table", 256, render, data_root, workers=2, progress=False
     ).run()
+
+
+@pytest.fixture(scope="session")
+def tiny_run(tiny_config, tmp_path_factory):
+    """A run of a few steps: its folder."""
+    from ffd_lightning.run_folder import RunFolder
+    from ffd_lightning.training.run import train
+
+    run = RunFolder(tmp_path_factory.mktemp("runs") / "run")
+    train(tiny_config("regime=r", "templates=t4"), run)
+    return run
+
+
+@pytest.fixture(scope="session")
+def checkpoint(tiny_run, tmp_path_factory):
+    """The run's checkpoint, alone in a folder, with deformations large enough to be seen."""
+    content = torch.load(tiny_run.checkpoint, weights_only=True)
+    bias = content["state_dict"]["network.heads.offsets.bias"]
+    bias.copy_(0.05 * torch.randn(bias.shape, generator=torch.Generator().manual_seed(0)))
+    path = tmp_path_factory.mktemp("given") / "model.ckpt"
+    torch.save(content, path)
+    return path

@@ -218,7 +218,7 @@ def _checkpoint_step(run: RunFolder) -> int:
     if not run.checkpoint.exists():
         return 0
     try:
-        checkpoint = torch.load(run.checkpoint, map_location="cpu", weights_only=False)
+        checkpoint = torch.load(run.checkpoint, map_location="cpu", weights_only=True)
         return int(checkpoint["global_step"])
     except (OSError, RuntimeError, EOFError, KeyError, pickle.PickleError, zipfile.BadZipFile):
         raise DataError(

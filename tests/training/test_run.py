@@ -97,7 +97,7 @@ def test_a_run_knows_its_data_wherever_it_is_opened_from(tiny_config, tmp_path, 
 def test_the_last_checkpoint_is_the_evaluated_one_and_evaluation_resumes(tiny_config, tmp_path):
     run, config = RunFolder(tmp_path), tiny_config("schedule.checkpoint_every=3")
     train(config, run)
-    assert torch.load(run.checkpoint, weights_only=False)["global_step"] == 8
+    assert torch.load(run.checkpoint, weights_only=True)["global_step"] == 8
     before = samples(run)
     run.set_status("running")  # as a kill during the evaluation leaves it
     (run.evaluation("paper") / "samples.csv").unlink()
@@ -209,7 +209,7 @@ def test_kill_9_and_the_same_command_give_the_same_metrics(
     deadline = time.monotonic() + 120
     while process.poll() is None and time.monotonic() < deadline:
         runs = [r for r in find_runs(tmp_path) if r.checkpoint.exists()]
-        if runs and torch.load(runs[0].checkpoint, weights_only=False)["global_step"] >= kill_at:
+        if runs and torch.load(runs[0].checkpoint, weights_only=True)["global_step"] >= kill_at:
             os.killpg(process.pid, signal.SIGKILL)
         time.sleep(0.01)
     process.communicate()
