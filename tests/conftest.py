@@ -86,12 +86,15 @@ def prepared(data_root):
 
 @pytest.fixture(scope="session")
 def tiny_run(tiny_config, tmp_path_factory):
-    """A run of a few steps: its folder."""
+    """A run of a few steps, whose network tells images apart: its folder.
+
+    After so few steps moving averages would be of the first weights and features vanish.
+    """
     from ffd_lightning.run_folder import RunFolder
     from ffd_lightning.training.run import train
 
     run = RunFolder(tmp_path_factory.mktemp("runs") / "run")
-    train(tiny_config("regime=r", "templates=t4"), run)
+    train(tiny_config("regime=r", "templates=t4", "network.batch_norm_momentum=1"), run)
     return run
 
 

@@ -394,7 +394,8 @@ BAD: dict[str, tuple[str, str | bytes, str]] = {
     "text as off": ("off", "It was a dark night.\n", "m.off"),
     "text as stl": ("stl", "It was a dark night.\n", "m.stl"),
     "noise": ("glb", bytes(range(256)) * 40, "m.glb"),
-    "noise stl": ("stl", bytes(range(256)) * 40, "not of this format"),
+    # Which of both depends on whether a library that guesses encodings is installed.
+    "noise stl": ("stl", bytes(range(256)) * 40, "not of this format|no faces"),
     "image": ("obj", b"\x89PNG\r\n\x1a\n" + bytes(200), "m.obj"),
     "wrong extension": ("off", TRIANGLE + "f 1 2 3\n", "m.off"),
     "all NaN": ("obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no face with a finite area"),

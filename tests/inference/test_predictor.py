@@ -110,6 +110,7 @@ def test_a_batch_is_its_images(predictor, image, reconstruction):
     batch = predictor.predict_batch([other, image])
     np.testing.assert_allclose(batch[1].offsets, reconstruction.offsets, atol=1e-5)
     np.testing.assert_allclose(batch[0].weights, predictor.predict(other).weights, atol=1e-5)
+    assert np.abs(batch[0].weights - batch[1].weights).max() > 1e-3, "images are told apart"
     assert predictor.predict_batch([]) == []
 
 
