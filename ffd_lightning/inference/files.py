@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+import torch
 import trimesh
 from numpy.typing import NDArray
 from PIL import Image
@@ -30,6 +31,7 @@ _PALETTE = 64  # colours of one mesh
 _BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
 _BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
 _PREVIEW_POINTS = 4096
+_PREVIEW_EDGE = 0.05  # longest edges of what is drawn
 
 
 class MeshWriter:
@@ -180,9 +182,20 @@ def preview(reconstruction: Reconstruction, view: RenderConfig) -> NDArray[np.ui
     Returns:
         RGB image, (H, W, 3) uint8.
     """
-    surface = reconstruction.surface
+    # Fewer faces draw as well at this size, in a fraction of the time.
+    bank, index = reconstruction.bank, reconstruction.index
+    light = TemplateBank(
+        bank.ids[index : index + 1],
+        bank.families[index : index + 1],
+        bank.points[index : index + 1].numpy(),
+        bank.meshes[index : index + 1],
+        part_names=bank.part_names,
+        degrees=bank.degrees,
+        max_edge=max(bank.max_edge, _PREVIEW_EDGE),
+    )
+    surface = light.deformed_mesh(0, torch.from_numpy(reconstruction.offsets[index]))
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
-    cloud = cloud_mesh(points, colors=surface.face_colors[faces])
+    cloud = cloud_mesh(points, colors=reconstruction.surface.face_colors[faces])
 
     def draw(mesh: Mesh) -> NDArray[np.uint8]:
         return render(
@@ -197,7 +210,7 @@ def preview(reconstruction: Reconstruction, view: RenderConfig) -> NDArray[np.ui
     cells = {
         "what the network saw": reconstruction.photo.image,
         f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": draw(
-            reconstruction.bank.meshes[reconstruction.index]
+            bank.meshes[index]
         ),
         "deformed cloud": draw(cloud),
         "deformed mesh": draw(surface),
