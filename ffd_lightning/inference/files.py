@@ -31,7 +31,7 @@ _PALETTE = 64  # colours of one mesh
 _BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
 _BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
 _PREVIEW_POINTS = 4096
-_PREVIEW_EDGE = 0.05  # longest edges of what is drawn
+_PREVIEW_EDGE = 0.03  # longest edges of what is drawn
 
 
 class MeshWriter:
