@@ -51,6 +51,18 @@ def cloud_mesh(
     return Mesh(vertices, faces, np.repeat(colors, len(_OCTAHEDRON_FACES), axis=0))
 
 
+def render_from(view: RenderConfig, mesh: Mesh) -> NDArray[np.uint8]:
+    """Render a mesh from where an input's first image was taken, (height, width, 4) uint8."""
+    return render(
+        mesh,
+        height=view.height,
+        width=view.width,
+        elevation=view.elevation,
+        azimuth=view.azimuths[0],
+        samples=2,
+    )
+
+
 @torch.no_grad()
 def reconstruction_figure(
     network: TemplateFfdNetwork,
@@ -78,16 +90,6 @@ def reconstruction_figure(
     prediction = network(images)
     selected = prediction.template_index.tolist()
 
-    def draw(mesh: Mesh) -> NDArray[np.uint8]:
-        return render(
-            mesh,
-            height=view.height,
-            width=view.width,
-            elevation=view.elevation,
-            azimuth=view.azimuths[0],
-            samples=2,
-        )
-
     cells: list[NDArray[np.uint8]] = []
     labels: list[str] = []
     for k, (row, t) in enumerate(zip(rows, selected, strict=True)):
@@ -95,10 +97,10 @@ def reconstruction_figure(
         cloud = deform(bank.deformation_matrix[t, :_CLOUD_POINTS], bank.control_points[t], offsets)
         cells += [
             inputs[k],
-            draw(bank.meshes[t]),
-            draw(cloud_mesh(cloud.numpy())),
-            draw(bank.deformed_mesh(t, offsets)),
-            draw(prepared.mesh(row)),
+            render_from(view, bank.meshes[t]),
+            render_from(view, cloud_mesh(cloud.numpy())),
+            render_from(view, bank.deformed_mesh(t, offsets)),
+            render_from(view, prepared.mesh(row)),
         ]
         weight = float(prediction.template_weights[k, t])
         labels += [

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -19,10 +20,10 @@ from trimesh.visual.material import PBRMaterial
 from ffd_lightning.config import MeshColors, RenderConfig
 from ffd_lightning.data.mesh import Mesh
 from ffd_lightning.data.part_labels import part_colors
-from ffd_lightning.data.rendering import contact_sheet, render
+from ffd_lightning.data.rendering import contact_sheet
 from ffd_lightning.data.templates import TemplateBank
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.figures import cloud_mesh
+from ffd_lightning.evaluation.figures import cloud_mesh, render_from
 from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.inference.pieces import Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
@@ -197,27 +198,17 @@ def preview(reconstruction: Reconstruction, view: RenderConfig) -> NDArray[np.ui
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
     cloud = cloud_mesh(points, colors=reconstruction.surface.face_colors[faces])
 
-    def draw(mesh: Mesh) -> NDArray[np.uint8]:
-        return render(
-            mesh,
-            height=view.height,
-            width=view.width,
-            elevation=view.elevation,
-            azimuth=view.azimuths[0],
-            samples=2,
-        )
-
     cells = {
         "what the network saw": reconstruction.photo.image,
-        f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": draw(
-            bank.meshes[index]
+        f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": render_from(
+            view, bank.meshes[index]
         ),
-        "deformed cloud": draw(cloud),
-        "deformed mesh": draw(surface),
+        "deformed cloud": render_from(view, cloud),
+        "deformed mesh": render_from(view, surface),
     }
     if surface.face_parts is not None:
         parts = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
-        cells["parts"] = draw(parts)
+        cells["parts"] = render_from(view, parts)
     return contact_sheet(list(cells.values()), len(cells), list(cells))
 
 
@@ -250,7 +241,9 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
 def write_preview(reconstruction: Reconstruction, path: Path, view: RenderConfig) -> None:
     """Write `preview` as PNG."""
     image = Image.fromarray(preview(reconstruction, view))
-    write_file(path, lambda file: image.save(file, "PNG"))
+    buffer = io.BytesIO()
+    image.save(buffer, "PNG")
+    write_file(path, buffer.getvalue())
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
@@ -258,12 +251,8 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
     write_file(path, (json.dumps(content, indent=2) + "\n").encode())
 
 
-def write_file(path: Path, content: bytes | Callable[[Path], None]) -> None:
+def write_file(path: Path, content: bytes) -> None:
     """Write a file so that a kill never leaves half of it.
-
-    Args:
-        path: of the file.
-        content: its bytes, or what writes them to a path.
 
     Raises:
         DataError: it cannot be written.
@@ -272,10 +261,7 @@ def write_file(path: Path, content: bytes | Callable[[Path], None]) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
-            if isinstance(content, bytes):
-                temporary.write_bytes(content)
-            else:
-                content(temporary)
+            temporary.write_bytes(content)
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
