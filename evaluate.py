@@ -5,8 +5,8 @@ import sys
 import hydra
 from omegaconf import DictConfig
 
-from ffd_lightning.cli import quote_paths, register, run_app
-from ffd_lightning.config import EvaluateConfig
+from ffd_lightning.app.cli import quote_paths, register, run_app
+from ffd_lightning.app.config import EvaluateConfig
 
 register(EvaluateConfig)
 
@@ -14,7 +14,7 @@ register(EvaluateConfig)
 @hydra.main(version_base="1.3", config_path="conf", config_name="evaluate")
 def main(cfg: DictConfig) -> None:
     """Hand the composed configuration to the evaluation."""
-    from ffd_lightning.evaluation.run import evaluate_job
+    from ffd_lightning.app.evaluate import evaluate_job
 
     evaluate_job(cfg)
 

@@ -5,8 +5,8 @@ import sys
 import hydra
 from omegaconf import DictConfig
 
-from ffd_lightning.cli import quote_paths, register, run_app
-from ffd_lightning.config import PredictConfig
+from ffd_lightning.app.cli import quote_paths, register, run_app
+from ffd_lightning.app.config import PredictConfig
 
 register(PredictConfig)
 
@@ -14,7 +14,7 @@ register(PredictConfig)
 @hydra.main(version_base="1.3", config_path="conf", config_name="predict")
 def main(cfg: DictConfig) -> None:
     """Hand the composed configuration to the prediction."""
-    from ffd_lightning.inference.run import predict_job
+    from ffd_lightning.app.predict import predict_job
 
     predict_job(cfg)
 

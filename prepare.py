@@ -3,8 +3,8 @@
 import hydra
 from omegaconf import DictConfig
 
-from ffd_lightning.cli import register, run_app
-from ffd_lightning.config import PrepareConfig
+from ffd_lightning.app.cli import register, run_app
+from ffd_lightning.app.config import PrepareConfig
 
 register(PrepareConfig)
 
@@ -12,7 +12,7 @@ register(PrepareConfig)
 @hydra.main(version_base="1.3", config_path="conf", config_name="prepare")
 def main(cfg: DictConfig) -> None:
     """Hand the composed configuration to the preparation."""
-    from ffd_lightning.data.run import prepare_job
+    from ffd_lightning.app.prepare import prepare_job
 
     prepare_job(cfg)
 

@@ -3,7 +3,7 @@
 import hydra
 from omegaconf import DictConfig
 
-from ffd_lightning.cli import register, run_app
+from ffd_lightning.app.cli import register, run_app
 
 register()
 
@@ -12,7 +12,7 @@ register()
 def main(cfg: DictConfig) -> dict[str, float] | None:
     """Hand the composed configuration to the training run."""
     # Imported here so that --help and a typo are answered before torch is loaded.
-    from ffd_lightning.training.run import train_job
+    from ffd_lightning.app.train import train_job
 
     return train_job(cfg)
 

@@ -16,13 +16,12 @@ from scipy.spatial.distance import cdist
 
 from benchmarks.timing import Row, compete, seconds_of
 from benchmarks.training_step import build
-from ffd_lightning.data.workers import available_cores
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.evaluation.shapes import Cloud, ModelShape, Surface, TemplateShape
-from ffd_lightning.evaluation.threads import in_threads
 from ffd_lightning.geometry.hemisphere import bounding_hemisphere
 from ffd_lightning.geometry.voxels import PAPER_HALF_SIZE, voxelize
 from ffd_lightning.metrics import chamfer, earth_movers_distance
+from ffd_lightning.parallel import available_cores, in_threads
 
 _SECTION = "evaluation"
 

@@ -15,11 +15,11 @@ import numpy as np
 import trimesh
 
 from benchmarks.timing import Row
-from ffd_lightning.config import RenderConfig
-from ffd_lightning.data.preparation import Preparation
+from ffd_lightning.app.config import RenderConfig
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.folder import FolderSource
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.sources.procedural import ProceduralSource
 
 _POINTS = 16384
 _FIRST_STEP = """

@@ -16,14 +16,14 @@ from lightning import Callback, Trainer
 
 from benchmarks.nearest import POINTS, QUERIES, TEMPLATES, clouds
 from benchmarks.timing import Row, seconds_of, synchronize
-from ffd_lightning.config import RenderConfig, Residency, TemplateStrategy, Weighting
+from ffd_lightning.app.config import RenderConfig, Residency, TemplateStrategy, Weighting
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.losses.objective import Objective
-from ffd_lightning.nn.encoder import MobileNetV1
+from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.training.module import FfdModule
 

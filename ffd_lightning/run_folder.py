@@ -2,81 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
-import os
 import time
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from filelock import FileLock, Timeout
-from omegaconf import OmegaConf
 
-from ffd_lightning.config import TrainConfig
-from ffd_lightning.errors import ConfigError, DataError
-
-# What may differ between the two halves of a resumed run: where it runs, not what it computes.
-_MACHINE_KEYS = frozenset(
-    (
-        "trainer",
-        "preparation",
-        "paths",
-        "logger",
-        "callbacks",
-        "evaluation",
-        "restart",
-        "name",
-        "data.residency",
-    )
-)
-
-
-_GLANCE = 1.0  # seconds; whoever only looks (`RunFolder.at_work`) has a lock for less
-
-
-def write_atomic(path: Path, text: str) -> None:
-    """Write a small text file so that a reader, or a kill, never sees half of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    with temporary.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    temporary.replace(path)
-
-
-def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write rows, at least one and all of the same columns, as `write_atomic` does."""
-    buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, fieldnames=list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    write_atomic(path, buffer.getvalue())
-
-
-def lock_folder(folder: Path, taken: str) -> FileLock:
-    """Take a folder for this process (a context manager); freed however the process ends.
-
-    Args:
-        folder: made where it is missing.
-        taken: what to say when another process has it.
-
-    Raises:
-        ConfigError: another process has it.
-        DataError: the folder cannot be written.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / ".lock")
-        lock.acquire(timeout=_GLANCE)
-    except Timeout:
-        raise ConfigError(taken) from None
-    except OSError as error:
-        raise DataError(f"cannot write the folder {folder}: {error}") from None
-    return lock
+from ffd_lightning.files import lock_folder, write_atomic
 
 
 def _read_json(file: Path) -> dict[str, Any]:
@@ -160,45 +94,3 @@ class RunFolder:
             f"another process is training {self.path}: wait for it, or choose another run with "
             "name=...",
         )
-
-
-def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
-    """Write `config.yaml`, or make sure that the one there is of the same run.
-
-    Raises:
-        ConfigError: the folder holds a run with other settings; the message lists them.
-    """
-    content = OmegaConf.to_yaml(OmegaConf.structured(cfg))
-    if run.config.exists() and not cfg.restart:
-        try:
-            earlier = OmegaConf.load(run.config)
-        except Exception as error:
-            raise ConfigError(
-                f"{run.config} is damaged ({error}): remove it or add restart=true"
-            ) from None
-        differences = _differences(earlier, OmegaConf.create(content))
-        if differences:
-            raise ConfigError(
-                f"{run.path} holds a run with other settings: {'; '.join(differences)}. Choose "
-                "another run with name=..., or add restart=true to discard what is there"
-            )
-    if cfg.restart:
-        run.checkpoint.unlink(missing_ok=True)
-        (run.path / "status.json").unlink(missing_ok=True)
-        (run.path / "progress.json").unlink(missing_ok=True)
-        for events in (run.path / "tensorboard").glob("events.*"):
-            events.unlink()
-    write_atomic(run.config, content)
-
-
-def _differences(earlier: Any, now: Any, prefix: str = "") -> list[str]:
-    result = []
-    for key in sorted(set(earlier) | set(now)):
-        if f"{prefix}{key}" in _MACHINE_KEYS:
-            continue
-        a, b = earlier.get(key), now.get(key)
-        if OmegaConf.is_dict(a) and OmegaConf.is_dict(b):
-            result += _differences(a, b, f"{prefix}{key}.")
-        elif a != b:
-            result.append(f"{prefix}{key} was {a}, now {b}")
-    return result

@@ -11,10 +11,10 @@ import pytest
 import torch
 from hydra import compose, initialize_config_dir
 
-from ffd_lightning.cli import register
-from ffd_lightning.config import RenderConfig, TrainConfig, typed_config
-from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.app.cli import register
+from ffd_lightning.app.config import RenderConfig, TrainConfig, typed_config
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.sources.procedural import ProceduralSource
 
 ROOT = Path(__file__).parents[1]
 TINY = (
@@ -90,8 +90,8 @@ def tiny_run(tiny_config, tmp_path_factory):
 
     After so few steps moving averages would be of the first weights and features vanish.
     """
+    from ffd_lightning.app.train import train
     from ffd_lightning.run_folder import RunFolder
-    from ffd_lightning.training.run import train
 
     run = RunFolder(tmp_path_factory.mktemp("runs") / "run")
     train(tiny_config("regime=r", "templates=t4", "network.batch_norm_momentum=1"), run)

@@ -10,20 +10,24 @@ import ffd_lightning
 ROOT = Path(ffd_lightning.__file__).parent
 RANK = {
     "errors": 0,
-    "cli": 0,
-    "checks": 0,
-    "config": 0,
+    "files": 0,
+    "parallel": 0,
+    "progress": 0,
     "run_folder": 0,
+    "registry": 0,
     "geometry": 0,
+    "shapes": 1,
+    "imaging": 1,
     "losses": 1,
+    "nn": 1,
     "metrics": 1,
-    "data": 1,
-    "nn": 2,
+    "data": 2,
+    "checkpoint": 3,
     "evaluation": 3,
-    "inference": 4,
     "training": 4,
+    "inference": 4,
     "analysis": 5,
-    "studies": 6,
+    "app": 6,
 }
 FILES = sorted(ROOT.rglob("*.py"))
 
@@ -67,7 +71,7 @@ def test_frameworks_stay_where_they_belong(path):
 
 def test_workers_of_the_preparation_do_not_load_torch():
     """Each worker process imports these; torch alone would cost it seconds and 200 MB."""
-    seen, queue = set(), ["ffd_lightning.data.preparation"]
+    seen, queue = set(), ["ffd_lightning.data.preparation.preparation"]
     while queue:
         name = queue.pop()
         if name in seen:

@@ -11,7 +11,7 @@ import pandas as pd
 
 from ffd_lightning.analysis.paired import LEVEL, Comparison, holm, resampled_means
 from ffd_lightning.analysis.tables import number
-from ffd_lightning.config import ProtocolKind
+from ffd_lightning.app.config import ProtocolKind
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure
 from ffd_lightning.evaluation.references import SHAPES

@@ -12,21 +12,21 @@ import pandas as pd
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.analysis.report_page.meshes import (
+from ffd_lightning.analysis.report.meshes import (
     MAX_BYTES,
     PackedMesh,
     light_template,
     lighten,
     pack,
 )
-from ffd_lightning.config import TrainConfig
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.open_run import build_data, read_config
+from ffd_lightning.checkpoint import build_network, load_weights
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.rendering import render
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.checkpoint import build_network, load_weights
-from ffd_lightning.evaluation.loading import build_data, read_config
 from ffd_lightning.evaluation.protocols import Measure
 from ffd_lightning.evaluation.samples import Sample, predict
+from ffd_lightning.imaging.rendering import render
 from ffd_lightning.run_folder import RunFolder
 
 _COLORS = 128  # of a picture's palette: a third of the bytes, and no difference to the eye

@@ -11,7 +11,7 @@ import pandas as pd
 
 from ffd_lightning.analysis.compare import REGIMES, aggregate_seeds, require_columns
 from ffd_lightning.analysis.runs import load_settings
-from ffd_lightning.config import ProtocolKind
+from ffd_lightning.app.config import ProtocolKind
 from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS

@@ -10,12 +10,12 @@ import numpy as np
 import pandas as pd
 
 from ffd_lightning.analysis.compare import check_seeds, measure_of, require_columns
-from ffd_lightning.config import ProtocolKind
-from ffd_lightning.data.joined import JoinedSet
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.run import build_preparations
+from ffd_lightning.app.config import ProtocolKind
+from ffd_lightning.app.open_run import read_config
+from ffd_lightning.app.prepare import build_preparations
+from ffd_lightning.data.preparation.joined import JoinedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.loading import read_config
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.metrics.selection import (
     adjusted_rand,

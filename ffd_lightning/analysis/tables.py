@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 from rich.table import Table
 
-from ffd_lightning.config import ProtocolKind
+from ffd_lightning.app.config import ProtocolKind
 from ffd_lightning.evaluation.protocols import PROTOCOLS, EvaluationProtocol
 
 _OTHERS = {

@@ -16,13 +16,13 @@ from jaxtyping import Float, Int, UInt8
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.config import Residency
-from ffd_lightning.data.packing import POINT_STEP
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.templates import TemplateBank
-from ffd_lightning.data.workers import available_cores
+from ffd_lightning.app.config import Residency
+from ffd_lightning.data.preparation.packing import POINT_STEP
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.parallel import available_cores
 
 _BLOCK = 256  # models
 

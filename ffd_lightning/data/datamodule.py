@@ -18,13 +18,13 @@ from lightning import LightningDataModule
 from numpy.typing import NDArray
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from ffd_lightning.config import Residency, SplitKind, TemplateStrategy
+from ffd_lightning.app.config import Residency, SplitKind, TemplateStrategy
 from ffd_lightning.data.batches import Batch, Draw, ModelStore, choose_residency, resident_bytes
-from ffd_lightning.data.joined import JoinedSet
-from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.preparation.joined import JoinedSet
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.splits import Split, hash_parts, listed_parts, make_split, r2n2_parts
-from ffd_lightning.data.templates import TemplateBank, choose_templates
+from ffd_lightning.data.templates.bank import TemplateBank, choose_templates
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.lattice import Degrees
 

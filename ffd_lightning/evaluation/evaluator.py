@@ -13,10 +13,9 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.progress import ModelProgress
-from ffd_lightning.data.templates import TemplateBank
-from ffd_lightning.evaluation.part_protocol import check_labels, labelled_rows
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.evaluation.part_transfer import check_labels, labelled_rows
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.references import SHAPES, ShapeRetrieval, medoid, nearest_by_feature
 from ffd_lightning.evaluation.samples import (
@@ -29,10 +28,11 @@ from ffd_lightning.evaluation.samples import (
     score_sample,
 )
 from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
-from ffd_lightning.evaluation.threads import in_threads
+from ffd_lightning.files import lock_folder, write_atomic, write_csv
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import TemplateFfdNetwork
-from ffd_lightning.run_folder import lock_folder, write_atomic, write_csv
+from ffd_lightning.parallel import in_threads
+from ffd_lightning.progress import ModelProgress
 
 FORMAT_VERSION = 3
 """Goes up when the same weights and settings give other numbers or files."""

@@ -9,13 +9,13 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
 
-from ffd_lightning.config import RenderConfig
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.rendering import contact_sheet, render
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.app.config import RenderConfig
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.lattice import Degrees
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import contact_sheet, render
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 if TYPE_CHECKING:  # Matplotlib takes longer to load than a picture without it takes to draw.

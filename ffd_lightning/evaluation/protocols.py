@@ -8,9 +8,9 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.config import ProtocolKind
+from ffd_lightning.app.config import ProtocolKind
 from ffd_lightning.data.sources.base import PartCloud
-from ffd_lightning.evaluation.part_protocol import (
+from ffd_lightning.evaluation.part_transfer import (
     known_points,
     part_of_points,
     part_scores,

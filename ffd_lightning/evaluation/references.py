@@ -9,8 +9,8 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.losses.chamfer import chamfer_distance
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.geometry.chamfer import chamfer_distance
 
 SHAPES = {
     "": "the model: selected template, deformed",

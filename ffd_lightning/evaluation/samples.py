@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn.functional import normalize
 
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.progress import ModelProgress
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
-from ffd_lightning.evaluation.threads import in_threads
+from ffd_lightning.files import write_atomic
+from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.losses.chamfer import chamfer_distance
 from ffd_lightning.nn.network import TemplateFfdNetwork, standardize
-from ffd_lightning.run_folder import write_atomic
+from ffd_lightning.parallel import in_threads
+from ffd_lightning.progress import ModelProgress
 
 Row = dict[str, Any]
 _POINTS = 1024  # of each cloud, for choosing the best template knowing the truth

@@ -11,11 +11,11 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.data.joined import JoinedSet
-from ffd_lightning.data.packing import UNKNOWN_PART
-from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.preparation.joined import JoinedSet
+from ffd_lightning.data.preparation.packing import UNKNOWN_PART
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.base import PartCloud
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.jacobian import deformation_jacobian
 from ffd_lightning.metrics.mesh_quality import mesh_quality

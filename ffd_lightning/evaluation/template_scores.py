@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.batches import Batch
+from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.losses.chamfer import chamfer_distance
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import FfdPrediction
 

@@ -62,11 +62,11 @@ import numpy as np
 import torch
 from torch import Tensor, nn
 
-from ffd_lightning.cli import run_app
-from ffd_lightning.data.rendering import render
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.app.cli import run_app
+from ffd_lightning.checkpoint import TrainedModel, load_model
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.checkpoint import TrainedModel, load_model
+from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.files import write_file
 from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork

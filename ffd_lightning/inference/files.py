@@ -17,14 +17,14 @@ from PIL import Image
 from trimesh.exchange.obj import export_obj
 from trimesh.visual.material import PBRMaterial
 
-from ffd_lightning.config import MeshColors, RenderConfig
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.part_labels import part_colors
-from ffd_lightning.data.rendering import contact_sheet
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.app.config import MeshColors, RenderConfig
+from ffd_lightning.data.preparation.part_labels import part_colors
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import cloud_mesh, render_from
 from ffd_lightning.geometry.lattice import Lattice
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import contact_sheet
 from ffd_lightning.inference.pieces import Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.config import MeshColors
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.part_labels import part_colors
+from ffd_lightning.app.config import MeshColors
+from ffd_lightning.data.preparation.part_labels import part_colors
+from ffd_lightning.geometry.mesh import Mesh
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import torch
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.config import Background
+from ffd_lightning.app.config import Background
+from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.checkpoint import TrainedModel, load_model
-from ffd_lightning.inference.photo import FramedPhoto, frame_photo, read_photo
+from ffd_lightning.imaging.framing import FramedPhoto, frame_photo, read_photo
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.run_folder import RunFolder
 

@@ -10,10 +10,10 @@ import torch
 import trimesh
 from numpy.typing import NDArray
 
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.sampling import sample_surface
-from ffd_lightning.inference.photo import FramedPhoto
+from ffd_lightning.imaging.framing import FramedPhoto
 
 
 @dataclass(frozen=True, eq=False)  # arrays have no one answer to ==

@@ -9,10 +9,10 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.config import Weighting
+from ffd_lightning.app.config import Weighting
+from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample, deform
 from ffd_lightning.losses.annealing import exponential_annealing
-from ffd_lightning.losses.chamfer import chamfer_distance
 from ffd_lightning.losses.regularizers import negative_entropy, offset_penalty
 from ffd_lightning.losses.weighting import weight_function
 

@@ -6,7 +6,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.config import Weighting
+from ffd_lightning.app.config import Weighting
 
 
 def weight_function(weights: Float[Tensor, "*shape"], kind: Weighting) -> Float[Tensor, "*shape"]:

@@ -11,12 +11,12 @@ import torch
 from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
 
-from ffd_lightning.config import EncoderKind
+from ffd_lightning.app.config import EncoderKind
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.nn.encoder import ImageEncoder, MobileNetV1
+from ffd_lightning.nn.encoders.keras_weights import load_keras_weights
+from ffd_lightning.nn.encoders.mobilenet import ImageEncoder, MobileNetV1
+from ffd_lightning.nn.encoders.timm_encoder import TimmEncoder
 from ffd_lightning.nn.heads import TemplateHeads
-from ffd_lightning.nn.keras_weights import load_keras_weights
-from ffd_lightning.nn.timm_encoder import TimmEncoder
 
 log = logging.getLogger(__name__)
 

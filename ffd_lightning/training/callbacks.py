@@ -18,11 +18,11 @@ from lightning import Callback, LightningModule, Trainer
 from lightning.pytorch.callbacks import TQDMProgressBar
 from torch import Tensor
 
-from ffd_lightning.config import RenderConfig
+from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.template_scores import TemplateScores
 from ffd_lightning.geometry.deformation import deform

@@ -10,7 +10,7 @@ from lightning import LightningModule
 from lightning.pytorch.utilities.types import OptimizerConfig, OptimizerLRSchedulerConfig
 from torch import Tensor
 
-from ffd_lightning.config import LearningRateDecay
+from ffd_lightning.app.config import LearningRateDecay
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.evaluation.template_scores import TemplateScores, score_templates
 from ffd_lightning.losses.objective import Objective

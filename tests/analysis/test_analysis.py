@@ -9,10 +9,10 @@ from omegaconf import OmegaConf
 from rich.console import Console
 
 from ffd_lightning.analysis import status
-from ffd_lightning.analysis.run import SummaryTable
 from ffd_lightning.analysis.runs import find_runs, load_runs, load_samples, load_settings
 from ffd_lightning.analysis.status import status_table
 from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.app.sweep_summary import SummaryTable
 from ffd_lightning.errors import DataError
 from ffd_lightning.run_folder import RunFolder
 

@@ -16,11 +16,11 @@ from ffd_lightning.analysis.labels import (
     transfer_table,
 )
 from ffd_lightning.analysis.runs import find_runs, load_samples
-from ffd_lightning.config import EvaluateConfig, ProtocolKind
+from ffd_lightning.app.config import EvaluateConfig, ProtocolKind
+from ffd_lightning.app.evaluate import evaluate_run
+from ffd_lightning.app.open_run import build_data, build_network
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.loading import build_data, build_network
 from ffd_lightning.evaluation.references import SHAPES
-from ffd_lightning.evaluation.run import evaluate_run
 from ffd_lightning.run_folder import RunFolder
 
 

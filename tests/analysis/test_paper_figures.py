@@ -10,8 +10,9 @@ import pytest
 from PIL import Image
 from scipy.spatial import cKDTree
 
-from ffd_lightning.analysis import paper_figures, paper_figures_sheets
-from ffd_lightning.analysis.paper_figures_drawing import (
+from ffd_lightning.analysis.figures import command as paper_figures
+from ffd_lightning.analysis.figures import sheets as paper_figures_sheets
+from ffd_lightning.analysis.figures.drawing import (
     View,
     draw_row,
     fitting_scale,
@@ -22,20 +23,20 @@ from ffd_lightning.analysis.paper_figures_drawing import (
     with_bars,
     with_rims,
 )
-from ffd_lightning.analysis.paper_figures_examples import Choice, Pick, collect, pick_images
-from ffd_lightning.analysis.paper_figures_sheets import (
+from ffd_lightning.analysis.figures.examples import Choice, Pick, collect, pick_images
+from ffd_lightning.analysis.figures.sheets import (
     AGREEMENT,
     DEFORMED,
     TRUTH,
     voxel_agreement,
 )
-from ffd_lightning.config import ProtocolKind
-from ffd_lightning.data.part_labels import part_colors
-from ffd_lightning.data.rendering import render
+from ffd_lightning.app.config import ProtocolKind
+from ffd_lightning.app.train import train
+from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
+from ffd_lightning.imaging.rendering import render
 from ffd_lightning.run_folder import RunFolder
-from ffd_lightning.training.run import train
 
 GREY, RED, GREEN = AGREEMENT.values()
 FRONT = View(elevation=0, azimuth=0, height=96, width=128)

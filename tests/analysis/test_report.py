@@ -20,21 +20,21 @@ import pytest
 from PIL import Image
 from scipy.spatial import cKDTree
 
-from ffd_lightning.analysis import report
 from ffd_lightning.analysis.gallery import ExampleMaker, choose_examples, choose_runs
-from ffd_lightning.analysis.report import write_report
-from ffd_lightning.analysis.report_page import distributions
-from ffd_lightning.analysis.report_page.meshes import lighten, pack, size
+from ffd_lightning.analysis.report import distributions
+from ffd_lightning.analysis.report import write as report
+from ffd_lightning.analysis.report.meshes import lighten, pack, size
+from ffd_lightning.analysis.report.write import write_report
 from ffd_lightning.analysis.runs import load_samples
-from ffd_lightning.config import ProtocolKind
+from ffd_lightning.app.config import ProtocolKind
+from ffd_lightning.app.open_run import build_data
+from ffd_lightning.app.train import train
+from ffd_lightning.checkpoint import build_network, load_weights
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.checkpoint import build_network, load_weights
-from ffd_lightning.evaluation.loading import build_data
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import TemplateShape
 from ffd_lightning.run_folder import RunFolder
-from ffd_lightning.training.run import train
 
 EVIL = "<script>alert('x')</script>&"
 MEASURES = ("chamfer", "emd", "iou")

@@ -6,7 +6,7 @@ import json
 import numpy as np
 
 from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.geometry.sampling import sample_surface
 
 SYNSETS = {"chair": "03001627", "plane": "02691156", "table": "04379243"}

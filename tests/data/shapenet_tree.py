@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.sources.procedural import ProceduralSource
 
 CHAIR = "03001627"
 LAYOUTS = {

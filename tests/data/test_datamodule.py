@@ -7,7 +7,7 @@ import pytest
 import torch
 from box_source import BoxSource, boxes_of
 
-from ffd_lightning.config import RenderConfig, Residency, SplitKind, TemplateStrategy
+from ffd_lightning.app.config import RenderConfig, Residency, SplitKind, TemplateStrategy
 from ffd_lightning.data import batches
 from ffd_lightning.data.batches import Draw, ModelStore
 from ffd_lightning.data.datamodule import (
@@ -17,8 +17,8 @@ from ffd_lightning.data.datamodule import (
     StepSampler,
     TrainingDraws,
 )
-from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 
 BATCH, POINTS, STEPS = 4, 32, 6

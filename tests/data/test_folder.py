@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ffd_lightning.config import Up
-from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.app.config import Up
+from ffd_lightning.data.reading.frame import into_frame, mean_azimuth, turn
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.folder import FolderSource
-from ffd_lightning.data.sources.frame import into_frame, mean_azimuth, turn
-from ffd_lightning.data.sources.mesh_file import read_mesh
 from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.geometry.mesh import Mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 TEXTURED = TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nmtllib m.mtl\nusemtl m\nf 1/1 2/2 3/3\n"

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.config import RenderConfig, TemplateStrategy
+from ffd_lightning.app.config import RenderConfig, TemplateStrategy
 from ffd_lightning.data.batches import ModelStore
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.joined import JoinedSet
-from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.preparation.joined import JoinedSet
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError
 
 

@@ -12,10 +12,10 @@ import pytest
 from PIL import Image
 from whole_files import png
 
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.sources import mesh_file
-from ffd_lightning.data.sources.mesh_file import read_mesh
+from ffd_lightning.data.reading import mesh_file
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.geometry.mesh import Mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 TEXTURED = TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nmtllib m.mtl\nusemtl m\nf 1/1 2/2 3/3\n"

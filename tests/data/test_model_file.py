@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, box_mesh
 
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.model_file import Recipe, is_done, make_model, reject
-from ffd_lightning.data.packing import unpack_mesh
+from ffd_lightning.data.preparation.model_file import Recipe, is_done, make_model, reject
+from ffd_lightning.data.preparation.packing import unpack_mesh
 from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.geometry.mesh import Mesh
 
 
 class MeshSource:

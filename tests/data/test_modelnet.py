@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from shapenet_tree import write_folder
 
-from ffd_lightning.config import RenderConfig, Up
-from ffd_lightning.data.preparation import Preparation
+from ffd_lightning.app.config import RenderConfig, Up
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
-from ffd_lightning.data.sources.mesh_file import read_mesh
 from ffd_lightning.data.sources.modelnet import ModelNetSource
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedModelError
 
 IDS = ["chair_0001", "chair_0002", "chair_0003"]

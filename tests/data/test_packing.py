@@ -5,8 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.packing import (
+from ffd_lightning.data.preparation.packing import (
     POINT_STEP,
     pack_image,
     pack_mesh,
@@ -15,6 +14,7 @@ from ffd_lightning.data.packing import (
     unpack_mesh,
     unpack_points,
 )
+from ffd_lightning.geometry.mesh import Mesh
 
 
 @given(hnp.arrays(np.float64, (7, 3), elements=st.floats(-0.5, 0.5)))

@@ -21,16 +21,21 @@ from parts_tree import (
     write,
 )
 
-from ffd_lightning.config import RenderConfig
-from ffd_lightning.data import part_labels
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.packing import UNKNOWN_PART
-from ffd_lightning.data.part_labels import PART_COLORS, label_faces, label_points, part_colors
-from ffd_lightning.data.preparation import Preparation
+from ffd_lightning.app.config import RenderConfig
+from ffd_lightning.data.preparation import part_labels
+from ffd_lightning.data.preparation.packing import UNKNOWN_PART
+from ffd_lightning.data.preparation.part_labels import (
+    PART_COLORS,
+    label_faces,
+    label_points,
+    part_colors,
+)
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE, PartAnnotations
 from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.sampling import sample_surface
 
 CHAIR = SYNSETS["chair"]

@@ -11,15 +11,15 @@ import pytest
 from PIL import Image
 from shapenet_tree import model_text
 
-from ffd_lightning.config import RenderConfig
-from ffd_lightning.data.pictures import OBJECT_FILL, cut_out, fit_picture
-from ffd_lightning.data.preparation import Preparation
-from ffd_lightning.data.rendering import render
+from ffd_lightning.app.config import RenderConfig
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.pix3d import FLAWS, Pix3dSource
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedModelError
 from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
+from ffd_lightning.imaging.rendering import render
 
 SIZE = {"height": 48, "width": 64}
 chair_text = functools.cache(model_text)

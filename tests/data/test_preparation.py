@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
 
-from ffd_lightning.data.preparation import Preparation, Shard
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.preparation.preparation import Preparation, Shard
+from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 
 ROOT = Path(__file__).parents[2]
@@ -28,7 +28,7 @@ import threading
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from box_source import BoxSource, boxes_of
-from ffd_lightning.data.preparation import Shard
+from ffd_lightning.data.preparation.preparation import Shard
 signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs in a shell's background ignore it
 gate = Path({gate!r}) if {gate!r} else None
 try:
@@ -284,7 +284,7 @@ def test_a_script_without_the_guard_ends_and_says_so(tmp_path):
     script.write_text(
         "from pathlib import Path\n"
         "from box_source import RENDER, BoxSource\n"
-        "from ffd_lightning.data.preparation import Preparation\n"
+        "from ffd_lightning.data.preparation.preparation import Preparation\n"
         "here = Path(__file__).parent\n"
         "Preparation(BoxSource(2, here / 'log'), 'box', 8, RENDER, here).run()\n"
     )

@@ -10,12 +10,12 @@ import pytest
 import trimesh
 from box_source import RENDER, BoxSource, box_mesh, prepare_boxes
 
-from ffd_lightning.data import prepared
-from ffd_lightning.data.packing import POINT_STEP
-from ffd_lightning.data.prepared import PreparedSet, file_digest, manifest_digest
-from ffd_lightning.data.rendering import render
+from ffd_lightning.data.preparation import prepared
+from ffd_lightning.data.preparation.packing import POINT_STEP
+from ffd_lightning.data.preparation.prepared import PreparedSet, file_digest, manifest_digest
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.imaging.rendering import render
 
 
 @pytest.fixture(scope="module")

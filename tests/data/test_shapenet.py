@@ -6,8 +6,8 @@ import pytest
 from PIL import Image
 from shapenet_tree import BAD, CHAIR, bad_models, good_models, png, write_folder, write_zips
 
-from ffd_lightning.config import RenderConfig
-from ffd_lightning.data.preparation import Preparation
+from ffd_lightning.app.config import RenderConfig
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources import shapenet
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.data.sources.shapenet import CategoryFolder, ShapeNetSource

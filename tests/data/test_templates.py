@@ -7,14 +7,14 @@ import pytest
 import torch
 from scipy.spatial import cKDTree
 
-from ffd_lightning.config import TemplateStrategy
-from ffd_lightning.data import templates
+from ffd_lightning.app.config import TemplateStrategy
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.packing import pack_mesh, pack_points
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.templates import TemplateBank, choose_templates
+from ffd_lightning.data.preparation.packing import pack_mesh, pack_points
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates import bank as templates
+from ffd_lightning.data.templates.bank import TemplateBank, choose_templates
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.geometry.mesh import Mesh
 
 MAX_EDGE = 0.08
 

@@ -11,8 +11,8 @@ from pathlib import PurePosixPath
 import numpy as np
 from PIL import Image
 
-from ffd_lightning.data.sources.mesh_file import read_mesh
-from ffd_lightning.data.sources.procedural.source import ProceduralSource
+from ffd_lightning.data.reading.mesh_file import read_mesh
+from ffd_lightning.data.sources.procedural import ProceduralSource
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 import numpy as np
 
-from ffd_lightning.data.rendering import render
 from ffd_lightning.evaluation.figures import cloud_mesh
+from ffd_lightning.imaging.rendering import render
 
 
 def test_a_cloud_becomes_one_octahedron_per_point_at_its_place():

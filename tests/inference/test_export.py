@@ -16,10 +16,10 @@ import pytest
 import torch
 from torch import nn
 
-from ffd_lightning.data.looks import TrainingLooks
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.checkpoint import TrainedModel, build_network, load_model, model_entry
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError, UserError
-from ffd_lightning.evaluation.checkpoint import TrainedModel, build_network, load_model, model_entry
+from ffd_lightning.imaging.appearance import TrainingLooks
 from ffd_lightning.inference import export as exporting
 from ffd_lightning.inference.export import (
     DTYPES,
@@ -30,7 +30,7 @@ from ffd_lightning.inference.export import (
     main,
     pack_templates,
 )
-from ffd_lightning.nn.encoder import ImageEncoder
+from ffd_lightning.nn.encoders.mobilenet import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 EXAMPLE = "\n".join(

@@ -6,13 +6,13 @@ import pytest
 import torch
 from PIL import Image
 
-from ffd_lightning.data.looks import TrainingLooks
-from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.app.open_run import open_run
+from ffd_lightning.checkpoint import load_model
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.checkpoint import load_model
-from ffd_lightning.evaluation.loading import open_run
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.inference.photo import FramedPhoto
+from ffd_lightning.imaging.appearance import TrainingLooks
+from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 
 

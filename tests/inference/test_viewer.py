@@ -16,13 +16,15 @@ from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.cli import explain
-from ffd_lightning.config import MeshColors
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.part_labels import part_colors
+from ffd_lightning.app.cli import explain
+from ffd_lightning.app.config import MeshColors
+from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.pieces import pieces
-from ffd_lightning.inference.viewer import (
+from ffd_lightning.inference.viewer.page import Page
+from ffd_lightning.inference.viewer.session import Session, display_bank
+from ffd_lightning.inference.viewer.studio import (
     Studio,
     ViewerSettings,
     main,
@@ -30,9 +32,7 @@ from ffd_lightning.inference.viewer import (
     read_settings,
     start,
 )
-from ffd_lightning.inference.viewer_page import Page
-from ffd_lightning.inference.viewer_session import Session, display_bank
-from ffd_lightning.inference.viewer_words import caption, part_legend, weight_bars
+from ffd_lightning.inference.viewer.words import caption, part_legend, weight_bars
 
 
 @pytest.fixture(scope="module")

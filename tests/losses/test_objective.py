@@ -4,7 +4,7 @@ from typing import NamedTuple
 import pytest
 import torch
 
-from ffd_lightning.config import Weighting
+from ffd_lightning.app.config import Weighting
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.losses.objective import Objective
 

@@ -5,7 +5,7 @@ import torch
 from torch.nn import functional
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.encoder import EndPadConv2d, MobileNetV1, SamePadConv2d
+from ffd_lightning.nn.encoders.mobilenet import EndPadConv2d, MobileNetV1, SamePadConv2d
 
 
 @pytest.mark.parametrize("size", [(192, 256), (97, 130), (31, 64), (33, 95)])

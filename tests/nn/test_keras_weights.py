@@ -7,8 +7,8 @@ import pytest
 import torch
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.encoder import MobileNetV1
-from ffd_lightning.nn.keras_weights import load_keras_weights
+from ffd_lightning.nn.encoders.keras_weights import load_keras_weights
+from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 
 os.environ.setdefault("KERAS_BACKEND", "torch")
 keras = pytest.importorskip("keras")

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.config import EncoderKind
+from ffd_lightning.app.config import EncoderKind
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.nn.encoder import MobileNetV1
+from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import (
     TemplateFfdNetwork,
     build_encoder,

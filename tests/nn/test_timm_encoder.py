@@ -4,8 +4,8 @@ import pytest
 import torch
 
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.nn.encoders.timm_encoder import TimmEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
-from ffd_lightning.nn.timm_encoder import TimmEncoder
 
 SIZE = (64, 96)
 

@@ -7,8 +7,8 @@ import nbformat
 import pytest
 from nbclient import NotebookClient
 
+from ffd_lightning.app.train import train
 from ffd_lightning.run_folder import RunFolder
-from ffd_lightning.training.run import train
 
 NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("*.ipynb"))
 

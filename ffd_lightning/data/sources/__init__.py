@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ffd_lightning.config import DataConfig, ImageKind, SourceKind
+from ffd_lightning.app.config import DataConfig, ImageKind, SourceKind
 from ffd_lightning.data.sources.base import Source, SourceModel
 
 __all__ = ["Source", "SourceModel", "build_source"]
@@ -37,6 +37,6 @@ def build_source(data: DataConfig) -> Source:
         if data.parts_root is not None:
             parts = PartAnnotations(Path(data.parts_root).expanduser())
         return ShapeNetSource(root, images, data.mix_versions, parts)
-    from ffd_lightning.data.sources.procedural.source import ProceduralSource
+    from ffd_lightning.data.sources.procedural import ProceduralSource
 
     return ProceduralSource(data.num_models, data.seed)

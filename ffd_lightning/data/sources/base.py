@@ -8,7 +8,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.data.mesh import Mesh
+from ffd_lightning.geometry.mesh import Mesh
 
 
 @dataclass(frozen=True)

@@ -8,11 +8,11 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ffd_lightning.config import Up
+from ffd_lightning.app.config import Up
 from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.reading.frame import into_frame
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.data.sources.frame import into_frame
-from ffd_lightning.data.sources.mesh_file import EXTENSIONS, read_mesh
 from ffd_lightning.errors import DataError, RejectedModelError
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh

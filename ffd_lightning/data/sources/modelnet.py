@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ffd_lightning.config import Up
+from ffd_lightning.app.config import Up
+from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
+from ffd_lightning.data.reading.frame import into_frame
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.data.sources.files import File, ZipMember, ZipTree
-from ffd_lightning.data.sources.frame import into_frame
-from ffd_lightning.data.sources.mesh_file import read_mesh
 from ffd_lightning.errors import DataError, RejectedModelError
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh

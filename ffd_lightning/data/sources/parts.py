@@ -10,17 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.mesh import Mesh
-from ffd_lightning.data.part_labels import align
-from ffd_lightning.data.sources.base import PartCloud
-from ffd_lightning.data.sources.part_files import (
+from ffd_lightning.data.preparation.part_labels import align
+from ffd_lightning.data.reading.part_files import (
     BENCHMARK,
     NORMAL,
     RELEASE,
     AnnotatedCategory,
     files_in,
 )
+from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.geometry.mesh import Mesh
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give other labels
 

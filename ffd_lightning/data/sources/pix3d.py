@@ -10,13 +10,13 @@ from dataclasses import astuple, dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from ffd_lightning.config import Up
-from ffd_lightning.data.pictures import OBJECT_FILL, cut_out, fit_picture
+from ffd_lightning.app.config import Up
+from ffd_lightning.data.reading.frame import into_frame, mean_azimuth, turn
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.data.sources.frame import into_frame, mean_azimuth, turn
-from ffd_lightning.data.sources.mesh_file import read_mesh
 from ffd_lightning.data.splits import hash_parts
 from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
 
 FLAWS = ("truncated", "occluded", "slightly_occluded")
 """What a photograph can be left out for."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.pictures import fit_picture
 from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.imaging.pictures import fit_picture
 
 VIEWS = 24
 _FOLDER = "ShapeNetRendering"

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Protocol
 
 from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.data.sources.files import File, ZipMember, ZipTree
-from ffd_lightning.data.sources.mesh_file import read_mesh
 from ffd_lightning.data.sources.parts import PartAnnotations
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.errors import DataError, RejectedModelError

@@ -1,0 +1,209 @@
+"""What the paper's figures are drawn with: voxels and edges as meshes, one scale for a row."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import FIELD_OF_VIEW, RADIUS, render
+
+Color = tuple[int, int, int]
+"""sRGB, 0 to 255."""
+Picture = NDArray[np.uint8]
+"""(H, W, 3)."""
+
+_MARGIN = 0.97  # of the way from the middle of an image to its border
+_SEAM = 0.07  # of a voxel's side: the darker rim that tells it from its neighbours
+_SEAM_SHADE = 0.55
+_RIM_WIDTH = 0.05  # of a triangle's height
+_TEXELS = 64
+
+# A face of a voxel: corners 0 to 3 around it, 4 to 7 around what its rim leaves. Two triangles fill
+# the middle, eight the rim.
+_MIDDLE = [[4, 5, 6], [4, 6, 7]]
+_RIM = [[k, (k + 1) % 4, 4 + k] for k in range(4)]
+_RIM += [[4 + k, (k + 1) % 4, 4 + (k + 1) % 4] for k in range(4)]
+_SIDES = [[k, (k + 1) % 3, 3 + k] for k in range(3)]  # of a bar: corners 0 to 2, then 3 to 5
+_SIDES += [[3 + k, (k + 1) % 3, 3 + (k + 1) % 3] for k in range(3)]
+
+
+@dataclass(frozen=True)
+class View:
+    """From where shapes are seen, as `rendering.render` has it, and how large.
+
+    Attributes:
+        elevation, azimuth: degrees.
+        height, width: pixels.
+    """
+
+    elevation: float
+    azimuth: float
+    height: int
+    width: int
+
+
+def draw_row(
+    meshes: Sequence[Mesh], view: View, azimuths: Sequence[float] | None = None
+) -> list[Picture]:
+    """Render shapes at one scale: that of the input image, or less where one would be cut off.
+
+    Args:
+        meshes: in the frame of prepared models.
+        view: the camera.
+        azimuths: of each shape's camera, where it is not the view's.
+    """
+    angles = azimuths or [view.azimuth] * len(meshes)
+    scale = min(
+        fitting_scale(mesh.used_vertices(), view, angle)
+        for mesh, angle in zip(meshes, angles, strict=True)
+    )
+    return [
+        render(
+            mesh.with_vertices(scale * mesh.vertices),
+            height=view.height,
+            width=view.width,
+            elevation=view.elevation,
+            azimuth=angle,
+        )[..., :3]
+        for mesh, angle in zip(meshes, angles, strict=True)
+    ]
+
+
+def fitting_scale(points: NDArray[np.float64], view: View, azimuth: float) -> float:
+    """Return by how much points, (N, 3), must shrink about the origin to be seen whole.
+
+    As much as by a camera that steps back: 1 where all are in the image, with a little margin.
+    """
+    e, a = np.radians(view.elevation), np.radians(azimuth)
+    toward = np.array([np.sin(a) * np.cos(e), np.sin(e), -np.cos(a) * np.cos(e)])
+    right = np.array([-np.cos(a), 0.0, -np.sin(a)])
+    half = np.radians(FIELD_OF_VIEW / 2)
+    slope = _MARGIN * np.tan(half) * np.array([view.width / view.height, 1.0])
+    distance = RADIUS / np.sin(half)
+    # Shrunk by s, a point x off the axis and z nearer than the origin is seen at the slope
+    # s x / (distance - s z), which is at most `slope` where s (x + slope z) <= slope distance.
+    off = np.abs(points @ np.stack([right, np.cross(toward, right)], axis=1))
+    reach = off + slope * (points @ toward)[:, None]
+    return float((slope * distance / np.maximum(reach, slope * distance)).min(initial=1.0))
+
+
+def painted(surface: tuple[NDArray[np.float64], NDArray[np.int64]], color: Color) -> Mesh:
+    """Return a surface, vertices (V, 3) and faces (F, 3), all of one colour."""
+    vertices, faces = surface
+    return Mesh(vertices, faces, rgba([color] * len(faces)))
+
+
+def rgba(colors: Sequence[Color] | NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return colours, (n, 3), as opaque ones, (n, 4) uint8."""
+    plain = np.asarray(colors, np.uint8).reshape(-1, 3)
+    return np.insert(plain, 3, 255, axis=1)
+
+
+def with_bars(mesh: Mesh, radius: float, color: Color) -> Mesh:
+    """Return a mesh with its edges as thin three-sided bars, all equally thick.
+
+    Args:
+        mesh: without textures; an edge that faces share has one bar, one without length none.
+        radius: of a bar, from the edge to its corners.
+        color: of the bars.
+    """
+    pairs = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    ends = mesh.vertices[np.unique(pairs, axis=0)]
+    along = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    ends, along = ends[length > 0], along[length > 0] / length[length > 0, None]
+    # Crossed with the axis that is least along the edge, so that the product is never near zero.
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    turns = 2 * np.pi / 3 * np.arange(3)[:, None]
+    ring = np.cos(turns) * across[:, None] + np.sin(turns) * np.cross(along, across)[:, None]
+    corners = (ends[:, :, None] + radius * ring[:, None]).reshape(-1, 3)
+    bars = (6 * np.arange(len(ends))[:, None, None] + np.array(_SIDES)).reshape(-1, 3)
+    return Mesh(
+        np.concatenate([mesh.vertices, corners]),
+        np.concatenate([mesh.faces, bars + len(mesh.vertices)]),
+        np.concatenate([mesh.face_colors, rgba([color] * len(bars))]),
+    )
+
+
+def with_rims(mesh: Mesh, color: Color) -> Mesh:
+    """Return a mesh whose faces, all of one colour, have a rim of another.
+
+    A rim is as wide as its face allows, so that many and thin faces don't turn black, and costs no
+    triangle: it is a texture.
+    """
+    u, v = np.meshgrid((np.arange(_TEXELS) + 0.5) / _TEXELS, (np.arange(_TEXELS) + 0.5) / _TEXELS)
+    on_rim = np.minimum(np.minimum(u, v), 1 - u - v) < _RIM_WIDTH
+    fill = mesh.face_colors[0] if len(mesh.faces) else rgba([color])[0]
+    picture = np.where(on_rim[::-1, :, None], rgba([color]), fill).astype(np.uint8)
+    corners = np.array([[0, 0], [1, 0], [0, 1]], np.float32)
+    return replace(
+        mesh,
+        textures=(picture,),
+        face_textures=np.zeros(len(mesh.faces), np.int16),
+        face_uvs=np.broadcast_to(corners, (len(mesh.faces), 3, 2)).copy(),
+    )
+
+
+def voxel_mesh(
+    kinds: NDArray[np.integer], colors: Sequence[Color], low: float = -0.5, high: float = 0.5
+) -> Mesh:
+    """Turn voxels into cubes; of these only faces that touch no other voxel, with a darker rim.
+
+    Args:
+        kinds: (R, R, R) indexed [x, y, z]: 0 for an empty voxel, k for one of the k-th colour.
+        colors: of the kinds from 1 on.
+        low: lower end of the grid along each axis.
+        high: upper end.
+
+    Returns:
+        10 triangles for each face that can be seen, 2 of them of the colour itself.
+    """
+    filled = kinds > 0
+    padded = np.pad(filled, 1)
+    around = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    corners, found = [np.zeros((0, 8, 3))], [np.zeros(0, np.int64)]
+    for axis in range(3):
+        for side in (0, 1):
+            beside = np.roll(padded, 1 - 2 * side, axis)[1:-1, 1:-1, 1:-1]
+            cells = np.argwhere(filled & ~beside)
+            square = np.full((8, 3), float(side))
+            others = [k for k in range(3) if k != axis]
+            square[:, others] = np.concatenate([around, _SEAM + (1 - 2 * _SEAM) * around])
+            corners.append(cells[:, None] + square)
+            found.append(kinds[tuple(cells.T)].astype(np.int64))
+    squares, kind = np.concatenate(corners), np.concatenate(found)
+    vertices = low + (high - low) / len(kinds) * squares.reshape(-1, 3)
+    faces = (8 * np.arange(len(squares))[:, None, None] + np.array(_MIDDLE + _RIM)).reshape(-1, 3)
+    shade = np.repeat([1.0, _SEAM_SHADE], [len(_MIDDLE), len(_RIM)])
+    tones = np.asarray(colors, float)[kind - 1][:, None] * shade[:, None]
+    return Mesh(vertices, faces, rgba(np.round(tones).astype(np.uint8)))
+
+
+def legend(entries: Sequence[tuple[str, Color]], width: int, font_size: int) -> Picture:
+    """Draw words with a square of their colour before each, in as many lines as it takes.
+
+    Args:
+        entries: words and their colours.
+        width: of the picture, in pixels.
+        font_size: in pixels.
+    """
+    font, line = ImageFont.load_default(font_size), 2 * font_size
+    places, x, y = [], font_size // 2, font_size // 2
+    for text, _ in entries:
+        length = round(font.getlength(text)) + 3 * font_size
+        if x > font_size // 2 and x + length > width:
+            x, y = font_size // 2, y + line
+        places.append((x, y))
+        x += length
+    picture = Image.new("RGB", (width, y + line), "white")
+    draw = ImageDraw.Draw(picture)
+    for (text, color), (x, y) in zip(entries, places, strict=True):
+        draw.rectangle((x, y, x + font_size, y + font_size), fill=color, outline=(90, 90, 90))
+        draw.text((x + 1.5 * font_size, y), text, fill="black", font=font)
+    return np.asarray(picture)

@@ -1,0 +1,259 @@
+"""Choosing the images that the paper's figures show, and what runs make of them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from PIL import Image
+
+from ffd_lightning.analysis.figures.drawing import Picture, View
+from ffd_lightning.analysis.runs import load_samples
+from ffd_lightning.app.config import ProtocolKind
+from ffd_lightning.app.open_run import OpenRun, open_run, read_config
+from ffd_lightning.app.prepare import build_preparations
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure
+from ffd_lightning.evaluation.samples import Sample, predict
+from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
+from ffd_lightning.run_folder import RunFolder
+
+
+class Pick(StrEnum):
+    """Which test images to show, of those that are sorted by their scores."""
+
+    best = "best"
+    median = "median"
+    worst = "worst"
+    spread = "spread"
+    """Evenly from the best to the worst."""
+    random = "random"
+    """Whatever their scores, which need not be known."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Which images a figure shows.
+
+    Attributes:
+        models: ids of models, whose first images are shown; by `pick` where there are none.
+        number: images at most, of `pick`.
+        pick: see there.
+        protocol: whose scores decide; that of each run's training where it is None.
+        seed: of random choice.
+    """
+
+    models: tuple[str, ...] = ()
+    number: int = 6
+    pick: Pick = Pick.spread
+    protocol: ProtocolKind | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Example:
+    """One image and what a run makes of it.
+
+    Attributes:
+        run: with its data, opened.
+        sample: the image.
+        weights: of the templates, (T,).
+        offsets: of their control points, (T, M, 3).
+        score: of the selected template, in words; "" where the image was not evaluated.
+        definition: of the score, with its unit and points.
+    """
+
+    run: OpenRun
+    sample: Sample
+    weights: NDArray[np.float32]
+    offsets: NDArray[np.float32]
+    score: str
+    definition: str
+
+    @property
+    def name(self) -> str:
+        """The model's id, the view where it is not the first, and whether it is no test model."""
+        data = self.run.data
+        model = data.prepared.ids[self.sample.row]
+        view = f", view {self.sample.view}" if self.sample.view else ""
+        if model in data.bank.ids:
+            return f"{model}{view}\n(a template)"
+        return f"{model}{view}" + ("\n(trained on)" if model in data.split.train else "")
+
+    @property
+    def truth(self) -> ModelShape:
+        """The model itself."""
+        return ModelShape(self.run.data.prepared, self.sample.row)
+
+    def ranked(self, rank: int = 0) -> int:
+        """Return the template of the greatest weight, or of the `rank`-th after it."""
+        return int(np.argsort(-self.weights, kind="stable")[rank])
+
+    def template(self, rank: int = 0) -> TemplateShape:
+        """Return a template as it is; see `ranked`."""
+        return TemplateShape(self.run.data.bank, self.ranked(rank))
+
+    def deformed(self, rank: int = 0) -> TemplateShape:
+        """Return a template deformed as the run has it; see `ranked`."""
+        index = self.ranked(rank)
+        return TemplateShape(self.run.data.bank, index, self.offsets[index])
+
+    def view(self, width: int) -> View:
+        """Return the camera that rendered the image, for pictures of this width."""
+        camera = self.run.config.data.render
+        _, rows, columns, _ = self.run.data.prepared.image_shape
+        azimuth = camera.azimuths[min(self.sample.view, len(camera.azimuths) - 1)]
+        return View(camera.elevation, azimuth, round(width * rows / columns), width)
+
+    def image(self, view: View) -> Picture:
+        """Return what the network saw, in the size of a view."""
+        seen = Image.fromarray(self.run.data.prepared.image(*self.sample)[..., :3])
+        return np.asarray(seen.resize((view.width, view.height), Image.Resampling.LANCZOS))
+
+
+def collect(
+    runs: Sequence[RunFolder], choice: Choice, data_root: Path | None = None
+) -> list[list[Example]]:
+    """Choose images of each run and predict them.
+
+    Runs that have the first run's images among their test images show the same ones, so that they
+    can be compared; others choose their own.
+
+    Args:
+        runs: with their checkpoints.
+        choice: which images.
+        data_root: where the prepared data is, if not where the runs had it.
+
+    Returns:
+        The examples of each run.
+
+    Raises:
+        ConfigError: no run, no checkpoint, or nothing to show.
+        DataError: data that is missing, a model that is not in it, or a run whose scores are needed
+            and not there, or of other weights.
+    """
+    if choice.number < 1:
+        raise ConfigError(f"--number={choice.number}: at least one image must be shown")
+    result: list[list[Example]] = []
+    first: list[tuple[str, int]] = []
+    for run in runs:
+        opened = _open(run, data_root)
+        protocol = PROTOCOLS[choice.protocol or opened.config.evaluation.protocol]
+        measure = next((m for m in protocol.measures if "chamfer" in m.name), protocol.measures[0])
+        table = _samples(run, protocol.name)
+        if choice.models:
+            images = [(model, 0) for model in choice.models]
+        elif first and {model for model, _ in first} <= set(opened.data.split.test):
+            images = first
+        elif choice.pick is Pick.random:
+            images = _random(opened, choice)
+        elif table is None:
+            raise DataError(
+                f"{run.path} has not been evaluated under protocol {protocol.name}, so there are "
+                f"no scores to choose by: python evaluate.py run={run.path} "
+                f"protocol={protocol.name}, or choose with --pick random or --models ID,ID"
+            )
+        else:
+            images = pick_images(table, measure, choice.pick, choice.number)
+        first = first or images
+        definition = f"{measure.name}: {measure.definition}; {protocol.note}"
+        result.append(_examples(run, opened, images, table, (measure, definition)))
+    return result
+
+
+def pick_images(
+    table: pd.DataFrame, measure: Measure, pick: Pick, number: int
+) -> list[tuple[str, int]]:
+    """Return the ids and views of images, the better first, but for `worst`.
+
+    Args:
+        table: of one run, with `id`, `view` and the measure; of equal scores the first by id leads.
+        measure: that orders the images.
+        pick: which of them, not `random`.
+        number: at most; all where there are fewer.
+    """
+    order = table.sort_values(["id", "view"]).sort_values(
+        measure.name, ascending=not measure.higher_is_better, kind="stable"
+    )
+    count = len(order)
+    number = min(number, count)
+    if pick is Pick.spread and number > 1:
+        places = np.linspace(0, count - 1, number).round().astype(int)
+    elif pick is Pick.worst:
+        places = np.arange(count)[::-1][:number]
+    elif pick is Pick.best:
+        places = np.arange(number)
+    else:
+        places = (count - number) // 2 + np.arange(number)
+    chosen = order.iloc[places]
+    return [(str(i), int(view)) for i, view in zip(chosen["id"], chosen["view"], strict=True)]
+
+
+def _open(run: RunFolder, data_root: Path | None) -> OpenRun:
+    """Open a run whose data is there: a figure must not begin to prepare any."""
+    for preparation in build_preparations(read_config(run, data_root)):
+        if not preparation.target.exists():
+            raise DataError(
+                f"the prepared data of {run.path} is not there: {preparation.target}. --data-root "
+                "DIR names the folder it is in; prepare.py makes it"
+            )
+    return open_run(run, data_root)
+
+
+def _samples(run: RunFolder, protocol: str) -> pd.DataFrame | None:
+    """Return a run's table of samples, None where it was not evaluated under the protocol."""
+    if not (run.evaluation(protocol) / "samples.csv").is_file():
+        return None
+    return load_samples([run], protocol)
+
+
+def _random(opened: OpenRun, choice: Choice) -> list[tuple[str, int]]:
+    """Return the first views of some test models, in the order of their ids."""
+    test = sorted(opened.data.split.test)
+    number = min(choice.number, len(test))
+    drawn = np.random.default_rng(choice.seed).choice(len(test), number, replace=False)
+    return [(test[k], 0) for k in sorted(drawn)]
+
+
+def _examples(
+    run: RunFolder,
+    opened: OpenRun,
+    images: Sequence[tuple[str, int]],
+    table: pd.DataFrame | None,
+    scored: tuple[Measure, str],
+) -> list[Example]:
+    """Predict images, and look up their scores, by a measure and its definition."""
+    data, (measure, definition) = opened.data, scored
+    for model, _ in images:
+        if model not in data.prepared.ids:
+            close = difflib.get_close_matches(model, data.prepared.ids, 3)
+            hint = f"; close to it: {', '.join(close)}" if close else ""
+            raise DataError(f"there is no model {model!r} in the data of {run.path}{hint}")
+    samples = [Sample(data.prepared.index(model), view) for model, view in images]
+    prediction = predict(opened.network, data.prepared, samples)
+    known = {} if table is None else table.set_index(["id", "view"]).to_dict("index")
+    result = []
+    for k, image in enumerate(images):
+        row = known.get(image)
+        selected = data.bank.ids[int(prediction.selected[k])]
+        if row is not None and row["template"] != selected:
+            raise DataError(
+                f"the checkpoint of {run.path} selects template {selected} for {image[0]}, "
+                f"samples.csv says {row['template']}: evaluate the run again (evaluate.py)"
+            )
+        score = "" if row is None else score_text(measure, row[measure.name])
+        weights, offsets = prediction.weights[k], prediction.offsets[k]
+        result.append(Example(opened, samples[k], weights, offsets, score, definition))
+    return result
+
+
+def score_text(measure: Measure, value: float) -> str:
+    """Return a measure's value as people read it: "chamfer x 1000: 83.1"."""
+    factor = f" x {measure.factor:g}" if measure.factor != 1 else ""
+    return f"{measure.name.replace('_', ' ')}{factor}: {measure.factor * value:.1f}"

@@ -1,0 +1,248 @@
+"""What a data set holds and what preparing it will cost, before anything is done.
+
+    python -m ffd_lightning.app.doctor data=shapenet data.root=DIR
+
+Settings are those of prepare.py; category=chair looks at one category alone. A few models of each
+category are prepared on trial, in a folder that is removed again.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from ffd_lightning.app.checks import validate
+from ffd_lightning.app.cli import compose_config, register, run_app
+from ffd_lightning.app.config import CategoryConfig, PrepareConfig, SourceKind, typed_config
+from ffd_lightning.app.prepare import build_preparations
+from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS, paper_templates
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.workers import make_models
+from ffd_lightning.data.sources.base import Survey
+from ffd_lightning.errors import DataError
+from ffd_lightning.parallel import available_cores
+
+TRIAL = 16
+"""Models of a category that are prepared on trial, evenly spread over its sorted ids."""
+
+_EXAMPLES = 3  # models named for each reason
+
+
+@dataclass
+class Finding:
+    """What was found of one category.
+
+    Attributes:
+        name: the category.
+        problem: why nothing can be said of it, "" if something can.
+        models: how many there are.
+        survey: what was seen without loading them.
+        templates: the paper's ids, and those of them that are absent.
+        prepared: the prepared set's folder if it is there.
+        trial: models tried; reasons of those that were rejected.
+        seconds, megabytes: what preparing all of it takes, on this machine.
+    """
+
+    name: str
+    problem: str = ""
+    models: int = 0
+    survey: Survey = field(default_factory=lambda: Survey(""))
+    templates: tuple[str, ...] = ()
+    absent: tuple[str, ...] = ()
+    prepared: Path | None = None
+    trial: int = 0
+    rejected: dict[str, str] = field(default_factory=dict)
+    seconds: float = 0.0
+    megabytes: float = 0.0
+
+
+def examine(preparation: Preparation, of_shapenet: bool) -> Finding:
+    """Look at one category and prepare a few of its models on trial.
+
+    Args:
+        preparation: of the category.
+        of_shapenet: look for the paper's templates.
+    """
+    category, source = preparation.category, preparation.source
+    try:
+        ids = source.model_ids(category)
+        finding = Finding(category, models=len(ids), survey=source.survey(category))
+        if of_shapenet:
+            finding.templates = paper_templates(category)
+            finding.absent = tuple(i for i in finding.templates if i not in set(ids))
+        if preparation.target.exists():
+            finding.prepared = preparation.target
+        else:
+            usable = [i for i in ids if i not in finding.survey.faults]
+            _try_some(preparation, usable, finding)
+    except DataError as error:
+        return Finding(category, problem=str(error))
+    return finding
+
+
+def _try_some(preparation: Preparation, ids: list[str], finding: Finding) -> None:
+    """Prepare some models in a folder of their own, and reckon from them for all."""
+    places = np.unique(np.linspace(0, len(ids) - 1, min(len(ids), TRIAL)).astype(int))
+    trial = [ids[k] for k in places]
+    if not trial:
+        return
+    times: list[float] = []
+    with tempfile.TemporaryDirectory() as folder:
+        recipe = replace(preparation.recipe, folder=Path(folder))
+        workers = preparation.workers or available_cores()
+        make_models(
+            recipe, trial, workers, preparation.timeout, lambda: times.append(time.monotonic())
+        )
+        rejections = {i: recipe.rejection(i) for i in trial}
+        finding.rejected = {
+            i: file.read_text(encoding="utf-8") for i, file in rejections.items() if file.exists()
+        }
+        sizes = [recipe.file(i).stat().st_size for i in trial if i not in finding.rejected]
+    finding.trial = len(trial)
+    # From the first model's end on: workers take seconds to start, once.
+    rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
+    finding.seconds = len(ids) / rate if rate else 0.0
+    finding.megabytes = len(ids) * sum(sizes) / len(trial) / 1e6
+
+
+def report(findings: list[Finding], console: Console) -> None:
+    """Print a table of categories, and below it what a user should know."""
+    table = Table(box=None, header_style="bold")
+    for column in ("category", "layout", "models", "unusable", "paper's templates", "to prepare"):
+        table.add_column(column, justify="left" if column in ("category", "layout") else "right")
+    for finding in findings:
+        if finding.problem:
+            table.add_row(finding.name, "-", "-", "-", "-", "-")
+            continue
+        there = len(finding.templates) - len(finding.absent)
+        cost = "is prepared" if finding.prepared else _cost(finding.seconds, finding.megabytes)
+        table.add_row(
+            finding.name,
+            finding.survey.layout,
+            f"{finding.models:,}",
+            f"{len(finding.survey.faults):,}",
+            f"{there} of {len(finding.templates)}" if finding.templates else "-",
+            cost,
+        )
+    console.print(table)
+    for finding in findings:
+        for line in _notes(finding):
+            console.print(f"{finding.name}: {line}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _notes(finding: Finding) -> list[str]:
+    if finding.problem:
+        return [finding.problem]
+    lines = list(finding.survey.notes)
+    reasons: dict[str, list[str]] = {}
+    for model_id, reason in finding.survey.faults.items():
+        reasons.setdefault(reason, []).append(model_id)
+    lines += [f"{len(ids):,} models: {why} ({_some(ids)})" for why, ids in reasons.items()]
+    if finding.absent:
+        lines.append(
+            f"{len(finding.absent)} of the paper's templates are absent, `diverse` ones take "
+            f"their places: {', '.join(finding.absent)}"
+        )
+    if finding.rejected:
+        examples = "; ".join(f"{i}: {why}" for i, why in list(finding.rejected.items())[:_EXAMPLES])
+        lines.append(f"{len(finding.rejected)} of {finding.trial} tried are rejected ({examples})")
+    if finding.prepared:
+        lines.append(f"{finding.prepared}")
+    return lines
+
+
+def _some(ids: list[str]) -> str:
+    return ", ".join(ids[:_EXAMPLES]) + (", ..." if len(ids) > _EXAMPLES else "")
+
+
+def _cost(seconds: float, megabytes: float) -> str:
+    if not seconds:
+        return "-"
+    minutes = seconds / 60
+    time_ = f"{minutes / 60:.1f} h" if minutes >= 90 else f"{math.ceil(minutes)} min"
+    disk = f"{megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"{megabytes:.0f} MB"
+    return f"{time_}, {disk}"
+
+
+def _summary(cfg: PrepareConfig, findings: list[Finding]) -> list[str]:
+    """Return what is true of all categories together."""
+    lines = []
+    seconds, megabytes = (sum(getattr(f, k) for f in findings) for k in ("seconds", "megabytes"))
+    if seconds:
+        workers = cfg.preparation.workers or available_cores()
+        lines.append(
+            f"to prepare: about {_cost(seconds, megabytes)}, reckoned from up to {TRIAL} models of "
+            f"each category with {workers} processes here; twice the disk while models are joined"
+        )
+    place = Path(cfg.paths.data)
+    existing = next(p for p in (place, *place.absolute().parents) if p.exists())
+    free = shutil.disk_usage(existing).free / 1e6
+    enough = "" if 2 * megabytes < free else " NOT ENOUGH: choose another with paths.data=DIR"
+    lines.append(f"{place.absolute()} has {free / 1e3:.1f} GB free{enough}")
+    if cfg.data.source is SourceKind.shapenet:
+        there = {finding.name for finding in findings}
+        missing = [f"{n} ({s})" for n, s in PAPER_CATEGORIES.items() if not {n, s} & there]
+        if missing:
+            lines.append(f"of the paper's 13 categories there are not: {', '.join(missing)}")
+        lines += _neighbours(cfg)
+    return lines
+
+
+def _neighbours(cfg: PrepareConfig) -> list[str]:
+    """Return what lies beside the models and could be used."""
+    root = Path(str(cfg.data.root)).expanduser()
+    tops = [root, root.absolute().parent]
+    lines = []
+    for top in tops:
+        if cfg.data.images.value == "render" and (top / "ShapeNetRendering").is_dir():
+            lines.append(f"3D-R2N2's renderings are there: data.images=r2n2 data.images_root={top}")
+        if cfg.data.parts_root is None:
+            for file in sorted(top.glob("*[pP]art[aA]nno*")):
+                if file.is_dir():
+                    lines.append(f"part annotations are there: data.parts_root={file}")
+    return lines
+
+
+def main(arguments: list[str]) -> int:
+    """Examine what the overrides name: every category of the source, or the one that is given."""
+    if not arguments or {"-h", "--help"} & set(arguments):
+        print(__doc__)
+        return 0
+    register(PrepareConfig)
+    cfg = typed_config(compose_config("prepare", arguments), PrepareConfig)
+    validate(cfg)
+    console = Console(width=None if sys.stdout.isatty() else 160)
+    progress = Console(stderr=True)
+    names = cfg.category.members or [cfg.category.name]
+    if not any(a.startswith("category") for a in arguments):
+        names = build_preparations(cfg)[0].source.categories()
+        order = {name: k for k, name in enumerate(SYNSETS)}
+        names.sort(key=lambda name: (order.get(name, len(order)), name))
+    if not names:
+        build_preparations(cfg)[0].source.model_ids(cfg.category.name)  # raises, and says why
+    findings = []
+    with progress.status("") as status:
+        for k, name in enumerate(names):
+            status.update(f"looking at {name} ({k + 1} of {len(names)})")
+            (one,) = build_preparations(replace(cfg, category=CategoryConfig(name=name)))
+            findings.append(examine(one, cfg.data.source is SourceKind.shapenet))
+    root = "" if cfg.data.root is None else f" in {cfg.data.root}"
+    console.print(f"{cfg.data.source.value}{root}\n", highlight=False)
+    report(findings, console)
+    console.print()
+    for line in _summary(cfg, findings):
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+    return 1 if any(finding.problem for finding in findings) else 0
+
+
+if __name__ == "__main__":
+    run_app(lambda: sys.exit(main(sys.argv[1:])))

@@ -1,0 +1,233 @@
+"""From photographs on the disk to folders of what was made of them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
+
+from ffd_lightning.app.cli import explain
+from ffd_lightning.app.config import PredictConfig, RenderConfig, typed_config
+from ffd_lightning.app.photo_jobs import Job, find_jobs
+from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.files import lock_folder
+from ffd_lightning.inference.files import (
+    MeshWriter,
+    record,
+    write_cloud,
+    write_json,
+    write_preview,
+)
+from ffd_lightning.inference.predictor import Predictor, checkpoint_of
+from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.parallel import available_cores, in_threads
+from ffd_lightning.progress import ModelProgress
+
+FORMAT_VERSION = 1
+"""Goes up when the same photograph and settings give other files."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one photograph: a line about it, its warnings, or why there is nothing."""
+
+    line: str = ""
+    warnings: tuple[str, ...] = ()
+    error: str = ""
+    known: bool = False
+
+
+def predict_job(cfg: DictConfig) -> None:
+    """Reconstruct what Hydra was given; the exit code is 1 if a photograph failed."""
+    try:
+        config = typed_config(cfg, PredictConfig)
+        outcomes = predict_files(config)
+    except (UserError, OmegaConfBaseException) as error:
+        # Not as an exception: Hydra would put a line of its own above it.
+        sys.exit(f"error: {explain(error)}")
+    failed = sum(bool(outcome.error) for outcome in outcomes)
+    known = sum(outcome.known for outcome in outcomes)
+    if len(outcomes) > 1 or known:
+        there = f", {known} of them there already (restart=true does them again)" if known else ""
+        print(f"{len(outcomes) - failed} of {len(outcomes)} photographs done{there}: {config.out}")
+    sys.exit(int(failed > 0))
+
+
+def predict_files(config: PredictConfig) -> list[Outcome]:
+    """Reconstruct photographs, each into its own folder below `out`.
+
+    A photograph that cannot be used does not stop the others. What is there already, from the same
+    photograph, checkpoint and settings, is not made again.
+
+    Raises:
+        ConfigError: settings that cannot work, no run or checkpoint, or no photographs.
+        DataError: the checkpoint is damaged.
+    """
+    _check(config)
+    out = Path(config.out).expanduser()
+    jobs = find_jobs(config.image, config.mask, out)
+    checkpoint = checkpoint_of(config.run)
+    predictor = Predictor.load(checkpoint, config.device)
+    bank = predictor.model.bank
+    if config.top_k > len(bank):
+        raise ConfigError(f"top_k={config.top_k}: the run has {len(bank)} templates")
+    writer = MeshWriter(bank, config.colors)
+    digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
+
+    def work(job: Job) -> Outcome:
+        try:
+            return _predict_file(job, predictor, writer, config, digest)
+        except UserError as error:
+            named = str(job.image) in str(error) or str(job.folder) in str(error)
+            return Outcome(error=str(error) if named else f"{job.image}: {error}")
+        except Exception as error:  # the others go on
+            return Outcome(error=f"{job.image}: {type(error).__name__}: {error}")
+
+    done: dict[Path, Outcome] = {}
+    show = config.progress_bar and len(jobs) > 1
+    taken = f"another process writes to {out}: wait for it, or choose another out="
+    with lock_folder(out, taken), ModelProgress("reconstructing", len(jobs), 0, show) as bar:
+        for job, outcome in in_threads(work, jobs, config.workers or available_cores()):
+            done[job.folder] = outcome
+            bar.advance()
+            _report(job, outcome)
+    return [done[job.folder] for job in jobs]
+
+
+def _check(config: PredictConfig) -> None:
+    """Refuse settings that cannot work."""
+    for name, least in (("points", 1), ("top_k", 1), ("workers", 0), ("seed", 0)):
+        if (value := getattr(config, name)) < least:
+            raise ConfigError(f"{name}={value} must be {least} or more")
+    for name in ("run", "image", "out", "mask"):
+        if getattr(config, name) == "":
+            raise ConfigError(f"{name}= is empty: name a file or a folder")
+
+
+def _predict_file(
+    job: Job, predictor: Predictor, writer: MeshWriter, config: PredictConfig, digest: str
+) -> Outcome:
+    key = _key(job, config, digest)
+    note = job.folder / "prediction.json"
+    wanted = _files(job.folder, config)
+    earlier = _read(note, key)
+    if not config.restart and earlier is not None and all(file.is_file() for file in wanted):
+        return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
+    start = time.perf_counter()
+    photo = predictor.frame(job.image, mask=job.mask, background=config.background)
+    framed = time.perf_counter()
+    selected = predictor.predict_framed([photo])[0]
+    seen = time.perf_counter()
+    _clear(job.folder, wanted)
+    for rank in range(config.top_k):
+        place = _place(job.folder, rank)
+        _write(selected.candidate(rank), place, writer, predictor.model.config.data.render, config)
+    seconds = {
+        "framing": framed - start,
+        "network": seen - framed,
+        "meshes": time.perf_counter() - seen,
+    }
+    content = {
+        "image_file": str(job.image),
+        **record(selected),
+        "seconds": {name: round(value, 4) for name, value in seconds.items()},
+        "checkpoint": {"run": config.run, "step": predictor.model.step, "sha256": digest},
+        "key": key,
+    }
+    write_json(note, content)  # the last: it says that the others are whole
+    return Outcome(_line(job, content), photo.warnings)
+
+
+def _files(folder: Path, config: PredictConfig) -> list[Path]:
+    """Return the files that are written beside the record."""
+    names = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
+    names += ["mesh.obj", "mesh.mtl"] if config.obj else []
+    names += ["preview.png"] if config.preview else []
+    return [_place(folder, rank) / name for rank in range(config.top_k) for name in names]
+
+
+def _place(folder: Path, rank: int) -> Path:
+    """Return where the files of a candidate go."""
+    return folder if rank == 0 else folder / f"candidate-{rank + 1}"
+
+
+def _clear(folder: Path, wanted: Sequence[Path]) -> None:
+    """Remove what other settings left, the record first: it says that the rest is whole."""
+    names = {file.name for file in _files(folder, PredictConfig(obj=True))}
+    (folder / "prediction.json").unlink(missing_ok=True)
+    for place in (folder, *filter(Path.is_dir, folder.glob("candidate-*"))):
+        for name in names:
+            if place / name not in wanted:
+                (place / name).unlink(missing_ok=True)
+        if place != folder and not any(place.iterdir()):
+            place.rmdir()
+
+
+def _write(
+    reconstruction: Reconstruction,
+    folder: Path,
+    writer: MeshWriter,
+    view: RenderConfig,
+    config: PredictConfig,
+) -> None:
+    writer.write(reconstruction, folder, config.obj)
+    write_cloud(reconstruction, folder / "cloud.ply", config.points, config.seed, config.colors)
+    if config.preview:
+        write_preview(reconstruction, folder / "preview.png", view)
+
+
+def _key(job: Job, config: PredictConfig, digest: str) -> str:
+    """Return what changes when the files would be others."""
+    content = [
+        FORMAT_VERSION,
+        digest,
+        *(hashlib.sha256(_bytes(path)).hexdigest() for path in (job.image, job.mask) if path),
+        config.background.value,
+        config.top_k,
+        config.points,
+        config.colors.value,
+        config.obj,
+        config.preview,
+        config.seed,
+    ]
+    return hashlib.sha256(json.dumps(content).encode()).hexdigest()
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        if path.exists() and not path.is_file():
+            raise DataError(f"{path} is not a file")  # reading a pipe would wait for ever
+        return path.read_bytes()
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}") from None
+
+
+def _read(note: Path, key: str) -> dict[str, Any] | None:
+    """Return an earlier record of the same key, None if there is none."""
+    try:
+        content: dict[str, Any] = json.loads(note.read_text(encoding="utf-8"))
+        return content if content["key"] == key else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _line(job: Job, content: dict[str, Any]) -> str:
+    template = content["template"]
+    return f"{job.image}: {template['id']} ({template['weight']:.2f}) -> {job.folder}"
+
+
+def _report(job: Job, outcome: Outcome) -> None:
+    if outcome.error:
+        print(f"error: {outcome.error}", file=sys.stderr)
+        return
+    print(outcome.line)
+    for warning in outcome.warnings:
+        print(f"warning: {job.image}: {warning}", file=sys.stderr)

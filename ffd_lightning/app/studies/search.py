@@ -1,0 +1,106 @@
+"""Searching settings with Optuna, each trial a sweep of `train.py`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import optuna
+from optuna.trial import TrialState
+
+from ffd_lightning.analysis.runs import find_runs
+from ffd_lightning.app.config import ProtocolKind
+from ffd_lightning.app.studies.study import Search, merge_overrides, value_of
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.evaluation.protocols import PROTOCOLS
+from ffd_lightning.files import write_atomic, write_csv
+
+_INTERRUPTED = 130
+
+
+def run_search(
+    search: Search,
+    trials: int,
+    folder: Path,
+    overrides: Sequence[str],
+    train: Callable[[Sequence[str]], int],
+) -> int:
+    """Look for the settings with the best score; go on where an earlier attempt stopped.
+
+    Writes `search.db` (Optuna's own, for its dashboard), `trials.csv` and `best.json`. Trial k's
+    runs are in `trial-k`.
+
+    Args:
+        search: where to look, and for what.
+        trials: how many in all.
+        folder: the study's.
+        overrides: what all trials have in common.
+        train: sweeps with overrides and returns an exit code.
+
+    Returns:
+        0 if all trials came to their end.
+
+    Raises:
+        ConfigError: the protocol does not have the measure.
+    """
+    protocol = value_of("evaluation.protocol", overrides, "paper")
+    measures = {m.name: m for m in PROTOCOLS[ProtocolKind(protocol)].measures}
+    if search.measure not in measures:
+        raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    study = optuna.create_study(
+        study_name="search",
+        storage=f"sqlite:///{folder.absolute() / 'search.db'}",
+        direction="maximize" if measures[search.measure].higher_is_better else "minimize",
+        load_if_exists=True,
+    )
+    code = 0
+    for number, chosen in _trials(study, search, trials):
+        place = f"trial-{number:03d}"
+        settings = [f"{key}={value:.4g}" for key, value in chosen.items()]
+        subdir = f'hydra.sweep.subdir="{place}/${{category.name}}/seed${{seed}}"'
+        print(f"\ntrial {number + 1} of {trials}: {' '.join(settings)}", flush=True)
+        failed = train(merge_overrides(*overrides, *settings, subdir))
+        if failed == _INTERRUPTED:
+            raise KeyboardInterrupt
+        runs = [run for run in find_runs(folder / place) if run.finished]
+        if failed or not runs:
+            code = 1  # the trial stays open: the same command tries it again
+            continue
+        scores = [run.status["summary"][search.measure] for run in runs]
+        study.tell(number, float(np.mean(scores)))
+        _write(study, folder)
+    return code
+
+
+def _trials(
+    study: optuna.Study, search: Search, count: int
+) -> Iterator[tuple[int, dict[str, float]]]:
+    """Yield number and settings of the trials without a score, those begun earlier first."""
+    for trial in study.get_trials(states=[TrialState.RUNNING]):
+        if trial.params.keys() == search.parameters.keys():
+            yield trial.number, trial.params
+        else:
+            study.tell(trial.number, state=TrialState.FAIL)  # cut off while it was chosen
+    while len(study.get_trials(states=[TrialState.RUNNING, TrialState.COMPLETE])) < count:
+        # A sampler per trial: what it suggests then depends on the scores so far, not on whether
+        # the search was cut off.
+        study.sampler = optuna.samplers.TPESampler(seed=len(study.get_trials()))
+        new = study.ask()
+        chosen = {
+            key: new.suggest_float(key, r.low, r.high, log=r.log)
+            for key, r in search.parameters.items()
+        }
+        yield new.number, chosen
+
+
+def _write(study: optuna.Study, folder: Path) -> None:
+    """Write `trials.csv`, the best first, and `best.json`."""
+    done = study.get_trials(states=[TrialState.COMPLETE])
+    sign = -1 if study.direction is optuna.study.StudyDirection.MAXIMIZE else 1
+    ranked = sorted(done, key=lambda trial: sign * float(trial.value or 0))
+    rows = [{"trial": t.number, "score": t.value, **t.params} for t in ranked]
+    write_csv(folder / "trials.csv", rows)
+    write_atomic(folder / "best.json", json.dumps(rows[0], indent=2) + "\n")

@@ -1,0 +1,125 @@
+"""What Hydra calls when a run or a sweep has ended."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+from hydra.core.utils import JobReturn, JobStatus
+from hydra.experimental.callback import Callback
+from omegaconf import DictConfig, OmegaConf
+from rich.console import Console
+
+from ffd_lightning.analysis.runs import load_runs
+from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.run_folder import RunFolder
+
+_NOTES = ".jobs-"
+_YOUNG = 60  # seconds
+_locks: dict[Path, FileLock] = {}  # not in the callback, which travels to other processes
+
+
+class SummaryTable(Callback):
+    """Prints one table of the runs that were asked for; a failed one makes the exit code 1.
+
+    Jobs may run in other processes (joblib, submitit), which get a copy of this: each writes how it
+    ended to a file, in a folder that all machines of a cluster see.
+    """
+
+    def __init__(self) -> None:
+        self._notes = Path()
+
+    def on_run_start(self, config: DictConfig, **_: Any) -> None:
+        """Make the place for the job's note."""
+        self._notes = Path(tempfile.mkdtemp())
+
+    def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
+        """Make the place for the jobs' notes."""
+        folder = Path(config.hydra.sweep.dir).absolute()
+        folder.mkdir(parents=True, exist_ok=True)
+        for notes in folder.glob(f"{_NOTES}*"):
+            _clear(notes)  # of a sweep that was killed, unless it is at work
+        self._notes = Path(tempfile.mkdtemp(prefix=_NOTES, dir=folder))
+        _locks[self._notes] = FileLock(self._notes / ".lock")
+        _locks[self._notes].acquire()
+
+    def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
+        """Note which run this was, and whether it came to its end."""
+        if job_return.return_value == {}:
+            return  # a further process of a distributed run
+        good = job_return.status is JobStatus.COMPLETED and job_return.return_value is not None
+        path = str(Path(config.hydra.runtime.output_dir))
+        number = OmegaConf.select(config, "hydra.job.num", default=0)
+        note = self._notes / f"{number}.json"
+        note.write_text(json.dumps({"path": path, "good": good}), encoding="utf-8")
+
+    def on_run_end(self, config: DictConfig, **_: Any) -> None:
+        """Print the table of a single run."""
+        self._print(self._ended())
+
+    def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
+        """Print the table of a sweep."""
+        jobs = self._ended()
+        self._print(jobs)
+        if config.callbacks.report and jobs:
+            report_quietly(Path(config.hydra.sweep.dir))
+        failed = [path for path, good in jobs.items() if not good]
+        if failed or not jobs:
+            sys.exit(
+                f"{len(failed)} of {len(jobs)} runs failed, see the messages above: "
+                f"{', '.join(failed) or 'no job came to its end'}. The same command tries them "
+                "again"
+            )
+
+    def _ended(self) -> dict[str, bool]:
+        """Return the jobs that ended, in their order: the run's folder, and if all was well."""
+        notes = sorted(self._notes.glob("*.json"), key=lambda p: int(p.stem))
+        read = [json.loads(note.read_text(encoding="utf-8")) for note in notes]
+        if self._notes in _locks:
+            _locks.pop(self._notes).release()
+        shutil.rmtree(self._notes)
+        return {job["path"]: job["good"] for job in read}
+
+    def _print(self, jobs: dict[str, bool]) -> None:
+        runs = [run for path in jobs if (run := RunFolder(Path(path))).config.exists()]
+        if not runs:
+            return
+        console = Console(width=None if sys.stdout.isatty() else 120)
+        for table in summary_tables(load_runs(runs)):
+            console.print(table)
+        for run in runs:
+            if run.finished:
+                print(f"{run.path}: reconstructions.png, evaluation/, tensorboard/")
+
+
+def _clear(notes: Path) -> None:
+    """Remove the notes of a sweep that no process has any more."""
+    lock = FileLock(notes / ".lock")
+    try:
+        if time.time() - notes.stat().st_mtime < _YOUNG:
+            return  # perhaps made a moment ago, and not locked yet
+        lock.acquire(timeout=0)
+    except (Timeout, OSError):
+        return
+    lock.release()
+    shutil.rmtree(notes, ignore_errors=True)
+
+
+def report_quietly(folder: Path) -> None:
+    """Write the report of a sweep and print where it is; what fails in it stops nothing."""
+    from ffd_lightning.analysis.report.write import write_report
+
+    try:
+        print(f"\n{write_report(folder)}")
+    except Exception as error:
+        print(
+            f"no report of {folder} ({type(error).__name__}: {error}); the runs are not affected, "
+            f"and python -m ffd_lightning.analysis.report.write {folder} tries again",
+            file=sys.stderr,
+        )

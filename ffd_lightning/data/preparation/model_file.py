@@ -1,0 +1,185 @@
+"""One prepared model: what is computed of it, and its file in the working folder."""
+
+from __future__ import annotations
+
+import hashlib
+import secrets
+import zipfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffd_lightning.app.config import RenderConfig
+from ffd_lightning.data.preparation.packing import UNKNOWN_PART, pack_image, pack_mesh, pack_points
+from ffd_lightning.data.preparation.part_labels import label_faces, label_points
+from ffd_lightning.data.sources.base import Source, SourceModel
+from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.imaging.rendering import render
+
+# Barycentric coordinates spread over a face, (36, 3).
+_FACE_PLACES = np.array([(i, j, 7 - i - j) for i in range(8) for j in range(8 - i)]) / 7
+_CONTENTS = frozenset(
+    ("images", "image_sizes", "image_shape", "points", "mesh", "family", "part_names", "warning")
+)
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What is made of each model of a category, and the working folder it goes to."""
+
+    source: Source
+    category: str
+    num_points: int
+    render: RenderConfig
+    folder: Path
+
+    def file(self, model_id: str) -> Path:
+        """Return where a finished model goes; ids may hold anything, names of files may not."""
+        return self.folder / f"{hashlib.sha256(model_id.encode()).hexdigest()[:24]}.npz"
+
+    def rejection(self, model_id: str) -> Path:
+        """Return where the reason goes for which a model was rejected."""
+        return self.file(model_id).with_suffix(".rejected")
+
+    def tried(self, model_id: str) -> bool:
+        """Return whether a model is finished or rejected, by the names of files alone."""
+        return self.file(model_id).exists() or self.rejection(model_id).exists()
+
+
+def make_model(recipe: Recipe, model_id: str) -> None:
+    """Write one model's file, or the reason why it is rejected.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    try:
+        arrays = _arrays(recipe, model_id)
+    except RejectedModelError as error:
+        reject(recipe, model_id, str(error))
+        return
+    except Exception as error:  # one odd model must not end hours of work
+        reject(recipe, model_id, f"{type(error).__name__}: {error}")
+        return
+    file = recipe.file(model_id)
+    temporary = _temporary(file)
+    with temporary.open("wb") as stream:
+        np.savez(stream, **arrays)
+    temporary.replace(file)
+
+
+def reject(recipe: Recipe, model_id: str, reason: str) -> None:
+    """Write down why a model is not in the set."""
+    file = recipe.rejection(model_id)
+    temporary = _temporary(file)
+    temporary.write_text(" ".join(reason.split()), encoding="utf-8")
+    temporary.replace(file)
+
+
+def _temporary(file: Path) -> Path:
+    """Return a name that no other process uses, on whichever machine it runs."""
+    return file.with_suffix(f".{secrets.token_hex(4)}.tmp")
+
+
+def is_done(recipe: Recipe, model_id: str) -> bool:
+    """Return whether a model is rejected or its file is there and whole; remove a broken file."""
+    if recipe.rejection(model_id).exists():
+        return True
+    file = recipe.file(model_id)
+    try:
+        with zipfile.ZipFile(file) as archive:
+            names = {name.removesuffix(".npy") for name in archive.namelist()}
+            if names == _CONTENTS and archive.testzip() is None:
+                return True
+    except FileNotFoundError:
+        return False
+    except (zipfile.BadZipFile, EOFError, NotImplementedError):
+        pass
+    file.unlink()
+    return False
+
+
+def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
+    """Load, normalise, sample and render one model; return what its file holds."""
+    model = _normalized(recipe.source.load(recipe.category, model_id))
+    mesh = model.mesh
+    # The id alone decides the draw, so that no model's sample depends on the others.
+    key = hashlib.sha256(f"{recipe.category}/{model_id}".encode()).digest()
+    points, face_ids = sample_surface(
+        mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
+    )
+    images = _rendered(mesh, recipe.render) if model.images is None else model.images
+    packed = [pack_image(image) for image in images]
+    if model.parts is not None:
+        face_parts = label_faces(model.parts, mesh.vertices, mesh.faces)
+        point_parts = label_points(model.parts, points.astype(np.float64))
+        mesh = replace(mesh, face_parts=face_parts, part_names=model.parts.names)
+    elif mesh.face_parts is not None:
+        point_parts = mesh.face_parts[face_ids]
+    else:
+        point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
+    mesh = replace(mesh, face_colors=_plain_colors(mesh))
+    return {
+        "images": np.frombuffer(b"".join(packed), np.uint8),
+        "image_sizes": np.array([len(p) for p in packed]),
+        "image_shape": np.array(images.shape),
+        "points": pack_points(points),
+        "mesh": np.frombuffer(pack_mesh(mesh, point_parts), np.uint8),
+        "family": np.str_(model.family),
+        "part_names": np.array(mesh.part_names, dtype=np.str_),
+        "warning": np.str_(" ".join(model.warning.split())),
+    }
+
+
+def _normalized(model: SourceModel) -> SourceModel:
+    """Return a model whose mesh, and the annotated points with it, have box diagonal 1."""
+    mesh, parts = model.mesh, model.parts
+    if parts is None:
+        return replace(model, mesh=mesh.with_vertices(normalize(mesh.vertices, mesh.faces)))
+    # Only vertices that faces use decide the frame: the points are moved along.
+    moved = normalize(np.concatenate([mesh.vertices, parts.points]), mesh.faces)
+    count = len(mesh.vertices)
+    return replace(
+        model,
+        mesh=mesh.with_vertices(moved[:count]),
+        parts=replace(parts, points=moved[count:]),
+    )
+
+
+def _rendered(mesh: Mesh, views: RenderConfig) -> NDArray[np.uint8]:
+    """Return a mesh's images, (views, H, W, 4)."""
+    images = [
+        render(
+            mesh,
+            height=views.height,
+            width=views.width,
+            elevation=views.elevation,
+            azimuth=azimuth,
+            samples=views.samples,
+        )
+        for azimuth in views.azimuths
+    ]
+    return np.stack(images)
+
+
+def _plain_colors(mesh: Mesh) -> NDArray[np.uint8]:
+    """Return one colour per face, (F, 4) uint8: the mean of its texture at places all over it."""
+    colors = mesh.face_colors.copy()
+    if mesh.face_textures is None or mesh.face_uvs is None:
+        return colors
+    for index, texture in enumerate(mesh.textures):
+        textured = mesh.face_textures == index
+        height, width = texture.shape[:2]
+        total = np.zeros((int(textured.sum()), 4))
+        for place in _FACE_PLACES:  # not all at once: a face costs memory for each place
+            u, v = np.einsum("c,fcd->df", place, mesh.face_uvs[textured]) % 1.0
+            rows = np.minimum(((1 - v) * height).astype(int), height - 1)
+            columns = np.minimum((u * width).astype(int), width - 1)
+            total += texture[rows, columns]
+        colors[textured] = np.round(total / len(_FACE_PLACES))
+    return colors

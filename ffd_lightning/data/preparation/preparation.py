@@ -1,0 +1,249 @@
+"""Preparing a category: load, normalise, sample, render; in parallel, and safe against kills.
+
+Each model becomes one file of a working folder as soon as it is done; at the end all are joined
+into arrays in a second folder, which is renamed into place. So a kill costs the models in work and
+no more, and no process ever sees half a set. The models' files may come from several machines
+(`Shard`): they share the working folder, or it is copied together.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import re
+import shutil
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from pathlib import Path
+
+from filelock import FileLock, Timeout
+
+from ffd_lightning.app.config import RenderConfig
+from ffd_lightning.data.preparation.assembly import assemble
+from ffd_lightning.data.preparation.model_file import Recipe, is_done
+from ffd_lightning.data.preparation.prepared import REJECTED, WARNINGS, PreparedSet
+from ffd_lightning.data.preparation.workers import make_models
+from ffd_lightning.data.sources.base import Source
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.parallel import available_cores
+from ffd_lightning.progress import ModelProgress
+
+FORMAT_VERSION = 2
+"""Goes up when the same settings give another set, so that prepared data is built anew."""
+
+
+@dataclass(frozen=True)
+class Shard:
+    """One machine's part of the models: every `count`-th, from the `number`-th on (1 is first)."""
+
+    number: int
+    count: int
+
+    @classmethod
+    def parse(cls, text: str) -> Shard:
+        """Read "3/16".
+
+        Raises:
+            ConfigError: it is not of that form.
+        """
+        match = re.fullmatch(r"(\d+)/(\d+)", text.strip())
+        if not match or not 1 <= int(match[1]) <= int(match[2]):
+            raise ConfigError(
+                f"preparation.shard={text} must be NUMBER/COUNT, from 1/COUNT to COUNT/COUNT"
+            )
+        return cls(int(match[1]), int(match[2]))
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """What a prepared set is made of and where it goes.
+
+    Worker processes are started afresh, so a script that uses this needs the usual
+    `if __name__ == "__main__":`.
+
+    Args:
+        source: where models come from.
+        category: its name.
+        num_points: surface samples per model.
+        render: the images.
+        root: prepared sets are kept in `root/prepared`.
+        workers: processes, 0 for one per core.
+        timeout: seconds after which a model is given up and rejected.
+        progress: show on stderr how far it is.
+    """
+
+    source: Source
+    category: str
+    num_points: int
+    render: RenderConfig
+    root: Path
+    workers: int = 0
+    timeout: float = 600.0
+    progress: bool = True
+
+    @cached_property
+    def settings(self) -> dict[str, object]:
+        """What decides the set, JSON-able."""
+        return {
+            "format": FORMAT_VERSION,
+            "source": self.source.fingerprint(self.category),
+            "category": self.category,
+            "num_points": self.num_points,
+            "render": asdict(self.render),
+        }
+
+    @cached_property
+    def target(self) -> Path:
+        """The set's folder, named by what decides it."""
+        canonical = json.dumps(self.settings, sort_keys=True, separators=(",", ":"))
+        key = hashlib.sha256(canonical.encode()).hexdigest()[:12]
+        return Path(self.root) / "prepared" / f"{self.category}-{key}"
+
+    def run(self) -> PreparedSet:
+        """Return the prepared set, building what is missing of it.
+
+        Raises:
+            DataError: no usable model, a damaged set, or a disk that is full or not writable.
+        """
+        if self.target.exists():
+            self._tidy()
+            return PreparedSet.open(self.target)
+        ids = self._ids()
+        with self._disk_errors(), _locked(self.target):
+            if not self.target.exists():
+                self._make(ids, ids)
+                self._assemble(ids)
+        prepared = PreparedSet.open(self.target)
+        _report(prepared)
+        return prepared
+
+    def run_shard(self, shard: Shard) -> PreparedSet | None:
+        """Make a part of the models; join all of them if these were the last that were missing.
+
+        Returns:
+            The prepared set once all models are done, else None.
+
+        Raises:
+            DataError: as `run`.
+        """
+        if self.target.exists():
+            return self.run()
+        ids = self._ids()
+        mine = ids[shard.number - 1 :: shard.count]
+        name = f"{self.target.name}.{shard.number}-of-{shard.count}"
+        with self._disk_errors(), _locked(self.target.with_name(name)):
+            try:
+                self._make(mine, ids)
+            except OSError:
+                if not self.target.exists():  # else another process has made them all meanwhile
+                    raise
+        left = [] if self.target.exists() else [i for i in ids if not self.recipe.tried(i)]
+        if not left:
+            return self.run()
+        print(
+            f"{self.category}: shard {shard.number}/{shard.count} is done, {len(left)} models of "
+            f"other shards are not. The last shard joins all if they share {self.target.parent}; "
+            f"else copy the folders {self.recipe.folder} together and run without a shard",
+            file=sys.stderr,
+        )
+        return None
+
+    @property
+    def recipe(self) -> Recipe:
+        """How single models are made, and the folder they are kept in until all are done."""
+        folder = self.target.with_name(f".{self.target.name}.partial")
+        return Recipe(self.source, self.category, self.num_points, self.render, folder)
+
+    def _ids(self) -> list[str]:
+        if getattr(multiprocessing.current_process(), "_inheriting", False):
+            # A worker that is still importing the script would wait for the lock its parent holds.
+            raise RuntimeError('data is prepared outside of `if __name__ == "__main__":`')
+        return self.source.model_ids(self.category)
+
+    def _make(self, ids: Sequence[str], all_ids: Sequence[str]) -> None:
+        """Make those models of `ids` that are not done yet; the caller holds a lock."""
+        recipe = self.recipe
+        recipe.folder.mkdir(exist_ok=True)
+        todo = [i for i in ids if not is_done(recipe, i)]
+        done = len(ids) - len(todo)
+        if self.progress:
+            part = "" if len(ids) == len(all_ids) else f" of {len(all_ids)}"
+            resumed = f" ({done} are done already)" if done else ""
+            print(
+                f"preparing {len(ids)}{part} models of {self.category} in {self.target}{resumed}",
+                file=sys.stderr,
+            )
+        try:
+            with ModelProgress(self.category, len(ids), done, self.progress) as bar:
+                workers = self.workers or available_cores()
+                make_models(recipe, todo, workers, self.timeout, bar.advance)
+        except KeyboardInterrupt:
+            print(
+                "preparation interrupted: the same command continues with the models that are left",
+                file=sys.stderr,
+            )
+            raise
+
+    def _assemble(self, ids: Sequence[str]) -> None:
+        try:
+            assemble(self.recipe, ids, self.settings, self.target)
+        except DataError:  # all rejected: try them again when the cause may have been mended
+            shutil.rmtree(self.recipe.folder, ignore_errors=True)
+            raise
+        self._tidy()
+
+    def _tidy(self) -> None:
+        """Remove the models' files once they are in the set, also after a kill in between."""
+        folder = self.recipe.folder
+        gone = folder.with_suffix(".done")
+        if folder.exists():
+            shutil.rmtree(gone, ignore_errors=True)
+            # Renamed first: what a shard still writes must not bring it back. Where it cannot be,
+            # another process is at it or the set is not ours.
+            with suppress(OSError):
+                folder.rename(gone)
+        shutil.rmtree(gone, ignore_errors=True)
+
+    @contextmanager
+    def _disk_errors(self) -> Iterator[None]:
+        try:
+            self.target.parent.mkdir(parents=True, exist_ok=True)
+            yield
+        except OSError as error:
+            raise DataError(
+                f"cannot prepare {self.target}: {error}. Free some space there or choose another "
+                "folder (paths.data=DIR); the same command continues with the models that are left"
+            ) from error
+
+
+@contextmanager
+def _locked(target: Path) -> Iterator[None]:
+    """Hold the kernel's lock of a set: it is freed when its holder ends, however it ends."""
+    lock = FileLock(target.with_name(f".{target.name}.lock"))
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        print(f"another process is preparing {target}: waiting for it", file=sys.stderr)
+        lock.acquire()
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+def _report(prepared: PreparedSet) -> None:
+    """Say in one line what was prepared and what was rejected."""
+    size = sum(facts["bytes"] for facts in prepared.manifest["files"].values())
+    line = f"prepared {len(prepared)} models in {prepared.path} ({size / 1e6:.0f} MB)"
+    if prepared.manifest["warnings"]:
+        line += f"; {prepared.manifest['warnings']} with warnings, see {prepared.path / WARNINGS}"
+    if prepared.rejected:
+        first = "; ".join(f"{i}: {why}" for i, why in list(prepared.rejected.items())[:3])
+        more = "; ..." if len(prepared.rejected) > 3 else ""
+        count, file = len(prepared.rejected), prepared.path / REJECTED
+        line += f"; rejected {count} ({first}{more}), see {file}"
+    print(line, file=sys.stderr)

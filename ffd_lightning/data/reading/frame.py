@@ -1,0 +1,69 @@
+"""Turning meshes into the project's frame: y up, facing -z."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ffd_lightning.app.config import Up
+from ffd_lightning.geometry.mesh import Mesh
+
+# Cosine and sine of quarter turns: numpy's leave 6e-17 where 0 is meant.
+_QUARTERS = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
+
+
+def turn(points: ArrayLike, up: Up | str, yaw: float) -> NDArray[np.float64]:
+    """Turn points, or directions, until they are y up and face -z.
+
+    Convention:
+        With z up, (x, y, z) becomes (x, z, -y): what faces +y then faces -z. After that all is
+        rotated by `yaw` about +y, anticlockwise seen from above: 90 turns what faces -z to -x.
+        Quarter turns are exact.
+
+    Args:
+        points: (..., 3) positions.
+        up: the axis that points up in them, "y" or "z".
+        yaw: degrees.
+
+    Returns:
+        (..., 3) float64.
+
+    >>> turn([0, 0, -1], "y", 90).tolist()
+    [-1.0, 0.0, 0.0]
+    """
+    x, y, z = np.moveaxis(np.asarray(points, np.float64), -1, 0)
+    if Up(up) is Up.z:
+        y, z = z, -y
+    angle = np.radians(yaw)
+    cosine, sine = _QUARTERS.get(yaw % 360, (np.cos(angle), np.sin(angle)))
+    return np.stack([cosine * x + sine * z, y, cosine * z - sine * x], axis=-1) + 0.0  # no -0.0
+
+
+def into_frame(mesh: Mesh, up: Up | str, yaw: float) -> Mesh:
+    """Turn a mesh as `turn` does its points; the very same mesh where nothing is to be turned."""
+    if Up(up) is Up.y and yaw % 360 == 0:
+        return mesh
+    return mesh.with_vertices(turn(mesh.vertices, up, yaw))
+
+
+def mean_azimuth(positions: ArrayLike) -> float | None:
+    """Return the circular mean of cameras' azimuths, in degrees of (-180, 180].
+
+    Convention:
+        0 is a camera at -z, 90 one at +x, as in `rendering.render`.
+
+    Args:
+        positions: (N, 3), in the project's frame, about the origin.
+
+    Returns:
+        The mean; None where no camera stands to the side, or they stand all around.
+    """
+    flat = np.asarray(positions, np.float64).reshape(-1, 3)[:, [0, 2]]
+    distance = np.linalg.norm(flat, axis=1)
+    flat = flat[distance > 0] / distance[distance > 0, None]
+    if len(flat) == 0 or np.linalg.norm(flat.mean(axis=0)) < 1e-6:
+        return None
+    x, z = flat.mean(axis=0)
+    return math.degrees(math.atan2(x, -z))

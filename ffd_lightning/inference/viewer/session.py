@@ -1,0 +1,164 @@
+"""What one visitor of the viewer looks at and has changed, apart from how it is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.metrics.chamfer import chamfer
+
+Floats = NDArray[np.float32]
+
+_EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
+_POINTS = 4096  # of a cloud that are drawn
+_SCORED = 1024  # of a cloud that Chamfer distances are of, as in training
+
+
+def display_bank(bank: TemplateBank) -> TemplateBank:
+    """Return the same templates, light enough to be moved many times a second.
+
+    Their meshes have edges up to 0.05 instead of 0.02: an eighth of the faces, more or less.
+    """
+    parts = None if bank.point_parts is None else bank.point_parts[:, :_POINTS]
+    return TemplateBank(
+        bank.ids,
+        bank.families,
+        bank.points[:, :_POINTS].numpy(),
+        bank.meshes,
+        parts,
+        bank.part_names,
+        bank.degrees,
+        max(_EDGE, bank.max_edge),
+    )
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a test model really looks like.
+
+    Attributes:
+        model_id: its id.
+        mesh: its mesh, bounding-box diagonal 1.
+        points: of its surface, (N, 3) float32.
+    """
+
+    model_id: str
+    mesh: Mesh
+    points: Floats
+
+
+class Session:
+    """A reconstruction that can be looked at step by step, and pulled at.
+
+    What is shown is ``deform(B, P, amount * dP + edit)``: `amount` goes from the template as it is
+    (0) to the network's deformation (1) and beyond; `edit` is what was pulled by hand, and is kept
+    for each template.
+
+    Args:
+        reconstruction: of the network.
+        display: `display_bank` of its templates.
+        truth: None for photographs.
+
+    Attributes:
+        template: index of the template that is shown, the selected one at first.
+        amount: how much of the network's deformation is shown.
+        edits: by hand, (T, M, 3).
+    """
+
+    def __init__(
+        self, reconstruction: Reconstruction, display: TemplateBank, truth: Truth | None = None
+    ) -> None:
+        self.reconstruction, self.display, self.truth = reconstruction, display, truth
+        self.template = reconstruction.index
+        self.amount = 1.0
+        self.edits = np.zeros_like(reconstruction.offsets)
+
+    @property
+    def rest(self) -> Floats:
+        """The template's control points P, (M, 3)."""
+        points: Floats = self.display.control_points[self.template].numpy()
+        return points
+
+    @property
+    def offsets(self) -> Floats:
+        """How far each control point is from its place of rest, (M, 3)."""
+        predicted = self.reconstruction.offsets[self.template]
+        total: Floats = np.float32(self.amount) * predicted + self.edits[self.template]
+        return total
+
+    @property
+    def control_points(self) -> Floats:
+        """Where the control points are, (M, 3)."""
+        moved: Floats = self.rest + self.offsets
+        return moved
+
+    @property
+    def edited(self) -> NDArray[np.bool_]:
+        """Which control points were moved by hand, (M,)."""
+        moved: NDArray[np.bool_] = (self.edits[self.template] != 0).any(axis=1)
+        return moved
+
+    def move(self, index: int, position: NDArray[np.floating]) -> None:
+        """Put a control point somewhere, (3,)."""
+        self.edits[self.template, index] += (position - self.control_points[index]).astype(
+            np.float32
+        )
+
+    def reset(self) -> None:
+        """Show what the network predicts of the template, without edits."""
+        self.amount = 1.0
+        self.edits[self.template] = 0
+
+    def surface(self) -> Mesh:
+        """Return the mesh to draw, deformed."""
+        return self.display.deformed_mesh(self.template, torch.from_numpy(self.offsets))
+
+    def template_surface(self) -> Mesh:
+        """Return the mesh to draw as the template has it: the same vertices, at rest."""
+        return self.display.subdivided(self.template)[0]
+
+    def points(self) -> Floats:
+        """Return the cloud to draw, deformed, (4096 at most, 3)."""
+        return self._deformed(self.offsets)
+
+    def scores(self) -> dict[str, float]:
+        """Return Chamfer distances to the ground truth, {} for a photograph.
+
+        Squared distances, mean over points, both directions added; the first 1,024 points of each
+        cloud; in units in which models have a bounding box of diagonal 1. Of what is shown, of the
+        template as the network deforms it, and of the template as it is.
+        """
+        if self.truth is None:
+            return {}
+        target = self.truth.points[:_SCORED]
+        predicted = self.reconstruction.offsets[self.template]
+        kinds = {
+            "shown": self.offsets,
+            "predicted": predicted,
+            "undeformed": np.zeros_like(predicted),
+        }
+        return {
+            kind: float(chamfer(self._deformed(offsets)[:_SCORED], target))
+            for kind, offsets in kinds.items()
+        }
+
+    def shown(self) -> Reconstruction:
+        """Return what is shown as a reconstruction of its own, at full resolution."""
+        offsets = self.reconstruction.offsets.copy()
+        offsets[self.template] = self.offsets
+        return replace(self.reconstruction, index=self.template, offsets=offsets)
+
+    def _deformed(self, offsets: Floats) -> Floats:
+        moved = deform(
+            self.display.deformation_matrix[self.template],
+            self.display.control_points[self.template],
+            torch.from_numpy(offsets),
+        )
+        return np.asarray(moved.numpy(), np.float32)

@@ -1,0 +1,56 @@
+"""How many cores there are, and work on many items in threads that have one core each."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from typing import TypeVar
+
+_Item = TypeVar("_Item")
+_Result = TypeVar("_Result")
+
+
+def available_cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_threads(
+    function: Callable[[_Item], _Result], items: Iterable[_Item], workers: int
+) -> Iterator[tuple[_Item, _Result]]:
+    """Yield (item, function(item)) as they are done.
+
+    Threads do, since the heavy parts are compiled and free the interpreter. Ctrl-C, or an error,
+    waits for the items in work and no more.
+    """
+    with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="evaluation") as pool:
+        todo = iter(items)
+        pending: dict[Future[_Result], _Item] = {}
+        while True:
+            for item in todo:
+                pending[pool.submit(function, item)] = item
+                if len(pending) >= 2 * workers:
+                    break
+            if not pending:
+                return
+            try:
+                for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                    yield pending.pop(future), future.result()
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+
+
+@contextmanager
+def _one_thread() -> Iterator[None]:
+    """Keep torch to one thread, as several at once would each start as many as there are cores."""
+    import torch  # here: workers of the preparation need this module, and no torch
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)

@@ -1,0 +1,261 @@
+"""What cars have in common: the shell, wheels, greenhouse, lights and open tubs. Metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ffd_lightning.shapes.parts.furniture import draw
+from ffd_lightning.shapes.shapes import (
+    Array,
+    Builder,
+    Material,
+    pick_material,
+    rotation,
+)
+
+BLACK = Material((0.06, 0.06, 0.065))
+CHROME = Material((0.75, 0.76, 0.78))
+LAMP = Material((0.95, 0.93, 0.82))
+RUBBER = Material((0.09, 0.09, 0.09))
+RED = Material((0.75, 0.06, 0.05))
+
+Profile = Sequence[tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Stance:
+    """How a car stands: its size, its axles and the outline of its top.
+
+    Attributes:
+        length: along z; the nose is at -length / 2.
+        width: across the flanks.
+        axles: z of each axle, front first.
+        radius: of the tyres.
+        clearance: height of the sills.
+        profile: (z, height) rows from nose to tail: the top of the body without its cabin.
+        nose: width at the ends as a fraction of `width`.
+    """
+
+    length: float
+    width: float
+    axles: tuple[float, ...]
+    radius: float
+    clearance: float
+    profile: Profile
+    nose: float = 0.85
+
+    def top(self, z: float) -> float:
+        """Return the height of the body at z."""
+        rows = np.asarray(self.profile)
+        return float(np.interp(z, rows[:, 0], rows[:, 1]))
+
+    def half_width(self, z: float) -> float:
+        """Return half the width of the body at z; it narrows towards both ends."""
+        t = np.clip((abs(2 * z / self.length) - 0.55) / 0.45, 0, 1)
+        return 0.5 * self.width * (1 - (1 - self.nose) * t**2.5)
+
+    def lower(self, z: float) -> float:
+        """Return the height of the body's lower edge at z: the sill or a wheel arch."""
+        arch = 1.13 * self.radius
+        reach = min(abs(z - axle) for axle in self.axles)
+        if reach < arch:
+            return self.radius + float(np.sqrt(arch**2 - reach**2))
+        return self.clearance
+
+
+def _draw_axles(
+    rng: np.random.Generator, length: float, radius: float, front: float
+) -> tuple[float, float]:
+    """Draw the axles' z; `front` is the front overhang in tyre radii."""
+    first = -length / 2 + radius * front
+    rear = length / 2 - radius * rng.uniform(1.9, 2.8)
+    return first, rear
+
+
+def draw_stance(
+    rng: np.random.Generator,
+    length: tuple[float, float],
+    width: tuple[float, float],
+    radius: tuple[float, float],
+    clearance: tuple[float, float],
+) -> Stance:
+    """Draw a car's size within these ranges; its profile is still to be set."""
+    long, r = rng.uniform(*length), rng.uniform(*radius)
+    axles = _draw_axles(rng, long, r, rng.uniform(2.0, 2.8))
+    low = min(rng.uniform(*clearance), 0.9 * r)
+    return Stance(long, rng.uniform(*width), axles, r, low, (), rng.uniform(0.78, 0.9))
+
+
+def with_profile(
+    stance: Stance, nose: float, cowl: tuple[float, float], deck: tuple[float, float], tail: float
+) -> Stance:
+    """Set a profile: heights of nose and tail, (z, height) of the cowl and of the deck's front."""
+    half = stance.length / 2
+    least = 2.13 * stance.radius + 0.06  # the wheel arches must fit below the bonnet
+    rows = [(-half, nose - 0.08), (-half + 0.08, nose), (-half + 0.35, max(nose + 0.05, least))]
+    rows += [(cowl[0], max(cowl[1], least + 0.03)), (deck[0], max(deck[1], least + 0.03))]
+    rows += [(half - 0.2, max(tail + 0.02, least)), (half - 0.04, tail), (half, tail - 0.07)]
+    return replace(stance, profile=tuple(rows))
+
+
+def draw_paint(rng: np.random.Generator) -> Material:
+    """Draw a car's colour: lively, or white, silver, grey or black."""
+    if rng.random() < 0.6:
+        return pick_material(rng, "paint")
+    return Material((float(rng.choice([0.08, 0.25, 0.5, 0.7, 0.92])),) * 3)
+
+
+def shell(b: Builder, paint: Material, stance: Stance) -> None:
+    """Add the body with open wheel arches, and the dark underbody that shows through them."""
+    arch, half = 1.13 * stance.radius, stance.length / 2
+    stations = [*np.linspace(-half, half, 13), *(z for z, _ in stance.profile)]
+    for axle in stance.axles:
+        inner = [axle - arch * np.cos(a) for a in np.linspace(0.02, np.pi - 0.02, 8)]
+        stations += [axle - 1.002 * arch, *inner, axle + 1.002 * arch]
+    inside = [z for z in sorted(stations) if -half <= z <= half]
+    kept = np.array(inside)[np.diff(inside, prepend=-np.inf) > 1e-4]
+    b.loft("body", paint, [_section(stance, z) for z in kept])
+    inner_width = 0.62 * stance.width
+    floor = min(stance.clearance + 0.04, stance.radius)
+    tall = min(1.9 * stance.radius, min(h for _, h in stance.profile) - 0.05) - floor
+    center = (0, floor + tall / 2, 0)
+    b.box("body", BLACK, center, (inner_width, tall, 0.96 * stance.length))
+
+
+def _section(stance: Stance, z: float) -> Array:
+    """Return the cross-section of the body at z, (14, 3)."""
+    w, top, low = stance.half_width(z), stance.top(z), stance.lower(z)
+    shoulder = max(stance.clearance + 0.72 * (top - stance.clearance), low + 0.02)
+    edge = 0.5 * (shoulder + top)
+    side = [(0.95 * w, low), (0.99 * w, low + 0.2 * (shoulder - low)), (w, 0.5 * (low + shoulder))]
+    side += [(0.99 * w, shoulder), (0.955 * w, edge), (0.9 * w, top - 0.1 * (top - shoulder))]
+    side += [(0.8 * w, top)]
+    ring = side + [(-x, y) for x, y in reversed(side)]
+    return np.array([(x, y, z) for x, y in ring])
+
+
+def wheel(
+    b: Builder,
+    radius: float,
+    thickness: float,
+    hub: tuple[float, float, float],
+    style: tuple[str, int, Material],
+) -> None:
+    """Add a wheel at `hub`, turned outwards; `style` is (kind of rim, spokes, rim material)."""
+    kind, count, metal = style
+    out = 1.0 if hub[0] > 0 else -1.0
+    turn, center = rotation((0, 0, 1), -90 * out), np.array(hub)
+    rim, w = 0.66 * radius, thickness / 2
+    profile = [(rim, -w), (0.93 * radius, -w), (radius, -0.6 * w), (radius, 0.6 * w)]
+    profile += [(0.93 * radius, w), (rim, 0.9 * w), (0.97 * rim, 0.4 * w)]
+    b.lathe("wheel", RUBBER, profile, center, 14, turn)
+    face = center + np.array([0.45 * w * out, 0, 0])
+    plate = BLACK if kind == "spokes" else metal
+    bulge = [
+        (0.97 * rim, -0.05 * w),
+        (0.97 * rim, 0.06 * w),
+        (0.45 * rim, 0.25 * w),
+        (0.1 * rim, 0.3 * w),
+    ]
+    b.lathe("wheel", plate, bulge, face, 12, turn)
+    if kind == "spokes":
+        for i in range(count):
+            spin = rotation((1, 0, 0), 360 * i / count)
+            arm = spin @ np.array([0.3 * w * out, 0.5 * rim, 0])
+            b.box("wheel", metal, face + arm, (0.2 * w, 1.0 * rim, 1.1 * rim / count), spin)
+    cap = [(0.22 * rim, 0), (0.2 * rim, 0.5 * w), (0.05 * rim, 0.6 * w)]
+    b.lathe("wheel", metal, cap, face, 8, turn)
+
+
+def wheels(b: Builder, rng: np.random.Generator, stance: Stance, inset: float = 0.02) -> None:
+    """Add two wheels to every axle, all alike, their outer faces `inset` inside the flanks."""
+    thickness = stance.radius * rng.uniform(0.5, 0.75)
+    kind = draw(rng, ["spokes", "disc"], [0.7, 0.3])
+    metal = CHROME if rng.random() < 0.6 else pick_material(rng, "metal")
+    style = (kind, int(rng.integers(5, 9)), metal)
+    for axle in stance.axles:
+        x = stance.half_width(axle) - thickness / 2 - inset
+        for side in (-x, x):
+            wheel(b, stance.radius, thickness, (side, stance.radius, axle), style)
+
+
+def hood(b: Builder, paint: Material, stance: Stance, ends: tuple[float, float]) -> None:
+    """Add the hood's panel on the body between two z, following its profile."""
+    rows = [z for z, _ in stance.profile if ends[0] < z < ends[1]]
+    rings = []
+    for z in [ends[0], *rows, ends[1]]:
+        w, y = 0.76 * stance.half_width(z), stance.top(z)
+        rings.append([(-w, y - 0.02, z), (-w, y + 0.012, z), (w, y + 0.012, z), (w, y - 0.02, z)])
+    b.loft("hood", paint, rings)
+
+
+def face(b: Builder, rng: np.random.Generator, stance: Stance, paint: Material) -> None:
+    """Add lights, grille, number plates and bumpers to both ends."""
+    shape = draw(rng, ["round", "wide", "tall"])
+    bumper = CHROME if rng.random() < 0.25 else (BLACK if rng.random() < 0.4 else paint)
+    for end in (-1, 1):
+        z = end * stance.length / 2
+        half, top = stance.half_width(z), stance.top(z)
+        tall = top - stance.clearance
+        size = {"round": (0.16, 0.16), "wide": (0.34, 0.11), "tall": (0.14, 0.22)}[shape]
+        size = (min(size[0], 0.5 * half), min(size[1], 0.4 * tall))
+        y = stance.clearance + (0.72 if end < 0 else 0.75) * tall - 0.1 * size[1]
+        for side in (-1, 1):
+            center = np.array([side * (0.93 * half - size[0] / 2 - 0.02), y, z])
+            material = LAMP if end < 0 else RED
+            if shape == "round":
+                b.ellipsoid("light", material, center, (size[0] / 2, size[1] / 2, 0.04), 8)
+            else:
+                b.rounded_box("light", material, center, (*size, 0.06), 0.025, segments=1)
+        low = stance.clearance + 0.2 * tall
+        box = (1.98 * half, 0.22 * tall, 0.16)
+        b.rounded_box("trim", bumper, (0, low, z - end * 0.03), box, 0.07, segments=2)
+        b.box("trim", LAMP, (0, low + 0.02, z + end * 0.052), (0.42, 0.09, 0.012))
+    _grille(b, rng, stance)
+
+
+def _grille(b: Builder, rng: np.random.Generator, stance: Stance) -> None:
+    """Add a grille of a few bars between the headlights."""
+    z = -stance.length / 2
+    half, tall = stance.half_width(z), stance.top(z) - stance.clearance
+    y, high, wide = stance.clearance + 0.62 * tall, 0.3 * tall, half * rng.uniform(0.5, 1.0)
+    b.box("trim", BLACK, (0, y, z), (wide, high, 0.03))
+    bars = int(rng.integers(1, 5))
+    for t in (np.arange(bars) + 0.5) / bars - 0.5:
+        b.box("trim", CHROME, (0, y + t * high, z - 0.015), (wide, 0.12 * high, 0.015))
+
+
+def walls(
+    b: Builder,
+    paint: Material,
+    stance: Stance,
+    ends: tuple[float, float],
+    span: tuple[float, float],
+    thickness: float,
+    closed: tuple[bool, bool] = (True, True),
+) -> None:
+    """Wall in an open bed or cockpit between two z and two heights; `closed` ends get a wall."""
+    low, high = span
+    stations = np.linspace(*ends, 6)
+    for side in (-1, 1):
+        rings = []
+        for z in stations:
+            outer = side * 0.985 * stance.half_width(z)
+            inner = outer - side * thickness
+            rings.append(
+                [
+                    (inner, low, z),
+                    (outer, low, z),
+                    (outer, high - 0.03, z),
+                    (outer - 0.2 * side * thickness, high, z),
+                    (inner, high, z),
+                ]
+            )
+        b.loft("body", paint, rings)
+    for z, wall, shift in zip(ends, closed, (0.5, -0.5), strict=True):
+        if wall:
+            size = (1.9 * stance.half_width(z), high - low, thickness)
+            b.box("body", paint, (0, (low + high) / 2, z + shift * thickness), size)

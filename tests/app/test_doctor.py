@@ -1,0 +1,129 @@
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from PIL import Image
+from shapenet_tree import BAD, CHAIR, bad_models, good_models, write_folder, write_zips
+
+from ffd_lightning.app import doctor
+from ffd_lightning.data.categories import paper_templates
+from ffd_lightning.errors import ConfigError, DataError
+
+ROOT = Path(__file__).parents[2]
+SMALL = [
+    "data.num_points=64",
+    "data.render.height=32",
+    "data.render.width=32",
+    "data.render.samples=1",
+    "preparation.workers=1",
+]
+
+
+@pytest.fixture
+def examine(tmp_path, capsys):
+    """Return a function from overrides to exit code and lines."""
+
+    def run(*overrides):
+        code = doctor.main([*SMALL, f"paths.data={tmp_path}/data", *overrides])
+        return code, capsys.readouterr().out.splitlines()
+
+    return run
+
+
+def test_what_is_said_of_shapenet(examine, tmp_path):
+    templates = paper_templates("chair")
+    files = good_models("v1") | bad_models("v1")
+    renamed = {path.replace("/plain/", f"/{templates[4]}/"): data for path, data in files.items()}
+    root = write_folder(tmp_path / "shapenet", renamed)
+    write_zips(root, good_models("v1", "04379243"))
+    (root / "02691156.zip").write_bytes(b"PK\3\4 cut off")
+    (root / "ShapeNetRendering").mkdir()
+    (root.parent / "PartAnnotation").mkdir()
+    code, lines = examine("data=shapenet", f"data.root={root}")
+    text = "\n".join(lines)
+    assert code == 1, "something cannot be used"
+    chair = next(line.split() for line in lines if line.strip().startswith("chair "))
+    assert chair[1:7] == ["v1,", "folders", str(4 + len(BAD)), "2", "1", "of"]
+    table = next(line.split() for line in lines if line.strip().startswith("table "))
+    assert table[1:8] == ["v1,", "zip", "archive", "4", "0", "0", "of"]
+    assert "chair: 1 models: it has no model.obj (absent)" in lines
+    assert "chair: 1 models: its model.obj is empty (empty)" in lines
+    absent = next(line for line in lines if "templates are absent" in line)
+    assert absent.startswith("chair: 29 of the paper's templates are absent, `diverse` ones")
+    assert sorted(absent.partition("places: ")[2].split(", ")) == sorted(
+        set(templates) - {templates[4]}
+    )
+    assert "chair: 3 of 7 tried are rejected" in text
+    assert "plane: the archive" in text
+    assert "02691156.zip is damaged or incomplete" in text
+    assert "are not: bench (02828884)" in text
+    assert "chair (03001627)" not in text
+    assert f"data.images=r2n2 data.images_root={root}" in text
+    assert f"data.parts_root={root.parent}/PartAnnotation" in text
+    assert "to prepare: about 1 min" in text
+    assert "GB free" in text
+    assert not list((tmp_path / "data").glob("**/*")), "a doctor leaves nothing behind"
+
+
+def test_one_category_and_a_set_that_is_prepared(examine, tmp_path):
+    root = write_zips(tmp_path / "shapenet", good_models("v2"))
+    overrides = ["data=shapenet", f"data.root={root}", "category=chair"]
+    code, lines = examine(*overrides)
+    assert code == 0
+    assert "v2, zip archive" in "\n".join(lines)
+    command = [sys.executable, str(ROOT / "prepare.py"), *SMALL, f"paths.data={tmp_path}/data"]
+    done = subprocess.run([*command, *overrides], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "prepared 4 models" in done.stderr
+    code, lines = examine(*overrides)
+    assert any("is prepared" in line for line in lines)
+    assert any(line.startswith(f"chair: {tmp_path}/data/prepared/chair-") for line in lines)
+
+
+def test_renderings_and_parts_are_counted(examine, tmp_path):
+    root = write_folder(tmp_path / "shapenet", good_models("v1"))
+    for view in range(24):
+        file = root / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / f"{view:02d}.png"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        Image.new("RGBA", (8, 8)).save(file)
+    parts = tmp_path / "shapenetcore_partanno_segmentation_benchmark_v0" / CHAIR
+    write_folder(parts, {"points/plain.pts": b"0 0 0\n", "points_label/plain.seg": b"1\n"})
+    _, lines = examine(
+        "data=shapenet", f"data.root={root}", "data.images=r2n2", f"data.parts_root={tmp_path}"
+    )
+    assert "chair: 3 models: it has no rendering (nomtl, textured, windows)" in lines
+    assert "chair: parts of 1 models are annotated" in lines
+
+
+def test_models_that_are_computed(examine):
+    code, lines = examine("data=procedural", "data.num_models=3", "category=table")
+    assert code == 0
+    assert any(line.split()[:3] == ["table", "computed", "3"] for line in lines)
+
+
+def test_what_is_not_there(examine, tmp_path):
+    with pytest.raises(ConfigError, match=r"data=shapenet needs data\.root"):
+        examine("data=shapenet", "data.root=")
+    with pytest.raises(ConfigError, match="does not exist"):
+        examine("data=shapenet", f"data.root={tmp_path}/absent")
+    with pytest.raises(DataError, match="is not ShapeNetCore"):
+        examine("data=shapenet", f"data.root={tmp_path}")
+
+
+def test_it_is_a_command(tmp_path):
+    with zipfile.ZipFile(tmp_path / f"{CHAIR}.zip", "w") as archive:
+        archive.writestr(f"{CHAIR}/a/model.obj", "v 0 0 0\n")
+    command = [sys.executable, "-m", "ffd_lightning.app.doctor"]
+    for arguments, code, said in (
+        (["--help"], 0, "data.root=DIR"),
+        (["data=shapnet"], 1, "Did you mean data=shapenet?"),
+        (["data=shapenet"], 1, "data=shapenet needs data.root=DIR"),
+        (["data=shapenet", f"data.root={tmp_path}"], 0, "1 of 1 tried are rejected"),
+    ):
+        done = subprocess.run([*command, *arguments], capture_output=True, text=True, cwd=tmp_path)
+        assert done.returncode == code, done.stderr
+        assert said in done.stdout + done.stderr
+        assert "Traceback" not in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == [f"{CHAIR}.zip"]

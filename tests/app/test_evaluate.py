@@ -1,0 +1,443 @@
+import csv
+import hashlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from ffd_lightning.app.config import EvaluateConfig, EvaluationConfig, ProtocolKind
+from ffd_lightning.app.evaluate import evaluate_run
+from ffd_lightning.app.open_run import build_data
+from ffd_lightning.app.train import train
+from ffd_lightning.checkpoint import build_network, load_weights
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation import evaluator
+from ffd_lightning.evaluation.protocols import (
+    PROTOCOLS,
+    ModernProtocol,
+    PaperProtocol,
+    ScaledProtocol,
+)
+from ffd_lightning.evaluation.references import (
+    SHAPES,
+    ShapeRetrieval,
+    medoid,
+    nearest_by_feature,
+)
+from ffd_lightning.evaluation.samples import Journal, Sample, best_templates, predict
+from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
+from ffd_lightning.files import lock_folder
+from ffd_lightning.metrics.scalings import SCALINGS
+from ffd_lightning.run_folder import RunFolder
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def trained(tiny_config, tmp_path_factory):
+    """A tiny run, its configuration and its data."""
+    run = RunFolder(tmp_path_factory.mktemp("run") / "a")
+    cfg = tiny_config("regime=e", "data.train_fraction=0.4")
+    train(cfg, run)
+    data = build_data(cfg)
+    data.setup()
+    return run, cfg, data
+
+
+@pytest.fixture(scope="module")
+def network(trained):
+    run, cfg, _ = trained
+    result = build_network(cfg)
+    load_weights(result, run.checkpoint)
+    return result
+
+
+@pytest.fixture(autouse=True)
+def _few_points(monkeypatch):
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
+
+
+@pytest.fixture
+def copy(trained, tmp_path):
+    """The run's folder, free to be written to."""
+    return RunFolder(shutil.copytree(trained[0].path, tmp_path / "run"))
+
+
+def evaluate(run, **settings):
+    return evaluate_run(EvaluateConfig(run=str(run.path), progress_bar=False, **settings))
+
+
+def samples(run):
+    return (run.evaluation("paper") / "samples.csv").read_text()
+
+
+def test_what_is_written(copy, trained):
+    summary = evaluate(copy)
+    rows = list(csv.DictReader(samples(copy).splitlines()))
+    data = trained[2]
+    assert [row["id"] for row in rows] == list(data.split.test)
+    assert {row["template"] for row in rows} <= set(data.bank.ids)
+    for name in SHAPES:
+        for measure in ("chamfer", "emd", "iou"):
+            key = f"{name}_{measure}" if name else measure
+            assert summary[key] == pytest.approx(np.mean([float(r[key]) for r in rows]))
+    assert all(float(r["floor_iou"]) == 1 for r in rows)
+    assert 0 < summary["floor_chamfer"] < summary["retrieval_chamfer"]
+    assert summary["num_samples"] == len(rows)
+    written = json.loads((copy.evaluation("paper") / "summary.json").read_text())
+    assert written["step"] == 8
+    assert written["unit"] == "64 points, hemisphere of radius 3.2"
+    assert not (copy.evaluation("paper") / "samples.partial").exists()
+
+
+def test_the_numbers_are_the_papers(copy, trained, network):
+    """Chamfer, EMD and IoU of a sample again, from the definitions and by other libraries."""
+    evaluate(copy, references=False)
+    row = list(csv.DictReader(samples(copy).splitlines()))[2]
+    data = trained[2]
+    place = data.prepared.index(row["id"])
+    mesh = data.prepared.mesh(place)
+    used = mesh.vertices[np.unique(mesh.faces)]
+    center = PaperProtocol().truth(ModelShape(data.prepared, place), np.random.default_rng()).frame
+    radius = np.linalg.norm(used - center.center, axis=1).max()
+    key = int.from_bytes(hashlib.sha256(row["id"].encode()).digest()[:8], "big")
+    kept, drawn = (
+        np.random.default_rng([0, key, k]).integers(points, size=64)
+        for k, points in ((0, 128), (1, 256))
+    )
+    truth = data.prepared.cloud(place)[kept].astype(float)
+    t = data.bank.ids.index(row["template"])
+    moved = (
+        data.bank.control_points[t] + predict(network, data.prepared, [Sample(place)]).offsets[0, t]
+    )
+    cloud = (data.bank.deformation_matrix[t] @ moved).numpy()[drawn].astype(float)
+    a, b = ((x - center.center) * 3.2 / radius for x in (cloud, truth))
+    distances = cdist(a, b)
+    chamfer = (distances.min(0) ** 2).mean() + (distances.min(1) ** 2).mean()
+    assert float(row["chamfer"]) == pytest.approx(chamfer, rel=1e-4)
+    pairs = linear_sum_assignment(distances)
+    assert float(row["emd"]) == pytest.approx(distances[pairs].mean(), rel=1e-4)
+
+
+def test_nothing_but_the_checkpoint_and_the_seed_decides_the_numbers(copy):
+    one = evaluate(copy, workers=1)
+    first = samples(copy)
+    assert evaluate(copy, workers=3, restart=True) == one
+    assert samples(copy) == first
+    other = evaluate(copy, seed=1)
+    assert other["chamfer"] != one["chamfer"]
+    assert other["iou"] == one["iou"], "voxels are not drawn"
+
+
+def test_training_ends_with_the_same_evaluation(trained, monkeypatch):
+    run = trained[0]
+    before = samples(run)
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol())
+    monkeypatch.setattr(evaluator, "score_sample", None)
+    summary = evaluate(run, references=False)
+    assert summary.items() <= run.status["summary"].items()
+    assert samples(run) == before
+    assert (run.path / "template_ranking.csv").read_text() == (
+        run.evaluation("paper") / "template_ranking.csv"
+    ).read_text()
+
+
+def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, monkeypatch):
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.modern, ModernProtocol(points=100))
+    cfg = replace(trained[1], evaluation=EvaluationConfig(ProtocolKind.modern, False))
+    weights = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
+    summary = train(cfg, copy)
+    assert summary["fscore_2"] > 0
+    assert copy.status["evaluation"] == {"protocol": "modern", "references": False}
+    again = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
+    assert all(torch.equal(again[name], value) for name, value in weights.items())
+
+
+def test_all_views(tiny_config, tmp_path):
+    run = RunFolder(tmp_path)
+    train(tiny_config("data.render.azimuths=[30,200]", "network.batch_norm_momentum=1"), run)
+    one = evaluate(run)
+    rows = list(csv.DictReader(samples(run).splitlines()))
+    both = evaluate(run, all_views=True)
+    views = list(csv.DictReader(samples(run).splitlines()))
+    assert [row["view"] for row in views] == ["0", "1"] * len(rows)
+    assert [r["emd"] for r in views if r["view"] == "0"] == [r["emd"] for r in rows]
+    assert [r["emd"] for r in views if r["view"] == "1"] != [r["emd"] for r in rows]
+    assert both["num_samples"] == 2 * one["num_samples"]
+    assert both["floor_emd"] == pytest.approx(one["floor_emd"])
+
+
+def test_one_evaluation_at_a_time(copy):
+    with lock_folder(copy.evaluation("paper"), ""), pytest.raises(ConfigError, match="evaluates"):
+        evaluate(copy)
+    evaluate(copy, references=False)
+
+
+def test_a_network_that_has_diverged_is_said_and_not_averaged(copy, tmp_path):
+    content = torch.load(copy.checkpoint, weights_only=True)
+    name = next(n for n in content["state_dict"] if n.endswith("bias"))
+    content["state_dict"][name][:] = float("nan")
+    torch.save(content, tmp_path / "nan.ckpt")
+    with pytest.raises(DataError, match="not finite"):
+        evaluate(copy, checkpoint=str(tmp_path / "nan.ckpt"))
+
+
+def collapsed(bank):
+    """Offsets that bring a template's control points to one place."""
+    return (torch.tensor([0.1, 0.2, 0.1]) - bank.control_points[0]).numpy()
+
+
+@pytest.mark.parametrize("make", ["collapsed", "far away", "huge"])
+@pytest.mark.parametrize("kind", list(ProtocolKind))
+def test_hopeless_deformations_score_badly_and_finitely(trained, make, kind):
+    data = trained[2]
+    offsets = collapsed(data.bank)
+    if make == "far away":
+        offsets = np.full((64, 3), 10, np.float32)
+    elif make == "huge":
+        offsets = 1e4 * data.bank.control_points[0].numpy()
+    protocol, truth = PROTOCOLS[kind], ModelShape(data.prepared, 3)
+    reference = protocol.truth(truth, np.random.default_rng(0))
+    shape = TemplateShape(data.bank, 0, offsets)
+    scores = protocol.score(shape, reference, np.random.default_rng(1))
+    other = protocol.score(TemplateShape(data.bank, 0), reference, np.random.default_rng(1))
+    for measure in protocol.measures:
+        assert np.isfinite(scores[measure.name]), measure.name
+        worse = scores[measure.name] - other[measure.name]
+        if measure.name != "normal_consistency":
+            assert (worse <= 0) if measure.higher_is_better else (worse > 0), measure.name
+    quality = shape.quality()
+    assert not any(np.isnan(value) for value in quality.values())
+
+
+def test_finished_evaluations_are_read_back(copy, monkeypatch):
+    summary = evaluate(copy)
+    monkeypatch.setattr(evaluator, "predict", None)
+    assert evaluate(copy) == summary
+
+
+def test_a_killed_evaluation_goes_on(copy, trained, data_root):
+    undisturbed = evaluate(copy, references=False)
+    expected = samples(copy)
+    shutil.rmtree(copy.evaluation("paper"))
+    code = (
+        "import sys, time\n"
+        "from ffd_lightning.app.config import EvaluateConfig, EvaluationConfig, ProtocolKind\n"
+        "from ffd_lightning.app import evaluate as run\n"
+        "from ffd_lightning.evaluation.protocols import PaperProtocol\n"
+        "truth = PaperProtocol.truth\n"
+        "PaperProtocol.truth = lambda *a: (time.sleep(1), truth(*a))[1]\n"
+        "run.PROTOCOLS[ProtocolKind.paper] = PaperProtocol(points=64)\n"
+        "run.evaluate_run(EvaluateConfig(run=sys.argv[1], workers=1, references=False))\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code, str(copy.path)], cwd=ROOT)
+    partial = copy.evaluation("paper") / "samples.partial"
+    end = time.monotonic() + 180
+    while not (partial.exists() and len(partial.read_text().splitlines()) > 2):
+        assert process.poll() is None, "it has come to its end"
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.02)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    done = len(partial.read_text().splitlines()) - 1
+    with partial.open("a") as file:
+        file.write('{"id": "table-0000')  # cut off
+    scored = []
+    score = evaluator.score_sample
+
+    def count(*arguments):
+        scored.append(arguments)
+        return score(*arguments)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(evaluator, "score_sample", count)
+        assert evaluate(copy, references=False) == undisturbed
+    assert samples(copy) == expected
+    assert len(scored) == len(trained[2].split.test) - done
+
+
+def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
+    run, _, data = trained
+    other = tmp_path / "other.ckpt"
+    content = torch.load(run.checkpoint, weights_only=True)
+    for value in content["state_dict"].values():
+        if value.is_floating_point():
+            value.mul_(1.01)
+    torch.save(content, other)
+    first = evaluate(copy, references=False)
+    assert evaluate(copy, references=False, checkpoint=str(other)) != first
+    everything = evaluate(copy, references=False, prepared=str(data.prepared.path))
+    assert everything["num_samples"] == len(data.prepared) - 2, "all but the templates"
+
+
+@pytest.mark.parametrize(
+    ("settings", "error", "message"),
+    [
+        ({"run": "/no/such"}, ConfigError, "is not a run folder"),
+        ({"checkpoint": "/no/such.ckpt"}, ConfigError, "there is no checkpoint"),
+        ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
+        ({"prepared": "/no/such"}, DataError, "damaged"),
+        ({"data_root": "/proc/no"}, DataError, "cannot prepare"),
+    ],
+)
+def test_what_is_missing_is_said(copy, settings, error, message):
+    with pytest.raises(error, match=message):
+        evaluate_run(EvaluateConfig(**{"run": str(copy.path), **settings}))
+
+
+def test_a_checkpoint_of_another_network(copy, tiny_config, tmp_path):
+    run = RunFolder(tmp_path / "four")
+    train(tiny_config("templates=t4", "schedule.steps=2"), run)
+    with pytest.raises(ConfigError, match="is of another network"):
+        evaluate(copy, checkpoint=str(run.checkpoint))
+
+
+def test_the_modern_protocol(copy, trained, monkeypatch):
+    protocol = ModernProtocol(points=200)
+    monkeypatch.setitem(PROTOCOLS, ProtocolKind.modern, protocol)
+    summary = evaluate(copy, protocol=ProtocolKind.modern)
+    for measure in protocol.measures:
+        for name in ("", "undeformed", "floor"):
+            assert 0 <= summary[f"{name}_{measure.name}" if name else measure.name] < 2
+    assert summary["floor_iou_128"] == summary["floor_iou_32"] == 1
+    assert summary["floor_chamfer_l1"] < summary["chamfer_l1"]
+    assert summary["floor_fscore_2"] > summary["fscore_2"]
+    assert 0 <= summary["folded"] <= 1 <= summary["stretch_median"] <= summary["stretch_95"]
+
+
+def test_surfaces_are_measured_on_the_longest_side_of_the_truth(trained):
+    """Twice the size of everything changes nothing, and a shift by 1% of the side is found."""
+    data = trained[2]
+    mesh = data.prepared.mesh(3)
+
+    class Moved(ModelShape):
+        def mesh(self):
+            side = np.ptp(mesh.vertices, axis=0).max()
+            return mesh.vertices + (0, 0.011 * side, 0), mesh.faces
+
+    shape, protocol = ModelShape(data.prepared, 3), ModernProtocol(points=4000)
+    truth = protocol.truth(shape, np.random.default_rng(0))
+    scores = protocol.score(Moved(data.prepared, 3), truth, np.random.default_rng(0))
+    assert 0.003 < scores["chamfer_l1"] < 0.012, "less than the shift where a face lies along it"
+    assert scores["hausdorff90"] == pytest.approx(0.011, rel=0.25)
+
+
+@pytest.mark.parametrize("name", SCALINGS)
+def test_scales_of_other_papers(trained, name):
+    data = trained[2]
+    protocol, shape = ScaledProtocol(name), ModelShape(data.prepared, 3)
+    monkey = replace(SCALINGS[name], num_points=500)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(SCALINGS, name, monkey)
+        truth = protocol.truth(shape, np.random.default_rng(0))
+        same = protocol.score(shape, truth, np.random.default_rng(0))
+        other = protocol.score(ModelShape(data.prepared, 8), truth, np.random.default_rng(0))
+    for measure in protocol.measures:
+        better = same[measure.name] > other[measure.name]
+        assert better == measure.higher_is_better, measure.name
+
+
+# --- references ---------------------------------------------------------------------------------
+
+
+def naive(a, b):
+    squared = cdist(a.astype(float), b.astype(float)) ** 2
+    return squared.min(0).mean() + squared.min(1).mean()
+
+
+def test_the_nearest_training_shape(prepared):
+    among = list(range(5, 20))
+    retrieval = ShapeRetrieval(prepared, among)
+    for row in (0, 21, 7):
+        nearest = retrieval.nearest(prepared.cloud(row))
+        distances = [naive(prepared.cloud(row), prepared.cloud(k)) for k in among]
+        assert nearest == among[int(np.argmin(distances))]
+    assert retrieval.nearest(prepared.cloud(7)) == 7
+
+
+def test_the_medoid(prepared):
+    rows = list(range(3, 12))
+    totals = [sum(naive(prepared.cloud(a), prepared.cloud(b)) for b in rows) for a in rows]
+    assert medoid(prepared, rows) == rows[int(np.argmin(totals))]
+
+
+def test_the_most_similar_image(trained, network):
+    data = trained[2]
+    features = predict(network, data.prepared, [Sample(k) for k in range(10)]).features
+    torch.testing.assert_close(features.norm(dim=1), torch.ones(10))
+    known = torch.nn.functional.normalize(torch.randn(8, 50, generator=torch.manual_seed(0)))
+    near = torch.nn.functional.normalize(known[[3, 0]] + 0.02)
+    assert nearest_by_feature(near, known).tolist() == [3, 0]
+
+
+def test_the_best_templates(trained):
+    data = trained[2]
+    offsets = 0.1 * np.random.default_rng(0).normal(size=(2, 64, 3)).astype("f4")
+    for row in data.rows(data.split.test)[:4]:
+        truth = data.prepared.cloud(int(row))
+        as_is = [naive(data.bank.points[t].numpy(), truth) for t in (0, 1)]
+        moved = data.bank.deformation_matrix @ (data.bank.control_points + offsets)
+        deformed = [naive(moved[t].numpy(), truth) for t in (0, 1)]
+        best = best_templates(data.prepared, int(row), data.bank, offsets)
+        assert best == (int(np.argmin(as_is)), int(np.argmin(deformed)))
+
+
+# --- parts --------------------------------------------------------------------------------------
+
+
+def test_a_prediction_does_not_depend_on_its_company(trained, network):
+    data = trained[2]
+    alone = predict(network, data.prepared, [Sample(4)])
+    company = predict(network, data.prepared, [Sample(1), Sample(4), Sample(9)], workers=2)
+    np.testing.assert_array_equal(alone.offsets[0], company.offsets[1])
+    np.testing.assert_array_equal(alone.weights[0], company.weights[1])
+
+
+def test_shapes_without_offsets_are_the_templates(trained):
+    bank = trained[2].bank
+    still = TemplateShape(bank, 1, np.zeros((64, 3), np.float32))
+    as_is = TemplateShape(bank, 1)
+    a, b = (shape.cloud(50, np.random.default_rng(0)) for shape in (still, as_is))
+    np.testing.assert_allclose(a, b, atol=1e-6)
+    np.testing.assert_allclose(still.mesh()[0], as_is.mesh()[0], atol=1e-6)
+
+
+def test_a_journal_of_other_settings_is_begun_anew(tmp_path):
+    journal = Journal(tmp_path / "j", "a")
+    journal.add({"id": "x", "view": 2, "chamfer": 1.0})
+    journal.close()
+    assert Journal(tmp_path / "j", "a").rows["x", 2]["chamfer"] == 1
+    assert Journal(tmp_path / "j", "b").rows == {}
+
+
+def test_the_command(copy, data_root, prepared):
+    assert isinstance(prepared, PreparedSet)
+    command = [sys.executable, str(ROOT / "evaluate.py"), f"run={copy.path}"]
+    done = subprocess.run(
+        [*command, "references=false"], capture_output=True, text=True, cwd=copy.path.parent
+    )
+    assert done.returncode == 0, done.stderr
+    assert "selected template, deformed" in done.stdout
+    assert (copy.evaluation("paper") / "samples.csv").is_file()
+    for override, word in (
+        ("run=/no/such", "is not a run folder"),
+        ("protocol=papre", "paper"),
+        ("chekpoint=x", "Did you mean checkpoint?"),
+    ):
+        done = subprocess.run([*command, override], capture_output=True, text=True)
+        assert done.returncode == 1
+        assert word in done.stderr
+        assert "Traceback" not in done.stderr
+    assert not Path("/no").exists()

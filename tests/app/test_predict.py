@@ -1,0 +1,411 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from filelock import FileLock
+from PIL import Image
+
+from ffd_lightning.app import predict as predict_run
+from ffd_lightning.app.config import MeshColors, PredictConfig
+from ffd_lightning.app.open_run import open_run
+from ffd_lightning.app.photo_jobs import find_jobs
+from ffd_lightning.app.predict import predict_files
+from ffd_lightning.data.preparation.part_labels import PART_COLORS
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.inference.pieces import pieces
+from ffd_lightning.inference.predictor import Predictor
+
+ROOT = Path(__file__).parents[2]
+FILES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply", "prediction.json", "preview.png")
+
+
+@pytest.fixture(scope="module")
+def photos(tiny_run, tmp_path_factory):
+    """Three test images as files."""
+    folder = tmp_path_factory.mktemp("photos")
+    data = open_run(tiny_run).data
+    for row in data.rows(data.split.test)[:3]:
+        image = Image.fromarray(data.prepared.image(int(row)))
+        image.save(folder / f"{data.prepared.ids[row]}.png")
+    return folder
+
+
+@pytest.fixture
+def config(checkpoint, tmp_path):
+    return PredictConfig(
+        run=str(checkpoint), out=str(tmp_path / "out"), points=300, progress_bar=False, workers=2
+    )
+
+
+@pytest.fixture(scope="module")
+def written(checkpoint, photos, tmp_path_factory):
+    """All that is written of one photograph: its folder, and the reconstruction."""
+    photo = sorted(photos.iterdir())[0]
+    out = tmp_path_factory.mktemp("out")
+    config = PredictConfig(
+        run=str(checkpoint), image=str(photo), out=str(out), points=300, top_k=2, obj=True
+    )
+    (outcome,) = predict_files(config)
+    assert not outcome.error
+    return out / photo.stem, Predictor.load(checkpoint).predict(photo)
+
+
+# --- what is written ------------------------------------------------------------------------------
+
+
+def triangles(scene):
+    """The corners of all triangles, sorted: whatever the pieces and their order."""
+    corners = np.concatenate([g.triangles for g in scene.geometry.values()]).reshape(-1, 9)
+    return corners[np.lexsort(corners.T)]
+
+
+def as_sorted(mesh):
+    corners = mesh.triangles.reshape(-1, 9)
+    return corners[np.lexsort(corners.T)]
+
+
+def test_meshes_are_the_reconstruction_and_its_template(written):
+    folder, reconstruction = written
+    assert sorted(p.name for p in folder.iterdir()) == sorted(
+        [*FILES, "mesh.obj", "mesh.mtl", "candidate-2"]
+    )
+    scene = trimesh.load(folder / "mesh.glb", process=False)
+    found, expected = triangles(scene), as_sorted(reconstruction.mesh)
+    assert len(found) == len(expected)
+    area = sum(g.area for g in scene.geometry.values())
+    assert area == pytest.approx(reconstruction.mesh.area, rel=1e-4)
+    np.testing.assert_allclose(scene.bounds, reconstruction.mesh.bounds, atol=1e-5)
+    template = trimesh.load(folder / "template.glb", process=False)
+    np.testing.assert_allclose(template.bounds, reconstruction.template.bounds, atol=1e-5)
+    obj = trimesh.load(folder / "mesh.obj", process=False, force="mesh")
+    np.testing.assert_allclose(obj.bounds, reconstruction.mesh.bounds, atol=1e-5)
+    second = trimesh.load(folder / "candidate-2" / "mesh.glb", process=False)
+    other = reconstruction.candidate(1).mesh
+    np.testing.assert_allclose(second.bounds, other.bounds, atol=1e-5)
+
+
+def test_pieces_have_the_parts_names_and_the_faces_colours(written):
+    folder, reconstruction = written
+    scene = trimesh.load(folder / "mesh.glb", process=False)
+    area = dict.fromkeys(reconstruction.part_names, 0.0)
+    for name, piece in scene.geometry.items():
+        area[name.rsplit("-", 1)[0]] += piece.area
+    mesh = reconstruction.mesh
+    for k, name in enumerate(reconstruction.part_names):
+        own = mesh.area_faces[reconstruction.labels == k].sum()
+        assert area[name] == pytest.approx(own, rel=1e-3, abs=1e-6)
+    colors = {tuple(c) for c in mesh.visual.face_colors.tolist()}
+    shown = {
+        tuple(np.round(np.asarray(g.visual.material.baseColorFactor)).astype(int).tolist())
+        for g in scene.geometry.values()
+    }
+    assert shown == colors
+
+
+def test_the_lattice_is_drawn_before_and_after(written):
+    folder, reconstruction = written
+    scene = trimesh.load(folder / "lattice.glb", process=False)
+    before = reconstruction.bank.control_points[reconstruction.index].numpy()
+    after = before + reconstruction.offsets[reconstruction.index]
+    assert sorted(scene.geometry) == ["after", "before"]
+    for name, points in (("before", before), ("after", after)):
+        corners = np.asarray(scene.geometry[name].vertices)
+        for sign in (-1, 1):  # a cube around each control point
+            gap = np.abs(corners[:, None] - (points + sign * 0.007)).max(-1).min(0)
+            assert gap.max() < 1e-4
+        np.testing.assert_allclose(corners.min(0), points.min(0) - 0.007, atol=1e-4)
+        np.testing.assert_allclose(corners.max(0), points.max(0) + 0.007, atol=1e-4)
+
+
+def test_the_cloud_has_a_label_for_each_point(written):
+    folder, reconstruction = written
+    content = (folder / "cloud.ply").read_bytes()
+    header, body = content.split(b"end_header\n", 1)
+    assert b"element vertex 300" in header
+    for k, name in enumerate(reconstruction.part_names):
+        assert f"comment label {k} {name}\n".encode() in header
+    table = np.frombuffer(body, [("xyz", "<f4", 3), ("rgba", "u1", 4), ("label", "u1")], 300)
+    points, labels = reconstruction.labelled_cloud(300)
+    np.testing.assert_allclose(table["xyz"], points, atol=1e-6)
+    np.testing.assert_array_equal(table["label"], labels)
+    assert len(trimesh.load(folder / "cloud.ply").vertices) == 300
+
+
+def test_the_record_suffices_to_make_the_mesh_again(written):
+    folder, reconstruction = written
+    content = json.loads((folder / "prediction.json").read_text())
+    assert content["template"]["id"] == reconstruction.template_id
+    assert list(content["weights"].values()) == sorted(content["weights"].values(), reverse=True)
+    assert sum(content["weights"].values()) == pytest.approx(1, abs=1e-5)
+    offsets = np.array(content["offsets"], np.float32)
+    np.testing.assert_allclose(offsets, reconstruction.offsets[reconstruction.index], atol=1e-6)
+    assert content["image"]["steps"] == list(reconstruction.photo.steps)
+    assert set(content["seconds"]) == {"framing", "network", "meshes"}
+    preview = Image.open(folder / "preview.png")
+    assert preview.width > 5 * 64
+
+
+def test_colours_by_part(config, photos, checkpoint):
+    photo = sorted(photos.iterdir())[0]
+    predict_files(
+        replace(config, image=str(photo), colors=MeshColors.parts, preview=False, points=50)
+    )
+    scene = trimesh.load(Path(config.out) / photo.stem / "mesh.glb", process=False)
+    names = Predictor.load(checkpoint).model.bank.part_names
+    for name, piece in scene.geometry.items():
+        color = tuple(int(c) for c in piece.visual.material.baseColorFactor[:3])
+        assert color == PART_COLORS[names.index(name.rsplit("-", 1)[0])]
+
+
+def test_many_colours_become_few_pieces():
+    rng = np.random.default_rng(0)
+    corners = rng.normal(size=(3000, 3))
+    colors = rng.integers(100, 160, (1000, 4)).astype(np.uint8)
+    mesh = Mesh(corners, np.arange(3000).reshape(-1, 3), colors)
+    found = pieces(mesh, MeshColors.material, 64)
+    assert 1 < len(found) <= 128, "64 opaque, 64 see-through"
+    assert sum(len(piece.faces) for piece in found) == 1000
+    for piece in found:
+        rows = piece.vertices[piece.faces][:, 0] // 3
+        assert np.abs(colors[rows, :3].astype(int) - piece.rgba[:3]).max() <= 32
+
+
+# --- which photographs, and again -----------------------------------------------------------------
+
+
+def test_files_folders_patterns_and_lists(tmp_path):
+    for name in ("b.png", "a.JPG", "notes.txt", "sub/a.png", "sub/c.webp"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+
+    def names(image):
+        return [str(job.image.relative_to(tmp_path)) for job in find_jobs(image, None, Path("o"))]
+
+    assert names(str(tmp_path)) == ["a.JPG", "b.png"]
+    assert names(f"{tmp_path}/**/*.png") == ["b.png", "sub/a.png"]
+    assert names([f"{tmp_path}/b.png", str(tmp_path)]) == ["b.png", "a.JPG"]
+    assert names(f"{tmp_path}/gone.png") == ["gone.png"], "named when its turn comes"
+    jobs = find_jobs([str(tmp_path), f"{tmp_path}/sub"], None, Path("o"))
+    assert [job.folder.name for job in jobs] == ["a.JPG", "b", "a.png", "c"]
+    with pytest.raises(ConfigError, match="no images there"):
+        find_jobs(f"{tmp_path}/*.bmp", None, Path("o"))
+    with pytest.raises(ConfigError, match="a list"):
+        find_jobs([1], None, Path("o"))
+
+
+def test_images_of_one_name_do_not_share_a_folder(tmp_path):
+    images = [f"{tmp_path}/{place}/a.png" for place in "xyz"]
+    folders = [job.folder.name for job in find_jobs(images, None, Path("o"))]
+    assert folders == ["a.png", "a.png-2", "a.png-3"]
+
+
+def test_no_name_leads_out_of_the_folder(tmp_path):
+    for name in ("...png", "..png", ".png"):
+        (job,) = find_jobs(f"{tmp_path}/{name}", None, Path("o"))
+        assert job.folder == Path("o") / name
+
+
+def test_names_that_cannot_be_looked_at(tmp_path):
+    with pytest.raises(ConfigError, match=r"xxx\.\.\. cannot be looked at: File name too long"):
+        find_jobs(f"{tmp_path}/{'x' * 300}.png", None, Path("o"))
+
+
+def test_masks_go_by_name(tmp_path):
+    (tmp_path / "masks").mkdir()
+    (tmp_path / "masks" / "a.bmp").touch()
+    (job,) = find_jobs("a.png", str(tmp_path / "masks"), Path("o"))
+    assert job.mask == tmp_path / "masks" / "a.bmp"
+    (tmp_path / "masks" / "c.png").touch()
+    (tmp_path / "masks" / "c.bmp").touch()
+    with pytest.raises(ConfigError, match=r"2 masks named c\.\*"):
+        find_jobs("c.png", str(tmp_path / "masks"), Path("o"))
+    with pytest.raises(ConfigError, match="the photograph itself"):
+        find_jobs(str(tmp_path / "masks" / "a.bmp"), str(tmp_path / "masks"), Path("o"))
+    with pytest.raises(ConfigError, match=r"no masks named b\.\*"):
+        find_jobs(["a.png", "b.png"], str(tmp_path / "masks"), Path("o"))
+    with pytest.raises(ConfigError, match="folder of masks"):
+        find_jobs(["a.png", "b.png"], "mask.png", Path("o"))
+
+
+def test_a_bad_photograph_does_not_stop_the_others(config, photos, tmp_path, capsys):
+    good = [str(p) for p in sorted(photos.iterdir())]
+    bad = tmp_path / "bad.png"
+    bad.write_bytes(b"no image")
+    images = [good[0], str(bad), str(tmp_path / "gone.jpg"), good[1]]
+    outcomes = predict_files(replace(config, image=images, preview=False))
+    assert [bool(o.error) for o in outcomes] == [False, True, True, False]
+    err = capsys.readouterr().err
+    assert "bad.png" in err
+    assert "gone.jpg" in err
+    assert "Traceback" not in err
+    assert not (Path(config.out) / "bad").exists()
+    assert (Path(config.out) / Path(good[1]).stem / "mesh.glb").is_file()
+
+
+def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
+    config = replace(config, image=str(photos), preview=False)
+    first = predict_files(config)
+    assert [o.known for o in first] == [False] * 3
+    folder = Path(config.out) / sorted(photos.iterdir())[0].stem
+    before = (folder / "mesh.glb").stat().st_mtime_ns
+    assert [o.known for o in predict_files(config)] == [True] * 3
+    assert (folder / "mesh.glb").stat().st_mtime_ns == before
+    (folder / "prediction.json").unlink()  # as a kill leaves it
+    assert [o.known for o in predict_files(config)] == [False, True, True]
+    assert not any(o.known for o in predict_files(replace(config, points=301)))
+    (folder / "mesh.glb").unlink()
+    again = predict_files(replace(config, points=301))
+    assert [o.known for o in again] == [False, True, True]
+    again = predict_files(replace(config, points=301, restart=True))
+    assert not any(o.known for o in again)
+    monkeypatch.setattr(predict_run, "FORMAT_VERSION", -1)
+    assert not any(o.known for o in predict_files(replace(config, points=301)))
+
+
+def test_nothing_of_other_settings_is_left(config, photos):
+    photo = sorted(photos.iterdir())[0]
+    config = replace(config, image=str(photo), preview=False)
+    predict_files(replace(config, top_k=3, obj=True, preview=True))
+    folder = Path(config.out) / photo.stem
+    (folder / "mine.txt").touch()
+    predict_files(replace(config, top_k=2))
+    kept = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
+    four = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
+    second = [f"candidate-2/{name}" for name in four]
+    assert kept == {*four, *second, "prediction.json", "mine.txt"}
+    assert not (folder / "candidate-3").exists()
+
+
+def test_a_failure_does_not_leave_an_old_record_beside_new_files(config, photos, monkeypatch):
+    photo = sorted(photos.iterdir())[0]
+    config = replace(config, image=str(photo), preview=False)
+    predict_files(config)
+    monkeypatch.setattr(predict_run, "write_cloud", fail)
+    (outcome,) = predict_files(replace(config, points=7))
+    assert "no space" in outcome.error
+    monkeypatch.undo()
+    assert [o.known for o in predict_files(config)] == [False]
+
+
+def fail(*_):
+    raise DataError("no space")
+
+
+def test_one_command_at_a_time_writes_to_a_folder(config, photos):
+    Path(config.out).mkdir()
+    with (
+        FileLock(Path(config.out) / ".lock"),
+        pytest.raises(ConfigError, match="another process writes to"),
+    ):
+        predict_files(replace(config, image=str(photos)))
+
+
+def test_the_number_of_workers_changes_nothing(config, photos, tmp_path):
+    config = replace(config, image=str(photos), preview=False)
+    for workers in (1, 3):
+        predict_files(replace(config, workers=workers, out=str(tmp_path / str(workers))))
+    for file in (tmp_path / "1").rglob("*"):
+        if file.is_file() and file.name != "prediction.json":
+            other = tmp_path / "3" / file.relative_to(tmp_path / "1")
+            assert file.read_bytes() == other.read_bytes(), file
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"top_k": 5}, "top_k=5: the run has 4 templates"),
+        ({"top_k": 0}, "top_k=0 must be 1 or more"),
+        ({"points": 0}, "points=0 must be 1 or more"),
+        ({"workers": -1}, "workers=-1 must be 0 or more"),
+        ({"seed": -1}, "seed=-1 must be 0 or more"),
+        ({"mask": ""}, "mask= is empty"),
+        ({"image": ""}, "image= is empty"),
+        ({"run": "/nowhere"}, "there is no run /nowhere"),
+        ({"device": "abacus"}, "device=abacus cannot be used"),
+    ],
+)
+def test_settings_that_cannot_work(config, photos, change, message):
+    with pytest.raises(ConfigError, match=message):
+        predict_files(replace(config, **{"image": str(photos), **change}))
+
+
+# --- the command ----------------------------------------------------------------------------------
+
+
+def command(checkpoint, *arguments):
+    return [sys.executable, "predict.py", f"run={checkpoint}", *map(str, arguments)]
+
+
+def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):
+    (tmp_path / "in").mkdir()
+    for k, photo in enumerate(sorted(photos.iterdir())[:2]):
+        (tmp_path / "in" / f"my photo {k}, copy=1 (x).png").write_bytes(photo.read_bytes())
+    (tmp_path / "in" / "broken.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    done = subprocess.run(
+        command(checkpoint, f"image={tmp_path / 'in'}", f"out={tmp_path / 'out'}", "preview=false"),
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert "2 of 3 photographs done" in done.stdout
+    assert "broken.png" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert len(list((tmp_path / "out").glob("*/prediction.json"))) == 2
+    assert not [p for p in ROOT.iterdir() if p.name in ("outputs", "multirun", "predictions")]
+
+
+def test_names_that_mean_something_to_hydra(checkpoint, photos, tmp_path):
+    photo = sorted(photos.iterdir())[0]
+    for name in ("a (1), b=c.png", 'Bob\'s "best" [1].png', "\u00fc {x}; &.png"):
+        (tmp_path / name).write_bytes(photo.read_bytes())
+        done = subprocess.run(
+            [
+                sys.executable,
+                str(ROOT / "predict.py"),
+                f"run={checkpoint}",
+                f"image={name}",
+                f"out=out of {name}",
+                "preview=false",
+            ],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+        assert (tmp_path / f"out of {name}" / Path(name).stem / "mesh.glb").is_file()
+
+
+def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, tmp_path):
+    many = tmp_path / "many"
+    many.mkdir()
+    for k in range(40):
+        photo = sorted(photos.iterdir())[k % 3]
+        (many / f"{k:02d}.png").write_bytes(photo.read_bytes())
+    out = tmp_path / "out"
+    arguments = command(checkpoint, f"image={many}", f"out={out}", "preview=false", "points=200")
+    process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.DEVNULL)
+    deadline = time.monotonic() + 120
+    while len(list(out.glob("*/prediction.json"))) < 3 and time.monotonic() < deadline:
+        time.sleep(0.01)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    whole = list(out.glob("*/prediction.json"))
+    assert len(whole) >= 3
+    for note in whole:
+        trimesh.load(note.with_name("mesh.glb"))
+    before = {note: note.stat().st_mtime_ns for note in whole}
+    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert f"{len(whole)} of them there already" in done.stdout
+    assert before == {note: note.stat().st_mtime_ns for note in whole}
+    assert len(list(out.glob("*/prediction.json"))) == 40

@@ -1,0 +1,212 @@
+import argparse
+import re
+from pathlib import Path
+
+import numpy as np
+import optuna
+import pytest
+from omegaconf import OmegaConf
+
+from ffd_lightning.app.checks import validate
+from ffd_lightning.app.cli import compose_config, register
+from ffd_lightning.app.config import TrainConfig, typed_config
+from ffd_lightning.app.studies import run as studies
+from ffd_lightning.app.studies.search import run_search
+from ffd_lightning.app.studies.study import Range, Search, commands, load_study, merge_overrides
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.run_folder import RunFolder
+
+STUDIES = sorted((Path(__file__).parents[2] / "sweeps").glob("*.yaml"))
+
+
+def first_values(overrides):
+    """The first job of a sweep."""
+    result = []
+    for override in overrides:
+        key, value = override.split("=", 1)
+        if not key.startswith(("hydra", "templates.file", "templates.strategy")):
+            first = value if value.startswith("[") else value.split(",")[0]
+            result.append(f"{key}={first}")
+    return result
+
+
+@pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize("file", STUDIES, ids=lambda f: f.stem)
+def test_the_studies_compose(file, quick):
+    register()
+    study = load_study(file)
+    assert study.question
+    for sweep in commands(study, "x", quick, []):
+        cfg = typed_config(compose_config("train", first_values(sweep)), TrainConfig)
+        validate(cfg)
+        assert cfg.schedule.name == ("quick" if quick or file.stem == "search" else "paper")
+        assert cfg.name == "x"
+
+
+def test_all_studies_are_there():
+    names = {f.stem for f in STUDIES}
+    assert names >= {"regimes", "template_counts", "paper_table", "joint", "search"}
+
+
+def test_the_second_stage_reads_the_ranking_of_the_first():
+    study = load_study(next(f for f in STUDIES if f.stem == "template_counts"))
+    for quick, count in ((False, "t30"), (True, "t8")):
+        first, *others = commands(study, "x", quick, [])
+        assert f"templates={count}" in first
+        for sweep in others:
+            (file,) = (x for x in sweep if x.startswith("templates.file="))
+            assert file.endswith(
+                f"/${{category.name}}/r/{count}/seed${{seed}}/template_ranking.csv"
+            )
+
+
+def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_path):
+    file = tmp_path / "s.yaml"
+    file.write_text(
+        "question: Why?\noverrides: [seed=0, regime=b, templates=t1]\nquick: [templates=t2]\n"
+        "stages: [{overrides: [regime=e], quick: [schedule=quick]}, {}]\n"
+    )
+    study = load_study(file)
+    first, second = commands(study, "n", True, ["seed=1,2"])
+    assert first[1:] == ["name=n", "seed=1,2", "regime=e", "templates=t2", "schedule=quick"]
+    assert second[1:] == ["name=n", "seed=1,2", "regime=b", "templates=t2"]
+    assert commands(study, "n", False, [])[0][1:] == [
+        "name=n",
+        "seed=0",
+        "regime=e",
+        "templates=t1",
+    ]
+    assert merge_overrides("a=1", "b=2", "+a=3") == ["+a=3", "b=2"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("stages: [{}]", "question"),
+        ("question: Why?", "either stages or a search"),
+        ("question: Why?\nstages: [{overides: []}]", "overides"),
+        ("question: Why?\nsearch: {parameters: {seed: {low: 1}}}", "low or high"),
+        ("question: [", "is not a study"),
+    ],
+)
+def test_what_is_no_study(tmp_path, text, message):
+    file = tmp_path / "s.yaml"
+    file.write_text(text)
+    with pytest.raises(ConfigError, match=message):
+        load_study(file)
+    with pytest.raises(ConfigError, match=r"no study 't': .* has s"):
+        load_study(tmp_path / "t.yaml")
+
+
+@pytest.fixture
+def trained(monkeypatch):
+    """Records what would be trained."""
+    calls, codes = [], iter([0, 1, 0])
+
+    def train(overrides):
+        calls.append(list(overrides))
+        return next(codes)
+
+    monkeypatch.setattr(studies, "train", train)
+    return calls
+
+
+def arguments(tmp_path, study, *overrides, **options):
+    register()
+    return argparse.Namespace(
+        study=study,
+        overrides=[f"paths.runs={tmp_path}", *overrides],
+        **{"quick": True, "dry_run": False, **options},
+    )
+
+
+def test_a_stage_that_fails_does_not_stop_the_next_but_is_told(trained, tmp_path):
+    assert studies.run_study(arguments(tmp_path, "template_counts", "category=chair")) == 1
+    assert len(trained) == 3
+    assert all("category=chair" in call and f"paths.runs={tmp_path}" in call for call in trained)
+    note = OmegaConf.load(tmp_path / "template_counts-quick" / "study.yaml")
+    assert note.study == "template_counts"
+    assert note.question.startswith("How many")
+    assert "--quick" in note.command
+
+
+def test_a_dry_run_only_prints(trained, tmp_path, capsys):
+    assert studies.run_study(arguments(tmp_path, "regimes", dry_run=True)) == 0
+    assert not trained
+    assert not list(tmp_path.iterdir())
+    assert "python train.py -m" in capsys.readouterr().out
+
+
+def test_an_interrupt_stops_the_study(trained, tmp_path, monkeypatch):
+    monkeypatch.setattr(studies, "train", lambda overrides: 130)
+    with pytest.raises(KeyboardInterrupt):
+        studies.run_study(arguments(tmp_path, "regimes"))
+
+
+# --- search -------------------------------------------------------------------------------------
+
+SEARCH = Search({"schedule.learning_rate": Range(1e-4, 1e-1, True)}, measure="chamfer")
+
+
+class Trainer:
+    """Finishes runs whose score is best at a learning rate of 0.01."""
+
+    def __init__(self, folder, stop_at=None, fail_at=None):
+        self.folder, self.stop_at, self.fail_at, self.tried = folder, stop_at, fail_at, []
+
+    def __call__(self, overrides):
+        rate = float(next(x for x in overrides if "learning_rate" in x).split("=")[1])
+        place = re.search(r'"(trial-\d+)/', next(x for x in overrides if "subdir" in x)).group(1)
+        self.tried.append((place, rate))
+        if len(self.tried) == self.stop_at:
+            raise KeyboardInterrupt
+        if len(self.tried) == self.fail_at:
+            return 1
+        for seed in (0, 1):
+            run = RunFolder(self.folder / place / f"seed{seed}")
+            run.path.mkdir(parents=True)
+            run.config.write_text("seed: 0\n")
+            score = abs(np.log10(rate) + 2) + 0.1 * seed
+            run.set_status("finished", summary={"chamfer": float(score)})
+        return 0
+
+
+def test_a_search_finds_what_is_best(tmp_path):
+    trainer = Trainer(tmp_path)
+    assert run_search(SEARCH, 20, tmp_path, ["a=1"], trainer) == 0
+    assert len(trainer.tried) == 20
+    best = OmegaConf.load(tmp_path / "best.json")
+    expected = min(abs(np.log10(rate) + 2) for _, rate in trainer.tried) + 0.05
+    assert best.score == pytest.approx(expected, abs=1e-3), "the mean over seeds"
+    assert len((tmp_path / "trials.csv").read_text().splitlines()) == 21
+    again = Trainer(tmp_path)
+    assert run_search(SEARCH, 20, tmp_path, ["a=1"], again) == 0
+    assert not again.tried
+
+
+def test_a_search_that_was_cut_off_goes_on_as_if_it_had_not_been(tmp_path):
+    for name in ("whole", "cut"):
+        (tmp_path / name).mkdir()
+    whole = Trainer(tmp_path / "whole")
+    run_search(SEARCH, 14, tmp_path / "whole", [], whole)
+    first, second = Trainer(tmp_path / "cut", stop_at=12), Trainer(tmp_path / "cut")
+    with pytest.raises(KeyboardInterrupt):
+        run_search(SEARCH, 14, tmp_path / "cut", [], first)
+    run_search(SEARCH, 14, tmp_path / "cut", [], second)
+    assert first.tried[:-1] + second.tried == whole.tried
+
+
+def test_a_trial_that_failed_is_tried_again(tmp_path):
+    first, second = Trainer(tmp_path, fail_at=2), Trainer(tmp_path)
+    assert run_search(SEARCH, 3, tmp_path, [], first) == 1
+    assert run_search(SEARCH, 3, tmp_path, [], second) == 0
+    assert second.tried[0] == first.tried[1]
+    done = optuna.load_study(study_name="search", storage=f"sqlite:///{tmp_path / 'search.db'}")
+    assert len(done.get_trials(states=[optuna.trial.TrialState.COMPLETE])) == 3
+
+
+def test_a_measure_that_the_protocol_does_not_have(tmp_path):
+    with pytest.raises(ConfigError, match="protocol paper has no fscore_1: chamfer, emd, iou"):
+        run_search(
+            Search(SEARCH.parameters, measure="fscore_1"), 1, tmp_path, [], Trainer(tmp_path)
+        )

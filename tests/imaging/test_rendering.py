@@ -1,0 +1,282 @@
+import hashlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.imaging.rendering import contact_sheet, render
+from ffd_lightning.shapes.shapes import Builder, Material
+
+RED, GREEN, BLUE = [200, 0, 0, 255], [0, 200, 0, 255], [0, 0, 200, 255]
+
+
+def triangles(corners, colors) -> Mesh:
+    vertices = np.asarray(corners, float).reshape(-1, 3)
+    faces = np.arange(len(vertices)).reshape(-1, 3)
+    return Mesh(vertices, faces, np.asarray(colors, np.uint8).reshape(-1, 4))
+
+
+def pane(z: float, color, half: float = 0.3) -> list:
+    """Two triangles facing the front camera at depth z."""
+    a, b, c, d = (-half, -half, z), (half, -half, z), (half, half, z), (-half, half, z)
+    return [(a, b, c), (a, c, d)], [color, color]
+
+
+def panes(*layers) -> Mesh:
+    parts = [pane(z, color) for z, color in layers]
+    return triangles([p[0] for p in parts], [p[1] for p in parts])
+
+
+def axis_box() -> Mesh:
+    """A cube: x red, y green, z blue; darker on the negative sides."""
+    builder = Builder()
+    builder.box("box", Material((1, 1, 1)), (0, 0, 0), (0.5, 0.5, 0.5))
+    mesh = builder.mesh()
+    colors = np.zeros((12, 4), np.uint8)
+    corners = mesh.vertices[mesh.faces]
+    for face in range(12):
+        axis = int(np.argmin(np.ptp(corners[face], axis=0)))
+        colors[face, axis] = 220 if corners[face, 0, axis] > 0 else 120
+    colors[:, 3] = 255
+    return Mesh(mesh.vertices, mesh.faces, colors)
+
+
+def naive_faces(mesh: Mesh, height: int, width: int, elevation: float, azimuth: float):
+    """Return the face seen at each pixel's centre, -1 for none, by Moller and Trumbore."""
+    e, a = np.deg2rad([elevation, azimuth])
+    eye = np.array([np.cos(e) * np.sin(a), np.sin(e), -np.cos(e) * np.cos(a)])
+    eye = eye * 0.5 / np.sin(np.deg2rad(20))
+    gaze = -eye / np.linalg.norm(eye)
+    right = np.cross(gaze, [0, 1, 0])
+    right /= np.linalg.norm(right)
+    up = np.cross(right, gaze)
+    pixel = 2 * np.tan(np.deg2rad(20)) / height
+    seen = np.full((height, width), -1)
+    for row in range(height):
+        for column in range(width):
+            x, y = (column + 0.5 - width / 2) * pixel, (height / 2 - row - 0.5) * pixel
+            ray, nearest = gaze + x * right + y * up, np.inf
+            for face, (p, q, r) in enumerate(mesh.vertices[mesh.faces]):
+                matrix = np.column_stack([q - p, r - p, -ray])
+                if abs(np.linalg.det(matrix)) < 1e-12:
+                    continue
+                u, v, t = np.linalg.solve(matrix, eye - p)
+                if u >= 0 and v >= 0 and u + v <= 1 and 0 < t < nearest:
+                    nearest, seen[row, column] = t, face
+    return seen
+
+
+@pytest.mark.parametrize(("elevation", "azimuth"), [(30, 45), (0, 0), (-20, 200), (70, 300)])
+def test_agrees_with_a_naive_ray_caster(elevation: float, azimuth: float) -> None:
+    rng = np.random.default_rng(3)
+    colors = np.eye(3, dtype=np.uint8)[rng.integers(3, size=20)] * 255
+    mesh = triangles(rng.uniform(-0.4, 0.4, (60, 3)), np.insert(colors, 3, 255, axis=1))
+    image = render(mesh, height=18, width=24, elevation=elevation, azimuth=azimuth, samples=1)
+    seen = naive_faces(mesh, 18, 24, elevation, azimuth)
+    assert (seen >= 0).sum() > 50
+    np.testing.assert_array_equal(image[..., 3], np.where(seen >= 0, 255, 0))
+    hit = seen >= 0
+    np.testing.assert_array_equal(image[hit][:, :3].argmax(1), colors[seen[hit]].argmax(1))
+    np.testing.assert_array_equal(image[~hit], [[255, 255, 255, 0]] * int((~hit).sum()))
+
+
+@pytest.mark.parametrize(
+    ("elevation", "azimuth", "channel", "positive"),
+    [(0, 0, 2, False), (0, 90, 0, True), (0, 180, 2, True), (0, 270, 0, False), (90, 0, 1, True)],
+)
+def test_camera_convention(elevation, azimuth, channel, positive) -> None:
+    pixel = render(axis_box(), elevation=elevation, azimuth=azimuth)[96, 128].astype(int)
+    assert pixel[:3].argmax() == channel
+    assert (pixel[channel] > 130) == positive
+
+
+def test_the_front_camera_sees_plus_x_on_its_left_and_plus_y_on_top() -> None:
+    corners = [(0.1, 0, 0), (0.4, 0, 0), (0.4, 0.3, 0)]
+    alpha = render(triangles([corners], RED), elevation=0, azimuth=0)[..., 3]
+    rows, columns = np.nonzero(alpha)
+    assert columns.max() < 128
+    assert rows.max() < 97
+
+
+def test_the_unit_sphere_fills_the_height_at_any_size_and_angle() -> None:
+    builder = Builder()
+    builder.ellipsoid("ball", Material((0.5, 0.5, 0.5)), (0, 0, 0), (0.5, 0.5, 0.5), segments=64)
+    for height, azimuth in ((64, 0), (96, 77)):
+        alpha = render(builder.mesh(), height=height, width=height, azimuth=azimuth)[..., 3]
+        for seen in (alpha.max(1) > 0, alpha.max(0) > 0):
+            assert seen[1:-1].all()
+        assert alpha[0, 0] == alpha[-1, -1] == 0
+
+
+def test_winding_does_not_matter() -> None:
+    mesh = axis_box()
+    turned = Mesh(mesh.vertices, mesh.faces[:, ::-1], mesh.face_colors)
+    np.testing.assert_array_equal(render(mesh), render(turned))
+
+
+def test_top_is_lit_more_than_the_side_and_the_side_more_than_the_front() -> None:
+    mesh = axis_box()
+    grey = Mesh(mesh.vertices, mesh.faces, np.full((12, 4), (128, 128, 128, 255), np.uint8))
+    views = [(90, 0), (0, 90), (0, 0)]
+    top, side, front = (
+        int(render(grey, elevation=e, azimuth=a, samples=1)[96, 128, 0]) for e, a in views
+    )
+    assert 128 > top > side > front > 64
+
+
+def test_coverage_is_the_share_of_samples_hit() -> None:
+    mesh = triangles(*pane(0, RED))
+    fine = render(mesh, height=60, width=60, elevation=0, azimuth=20, samples=3)[..., 3]
+    rays = render(mesh, height=180, width=180, elevation=0, azimuth=20, samples=1)[..., 3]
+    share = (rays / 255).reshape(60, 3, 60, 3).mean((1, 3))
+    np.testing.assert_allclose(fine, 255 * share, atol=0.51)
+    assert ((fine > 0) & (fine < 255)).any()
+
+
+def test_see_through_faces_let_the_rest_show() -> None:
+    def middle(mesh: Mesh) -> np.ndarray:
+        return render(mesh, elevation=0, azimuth=0)[96, 128].astype(int)
+
+    glass = [200, 0, 0, 102]  # 40% opaque
+    alone = middle(panes((0, glass)))
+    assert alone[3] == 102
+    assert alone[0] > 180  # the white behind shows
+    assert alone[1] == alone[2] > 150
+    backed = middle(panes((0.2, BLUE), (0, glass)))
+    assert backed[3] == 255
+    assert backed[0] > 0
+    assert backed[2] > 0
+    assert backed[1] == 0
+    np.testing.assert_array_equal(middle(panes((0.2, RED), (0, [0, 0, 200, 0])))[:3],
+                                  middle(panes((0.2, RED)))[:3])  # fmt: skip
+    np.testing.assert_array_equal(middle(panes((0, glass), (1e-6, glass))), alone)
+    stacked = middle(panes(*((0.1 * k, glass) for k in range(3))))
+    assert stacked[3] == round(255 * (1 - 0.6**3))
+
+
+def textured(uvs, texture, alpha=255) -> Mesh:
+    corners, colors = pane(0, [9, 9, 9, alpha])
+    plain = triangles(corners, colors)
+    a, b, c, d = np.asarray(uvs, np.float32)
+    return Mesh(
+        plain.vertices,
+        plain.faces,
+        plain.face_colors,
+        textures=(np.asarray(texture, np.uint8),),
+        face_textures=np.zeros(2, np.int16),
+        face_uvs=np.stack([[a, b, c], [a, c, d]]),
+    )
+
+
+# Seen from the front, the pane's corners are: low right, low left, high left, high right.
+FULL = np.array([[1, 0], [0, 0], [0, 1], [1, 1]])
+QUARTERS = np.array([[RED, GREEN], [BLUE, [200, 200, 0, 128]]])
+
+
+def test_textures_stand_upright_and_replace_colour_and_alpha() -> None:
+    image = render(textured(FULL, QUARTERS), elevation=0, azimuth=0).astype(int)
+    upper_left, upper_right = image[70, 102], image[70, 154]
+    lower_left, lower_right = image[122, 102], image[122, 154]
+    assert upper_left[0] > 3 * upper_left[1:3].max()
+    assert upper_right[1] > 3 * upper_right[[0, 2]].max()
+    assert lower_left[2] > 3 * lower_left[:2].max()
+    assert lower_right[3] < 200 < lower_left[3]
+    one = render(textured(FULL, [[RED]]), elevation=0, azimuth=0)
+    np.testing.assert_array_equal(one, render(triangles(*pane(0, RED)), elevation=0, azimuth=0))
+
+
+def test_textures_wrap_and_are_smooth() -> None:
+    def row(uvs) -> np.ndarray:
+        return render(textured(uvs, QUARTERS), elevation=0, azimuth=0)[80, :, :3].astype(int)
+
+    np.testing.assert_allclose(row(np.add(FULL, (3, -2))), row(FULL), atol=1)
+    steps = np.abs(np.diff(row(FULL)[96:160], axis=0)).max()
+    assert 0 < steps < 40  # nearest texels would jump by more than 100
+
+
+def test_faces_outside_the_frame_are_cut_off() -> None:
+    near = render(triangles([[(-9, -9, -9), (9, -9, -9), (0, 9, 9)]], RED), samples=1)
+    assert near.shape == (192, 256, 4)
+    high = triangles([[(0, 3, 0), (1, 3, 0), (0, 4, 0)]], RED)
+    np.testing.assert_array_equal(render(high)[..., 3], 0)
+    empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros((0, 4), np.uint8))
+    np.testing.assert_array_equal(render(empty)[..., :3], 255)
+
+
+DIGEST = """
+import hashlib, sys
+import numpy as np
+from ffd_lightning.imaging.rendering import render
+from ffd_lightning.shapes.shapes import Builder, Material
+from ffd_lightning.geometry.normalization import normalize
+
+b = Builder()
+b.lathe("a", Material((0.7, 0.4, 0.2), "wood"), [(0.1, 0), (0.5, 0.3), (0.2, 1)])
+b.box("b", Material((0.2, 0.4, 0.9), alpha=0.5), (0, 0.5, 0), (1, 1, 1))
+m = b.mesh()
+m = m.with_vertices(normalize(m.vertices, m.faces))
+print(hashlib.sha256(render(m).tobytes()).hexdigest())
+"""
+
+
+def test_same_bytes_in_another_process_and_no_torch() -> None:
+    program = DIGEST + "print('torch' in sys.modules)"
+    output = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    builder = Builder()
+    builder.lathe("a", Material((0.7, 0.4, 0.2), "wood"), [(0.1, 0), (0.5, 0.3), (0.2, 1)])
+    builder.box("b", Material((0.2, 0.4, 0.9), alpha=0.5), (0, 0.5, 0), (1, 1, 1))
+    mesh = builder.mesh()
+    mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
+    image = render(mesh)
+    assert output.stdout.split() == [hashlib.sha256(image.tobytes()).hexdigest(), "False"]
+    np.testing.assert_array_equal(render(mesh), image)
+
+
+def test_contact_sheet_places_images_and_labels() -> None:
+    images = [np.full((20, 30, 4), value, np.uint8) for value in (10, 60, 110)]
+    plain = contact_sheet(images, columns=2)
+    assert plain.shape == (2 * 24 + 4, 2 * 34 + 4, 3)
+    np.testing.assert_array_equal(plain[4:24, 4:34], 10)
+    np.testing.assert_array_equal(plain[4:24, 38:68], 60)
+    np.testing.assert_array_equal(plain[28:48, 4:34], 110)
+    np.testing.assert_array_equal(plain[28:, 38:], 255)
+    labelled = contact_sheet(images, 2, ["a", "", "chär " * 20], background=0)
+    assert labelled[24:38, 4:34].max() > 200
+    assert labelled[24:38, 38:68].max() == 0
+    np.testing.assert_array_equal(labelled[42:62, 4:34], 110)
+
+
+def test_contact_sheet_has_a_row_of_headings_and_labels_of_several_lines() -> None:
+    images = [np.full((20, 60, 3), value, np.uint8) for value in (10, 60, 110)]
+    sheet = contact_sheet(images, 2, ["a\nb", "", "c"], headings=["l", "mm"], font_size=20)
+    top, strip = round(1.4 * 24), 56
+    assert sheet.shape == (top + 2 * (20 + strip + 4) + 4, 2 * 64 + 4, 3)
+    for k, value in enumerate((10, 60, 110)):
+        y, x = 4 + top + k // 2 * (20 + strip + 4), 4 + k % 2 * 64
+        np.testing.assert_array_equal(sheet[y : y + 20, x : x + 60], value)
+    for column in (0, 1):  # centred
+        ink = np.flatnonzero(
+            (sheet[4 : 4 + top, 4 + 64 * column : 64 + 64 * column] < 128).any((0, 2))
+        )
+        assert abs((ink[0] + ink[-1]) / 2 - 30) < 3
+    below = sheet[4 + top + 20 :, 4:64]
+    lines = [(below[y : y + 28] < 128).any() for y in (0, 28)]
+    assert lines == [True, True]
+    assert not (sheet[4 + top + 20 : 4 + top + 76, 68:128] < 128).any()
+    wide = contact_sheet(images[:1], 3, headings=["", "", "x"])
+    assert wide.shape[1] == 3 * 64 + 4
+
+
+def test_contact_sheet_refuses_what_does_not_fit() -> None:
+    image = np.zeros((2, 2, 3), np.uint8)
+    with pytest.raises(ValueError, match="1 labels for 2 images"):
+        contact_sheet([image, image], 2, ["a"])
+    with pytest.raises(ValueError, match="3 labels for 2 columns"):
+        contact_sheet([image], 2, headings=["a", "b", "c"])
+    with pytest.raises(ValueError, match="images and columns"):
+        contact_sheet([], 2)

@@ -1,0 +1,108 @@
+import importlib
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from ffd_lightning.data.categories import PAPER_CATEGORIES
+from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.shapes.shapes import Builder, Material
+
+PACKAGE = "ffd_lightning.data.sources.procedural"
+COUNT = 80
+FACES = (100, 10_000)
+
+pytestmark = pytest.mark.parametrize("category", list(PAPER_CATEGORIES))
+
+
+@lru_cache
+def models(category):
+    source = ProceduralSource(COUNT)
+    return [source.load(category, i) for i in source.model_ids(category)]
+
+
+def same(a, b):
+    arrays = ("vertices", "faces", "face_colors", "face_parts", "face_textures", "face_uvs")
+    pairs = [(getattr(a, n), getattr(b, n)) for n in arrays] + list(
+        zip(a.textures, b.textures, strict=False)
+    )
+    return len(a.textures) == len(b.textures) and all(np.array_equal(x, y) for x, y in pairs)
+
+
+def test_module_has_at_least_four_families(category):
+    module = importlib.import_module(f"{PACKAGE}.{category}")
+    assert len(module.FAMILIES) >= 4
+    assert len(set(module.PARTS)) == len(module.PARTS) >= 1
+
+
+def test_all_families_occur_early(category):
+    module = importlib.import_module(f"{PACKAGE}.{category}")
+    assert {model.family for model in models(category)} == set(module.FAMILIES)
+
+
+def test_models_are_deterministic_and_independent_of_their_number(category):
+    few, many = ProceduralSource(3), ProceduralSource(5000)
+    assert (
+        many.model_ids(category)[:3]
+        == few.model_ids(category)
+        == [f"{category}-{i:06d}" for i in range(3)]
+    )
+    for index, model_id in enumerate(few.model_ids(category)):
+        again = many.load(category, model_id)
+        assert again.family == models(category)[index].family
+        assert same(again.mesh, models(category)[index].mesh)
+
+
+def test_meshes_are_usable(category):
+    module = importlib.import_module(f"{PACKAGE}.{category}")
+    for model in models(category):
+        mesh = model.mesh
+        assert np.isfinite(mesh.vertices).all()
+        assert FACES[0] <= len(mesh.faces) <= FACES[1], model.family
+        assert 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices)
+        assert mesh.part_names == tuple(module.PARTS)
+        assert mesh.face_parts.max() < len(module.PARTS)
+        assert np.ptp(mesh.vertices, axis=0).min() > 0, "flat"
+
+
+def test_part_labels_keep_their_meaning(category, monkeypatch):
+    """A family that names its parts in another order: every face keeps its part's name."""
+    module = importlib.import_module(f"{PACKAGE}.{category}")
+    expected = list(reversed(module.PARTS))
+
+    def build(rng):
+        b = Builder()
+        for height, part in enumerate(expected):
+            b.box(part, Material((1, 0, 0)), (0, height, 0), (1, 1, 1))
+        return b
+
+    monkeypatch.setattr(module, "FAMILIES", {"stack": build})
+    mesh = ProceduralSource(1).load(category, f"{category}-000000").mesh
+    names = [mesh.part_names[p] for p in mesh.face_parts]
+    assert names == [part for part in expected for _ in range(12)]
+
+
+def test_models_differ(category):
+    shapes = {model.mesh.vertices.tobytes() for model in models(category)}
+    assert len(shapes) == COUNT
+    colors = {tuple(model.mesh.face_colors.mean(axis=0).round()) for model in models(category)}
+    assert len(colors) > COUNT / 2
+
+
+def test_seed_draws_another_set(category):
+    other = ProceduralSource(1, seed=1)
+    model = other.load(category, other.model_ids(category)[0])
+    assert not same(model.mesh, models(category)[0].mesh)
+    assert other.fingerprint(category) != ProceduralSource(1).fingerprint(category)
+    assert ProceduralSource(2).fingerprint(category) != ProceduralSource(1).fingerprint(category)
+
+
+def test_unknown_names(category):
+    source = ProceduralSource(1)
+    assert isinstance(source, Source)
+    with pytest.raises(DataError, match=category):
+        source.model_ids("unicorn")
+    with pytest.raises(RejectedModelError):
+        source.load(category, "unicorn-000000")
