@@ -15,11 +15,11 @@ import numpy as np
 import trimesh
 
 from benchmarks.timing import Row
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 _POINTS = 16384
 _FIRST_STEP = """
@@ -57,7 +57,7 @@ def _rates(meshes: Path | None, quick: bool) -> list[Row]:
 def _rate(section: str, title: str, source: Source, category: str, root: Path) -> Row:
     start = time.perf_counter()
     with contextlib.redirect_stderr(io.StringIO()):
-        prepared = Preparation(source, category, _POINTS, RenderConfig(), root).run()
+        prepared = Preparation(source, category, _POINTS, RenderSettings(), root).run()
     seconds = (time.perf_counter() - start) / len(prepared)
     faces = float(np.median([len(prepared.mesh(row).faces) for row in range(len(prepared))]))
     note = f"{1 / seconds:.1f} models a second, {len(prepared)} models, median {faces:,.0f} faces"

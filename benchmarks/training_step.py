@@ -16,12 +16,13 @@ from lightning import Callback, Trainer
 
 from benchmarks.nearest import POINTS, QUERIES, TEMPLATES, clouds
 from benchmarks.timing import Row, seconds_of, synchronize
-from ffd_lightning.app.config import RenderConfig, Residency, TemplateStrategy, Weighting
+from ffd_lightning.app.config import Residency, TemplateStrategy, Weighting
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.nearest import nearest_neighbors
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
@@ -47,7 +48,7 @@ def build(
     """Return the paper's network on procedural tables, with both regularizers (e and r)."""
     data = FfdDataModule(
         preparations=[
-            Preparation(ProceduralSource(_MODELS), "table", 16384, RenderConfig(), folder)
+            Preparation(ProceduralSource(_MODELS), "table", 16384, RenderSettings(), folder)
         ],
         num_templates=TEMPLATES,
         template_strategy=TemplateStrategy.random,

@@ -9,12 +9,13 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 import jaxtyping
 import pytest
 import torch
+from ffd_lightning.app.cli import register
 from hydra import compose, initialize_config_dir
 
-from ffd_lightning.app.cli import register
-from ffd_lightning.app.config import RenderConfig, TrainConfig, typed_config
+from ffd_lightning.app.config import TrainConfig, typed_config
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 ROOT = Path(__file__).parents[1]
 TINY = (
@@ -78,7 +79,7 @@ def tiny_config(data_root):
 @pytest.fixture(scope="session")
 def prepared(data_root):
     """The prepared set of the tiny configuration."""
-    render = RenderConfig(height=48, width=64, samples=1)
+    render = RenderSettings(height=48, width=64, samples=1)
     return Preparation(
         ProceduralSource(24), "table", 256, render, data_root, workers=2, progress=False
     ).run()

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from omegaconf import MISSING, DictConfig, OmegaConf
 
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 
 class Weighting(Enum):
@@ -183,17 +184,6 @@ class NetworkConfig:
 
 
 @dataclass
-class RenderConfig:
-    """The images. Angles in degrees; azimuth 0 is the front, 90 the object's own left (+x)."""
-
-    height: int = 192
-    width: int = 256
-    elevation: float = 30.0
-    azimuths: list[float] = field(default_factory=lambda: [45.0])
-    samples: int = 3
-
-
-@dataclass
 class DataConfig:
     """The models, what is sampled from them, and how they are split.
 
@@ -219,7 +209,7 @@ class DataConfig:
     split_file: str | None = None
     train_fraction: float = 0.8
     residency: Residency = Residency.auto
-    render: RenderConfig = field(default_factory=RenderConfig)
+    render: RenderSettings = field(default_factory=RenderSettings)
 
 
 @dataclass

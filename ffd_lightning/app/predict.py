@@ -15,10 +15,11 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning.app.cli import explain
-from ffd_lightning.app.config import PredictConfig, RenderConfig, typed_config
+from ffd_lightning.app.config import PredictConfig, typed_config
 from ffd_lightning.app.photo_jobs import Job, find_jobs
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.inference.files import (
     MeshWriter,
     record,
@@ -175,7 +176,7 @@ def _write(
     reconstruction: Reconstruction,
     folder: Path,
     writer: MeshWriter,
-    view: RenderConfig,
+    view: RenderSettings,
     config: PredictConfig,
 ) -> None:
     writer.write(reconstruction, folder, config.obj)

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import torch
@@ -16,7 +16,6 @@ from jaxtyping import Float, Int, UInt8
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.app.config import Residency
 from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -25,6 +24,9 @@ from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.parallel import available_cores
 
 _BLOCK = 256  # models
+
+Residency = Literal["auto", "disk", "ram", "device"]
+"""Where images and clouds are kept while training."""
 
 
 class Draw(NamedTuple):
@@ -153,10 +155,10 @@ def choose_residency(size: int, device: torch.device) -> Residency:
     available.
     """
     if device.type == "cpu":
-        return Residency.disk
+        return "disk"
     if device.type == "cuda" and size <= torch.cuda.mem_get_info(device)[0] / 2:
-        return Residency.device
-    return Residency.ram if size <= _available_memory() / 2 else Residency.disk
+        return "device"
+    return "ram" if size <= _available_memory() / 2 else "disk"
 
 
 def _available_memory() -> int:

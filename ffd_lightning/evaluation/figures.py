@@ -9,12 +9,12 @@ import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import contact_sheet, render
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
@@ -51,7 +51,7 @@ def cloud_mesh(
     return Mesh(vertices, faces, np.repeat(colors, len(_OCTAHEDRON_FACES), axis=0))
 
 
-def render_from(view: RenderConfig, mesh: Mesh) -> NDArray[np.uint8]:
+def render_from(view: RenderSettings, mesh: Mesh) -> NDArray[np.uint8]:
     """Render a mesh from where an input's first image was taken, (height, width, 4) uint8."""
     return render(
         mesh,
@@ -69,7 +69,7 @@ def reconstruction_figure(
     prepared: PreparedSet,
     bank: TemplateBank,
     rows: Sequence[int],
-    view: RenderConfig,
+    view: RenderSettings,
 ) -> NDArray[np.uint8]:
     """Draw a row per model: input, selected template, deformed cloud, deformed mesh, truth.
 

@@ -7,13 +7,12 @@ import math
 import stat
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from ffd_lightning.app.config import Background
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.background import as_bytes, border_ring, main_parts, split_by_border
 from ffd_lightning.imaging.pictures import (
@@ -24,6 +23,10 @@ from ffd_lightning.imaging.pictures import (
     over_white,
     upright,
 )
+
+Background = Literal["auto", "rembg"]
+"""What tells a photograph's object from its background, where no mask is given: its alpha channel,
+else the colour of its border (`auto`), or the network of the package rembg."""
 
 Bytes = NDArray[np.uint8]
 Floats = NDArray[np.floating[Any]]
@@ -111,7 +114,7 @@ def frame_photo(
     width: int,
     fill: float,
     mask: Image.Image | None = None,
-    background: Background = Background.auto,
+    background: Background = "auto",
 ) -> FramedPhoto:
     """Cut the object out of a photograph, lay it on white and frame it as in training images.
 
@@ -135,7 +138,7 @@ def frame_photo(
     origin = photo.info[ORIGIN]
     if mask is not None:
         cut = _cut_by_mask(photo, mask)
-    elif background is Background.rembg:
+    elif background == "rembg":
         cut = _cut_by_rembg(photo)
     elif photo.mode == "RGBA" and np.asarray(photo.getchannel("A")).min() < 128:
         cut = _cut_by_alpha(photo)
@@ -144,7 +147,7 @@ def frame_photo(
         cut = _closer(cut, photo, fill * height)
     cut = replace(cut, steps=origin.steps + cut.steps, warnings=origin.warnings + cut.warnings)
     box = _object_box(cut)
-    given = mask is not None or background is Background.rembg
+    given = mask is not None or background == "rembg"
     if not given and _is_training_image(photo, cut, box, height, width, fill):
         rgb = cut.rgb if photo.mode == "RGBA" else np.asarray(photo)
         step = "taken as it is: of the network's size, on white and framed already"

@@ -25,7 +25,7 @@ OBJECT_FILL = 0.82
 image's height, which the renderer fits their bounding sphere into.
 
 Measured as the median of 60 procedural models, ten each of chair, table, sofa, cabinet, lamp and
-bench, by the default `RenderConfig` where coverage is above a half: 0.823. Half of them lie in
+bench, by the default `RenderSettings` where coverage is above a half: 0.823. Half of them lie in
 [0.74, 0.86]; the categories' medians are 0.82 or 0.83, but for the lamps' 0.71. The larger of the
 box's height / the image's and its width / the image's says less: 0.64 for sofas, 0.83 for chairs.
 """

@@ -17,15 +17,15 @@ from PIL import Image
 from trimesh.exchange.obj import export_obj
 from trimesh.visual.material import PBRMaterial
 
-from ffd_lightning.app.config import MeshColors, RenderConfig
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import cloud_mesh, render_from
 from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import contact_sheet
-from ffd_lightning.inference.pieces import Piece, face_colors, pieces
+from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 
 _PALETTE = 64  # colours of one mesh
@@ -46,8 +46,8 @@ class MeshWriter:
         DataError: colours by part, but the templates have no part labels.
     """
 
-    def __init__(self, bank: TemplateBank, colors: MeshColors = MeshColors.material) -> None:
-        if colors is MeshColors.parts and not bank.part_names:
+    def __init__(self, bank: TemplateBank, colors: MeshColors = "material") -> None:
+        if colors == "parts" and not bank.part_names:
             raise DataError("colors=parts: the templates have no part labels; use colors=material")
         self._bank, self._colors = bank, colors
         # Faces, parts and colours are the template's: found once, whatever becomes of the vertices.
@@ -177,7 +177,7 @@ def write_cloud(
     write_file(path, content)
 
 
-def preview(reconstruction: Reconstruction, view: RenderConfig) -> NDArray[np.uint8]:
+def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.uint8]:
     """Draw what the network saw, its template, the deformed cloud and mesh, and the parts.
 
     Returns:
@@ -238,7 +238,7 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
     }
 
 
-def write_preview(reconstruction: Reconstruction, path: Path, view: RenderConfig) -> None:
+def write_preview(reconstruction: Reconstruction, path: Path, view: RenderSettings) -> None:
     """Write `preview` as PNG."""
     image = Image.fromarray(preview(reconstruction, view))
     buffer = io.BytesIO()

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.app.config import MeshColors
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.geometry.mesh import Mesh
+
+MeshColors = Literal["material", "parts"]
+"""What the colours of a mesh say."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +35,7 @@ class Piece:
 
 def face_colors(mesh: Mesh, colors: MeshColors) -> NDArray[np.uint8]:
     """Return RGBA of each face, (F, 4), by its material, or by its part where those are known."""
-    if colors is MeshColors.material or mesh.face_parts is None:
+    if colors == "material" or mesh.face_parts is None:
         return mesh.face_colors
     return part_colors(mesh.face_parts)
 

@@ -11,10 +11,9 @@ import torch
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.app.config import Background
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.imaging.framing import FramedPhoto, frame_photo, read_photo
+from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo, read_photo
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.run_folder import RunFolder
 
@@ -56,7 +55,7 @@ class Predictor:
         image: Photo,
         *,
         mask: Photo | None = None,
-        background: Background = Background.auto,
+        background: Background = "auto",
     ) -> FramedPhoto:
         """Bring a photograph to where the network sees it as it saw its training images.
 
@@ -76,7 +75,7 @@ class Predictor:
             width=render.width,
             fill=self.model.looks.fill,
             mask=None if mask is None else _mask(mask),
-            background=Background(background),
+            background=background,
         )
         strangeness = self.model.looks.strangeness(framed.image)
         if strangeness <= 1:
@@ -94,7 +93,7 @@ class Predictor:
         image: Photo,
         *,
         mask: Photo | None = None,
-        background: Background = Background.auto,
+        background: Background = "auto",
     ) -> Reconstruction:
         """Reconstruct what one photograph shows; see `frame`."""
         return self.predict_framed([self.frame(image, mask=mask, background=background)])[0]

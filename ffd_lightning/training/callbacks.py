@@ -18,7 +18,6 @@ from lightning import Callback, LightningModule, Trainer
 from lightning.pytorch.callbacks import TQDMProgressBar
 from torch import Tensor
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.prepared import PreparedSet
@@ -26,6 +25,7 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.template_scores import TemplateScores
 from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.annealing import exponential_annealing
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
@@ -217,7 +217,7 @@ class Reconstructions(Callback):
         times: how often, spread evenly over training; 0 for never.
     """
 
-    def __init__(self, view: RenderConfig, examples: int, count: int, times: int) -> None:
+    def __init__(self, view: RenderSettings, examples: int, count: int, times: int) -> None:
         self.view, self.examples, self.count, self.times = view, examples, count, times
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
@@ -250,7 +250,7 @@ class Reconstructions(Callback):
 
 
 def tensorboard_callbacks(
-    every: int, view: RenderConfig, examples: int, training_examples: int, training_figures: int
+    every: int, view: RenderSettings, examples: int, training_examples: int, training_figures: int
 ) -> list[Callback]:
     """Return all that writes to TensorBoard; without its logger they do nothing.
 

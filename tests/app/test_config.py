@@ -3,17 +3,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from ffd_lightning.app.cli import register, run_suffix
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.cli import register, run_suffix
-from ffd_lightning.app.config import (
-    LearningRateDecay,
-    TrainConfig,
-    Weighting,
-    typed_config,
-)
+from ffd_lightning.app.config import LearningRateDecay, TrainConfig, Weighting, typed_config
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError
 

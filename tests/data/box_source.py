@@ -6,13 +6,13 @@ import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.shapes.shapes import Builder, Material
 
-RENDER = RenderConfig(height=24, width=32, azimuths=[0.0, 90.0], samples=1)
+RENDER = RenderSettings(height=24, width=32, azimuths=[0.0, 90.0], samples=1)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 import torch
 from box_source import BoxSource, boxes_of
 
-from ffd_lightning.app.config import RenderConfig, Residency, SplitKind, TemplateStrategy
+from ffd_lightning.app.config import Residency, SplitKind, TemplateStrategy
 from ffd_lightning.data import batches
 from ffd_lightning.data.batches import Draw, ModelStore
 from ffd_lightning.data.datamodule import (
@@ -20,6 +20,7 @@ from ffd_lightning.data.datamodule import (
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 BATCH, POINTS, STEPS = 4, 32, 6
 
@@ -43,7 +44,7 @@ def make_module(preparation, **settings):
 @pytest.fixture(scope="module")
 def tables(prepared, data_root):
     """Tables, on the prepared set that is there already."""
-    render = RenderConfig(height=48, width=64, samples=1)
+    render = RenderSettings(height=48, width=64, samples=1)
     module = make_module(Preparation(ProceduralSource(24), "table", 256, render, data_root))
     assert module.prepared.path == prepared.path
     return module

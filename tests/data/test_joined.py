@@ -4,17 +4,18 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.app.config import RenderConfig, TemplateStrategy
+from ffd_lightning.app.config import TemplateStrategy
 from ffd_lightning.data.batches import ModelStore
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 
 def preparation(category, root, points=256):
-    render = RenderConfig(height=48, width=64, samples=1)
+    render = RenderSettings(height=48, width=64, samples=1)
     return Preparation(
         ProceduralSource(12), category, points, render, root, workers=2, progress=False
     )

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from shapenet_tree import write_folder
 
-from ffd_lightning.app.config import RenderConfig, Up
+from ffd_lightning.app.config import Up
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.modelnet import ModelNetSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 IDS = ["chair_0001", "chair_0002", "chair_0003"]
 
@@ -162,7 +163,7 @@ def test_what_is_missing_or_unclear_is_said(tmp_path):
 
 def test_preparation(tmp_path):
     source = ModelNetSource(zipped(tmp_path / "ModelNet40.zip", "ModelNet40/", models()).parent)
-    view = RenderConfig(height=48, width=64, samples=1)
+    view = RenderSettings(height=48, width=64, samples=1)
     prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
     assert list(prepared.ids) == IDS
     assert prepared.manifest["rejected"] == 1

@@ -21,7 +21,6 @@ from parts_tree import (
     write,
 )
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation import part_labels
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.part_labels import (
@@ -37,6 +36,7 @@ from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 CHAIR = SYNSETS["chair"]
 
@@ -402,7 +402,7 @@ def obj(mesh):
 
 def prepared_from(root, category, parts_root):
     source = ShapeNetSource(root, parts=PartAnnotations(parts_root))
-    view = RenderConfig(height=32, width=32, samples=1)
+    view = RenderSettings(height=32, width=32, samples=1)
     preparation = Preparation(source, category, 512, view, root, workers=1, progress=False)
     return preparation.run()
 

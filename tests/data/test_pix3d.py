@@ -11,7 +11,6 @@ import pytest
 from PIL import Image
 from shapenet_tree import model_text
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.pix3d import FLAWS, Pix3dSource
@@ -19,6 +18,7 @@ from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedModelError
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
 SIZE = {"height": 48, "width": 64}
@@ -153,7 +153,7 @@ def test_objects_fill_rendered_images_as_the_constant_says():
             height, width = extent(rendering(k, category, elevation=30.0, azimuth=45.0, samples=1))
             fills.append(max(height, width) / 96)
     assert np.median(fills) == pytest.approx(OBJECT_FILL, abs=0.02)
-    assert RenderConfig(azimuths=[45.0]) == RenderConfig(192, 256, 30.0)
+    assert RenderSettings(azimuths=[45.0]) == RenderSettings(192, 256, 30.0)
 
 
 @pytest.mark.parametrize("size", [(10, 150), (150, 10), (3, 3), (150, 200)])
@@ -487,7 +487,7 @@ def test_survey_finds_what_is_missing_and_a_wrong_yaw(tree):
 def test_preparation(tree, tmp_path):
     tree.photo("0004", model="model/chair/GONE/model.obj")
     tree.photo("0005", truncated=True)
-    view = RenderConfig(**SIZE, samples=1)
+    view = RenderSettings(**SIZE, samples=1)
     source = tree.source()
     prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
     assert list(prepared.ids) == ["0001", "0002", "0003"]

@@ -6,12 +6,12 @@ import pytest
 from PIL import Image
 from shapenet_tree import BAD, CHAIR, bad_models, good_models, png, write_folder, write_zips
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources import shapenet
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.data.sources.shapenet import CategoryFolder, ShapeNetSource
 from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 GOOD = ["nomtl", "plain", "textured", "windows"]
 
@@ -184,7 +184,7 @@ def test_renderings_that_are_not_there(tmp_path):
 
 def test_preparation_takes_the_renderings(renderings, tmp_path):
     source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
-    view = RenderConfig(height=48, width=64, samples=1)
+    view = RenderSettings(height=48, width=64, samples=1)
     prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
     assert prepared.ids == ("plain",)
     assert (len(prepared), *prepared.image_shape) == (1, 24, 48, 64, 4)

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART, pack_image, pack_mesh, pack_points
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
 from ffd_lightning.data.sources.base import Source, SourceModel
@@ -20,6 +19,7 @@ from ffd_lightning.errors import RejectedModelError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
 # Barycentric coordinates spread over a face, (36, 3).
@@ -36,7 +36,7 @@ class Recipe:
     source: Source
     category: str
     num_points: int
-    render: RenderConfig
+    render: RenderSettings
     folder: Path
 
     def file(self, model_id: str) -> Path:
@@ -151,7 +151,7 @@ def _normalized(model: SourceModel) -> SourceModel:
     )
 
 
-def _rendered(mesh: Mesh, views: RenderConfig) -> NDArray[np.uint8]:
+def _rendered(mesh: Mesh, views: RenderSettings) -> NDArray[np.uint8]:
     """Return a mesh's images, (views, H, W, 4)."""
     images = [
         render(

@@ -22,13 +22,13 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from ffd_lightning.app.config import RenderConfig
 from ffd_lightning.data.preparation.assembly import assemble
 from ffd_lightning.data.preparation.model_file import Recipe, is_done
 from ffd_lightning.data.preparation.prepared import REJECTED, WARNINGS, PreparedSet
 from ffd_lightning.data.preparation.workers import make_models
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.parallel import available_cores
 from ffd_lightning.progress import ModelProgress
 
@@ -79,7 +79,7 @@ class Preparation:
     source: Source
     category: str
     num_points: int
-    render: RenderConfig
+    render: RenderSettings
     root: Path
     workers: int = 0
     timeout: float = 600.0

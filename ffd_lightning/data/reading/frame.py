@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ffd_lightning.app.config import Up
 from ffd_lightning.geometry.mesh import Mesh
+
+Up = Literal["y", "z"]
+"""The axis of a data set's meshes that points up."""
 
 # Cosine and sine of quarter turns: numpy's leave 6e-17 where 0 is meant.
 _QUARTERS = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0, -1.0)}
 
 
-def turn(points: ArrayLike, up: Up | str, yaw: float) -> NDArray[np.float64]:
+def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
     """Turn points, or directions, until they are y up and face -z.
 
     Convention:
@@ -30,20 +33,25 @@ def turn(points: ArrayLike, up: Up | str, yaw: float) -> NDArray[np.float64]:
     Returns:
         (..., 3) float64.
 
+    Raises:
+        ValueError: another axis.
+
     >>> turn([0, 0, -1], "y", 90).tolist()
     [-1.0, 0.0, 0.0]
     """
     x, y, z = np.moveaxis(np.asarray(points, np.float64), -1, 0)
-    if Up(up) is Up.z:
+    if up not in ("y", "z"):
+        raise ValueError(f"up={up!r} must be y or z")
+    if up == "z":
         y, z = z, -y
     angle = np.radians(yaw)
     cosine, sine = _QUARTERS.get(yaw % 360, (np.cos(angle), np.sin(angle)))
     return np.stack([cosine * x + sine * z, y, cosine * z - sine * x], axis=-1) + 0.0  # no -0.0
 
 
-def into_frame(mesh: Mesh, up: Up | str, yaw: float) -> Mesh:
+def into_frame(mesh: Mesh, up: Up, yaw: float) -> Mesh:
     """Turn a mesh as `turn` does its points; the very same mesh where nothing is to be turned."""
-    if Up(up) is Up.y and yaw % 360 == 0:
+    if up == "y" and yaw % 360 == 0:
         return mesh
     return mesh.with_vertices(turn(mesh.vertices, up, yaw))
 

@@ -8,9 +8,8 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ffd_lightning.app.config import Up
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.reading.frame import into_frame
+from ffd_lightning.data.reading.frame import Up, into_frame
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.errors import DataError, RejectedModelError
@@ -48,14 +47,14 @@ class FolderSource:
     """
 
     root: Path
-    up: Up = Up.y
+    up: Up = "y"
     yaw: float = 0.0
     _models: dict[str, dict[str, _ModelFiles]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
     def __post_init__(self) -> None:
-        self.root, self.up = Path(self.root), Up(self.up)
+        self.root = Path(self.root)
 
     def categories(self) -> list[str]:
         """Return what the folders in `root` stand for, sorted: synsets by the project's names.

@@ -7,9 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ffd_lightning.app.config import Up
 from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
-from ffd_lightning.data.reading.frame import into_frame
+from ffd_lightning.data.reading.frame import Up, into_frame
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.errors import DataError, RejectedModelError
@@ -58,14 +57,14 @@ class ModelNetSource:
     """
 
     root: Path
-    up: Up = Up.z
+    up: Up = "z"
     yaw: float = 0.0
     _models: dict[str, list[tuple[str, _Model]]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
     def __post_init__(self) -> None:
-        self.root, self.up = Path(self.root), Up(self.up)
+        self.root = Path(self.root)
 
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_models": {}}  # listed again where it is needed: 12,311 files

@@ -10,8 +10,7 @@ from dataclasses import astuple, dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from ffd_lightning.app.config import Up
-from ffd_lightning.data.reading.frame import into_frame, mean_azimuth, turn
+from ffd_lightning.data.reading.frame import Up, into_frame, mean_azimuth, turn
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.data.splits import hash_parts
@@ -72,14 +71,14 @@ class Pix3dSource:
     height: int = 192
     width: int = 256
     leave_out: tuple[str, ...] = ("truncated", "occluded")
-    up: Up = Up.y
+    up: Up = "y"
     yaw: float = 0.0
     _photos: dict[str, dict[str, _Photo]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
     def __post_init__(self) -> None:
-        self.root, self.up, self.leave_out = Path(self.root), Up(self.up), tuple(self.leave_out)
+        self.root, self.leave_out = Path(self.root), tuple(self.leave_out)
         unknown = sorted(set(self.leave_out) - set(FLAWS))
         if unknown:
             raise DataError(f"data.leave_out has {unknown[0]!r}: choose from {', '.join(FLAWS)}")

@@ -7,14 +7,14 @@ import tempfile
 import threading
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast, get_args
 
 import numpy as np
 
-from ffd_lightning.app.config import MeshColors
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.imaging.rendering import FIELD_OF_VIEW
 from ffd_lightning.inference.files import MeshWriter
+from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.viewer.scene import SPACING, Look, Stage
 from ffd_lightning.inference.viewer.session import Session
 from ffd_lightning.inference.viewer.words import (
@@ -129,7 +129,7 @@ class Page:
 
     def _build_show(self, gui: Any) -> None:
         self._layout = gui.add_dropdown("Arrange", ("side by side", "overlaid"))
-        self._colors = gui.add_dropdown("Colours", [color.value for color in MeshColors])
+        self._colors = gui.add_dropdown("Colours", list(get_args(MeshColors)))
         self._legend = gui.add_html("", visible=False)
         boxes = {
             "template": ("Template", True),
@@ -246,7 +246,7 @@ class Page:
         self._bars.content = weight_bars(session)
         self._scores.content = score_table(session.scores())
         self._legend.content = part_legend(session)
-        self._legend.visible = self._mesh_colors() is MeshColors.parts
+        self._legend.visible = self._mesh_colors() == "parts"
 
     def _open(self) -> None:
         """Open what is asked for, if it is not what is shown."""
@@ -283,7 +283,7 @@ class Page:
                 raise DataError(str(error).replace(f"{folder}/", "")) from None
 
     def _mesh_colors(self) -> MeshColors:
-        return MeshColors(self._colors.value)
+        return cast(MeshColors, self._colors.value)
 
     def _current_look(self) -> Look:
         boxes = {key: bool(box.value) for key, box in self._boxes.items()}

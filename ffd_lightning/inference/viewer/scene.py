@@ -11,10 +11,9 @@ import trimesh
 from matplotlib import colormaps
 from numpy.typing import NDArray
 
-from ffd_lightning.app.config import MeshColors
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.files import lattice_edges
-from ffd_lightning.inference.pieces import Piece, pieces
+from ffd_lightning.inference.pieces import MeshColors, Piece, pieces
 from ffd_lightning.inference.viewer.session import Session
 
 SPACING = 1.05
@@ -132,7 +131,7 @@ class Stage:
     ) -> list[tuple[Any, Piece]]:
         if ghost:
             rgba = np.tile(np.array((*ghost, _GHOST), np.uint8), (len(mesh.faces), 1))
-            mesh, colors = replace(mesh, face_colors=rgba), MeshColors.material
+            mesh, colors = replace(mesh, face_colors=rgba), "material"
         nodes = []
         for k, piece in enumerate(pieces(mesh, colors, _PALETTE, by_part=False)):
             opacity = piece.rgba[3] / 255

@@ -1,0 +1,104 @@
+"""The command `ffd`: one name for everything, and `key=value` for every setting."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import os
+import sys
+from collections.abc import Sequence
+from typing import NamedTuple
+
+# Threads of OpenMP that spin while they wait take the cores from the nearest neighbours' own
+# threads, and from everything else on a busy machine. Read when torch is loaded.
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+# Processes that Lightning starts for further devices get the command's arguments without its name.
+_COMMAND = "FFD_LIGHTNING_COMMAND"
+
+
+class Command(NamedTuple):
+    """A subcommand: what it does, in a line, and the module of `commands` that does it."""
+
+    summary: str
+    module: str
+
+
+COMMANDS = {
+    "train": Command("train and evaluate a run, or a sweep of runs with -m", "train"),
+    "evaluate": Command("score a run under a protocol", "evaluate"),
+    "predict": Command("reconstruct what photographs show", "predict"),
+    "prepare": Command("prepare data, without training", "prepare"),
+    "doctor": Command("say what a data set holds and what preparing it costs", "doctor"),
+    "sweep": Command("run a study of sweeps/, from its runs to its report", "sweep"),
+    "status": Command("say what the runs of a folder are doing", "status"),
+    "report": Command("write one page about all runs of a folder", "report"),
+    "figures": Command("draw the paper's figures of runs", "figures"),
+    "labels": Command("say how well runs transfer part labels", "labels"),
+    "view": Command("look at reconstructions in a local page", "view"),
+    "export": Command("write a trained network as ONNX", "export"),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the subcommand that the command line names."""
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    if "LOCAL_RANK" in os.environ and _COMMAND in os.environ:
+        given.insert(0, os.environ[_COMMAND])
+    if not given or given[0] in ("-h", "--help", "help"):
+        print(_help())
+        return
+    if given[0] == "--version":
+        from ffd_lightning import __version__
+
+        print(__version__)
+        return
+    if given[0] not in COMMANDS:
+        sys.exit(f"error: no command {given[0]!r}. Commands: {', '.join(COMMANDS)}")
+    run(given[0], given[1:])
+
+
+def run(name: str, arguments: Sequence[str] | None = None) -> None:
+    """Run one subcommand; exits with its code.
+
+    Args:
+        name: one of `COMMANDS`.
+        arguments: those of the command line where they are None.
+    """
+    from ffd_lightning.app.messages import shown
+
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    os.environ[_COMMAND] = name
+    module = importlib.import_module(f"ffd_lightning.app.commands.{COMMANDS[name].module}")
+    schema = getattr(module, "Settings", None)
+    if schema is None:  # a Hydra application: it reads its own arguments
+        shown(lambda: module.main(given), getattr(module, "SCHEMA", None))
+        return
+
+    def command() -> None:
+        from ffd_lightning.app.settings import read_settings, settings_help
+
+        main_setting = getattr(module, "MAIN", "")
+        if {"-h", "--help"} & set(given) or not given:
+            print(f"{inspect.getdoc(module)}\n\nSettings:\n\n{settings_help(schema)}")
+            return
+        sys.exit(module.main(read_settings(schema, given, main_setting)))
+
+    shown(command, schema)
+
+
+def _help() -> str:
+    lines = [f"  ffd {name:<10}{command.summary}" for name, command in COMMANDS.items()]
+    return "\n".join(
+        [
+            "Learn to select a template mesh and deform it into the object that an image shows.",
+            "",
+            *lines,
+            "",
+            "Settings are key=value everywhere; ffd COMMAND --help lists them.",
+        ]
+    )
+
+
+if __name__ == "__main__":
+    main()

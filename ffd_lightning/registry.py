@@ -1,0 +1,251 @@
+"""What a researcher replaces, found by kind and name: ours and that of other packages alike.
+
+An entry is a kind ("encoder", say), a name, a dataclass of its own settings, and a factory that
+takes an instance of it. `docs/extending.md` shows how a package of your own adds entries.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import importlib
+import importlib.metadata
+import inspect
+import logging
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import ModuleType
+from typing import Any, TypeVar
+
+from ffd_lightning.errors import ConfigError
+
+log = logging.getLogger(__name__)
+
+KINDS: dict[str, str] = {
+    "encoder": "turns images into a feature map",
+    "term": "a term of the objective",
+    "selection": "how template weights are taught",
+    "template_strategy": "how templates are chosen",
+    "source": "where shapes come from",
+    "split": "which shapes are trained on, validated on, tested on",
+    "protocol": "how predictions are measured",
+}
+"""Everything that can be replaced, and what it does."""
+
+ENTRY_POINTS = "ffd_lightning.plugins"
+"""The group in which packages name their modules: `my_parts = "my_package.parts"`."""
+
+_BUILT_IN = "ffd_lightning.app.parts"
+_Factory = TypeVar("_Factory", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One thing that can be chosen.
+
+    Attributes:
+        kind: one of `KINDS`.
+        name: what it is called on the command line, in run folders and in checkpoints.
+        settings: dataclass of its own settings; each has a default, or is `MISSING` of omegaconf.
+        factory: takes an instance of `settings`, and what `docs/extending.md` lists for the kind.
+        provider: the package that it comes from, "own-parts 0.1", say.
+    """
+
+    kind: str
+    name: str
+    settings: type[Any]
+    factory: Callable[..., Any]
+    provider: str
+
+    @property
+    def summary(self) -> str:
+        """What it is, in one line: the first of the docstring of its settings."""
+        doc = inspect.getdoc(self.settings) or ""
+        first = doc.split("\n")[0]
+        # A dataclass without a docstring is given one by Python: its own signature.
+        return "" if first.startswith(f"{self.settings.__name__}(") else first
+
+    def build(self, settings: Any, **context: Any) -> Any:
+        """Build it from settings: anything that has the fields of `self.settings`."""
+        own = {f.name: getattr(settings, f.name) for f in dataclasses.fields(self.settings)}
+        return self.factory(self.settings(**own), **context)
+
+
+_entries: dict[tuple[str, str], Entry] = {}
+_loaded: set[str] = set()
+_provider = "ffd_lightning"
+_broken: dict[str, str] = {}  # plugins that could not be imported, and why
+
+
+def register(kind: str, name: str, settings: type[Any]) -> Callable[[_Factory], _Factory]:
+    """Add an entry; decorates its factory.
+
+    Args:
+        kind: one of `KINDS`.
+        name: an identifier, so that it can be written on any command line.
+        settings: see `Entry`.
+
+    Raises:
+        ConfigError: no such kind, a name that cannot be written, settings that are no dataclass,
+            or a name that another module has taken.
+    """
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r} to register {name!r} as: use one of {_list(KINDS)}")
+    if not name.isidentifier():
+        raise ConfigError(f"{kind} {name!r}: a name has letters, digits and underscores only")
+    if not (isinstance(settings, type) and dataclasses.is_dataclass(settings)):
+        raise ConfigError(f"{kind} {name!r}: its settings must be a dataclass, not {settings!r}")
+
+    def add(factory: _Factory) -> _Factory:
+        taken = _entries.get((kind, name))
+        same = taken is not None and taken.factory.__module__ == factory.__module__
+        if taken is not None and not same:  # the same module again: it was reloaded
+            raise ConfigError(
+                f"{kind} {name!r} of {factory.__module__} is taken by {taken.provider}: choose "
+                "another name"
+            )
+        _entries[kind, name] = Entry(kind, name, settings, factory, _provider)
+        return factory
+
+    return add
+
+
+def entries(kind: str) -> list[Entry]:
+    """Return all entries of a kind, ours first, each package's in the order of registration."""
+    load_plugins()
+    found = [entry for entry in _entries.values() if entry.kind == kind]
+    return sorted(found, key=lambda entry: entry.provider != "ffd_lightning")
+
+
+def get(kind: str, name: str, provided: Mapping[str, str] | None = None) -> Entry:
+    """Return an entry.
+
+    Args:
+        kind: one of `KINDS`.
+        name: of the entry.
+        provided: which package had it where a run was made ("encoder tiny" -> "own-parts 0.1").
+
+    Raises:
+        ConfigError: there is none; the message says what there is, or which package is missing.
+    """
+    load_plugins()
+    if (kind, name) in _entries:
+        return _entries[kind, name]
+    key = part_key(kind, name)
+    if provided and key in provided:
+        raise ConfigError(
+            f"the {_words(kind)} {name!r} comes from {provided[key]}, which is not here: install "
+            "that package, or name its module with plugins=[MODULE]"
+        )
+    choices = [entry.name for entry in entries(kind)]
+    close = difflib.get_close_matches(str(name), choices, 1)
+    hint = f" Did you mean {close[0]}?" if close else ""
+    broken = "".join(f" ({plugin} could not be loaded: {why})" for plugin, why in _broken.items())
+    raise ConfigError(f"no {_words(kind)} {name!r}.{hint} Choices: {_list(choices)}{broken}")
+
+
+def part(kind: str, name: str, /, **settings: Any) -> Any:
+    """Build an entry by name, for scripts: `part("source", "procedural", num_models=100)`.
+
+    Keywords that are no settings of the entry are handed to its factory as they are.
+
+    Raises:
+        ConfigError: no such entry, a setting that it does not have, or one that is not given.
+    """
+    entry = get(kind, name)
+    names = [f.name for f in dataclasses.fields(entry.settings)]
+    parameters = list(inspect.signature(entry.factory).parameters.values())[1:]
+    context = [p.name for p in parameters]
+    unknown = sorted(set(settings) - set(names) - set(context))
+    if unknown:
+        raise ConfigError(
+            f"{_words(kind)} {name!r} has no setting {unknown[0]!r}: {_list([*names, *context])}"
+        )
+    own = {key: value for key, value in settings.items() if key in names}
+    return entry.factory(
+        entry.settings(**own), **{k: v for k, v in settings.items() if k not in names}
+    )
+
+
+def part_key(kind: str, name: str) -> str:
+    """Return what a part is called where runs and checkpoints say which package it came from."""
+    return f"{kind} {name}"
+
+
+def load_plugins(modules: Iterable[str] = ()) -> None:
+    """Import what registers entries: our own, installed packages', and modules named by a user.
+
+    A package that cannot be imported is warned of, and named where something is missing; a module
+    that the user named is an error.
+
+    Raises:
+        ConfigError: one of `modules` cannot be imported.
+    """
+    if _BUILT_IN not in _loaded:
+        _loaded.add(_BUILT_IN)
+        importlib.import_module(_BUILT_IN)
+        for point in importlib.metadata.entry_points(group=ENTRY_POINTS):
+            _load_entry_point(point)
+    for name in modules:
+        if name in _loaded:
+            continue
+        with _from(_distribution_of(name)):
+            try:
+                if "" not in sys.path:
+                    sys.path.insert(0, "")  # a module in the folder where the command is run
+                importlib.import_module(name)
+            except Exception as error:
+                raise ConfigError(
+                    f"plugins={name}: cannot be imported ({type(error).__name__}: {error})"
+                ) from error
+        _loaded.add(name)
+
+
+def providers(parts: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Return which package each of the (kind, name) pairs came from, ours left out."""
+    found = (get(kind, name) for kind, name in parts)
+    return {
+        part_key(entry.kind, entry.name): entry.provider
+        for entry in found
+        if entry.provider != "ffd_lightning"
+    }
+
+
+def _load_entry_point(point: importlib.metadata.EntryPoint) -> None:
+    dist = point.dist
+    provider = point.name if dist is None else f"{dist.name} {dist.version}"
+    with _from(provider):
+        try:
+            loaded = point.load()
+            if not isinstance(loaded, ModuleType):
+                loaded()  # a function that registers
+        except Exception as error:
+            _broken[provider] = f"{type(error).__name__}: {error}"
+            log.warning("the plugin %s cannot be loaded: %s", provider, _broken[provider])
+    _loaded.add(point.module)
+
+
+def _distribution_of(module: str) -> str:
+    """Return name and version of the package that a module belongs to, else the module's name."""
+    names = importlib.metadata.packages_distributions().get(module.split(".")[0])
+    return f"{names[0]} {importlib.metadata.version(names[0])}" if names else f"module {module}"
+
+
+@contextmanager
+def _from(provider: str) -> Iterator[None]:
+    global _provider
+    before, _provider = _provider, provider
+    try:
+        yield
+    finally:
+        _provider = before
+
+
+def _words(kind: str) -> str:
+    return kind.replace("_", " ")
+
+
+def _list(names: Iterable[str]) -> str:
+    return ", ".join(names) or "none"
