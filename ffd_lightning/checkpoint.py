@@ -1,27 +1,44 @@
-"""Checkpoints: the network of a configuration, its weights, and all that inference needs.
+"""Checkpoints: one file that works alone, whoever trained it.
 
-A checkpoint of training is one file that works alone: beside Lightning's own entries it holds
-`model`, with the configuration, the templates and what the training images looked like.
+Beside Lightning's own entries it holds `model`: what its network was built from, by name and
+settings, the templates, and what the training images looked like. It loads with `weights_only`, so
+no code of its own is ever run.
 """
 
 from __future__ import annotations
 
+import pickle
 import warnings
-from dataclasses import dataclass
+import zipfile
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import torch
-from omegaconf import DictConfig, OmegaConf
 
-from ffd_lightning.app.config import PathsConfig, TrainConfig, typed_config
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.lattice import num_control_points
-from ffd_lightning.imaging.appearance import TrainingLooks
-from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder
+from ffd_lightning.imaging.appearance import TrainingAppearance
+from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.registry import Part
+
+if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
+    from ffd_lightning.data.datamodule import FfdDataModule
 
 _ENTRY = "model"
+# What unpickling and what follows it raise on a damaged file.
+_DAMAGED = (
+    RuntimeError,
+    EOFError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    pickle.PickleError,
+    zipfile.BadZipFile,
+)
 
 
 @dataclass(frozen=True)
@@ -29,88 +46,90 @@ class TrainedModel:
     """What a checkpoint holds.
 
     Attributes:
-        config: of its training, but for `paths`.
         network: with the checkpoint's weights, in evaluation mode, on the CPU.
         bank: its templates.
-        looks: of the images it was trained on.
+        appearance: of the images it was trained on.
+        render: size and cameras of those.
+        categories: that it was trained on.
+        record: what its training says of itself: plain values by name.
         step: of the training.
     """
 
-    config: TrainConfig
     network: TemplateFfdNetwork
     bank: TemplateBank
-    looks: TrainingLooks
+    appearance: TrainingAppearance
+    render: RenderSettings
+    categories: tuple[str, ...]
+    record: dict[str, Any]
     step: int
 
 
 def model_entry(
-    config: TrainConfig, bank: TemplateBank, looks: TrainingLooks
+    network: TemplateFfdNetwork, data: FfdDataModule, record: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return what a checkpoint needs beside the weights, for `load_model`."""
-    settings = OmegaConf.structured(config)
-    settings.paths = PathsConfig()  # it may be handed to others
+    part = network.encoder.part
     content = {
-        "config": OmegaConf.to_yaml(settings),
-        "templates": bank.state(),
-        "looks": looks.state(),
+        "network": network.description(),
+        "encoder": None if part is None else asdict(part),
+        "templates": data.bank.state(),
+        "appearance": data.appearance.state(),
+        "render": asdict(data.render),
+        "categories": list(data.categories),
+        "record": dict(record),
     }
     return {_ENTRY: content}
 
 
-def load_model(checkpoint: Path) -> TrainedModel:
+def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> TrainedModel:
     """Load a checkpoint, which needs nothing else.
 
+    Args:
+        checkpoint: the file.
+        network: to give the weights to, where the checkpoint cannot name its encoder: one that was
+            not built by the registry.
+
     Raises:
-        ConfigError: there is no such file, or it is of another version.
+        ConfigError: there is no such file, it is of another version, or its encoder comes from a
+            package that is not here.
         DataError: it is damaged.
     """
-    state = _load(checkpoint)
-    if _ENTRY not in state:
+    state = read_checkpoint(checkpoint)
+    if _ENTRY not in state or "network" not in state[_ENTRY]:
         raise ConfigError(
-            f"the checkpoint {checkpoint} holds no templates: it was made by an earlier version. "
-            "The command of its training, with restart=true, trains it again"
+            f"the checkpoint {checkpoint} holds no templates: an earlier version made it, or it was "
+            "trained without FfdDataModule. The command of its training, with restart=true, "
+            "trains it again"
         )
+    content = state[_ENTRY]
     try:
-        content = state[_ENTRY]
-        settings = OmegaConf.create(content["config"])
-        assert isinstance(settings, DictConfig)
-        config = typed_config(settings, TrainConfig)
         bank = TemplateBank.from_state(content["templates"])
-        looks = TrainingLooks.from_state(content["looks"])
-    except Exception as error:
+        appearance = TrainingAppearance.from_state(content["appearance"])
+        render = RenderSettings(**content["render"])
+        categories, record = tuple(content["categories"]), dict(content["record"])
+        sizes, named = dict(content["network"]), content["encoder"]
+        part = None if named is None else Part(**named)
+    except _DAMAGED as error:
         reason = str(error).split("\n")[0]
         raise ConfigError(
             f"the checkpoint {checkpoint} is of another version or damaged ({reason})"
         ) from None
-    config.encoder.weights, config.encoder.pretrained = None, False
-    network = build_network(config)
+    if network is None:
+        if part is None:
+            raise ConfigError(
+                f"the encoder of {checkpoint} was not built by name, so nobody can build it again: "
+                "pass network=..., or train with part('encoder', NAME, ...)"
+            )
+        network = rebuild_network(part, sizes)
     step = _put_weights(network, state, checkpoint)
-    return TrainedModel(config, network.eval(), bank, looks, step)
+    return TrainedModel(network.eval(), bank, appearance, render, categories, record, step)
 
 
-def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
-    """Build the network that a configuration describes, weights drawn from the global seed."""
-    image_size = (cfg.data.render.height, cfg.data.render.width)
-    encoder = build_encoder(
-        kind=cfg.encoder.kind,
-        name=cfg.encoder.name,
-        width=cfg.encoder.width,
-        weights=cfg.encoder.weights,
-        pretrained=cfg.encoder.pretrained,
-        batch_norm_momentum=cfg.network.batch_norm_momentum,
-        image_size=image_size,
-    )
-    return TemplateFfdNetwork(
-        encoder,
-        image_size=image_size,
-        num_templates=cfg.templates.count,
-        num_control_points=num_control_points(cfg.network.degrees),
-        bottleneck=cfg.network.bottleneck,
-        hidden=cfg.network.hidden,
-        min_weight=cfg.regime.min_weight,
-        offset_std=cfg.network.offset_std,
-        batch_norm_momentum=cfg.network.batch_norm_momentum,
-    )
+def rebuild_network(encoder: Part, sizes: dict[str, Any]) -> TemplateFfdNetwork:
+    """Build the network that `TemplateFfdNetwork.description` describes, for trained weights."""
+    height, width = sizes["image_size"]
+    built = encoder.build(image_size=(height, width), batch_norm_momentum=0.1)
+    return TemplateFfdNetwork(built, **{**sizes, "image_size": (height, width)})
 
 
 def load_weights(network: TemplateFfdNetwork, checkpoint: Path) -> int:
@@ -120,22 +139,27 @@ def load_weights(network: TemplateFfdNetwork, checkpoint: Path) -> int:
         ConfigError: there is no such file, or it is of another network.
         DataError: it is damaged.
     """
-    return _put_weights(network, _load(checkpoint), checkpoint)
+    return _put_weights(network, read_checkpoint(checkpoint), checkpoint)
 
 
-def _load(checkpoint: Path) -> dict[str, Any]:
+def read_checkpoint(checkpoint: Path) -> dict[str, Any]:
+    """Return what a checkpoint file holds, tensors on the CPU; no code in it is run.
+
+    Raises:
+        ConfigError: there is no such file.
+        DataError: it is damaged.
+    """
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore"
-            )  # of what may be wrong with a file that is no checkpoint
+            # Of what may be wrong with a file that is no checkpoint.
+            warnings.simplefilter("ignore")
             state: dict[str, Any] = torch.load(checkpoint, map_location="cpu", weights_only=True)
         int(state["global_step"]), dict(state["state_dict"])
     except FileNotFoundError:
         raise ConfigError(
             f"there is no checkpoint {checkpoint}: train the run, or name one with checkpoint=FILE"
         ) from None
-    except Exception:  # unpickling meets anything in a damaged file
+    except (OSError, *_DAMAGED):  # unpickling meets anything in a damaged file
         raise DataError(f"the checkpoint {checkpoint} is damaged or no checkpoint") from None
     return state
 

@@ -34,11 +34,69 @@ KINDS: dict[str, str] = {
 }
 """Everything that can be replaced, and what it does."""
 
+_WHERE, _START = "only_where", "only_start"
+
 ENTRY_POINTS = "ffd_lightning.plugins"
 """The group in which packages name their modules: `my_parts = "my_package.parts"`."""
 
 _BUILT_IN = "ffd_lightning.app.parts"
 _Factory = TypeVar("_Factory", bound=Callable[..., Any])
+
+
+def setting(
+    default: Any = dataclasses.MISSING,
+    *,
+    factory: Any = dataclasses.MISSING,
+    only_where: bool = False,
+    only_start: bool = False,
+) -> Any:
+    """Return a dataclass field that says more about a setting than its type and default.
+
+    Args:
+        default: of the setting.
+        factory: makes the default, for lists.
+        only_where: it decides where or how fast something is computed, and not what comes out:
+            runs that differ in nothing else are the same run.
+        only_start: it decides the first weights: a checkpoint brings its own.
+    """
+    metadata = {_WHERE: only_where, _START: only_start}
+    if factory is not dataclasses.MISSING:
+        return dataclasses.field(default_factory=factory, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def is_only_where(field: dataclasses.Field[Any]) -> bool:
+    """Tell whether a setting does not change what a run computes; see `setting`."""
+    return bool(field.metadata.get(_WHERE))
+
+
+@dataclass(frozen=True)
+class Part:
+    """What something was built from: enough to build it again.
+
+    Attributes:
+        kind: one of `KINDS`.
+        name: of the entry.
+        settings: plain values by name.
+        provider: see `Entry`.
+    """
+
+    kind: str
+    name: str
+    settings: dict[str, Any]
+    provider: str
+
+    def build(self, **context: Any) -> Any:
+        """Build it again, without what only decides first weights.
+
+        Raises:
+            ConfigError: the package that it came from is not here.
+        """
+        entry = get(self.kind, self.name, {part_key(self.kind, self.name): self.provider})
+        first = [f.name for f in dataclasses.fields(entry.settings) if f.metadata.get(_START)]
+        known = {f.name for f in dataclasses.fields(entry.settings)} - set(first)
+        own = {key: value for key, value in self.settings.items() if key in known}
+        return entry.make(entry.settings(**own), **context)
 
 
 @dataclass(frozen=True)
@@ -69,8 +127,19 @@ class Entry:
 
     def build(self, settings: Any, **context: Any) -> Any:
         """Build it from settings: anything that has the fields of `self.settings`."""
+        return self.make(self.own_settings(settings), **context)
+
+    def own_settings(self, settings: Any) -> Any:
+        """Return an instance of `self.settings` with what another object has of its fields."""
         own = {f.name: getattr(settings, f.name) for f in dataclasses.fields(self.settings)}
-        return self.factory(self.settings(**own), **context)
+        return self.settings(**own)
+
+    def make(self, settings: Any, **context: Any) -> Any:
+        """Build it from its own settings; what has an attribute `part` is told what it is."""
+        made = self.factory(settings, **context)
+        if hasattr(type(made), "part"):
+            made.part = Part(self.kind, self.name, dataclasses.asdict(settings), self.provider)
+        return made
 
 
 _entries: dict[tuple[str, str], Entry] = {}
@@ -164,7 +233,7 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
             f"{_words(kind)} {name!r} has no setting {unknown[0]!r}: {_list([*names, *context])}"
         )
     own = {key: value for key, value in settings.items() if key in names}
-    return entry.factory(
+    return entry.make(
         entry.settings(**own), **{k: v for k, v in settings.items() if k not in names}
     )
 

@@ -42,9 +42,10 @@ class RunFolder:
         """The newest checkpoint."""
         return self.path / "checkpoints" / "last.ckpt"
 
-    def evaluation(self, protocol: str) -> Path:
-        """Folder of one protocol's results."""
-        return self.path / "evaluation" / protocol
+    def evaluation(self, protocol: str, subset: str = "test") -> Path:
+        """Folder of one protocol's results: on the test shapes, or on another subset."""
+        name = protocol if subset == "test" else f"{protocol}-{subset}"
+        return self.path / "evaluation" / name
 
     @property
     def status(self) -> dict[str, Any]:
@@ -60,6 +61,13 @@ class RunFolder:
         """Write `status.json`: state is running, finished or failed (then with a `reason`)."""
         content = {"state": state, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **details}
         write_atomic(self.path / "status.json", json.dumps(content, indent=2) + "\n")
+
+    def discard(self) -> None:
+        """Remove what a training left, so that it starts anew."""
+        for file in (self.checkpoint, self.path / "status.json", self.path / "progress.json"):
+            file.unlink(missing_ok=True)
+        for events in (self.path / "tensorboard").glob("events.*"):
+            events.unlink()
 
     @property
     def progress(self) -> dict[str, Any]:

@@ -92,6 +92,7 @@ def tiny_run(tiny_config, tmp_path_factory):
     After so few steps moving averages would be of the first weights and features vanish.
     """
     from ffd_lightning.app.train import train
+
     from ffd_lightning.run_folder import RunFolder
 
     run = RunFolder(tmp_path_factory.mktemp("runs") / "run")

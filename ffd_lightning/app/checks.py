@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from ffd_lightning.app.config import (
-    ImageKind,
-    PrepareConfig,
-    SourceKind,
-    SplitKind,
-    TemplateStrategy,
-    TrainConfig,
-    Weighting,
-)
+from ffd_lightning import registry
+from ffd_lightning.app.config import GROUPS, PrepareConfig, TrainConfig
 from ffd_lightning.errors import ConfigError
 
 
@@ -25,13 +19,39 @@ def validate(cfg: PrepareConfig) -> None:
     """
     checks = _data_checks(cfg)
     if isinstance(cfg, TrainConfig):
-        checks += [*_number_checks(cfg), *_regime_checks(cfg)]
+        checks += [*_number_checks(cfg), *_regime_checks(cfg), *_template_checks(cfg)]
     problems = [message for wrong, message in checks if wrong]
+    problems += part_problems(cfg)
     if problems:
         raise ConfigError("; ".join(problems))
 
 
 _Checks = list[tuple[bool, str]]  # whether something is wrong, and what
+
+
+def part_problems(cfg: Any) -> list[str]:
+    """Return what parts say of their own settings: `check()`, where they have it, raises."""
+    problems = []
+    for kind, node in _parts(cfg):
+        entry = registry.get(kind, node.term if kind == "term" else node.name)
+        check = getattr(entry.own_settings(node), "check", None)
+        try:
+            if check is not None:
+                check()
+        except ConfigError as error:
+            problems.append(str(error))
+    return problems
+
+
+def _parts(cfg: Any) -> Iterator[tuple[str, Any]]:
+    for where, kind in GROUPS.items():
+        node = cfg
+        for step in where.split("."):
+            node = getattr(node, step, None)
+        if node is not None:
+            yield kind, node
+    for node in cfg.regime.terms.values() if isinstance(cfg, TrainConfig) else ():
+        yield "term", node
 
 
 def _number_checks(cfg: TrainConfig) -> _Checks:
@@ -46,7 +66,6 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
         "schedule.checkpoint_every": schedule.checkpoint_every,
         "templates.count": templates.count,
         "templates.max_edge": templates.max_edge,
-        "encoder.width": cfg.encoder.width,
         "network.bottleneck": network.bottleneck,
         "network.hidden": network.hidden,
         "network.offset_std": network.offset_std,
@@ -55,87 +74,12 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
     }
     return [
         *_all_positive(positive),
+        (cfg.seed < 0, "seed must not be negative"),
         (schedule.batch_size < 2, "schedule.batch_size must be 2 or more (batch norm needs it)"),
         (
             schedule.num_points > cfg.data.num_points,
             f"schedule.num_points={schedule.num_points} is more than "
-            f"data.num_points={cfg.data.num_points}, the points kept per model",
-        ),
-    ]
-
-
-def _all_positive(values: dict[str, float]) -> _Checks:
-    return [(not value > 0, f"{key}={value} must be above 0") for key, value in values.items()]
-
-
-def _data_checks(cfg: PrepareConfig) -> _Checks:
-    data, render = cfg.data, cfg.data.render
-    name, on_disk = data.source.value, data.source is not SourceKind.procedural
-    positive = {
-        "data.num_models": data.num_models,
-        "data.num_points": data.num_points,
-        "data.render.samples": render.samples,
-        "preparation.timeout": cfg.preparation.timeout,
-    }
-    split_file = Path(data.split_file).expanduser() if data.split_file else None
-    return [
-        *_all_positive(positive),
-        (on_disk and not data.root, f"data={name} needs data.root=DIR, a folder of categories"),
-        (
-            on_disk and bool(data.root) and not Path(str(data.root)).expanduser().exists(),
-            f"data.root={data.root} does not exist",
-        ),
-        (
-            data.images is not ImageKind.render and data.source is not SourceKind.shapenet,
-            f"data.images={data.images.value} goes with data=shapenet",
-        ),
-        (
-            data.parts_root is not None and data.source is not SourceKind.shapenet,
-            f"data.parts_root={data.parts_root} goes with data=shapenet",
-        ),
-        (
-            data.split is SplitKind.listed and not (split_file and split_file.exists()),
-            "data.split=listed needs data.split_file=FILE, a file or folder that exists "
-            f"(got {data.split_file})",
-        ),
-        (
-            data.split is not SplitKind.listed and split_file is not None,
-            "data.split_file needs data.split=listed",
-        ),
-        (not 0 < data.train_fraction < 1, "data.train_fraction must lie between 0 and 1"),
-        (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
-        (data.seed < 0, "data.seed must not be negative"),
-        (not render.azimuths, "data.render.azimuths needs at least one angle"),
-        (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
-        (
-            Path(cfg.category.name).name != cfg.category.name,
-            f"category.name={cfg.category.name} must be the name of a folder, not a path",
-        ),
-        (
-            cfg.category.synset is not None and not re.fullmatch(r"\d{8}", cfg.category.synset),
-            f"category.synset={cfg.category.synset} must be 8 digits; quote it",
-        ),
-    ]
-
-
-def _regime_checks(cfg: TrainConfig) -> _Checks:
-    regime, templates, network = cfg.regime, cfg.templates, cfg.network
-    needs_file = templates.strategy in (TemplateStrategy.listed, TemplateStrategy.ranking)
-    return [
-        (
-            needs_file and not all(file.is_file() for file in _template_files(cfg)),
-            f"templates.strategy={templates.strategy.value} needs templates.file=FILE, a file that "
-            f"exists (got {templates.file})",
-        ),
-        (not 0 <= regime.min_weight < 1, "regime.min_weight must lie in [0, 1)"),
-        (
-            regime.weighting is Weighting.log and templates.count == 1,
-            "regime.weighting=log is infinite for a single template: use another regime (b, e, r) "
-            "or more templates",
-        ),
-        (
-            min(regime.entropy_weight, regime.offset_weight) < 0,
-            "regime.entropy_weight and regime.offset_weight must not be negative",
+            f"data.num_points={cfg.data.num_points}, the points kept per shape",
         ),
         (min(network.degrees) < 1, f"network.degrees={list(network.degrees)} must be 1 or more"),
         (
@@ -143,29 +87,82 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
             "network.batch_norm_momentum must lie in (0, 1]",
         ),
         (
-            cfg.encoder.weights is not None and not Path(cfg.encoder.weights).is_file(),
-            f"encoder.weights={cfg.encoder.weights} is not a file",
-        ),
-        (
             cfg.preparation.shard is not None,
-            "preparation.shard goes with prepare.py: training needs all models",
+            "preparation.shard goes with prepare: training needs all shapes",
         ),
+        (not 0 <= cfg.split.val_fraction < 1, "split.val_fraction must lie in [0, 1)"),
         (
-            cfg.category.members is not None
-            and (not cfg.category.members or templates.count % len(cfg.category.members) != 0),
+            cfg.trainer.accelerator in ("gpu", "cuda") and not _gpu(),
+            f"trainer.accelerator={cfg.trainer.accelerator}: there is no GPU: use trainer=auto",
+        ),
+    ]
+
+
+def _gpu() -> bool:
+    import torch
+
+    return torch.cuda.is_available()
+
+
+def _all_positive(values: dict[str, float]) -> _Checks:
+    return [(not value > 0, f"{key}={value} must be above 0") for key, value in values.items()]
+
+
+def _data_checks(cfg: PrepareConfig) -> _Checks:
+    data, render, name = cfg.data, cfg.data.render, cfg.category.name
+    positive = {
+        "data.num_points": data.num_points,
+        "data.render.samples": render.samples,
+        "preparation.timeout": cfg.preparation.timeout,
+    }
+    return [
+        *_all_positive(positive),
+        (data.limit is not None and data.limit < 1, f"data.limit={data.limit} must be above 0"),
+        (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
+        (not render.azimuths, "data.render.azimuths needs at least one angle"),
+        (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
+        (
+            Path(name).name != name,
+            f"category.name={name} must be the name of a folder, not a path",
+        ),
+    ]
+
+
+def _regime_checks(cfg: TrainConfig) -> _Checks:
+    regime = cfg.regime
+    alone = cfg.templates.count == 1 and regime.selection.name == "weighted"
+    negative = [f"regime.terms.{k}.weight" for k, t in regime.terms.items() if t.weight < 0]
+    return [
+        (not 0 <= regime.min_weight < 1, "regime.min_weight must lie in [0, 1)"),
+        (
+            alone and regime.selection.function.value == "log",
+            "regime.selection.function=log is infinite for a single template: use another regime "
+            "(b, e, r) or more templates",
+        ),
+        (bool(negative), f"{', '.join(negative)} must not be negative"),
+        (
+            not any(term.weight for term in regime.terms.values()),
+            f"regime {regime.name} has no term of a weight above 0: nothing would be learnt",
+        ),
+    ]
+
+
+def _template_checks(cfg: TrainConfig) -> _Checks:
+    templates, members = cfg.templates, cfg.category.members
+    file = getattr(cfg.template_strategy, "file", None)
+    names = members or [cfg.category.name]
+    files = [] if file is None else [Path(file.replace("{category}", name)) for name in names]
+    absent = [str(path) for path in files if not path.expanduser().is_file()]
+    return [
+        (bool(absent), f"template_strategy.file={', '.join(absent)} is not there"),
+        (
+            members is not None and (not members or templates.count % len(members) != 0),
             f"templates.count={templates.count} must be a multiple of the number of "
-            f"category.members ({len(cfg.category.members or ())}), each of which gives as many",
+            f"category.members ({len(members or ())}), each of which gives as many",
         ),
         (
             templates.hold_out is not None and templates.hold_out < templates.count,
             f"templates.hold_out={templates.hold_out} is less than "
             f"templates.count={templates.count}",
         ),
-        (cfg.seed < 0 or templates.seed < 0, "seed and templates.seed must not be negative"),
     ]
-
-
-def _template_files(cfg: TrainConfig) -> list[Path]:
-    """Return the files that templates are read from, one for each category."""
-    names = cfg.category.members or [cfg.category.name]
-    return [Path(str(cfg.templates.file).replace("{category}", name)) for name in names]

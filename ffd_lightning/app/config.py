@@ -1,70 +1,23 @@
 """The schema of the whole configuration, and the only defaults that no YAML file states.
 
-A group's name, its package and its field here are the same word. Every YAML file under `conf/` is
-merged into these classes, so a misspelt key or a wrong type is refused before anything is built.
+A group's name, its package and its field here are the same word. Parts (`registry.KINDS`) have a
+schema per option: what `data=folder` can be told does not exist under `data=pix3d`. A misspelt key
+or a wrong type is refused before anything is built.
+
+A field made by `setting(only_where=True)` decides where or how fast something is computed, and not
+what comes out. Folder names, resuming and studies all derive from that (`identity`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, TypeVar
+from typing import Any
 
-from omegaconf import MISSING, DictConfig, OmegaConf
+from omegaconf import MISSING
 
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.render_settings import RenderSettings
-
-
-class Weighting(Enum):
-    """f in the weighted Chamfer loss."""
-
-    identity = "identity"
-    log = "log"
-
-
-class TemplateStrategy(Enum):
-    """How templates are chosen."""
-
-    auto = "auto"
-    paper = "paper"
-    diverse = "diverse"
-    random = "random"
-    listed = "listed"
-    ranking = "ranking"
-
-
-class SourceKind(Enum):
-    """Where models come from."""
-
-    procedural = "procedural"
-    folder = "folder"
-    shapenet = "shapenet"
-    modelnet = "modelnet"
-    pix3d = "pix3d"
-
-
-class ImageKind(Enum):
-    """Where a source's images come from."""
-
-    render = "render"
-    r2n2 = "r2n2"
-
-
-class SplitKind(Enum):
-    """How models are split into those to train on and those to test on."""
-
-    hash = "hash"
-    r2n2 = "r2n2"
-    source = "source"
-    listed = "listed"
-
-
-class Up(Enum):
-    """Which axis of a source's meshes points up."""
-
-    y = "y"
-    z = "z"
+from ffd_lightning.registry import setting
 
 
 class Residency(Enum):
@@ -76,31 +29,22 @@ class Residency(Enum):
     device = "device"
 
 
-class ProtocolKind(Enum):
-    """How predictions are measured."""
+class LearningRateDecay(Enum):
+    """What becomes of the learning rate over the run."""
 
-    paper = "paper"
-    modern = "modern"
-    pixel2mesh = "pixel2mesh"
-    atlasnet = "atlasnet"
-    mesh_rcnn = "mesh_rcnn"
-    occnet = "occnet"
-    parts = "parts"
+    none = "none"
+    cosine = "cosine"
 
 
-class EncoderKind(Enum):
-    """Which image encoder."""
+class Annealing(Enum):
+    """What becomes of a term's weight over `schedule.annealing_steps`."""
 
-    mobilenet = "mobilenet"
-    timm = "timm"
+    constant = "constant"
+    exponential = "exponential"
 
 
 class Background(Enum):
-    """What tells a photograph's object from its background, where no mask is given.
-
-    `auto`: its alpha channel if there is one, else the colour of its border; `rembg`: a network
-    of the package of that name.
-    """
+    """What tells a photograph's object from its background, where no mask is given."""
 
     auto = "auto"
     rembg = "rembg"
@@ -113,68 +57,114 @@ class MeshColors(Enum):
     parts = "parts"
 
 
-class LearningRateDecay(Enum):
-    """What becomes of the learning rate over the run."""
+class Subset(Enum):
+    """Which shapes are evaluated."""
 
-    none = "none"
-    cosine = "cosine"
+    val = "val"
+    test = "test"
 
 
 @dataclass
 class CategoryConfig:
-    """One object category; `synset` is its ShapeNet v1 id.
+    """One category of objects.
 
-    `members` are categories that one network is trained on together; `name` is then what they are
-    called.
+    Attributes:
+        name: of the category; a data set's own name or id for `category=custom`.
+        members: categories that one network is trained on together; `name` is what they are called.
     """
 
     name: str = MISSING
-    synset: str | None = None
     members: list[str] | None = None
 
 
 @dataclass
+class CommonData:
+    """What all sources of shapes have in common.
+
+    Attributes:
+        limit: so many shapes of each category, evenly spread over their sorted ids; null for all.
+        num_points: surface samples kept of each shape.
+        residency: where images and clouds are kept while training.
+        render: the images.
+    """
+
+    limit: int | None = None
+    num_points: int = 16384
+    residency: Residency = setting(Residency.auto, only_where=True)
+    render: RenderSettings = field(default_factory=RenderSettings)
+
+
+@dataclass
+class CommonSplit:
+    """What all splits have in common.
+
+    Attributes:
+        val_fraction: share of the training shapes to validate on, where the split names none.
+    """
+
+    val_fraction: float = 0.1
+
+
+@dataclass
+class CommonTerm:
+    """What all terms of the objective have in common.
+
+    Attributes:
+        weight: of the term; at 0 it is watched, and not minimised.
+        annealing: whether the weight fades.
+    """
+
+    weight: float = 1.0
+    annealing: Annealing = Annealing.constant
+
+
+@dataclass
 class RegimeConfig:
-    """A training regime: one row of the paper's Table 2."""
+    """A training regime: how template weights are taught, and what is minimised.
+
+    Attributes:
+        name: of the regime, in folders and tables.
+        min_weight: epsilon_gamma, the floor of the template weights, shared out among all.
+        selection: how template weights are taught.
+        terms: of the objective, by the name that they are logged under; `term` is the registered
+            one, by default that name.
+    """
 
     name: str = MISSING
     min_weight: float = MISSING
-    weighting: Weighting = MISSING
-    entropy_weight: float = MISSING
-    offset_weight: float = MISSING
+    selection: Any = MISSING
+    terms: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass
 class TemplatesConfig:
-    """Which templates, and how finely their meshes are subdivided.
+    """How many templates, and how finely their meshes are subdivided.
 
-    `hold_out=30` keeps the first 30 templates out of training and testing also where fewer are
-    used, so that runs of different counts see the same models.
+    Attributes:
+        name: of the choice, in folders.
+        count: T.
+        hold_out: keeps the first templates of that number out of training and testing also where
+            fewer are used, so that runs of different counts see the same shapes.
+        max_edge: longest edge of subdivided meshes.
     """
 
     name: str = MISSING
     count: int = MISSING
-    strategy: TemplateStrategy = TemplateStrategy.auto
-    file: str | None = None
-    seed: int = 0
     hold_out: int | None = None
     max_edge: float = 0.02
 
 
 @dataclass
-class EncoderConfig:
-    """The image encoder. `name` is a timm model for `encoder=timm`."""
-
-    kind: EncoderKind = MISSING
-    name: str = MISSING
-    width: float = 0.25
-    weights: str | None = None
-    pretrained: bool = False
-
-
-@dataclass
 class NetworkConfig:
-    """What stands on top of the encoder (the paper's Table 1)."""
+    """What stands on top of the encoder (the paper's Table 1).
+
+    Attributes:
+        bottleneck: channels of the 1 x 1 convolution.
+        hidden: width of the dense layer that the templates share.
+        degrees: of the lattices, one per axis.
+        offset_std: deviation of the offset layer's first weights.
+        batch_norm_momentum: share of a new batch in moving statistics.
+    """
 
     bottleneck: int = 64
     hidden: int = 512
@@ -184,44 +174,18 @@ class NetworkConfig:
 
 
 @dataclass
-class DataConfig:
-    """The models, what is sampled from them, and how they are split.
-
-    `images`, `images_root` (by default `root`), `mix_versions` and `parts_root` are for
-    `data=shapenet`; `up` and `yaw` (degrees about the vertical, anticlockwise from above) turn the
-    meshes of `folder`, `modelnet` and `pix3d` until they are y up and face -z; `leave_out` names
-    the kinds of photographs that `pix3d` passes over. `split_file` is for `split=listed`.
-    """
-
-    source: SourceKind = MISSING
-    root: str | None = None
-    images: ImageKind = ImageKind.render
-    images_root: str | None = None
-    mix_versions: bool = False
-    parts_root: str | None = None
-    up: Up = Up.y
-    yaw: float = 0.0
-    leave_out: list[str] = field(default_factory=lambda: ["truncated", "occluded"])
-    num_models: int = 500
-    seed: int = 0
-    num_points: int = 16384
-    split: SplitKind = SplitKind.hash
-    split_file: str | None = None
-    train_fraction: float = 0.8
-    residency: Residency = Residency.auto
-    render: RenderSettings = field(default_factory=RenderSettings)
-
-
-@dataclass
 class PreparationConfig:
     """How data is prepared; nothing here changes what comes out.
 
-    0 workers = one per core; `timeout` in seconds per model; `shard=3/16` makes one machine's part.
+    Attributes:
+        workers: processes, 0 for one per core.
+        timeout: seconds after which a shape is given up.
+        shard: 3/16 makes one machine's part.
     """
 
-    workers: int = 0
-    timeout: float = 600.0
-    shard: str | None = None
+    workers: int = setting(0, only_where=True)
+    timeout: float = setting(600.0, only_where=True)
+    shard: str | None = setting(None, only_where=True)
 
 
 @dataclass
@@ -235,129 +199,187 @@ class ScheduleConfig:
     learning_rate: float = MISSING
     learning_rate_decay: LearningRateDecay = LearningRateDecay.none
     annealing_steps: float = MISSING
-    val_every: int = MISSING
-    checkpoint_every: int = MISSING
+    val_every: int = setting(MISSING, only_where=True)
+    checkpoint_every: int = setting(MISSING, only_where=True)
 
 
 @dataclass
 class TrainerConfig:
     """Where to train; passed to `lightning.Trainer`.
 
-    `precision=bf16-mixed` runs the network, and nothing else, in bfloat16. `num_workers` are the
-    data loader's processes, by default none on the CPU and some beside a GPU. `compile` has
-    `torch.compile` fuse the encoder's layers. Jobs of a sweep take a GPU each; `jobs_per_gpu` lets
-    so many share one.
+    Attributes:
+        accelerator, devices, strategy: see `lightning.Trainer`.
+        precision: `bf16-mixed` runs the network, and nothing else, in bfloat16.
+        num_workers: the data loader's processes, by default none on the CPU and some beside a GPU.
+        compile: has `torch.compile` fuse the encoder's layers.
+        jobs_per_gpu: how many jobs of a sweep share a GPU.
+        progress_bar: shows how far it is.
     """
 
-    accelerator: str = MISSING
-    devices: str = "auto"
-    strategy: str = "auto"
+    accelerator: str = setting(MISSING, only_where=True)
+    devices: str = setting("1", only_where=True)
+    strategy: str = setting("auto", only_where=True)
     precision: str = "32-true"
-    num_workers: int | None = None
-    compile: bool = False
-    jobs_per_gpu: int = 1
-    progress_bar: bool = True
+    num_workers: int | None = setting(None, only_where=True)
+    compile: bool = setting(False, only_where=True)
+    jobs_per_gpu: int = setting(1, only_where=True)
+    progress_bar: bool = setting(True, only_where=True)
 
 
 @dataclass
 class LoggerConfig:
     """What is logged, and every how many steps."""
 
-    tensorboard: bool = True
-    every: int = 20
+    tensorboard: bool = setting(True, only_where=True)
+    every: int = setting(20, only_where=True)
 
 
 @dataclass
 class CallbacksConfig:
     """What is drawn: examples in the reconstruction figure, and a report at the end of a sweep.
 
-    `training_examples` of them are shown `training_figures` times in TensorBoard while training.
+    Attributes:
+        figure_examples: in the figure of reconstructions.
+        training_examples: how many of them are shown in TensorBoard while training.
+        training_figures: how often.
+        report: `report.html` at the end of a sweep.
     """
 
-    figure_examples: int = 6
-    training_examples: int = 2
-    training_figures: int = 3
-    report: bool = True
+    figure_examples: int = setting(6, only_where=True)
+    training_examples: int = setting(2, only_where=True)
+    training_figures: int = setting(3, only_where=True)
+    report: bool = setting(True, only_where=True)
 
 
 @dataclass
 class EvaluationConfig:
-    """How a trained run is evaluated: see `EvaluateConfig`."""
+    """How a trained network is evaluated; the protocol is a group of its own.
 
-    protocol: ProtocolKind = ProtocolKind.paper
-    references: bool = True
-    workers: int = 0
+    Attributes:
+        references: score also what a model must beat.
+        subset: which shapes; `val` leaves the test shapes for later.
+        all_views: every image of a shape instead of its first.
+        seed: decides the points that are drawn.
+        workers: threads, 0 for one per core.
+    """
+
+    references: bool = setting(True, only_where=True)
+    subset: Subset = setting(Subset.test, only_where=True)
+    all_views: bool = setting(False, only_where=True)
+    seed: int = setting(0, only_where=True)
+    workers: int = setting(0, only_where=True)
 
 
 @dataclass
 class PathsConfig:
-    """Where prepared data and runs go."""
+    """Where prepared data and runs go.
 
-    data: str = "data"
-    runs: str = "runs"
+    Attributes:
+        data: prepared sets.
+        runs: run folders.
+    """
+
+    data: str = setting("data", only_where=True)
+    runs: str = setting("runs", only_where=True)
 
 
 @dataclass
 class PrepareConfig:
-    """Everything that `prepare.py` reads."""
+    """Everything that `prepare` reads.
+
+    Attributes:
+        plugins: modules with parts of your own.
+    """
 
     category: CategoryConfig = field(default_factory=CategoryConfig)
-    data: DataConfig = field(default_factory=DataConfig)
+    data: Any = MISSING
     preparation: PreparationConfig = field(default_factory=PreparationConfig)
     paths: PathsConfig = field(default_factory=PathsConfig)
+    plugins: list[str] = setting(factory=list, only_where=True)
 
 
 @dataclass
 class TrainConfig(PrepareConfig):
-    """Everything that `train.py` reads."""
+    """Everything that `train` reads.
 
+    Attributes:
+        name: of the experiment: its folder below `paths.runs`.
+        seed: decides first weights and what each step sees.
+        restart: discards what the run folder holds.
+        provided: which package each part came from that is not ours; filled in by training.
+        base: overrides that a study makes: its folders' names leave them out.
+    """
+
+    split: Any = MISSING
     regime: RegimeConfig = field(default_factory=RegimeConfig)
     templates: TemplatesConfig = field(default_factory=TemplatesConfig)
-    encoder: EncoderConfig = field(default_factory=EncoderConfig)
+    template_strategy: Any = MISSING
+    encoder: Any = MISSING
     network: NetworkConfig = field(default_factory=NetworkConfig)
     schedule: ScheduleConfig = field(default_factory=ScheduleConfig)
     trainer: TrainerConfig = field(default_factory=TrainerConfig)
     logger: LoggerConfig = field(default_factory=LoggerConfig)
     callbacks: CallbacksConfig = field(default_factory=CallbacksConfig)
+    protocol: Any = setting(MISSING, only_where=True)
     evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
-    name: str = "default"
+    name: str = setting("default", only_where=True)
     seed: int = 0
-    restart: bool = False
+    restart: bool = setting(False, only_where=True)
+    provided: dict[str, str] = setting(factory=dict, only_where=True)
+    base: list[str] = setting(factory=list, only_where=True)
 
 
 @dataclass
 class EvaluateConfig:
-    """Everything that `evaluate.py` reads.
+    """Everything that `evaluate` reads.
 
-    `run` is a run folder; `checkpoint` another file than its newest, `prepared` the folder of
-    another prepared set than its own (all its models are tested then). 0 workers = one per core.
-    `data_root` is where the run's prepared data is, if not where it was. `all_views` tests every
-    image of a model instead of its first.
+    Attributes:
+        run: a run folder.
+        protocol: how it is measured.
+        evaluation: of what.
+        checkpoint: another file than the run's newest.
+        prepared: the folder of another prepared set than the run's own; all its shapes are tested.
+        data_root: where the run's prepared data is, if not where it was.
+        device: auto, cpu, cuda, cuda:1, ...
+        progress_bar: shows how far it is.
+        restart: scores everything again.
+        plugins: modules with parts of your own.
     """
 
     run: str = MISSING
-    protocol: ProtocolKind = ProtocolKind.paper
+    protocol: Any = MISSING
+    evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
     checkpoint: str | None = None
     prepared: str | None = None
     data_root: str | None = None
-    references: bool = True
-    all_views: bool = False
-    seed: int = 0
-    workers: int = 0
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False
+    plugins: list[str] = field(default_factory=list)
 
 
 @dataclass
 class PredictConfig:
-    """Everything that `predict.py` reads.
+    """Everything that `predict` reads.
 
-    `run` is a run folder or a checkpoint file; `image` a file, a folder, a pattern such as
-    `photos/*.png`, or a list of those; `mask` a file, or for several images a folder of masks with
-    the images' names. Below `out` each image has a folder. `points` are those of `cloud.ply`;
-    `top_k` templates are deformed, the selected one first. `preview` draws a picture of each.
-    0 workers = one per core.
+    Attributes:
+        run: a run folder or a checkpoint file.
+        image: a file, a folder, a pattern such as `photos/*.png`, or a list of those.
+        out: each image has a folder below it.
+        mask: a file, or for several images a folder of masks with the images' names.
+        background: what tells the object from its background, where no mask is given: `auto`, the
+            alpha channel, else the colour of the border; `rembg`, the package of that name.
+        top_k: so many templates are deformed, the selected one first.
+        points: of `cloud.ply`.
+        colors: what the colours of meshes say.
+        obj: writes `mesh.obj` too.
+        preview: draws a picture of each.
+        seed: of the points.
+        workers: threads, 0 for one per core.
+        device: auto, cpu, cuda, cuda:1, ...
+        progress_bar: shows how far it is.
+        restart: makes again what is there.
+        plugins: modules with parts of your own.
     """
 
     run: str = MISSING
@@ -375,32 +397,18 @@ class PredictConfig:
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False
+    plugins: list[str] = field(default_factory=list)
 
 
-_Config = TypeVar("_Config")
+GROUPS: dict[str, str] = {
+    "data": "source",
+    "split": "split",
+    "template_strategy": "template_strategy",
+    "encoder": "encoder",
+    "regime.selection": "selection",
+    "protocol": "protocol",
+}
+"""The groups whose options are parts, and of which kind; terms are below `regime.terms`."""
 
-
-def typed_config(cfg: DictConfig, schema: type[_Config]) -> _Config:
-    """Turn a composed configuration into the classes above.
-
-    Args:
-        cfg: what Hydra composed.
-        schema: of which kind it is.
-
-    Raises:
-        ConfigError: a value that must be given is missing; the message names it.
-        ConfigKeyError: a key that the schema does not have.
-    """
-    missing = sorted(str(key) for key in OmegaConf.missing_keys(cfg))
-    if missing:
-        raise ConfigError(f"these settings must be given: {', '.join(f'{k}=...' for k in missing)}")
-    # Hydra lets `+key=value` past a schema: merging into it once more does not.
-    merged = OmegaConf.merge(OmegaConf.structured(schema), OmegaConf.to_container(cfg))
-    config = OmegaConf.to_object(merged)
-    assert isinstance(config, schema)
-    if isinstance(config, TrainConfig):
-        if len(config.network.degrees) != 3:
-            raise ConfigError(f"network.degrees={config.network.degrees} must be three numbers")
-        first, second, third = config.network.degrees  # OmegaConf hands tuples over as lists
-        config.network.degrees = (first, second, third)
-    return config
+COMMON: dict[str, type[Any]] = {"source": CommonData, "split": CommonSplit, "term": CommonTerm}
+"""What the parts of a kind have in common, beside their own settings."""

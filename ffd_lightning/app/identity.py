@@ -1,69 +1,217 @@
-"""Which settings make two runs the same."""
+"""Which settings make two runs the same; names of folders and resuming derive from it.
+
+The one declaration is in the schema: what is marked `only_where` there, and in the settings of
+parts, says where or how fast something is computed. All other settings decide what comes out.
+"""
 
 from __future__ import annotations
 
+import dataclasses
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from enum import Enum
+from functools import lru_cache
 from typing import Any
 
-from omegaconf import OmegaConf
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.schema import typed_config
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
+from ffd_lightning.registry import is_only_where
 from ffd_lightning.run_folder import RunFolder
 
-# What may differ between the two halves of a resumed run: where it runs, not what it computes.
-_MACHINE_KEYS = frozenset(
-    (
-        "trainer",
-        "preparation",
-        "paths",
-        "logger",
-        "callbacks",
-        "evaluation",
-        "restart",
-        "name",
-        "data.residency",
-    )
-)
+_PLACED = ("category.name", "regime.name", "templates.name", "seed")  # the folder's path has them
+_PLACED_GROUPS = ("category", "regime", "templates")
+_LONGEST = 40  # characters of a name's readable part
+_HASH = 6  # hexadecimal digits
+
+
+def identity(config: Any) -> dict[str, Any]:
+    """Return what decides a run, flat: plain values by the name that they have on a command line.
+
+    >>> from ffd_lightning.app.config import ScheduleConfig
+    >>> decides = identity(ScheduleConfig("quick", 300, 32, 1024, 1e-3, annealing_steps=150))
+    >>> decides["steps"], "val_every" in decides
+    (300, False)
+    """
+    return dict(_flat(config))
+
+
+def _flat(node: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    if dataclasses.is_dataclass(node):
+        for f in dataclasses.fields(node):
+            if not is_only_where(f):
+                yield from _flat(getattr(node, f.name), f"{prefix}{f.name}.")
+    elif isinstance(node, Mapping):
+        for key, value in node.items():
+            yield from _flat(value, f"{prefix}{key}.")
+    else:
+        yield prefix.removesuffix("."), _plain(node)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return value
 
 
 def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
     """Write `config.yaml`, or make sure that the one there is of the same run.
 
+    A setting that the earlier file does not have yet had its default then.
+
     Raises:
         ConfigError: the folder holds a run with other settings; the message lists them.
     """
-    content = OmegaConf.to_yaml(OmegaConf.structured(cfg))
     if run.config.exists() and not cfg.restart:
         try:
-            earlier = OmegaConf.load(run.config)
-        except Exception as error:
+            loaded = OmegaConf.load(run.config)
+            assert isinstance(loaded, DictConfig)
+            earlier = identity(typed_config(loaded, TrainConfig))
+        except Exception as error:  # a YAML parser meets anything in a damaged file
+            reason = str(error).split("\n")[0]
             raise ConfigError(
-                f"{run.config} is damaged ({error}): remove it or add restart=true"
+                f"{run.config} is of another version or damaged ({reason}): remove it or add "
+                "restart=true"
             ) from None
-        differences = _differences(earlier, OmegaConf.create(content))
+        differences = _differences(earlier, identity(cfg))
         if differences:
             raise ConfigError(
                 f"{run.path} holds a run with other settings: {'; '.join(differences)}. Choose "
                 "another run with name=..., or add restart=true to discard what is there"
             )
     if cfg.restart:
-        run.checkpoint.unlink(missing_ok=True)
-        (run.path / "status.json").unlink(missing_ok=True)
-        (run.path / "progress.json").unlink(missing_ok=True)
-        for events in (run.path / "tensorboard").glob("events.*"):
-            events.unlink()
-    write_atomic(run.config, content)
+        run.discard()
+    write_atomic(run.config, to_yaml(cfg))
 
 
-def _differences(earlier: Any, now: Any, prefix: str = "") -> list[str]:
-    result = []
-    for key in sorted(set(earlier) | set(now)):
-        if f"{prefix}{key}" in _MACHINE_KEYS:
-            continue
-        a, b = earlier.get(key), now.get(key)
-        if OmegaConf.is_dict(a) and OmegaConf.is_dict(b):
-            result += _differences(a, b, f"{prefix}{key}.")
-        elif a != b:
-            result.append(f"{prefix}{key} was {a}, now {b}")
-    return result
+def to_yaml(cfg: TrainConfig) -> str:
+    """Return a configuration as the text of `config.yaml`."""
+    return OmegaConf.to_yaml(OmegaConf.create(_container(cfg)))
+
+
+def _container(node: Any) -> Any:
+    if dataclasses.is_dataclass(node):
+        return {f.name: _container(getattr(node, f.name)) for f in dataclasses.fields(node)}
+    if isinstance(node, Mapping):
+        return {key: _container(value) for key, value in node.items()}
+    return _plain(node)
+
+
+def _differences(earlier: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
+    changed = _changed(earlier, now)
+    return [f"{key} was {earlier.get(key)}, now {now.get(key)}" for key in changed]
+
+
+# --- names of folders ----------------------------------------------------------------------------
+
+
+def run_folder(root: DictConfig) -> str:
+    """Return a run's folder below its experiment's: `<category>/<regime>/<templates>/seed<k>...`.
+
+    The last part ends with what else differs from the defaults; see `run_suffix`.
+    """
+    names = [str(OmegaConf.select(root, key)) for key in _PLACED]
+    return f"{'/'.join(names[:3])}/seed{names[3]}{run_suffix(root)}"
+
+
+def run_suffix(root: DictConfig) -> str:
+    """Return what a run's folder says beside category, regime, templates and seed.
+
+    Options of groups that are not the default's, then settings that are not their options'.
+    """
+    content: Any = OmegaConf.to_container(root, resolve=False)
+    # In the job itself the configuration comes without Hydra's own.
+    hydra: Any = content.pop("hydra", None) or HydraConfig.get()
+    content = _without_suffix(content)
+    try:
+        config = typed_config(OmegaConf.create(content), TrainConfig)
+    except (ConfigError, OmegaConfBaseException):
+        return ""  # the job itself says what is wrong, as soon as it starts
+    chosen = hydra["runtime"]["choices"]
+    choices = {k: str(v) for k, v in chosen.items() if v and not k.startswith("hydra/")}
+    placed = {group: choices[group] for group in _PLACED_GROUPS}
+    base, plugins = tuple(config.base), tuple(config.plugins)
+    default = _composed(tuple(placed.items()), base, plugins)
+    option = _composed(tuple(choices.items()), base, plugins)
+    words = []
+    for group, choice in choices.items():
+        prefix = group.replace("/", ".") + "."
+        if any(key.startswith(prefix) for key in _changed(default, option)):
+            words.append(choice)
+    own = identity(config)
+    changed = {key: own.get(key) for key in _changed(option, own) if key not in _PLACED}
+    return difference_name(words, changed)
+
+
+def _without_suffix(node: Any) -> Any:
+    """Leave out what would need this very name: files of earlier stages are below it."""
+    if isinstance(node, dict):
+        return {key: _without_suffix(value) for key, value in node.items()}
+    if isinstance(node, list):
+        return [_without_suffix(value) for value in node]
+    return node.replace("${run_suffix:}", "") if isinstance(node, str) else node
+
+
+@lru_cache(maxsize=256)
+def _composed(
+    choices: tuple[tuple[str, str], ...], base: tuple[str, ...], plugins: tuple[str, ...]
+) -> dict[str, Any]:
+    """Return what decides a run that was given these options, and a study's overrides, alone."""
+    groups = {group for group, _ in choices}
+    further = [x for x in base if x.split("=", 1)[0] not in groups]
+    loader = GlobalHydra.instance().config_loader()
+    composed = loader.load_configuration(
+        "train",
+        overrides=[*(f"{group}={choice}" for group, choice in choices), *further],
+        run_mode=RunMode.RUN,
+        from_shell=False,
+    )
+    content = OmegaConf.to_container(composed, resolve=False)
+    assert isinstance(content, dict)
+    content.pop("hydra", None)
+    blank = OmegaConf.create(content)
+    for key in OmegaConf.missing_keys(blank):  # what must be given has no default to differ from
+        OmegaConf.update(blank, str(key), "", force_add=True)
+    OmegaConf.update(blank, "plugins", list(plugins), force_add=True)
+    return identity(typed_config(blank, TrainConfig))
+
+
+def _changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+    return [key for key in sorted({*before, *after}) if before.get(key) != after.get(key)]
+
+
+def difference_name(options: Sequence[str], settings: Mapping[str, Any]) -> str:
+    """Return a short name for options and settings, "" for none.
+
+    What is too long to read, or cannot be in a name, is left to a hash of all of them.
+
+    >>> difference_name(["paper"], {"schedule.steps": 50})
+    '_paper_steps-50'
+    >>> difference_name(["folder"], {"data.root": "/data/meshes"})
+    '_folder_4ac0b3'
+    """
+    words, exact = list(options), True
+    for key, value in settings.items():
+        readable = re.fullmatch(r"[\w.+-]{1,12}", str(value)) is not None
+        if readable:
+            words.append(f"{key.rpartition('.')[2]}-{value}")
+        exact &= readable
+    name = "_".join(words)
+    if len(name) > _LONGEST:
+        name, exact = name[:_LONGEST].rpartition("_")[0] or name[:_LONGEST], False
+    if not exact:
+        told = json.dumps([list(options), dict(settings)], sort_keys=True, default=str)
+        digest = hashlib.sha256(told.encode()).hexdigest()[:_HASH]
+        name = f"{name}_{digest}" if name else digest
+    return f"_{name}" if name else ""

@@ -72,7 +72,7 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
     module = importlib.import_module(f"ffd_lightning.app.commands.{COMMANDS[name].module}")
     schema = getattr(module, "Settings", None)
     if schema is None:  # a Hydra application: it reads its own arguments
-        shown(lambda: module.main(given), getattr(module, "SCHEMA", None))
+        shown(lambda: sys.exit(module.main(given)), getattr(module, "SCHEMA", None))
         return
 
     def command() -> None:

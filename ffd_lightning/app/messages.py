@@ -110,6 +110,7 @@ def unknown_setting(where: str, key: str, names: list[str]) -> str:
 
 def _names(error: BaseException, path: list[str], schema: type[Any] | None) -> list[str]:
     """Return what a node has: the one that the error came from, else the schema's."""
+    node: Any
     for source in (error, error.__cause__):
         node = getattr(source, "parent_node", None)
         if node is not None and OmegaConf.is_dict(node):

@@ -1,4 +1,4 @@
-"""From a run folder to what can be evaluated: its network, its templates and its data."""
+"""From a run folder to its settings, its network and its data."""
 
 from __future__ import annotations
 
@@ -7,36 +7,14 @@ from typing import NamedTuple
 
 from omegaconf import DictConfig, OmegaConf
 
-from ffd_lightning.app.config import TrainConfig, typed_config
-from ffd_lightning.app.prepare import build_preparations
-from ffd_lightning.checkpoint import build_network, load_weights
+from ffd_lightning.app.build import build_data
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.run_folder import RunFolder
-
-
-def build_data(cfg: TrainConfig) -> FfdDataModule:
-    """Build the data module that a configuration describes; nothing is read yet."""
-    return FfdDataModule(
-        preparations=build_preparations(cfg),
-        split=cfg.data.split,
-        split_file=cfg.data.split_file,
-        train_fraction=cfg.data.train_fraction,
-        num_templates=cfg.templates.count,
-        template_strategy=cfg.templates.strategy,
-        template_file=cfg.templates.file,
-        template_seed=cfg.templates.seed,
-        hold_out=cfg.templates.hold_out,
-        degrees=cfg.network.degrees,
-        max_edge=cfg.templates.max_edge,
-        batch_size=cfg.schedule.batch_size,
-        num_points=cfg.schedule.num_points,
-        steps=cfg.schedule.steps,
-        seed=cfg.seed,
-        residency=cfg.data.residency,
-        num_workers=cfg.trainer.num_workers,
-    )
 
 
 class OpenRun(NamedTuple):
@@ -49,27 +27,30 @@ class OpenRun(NamedTuple):
 
 
 def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainConfig:
-    """Read the settings of a run, without the encoder's first weights: a checkpoint brings all.
+    """Read the settings of a run.
 
     Args:
         run: its folder.
         data_root: where its prepared data is (`paths.data`), if not where it was.
 
     Raises:
-        ConfigError: it is no run folder, or its `config.yaml` is damaged or of another version.
+        ConfigError: it is no run folder, its `config.yaml` is damaged or of another version, or a
+            part of it comes from a package that is not here.
     """
     if not run.config.is_file():
         raise ConfigError(f"{run.path} is not a run folder: it has no config.yaml")
     try:
         loaded = OmegaConf.load(run.config)
         assert isinstance(loaded, DictConfig)
-        config = typed_config(loaded, TrainConfig)
-    except Exception as error:
+    except Exception as error:  # a YAML parser meets anything in a damaged file
         reason = str(error).split("\n")[0]
-        raise ConfigError(f"{run.config} is of another version or damaged ({reason})") from None
+        raise ConfigError(f"{run.config} is damaged ({reason})") from None
+    try:
+        config = typed_config(loaded, TrainConfig)
+    except ConfigError as error:
+        raise ConfigError(f"{run.config} cannot be used here: {error}") from None
     if data_root is not None:
         config.paths.data = str(data_root)
-    config.encoder.weights, config.encoder.pretrained = None, False
     return config
 
 
@@ -88,8 +69,7 @@ def open_run(
         DataError: data that is missing or damaged.
     """
     config = read_config(run, data_root)
-    network = build_network(config)
-    step = load_weights(network, checkpoint or run.checkpoint)
+    model = load_model(checkpoint or run.checkpoint)
     data = build_data(config)
     data.setup()
-    return OpenRun(config, network, data, step)
+    return OpenRun(config, model.network, data, model.step)

@@ -59,7 +59,7 @@ def _set(merged: DictConfig, key: str, value: str) -> None:
     plain = OmegaConf.get_type(merged, key) is str
     try:
         # Names of files may hold what means something to YAML: they are taken as they are.
-        merged[key] = value if plain else OmegaConf.create(f"value: {value}")["value"]
+        merged[key] = value if plain else OmegaConf.create(f"- {value}")[0]
     except (ValidationError, OmegaConfBaseException, ValueError):
         try:
             merged[key] = value

@@ -23,13 +23,13 @@ from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.parallel import available_cores
 
-_BLOCK = 256  # models
+_BLOCK = 256  # shapes
 
 Residency = Literal["auto", "disk", "ram", "device"]
 """Where images and clouds are kept while training."""
 
 
-class Draw(NamedTuple):
+class BatchIndices(NamedTuple):
     """A batch as indices: quick to draw ahead, and small enough to be sent anywhere.
 
     Attributes:
@@ -61,13 +61,13 @@ class Batch(NamedTuple):
     templates: TemplateSample
 
 
-class ModelStore:
-    """Images, clouds and decomposed templates in one place, from which draws become batches.
+class ShapeStore:
+    """Images, clouds and decomposed templates in one place, from which indices become batches.
 
     Args:
-        prepared: the models.
+        prepared: the shapes.
         bank: the templates.
-        device: where to copy everything to; None leaves the models in their files, the clouds
+        device: where to copy everything to; None leaves the shapes in their files, the clouds
             mapped and the images packed, and the templates where they are.
 
     Raises:
@@ -99,20 +99,20 @@ class ModelStore:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process maps the files itself: tensors would travel as a copy of them all.
-        return ModelStore, (self._prepared, self._bank)
+        return ShapeStore, (self._prepared, self._bank)
 
     @property
     def device(self) -> torch.device:
         """Where batches come out."""
         return self.clouds[0].device
 
-    def batch(self, draw: Draw) -> Batch:
-        """Gather what was drawn, on the device where the data is."""
+    def batch(self, indices: BatchIndices) -> Batch:
+        """Gather what the indices name, on the device where the data is."""
         rows, views, points, template_points = (
-            index.to(self.device, non_blocking=True) for index in draw
+            index.to(self.device, non_blocking=True) for index in indices
         )
         if self.images is None:
-            pairs = list(zip(draw.rows.tolist(), draw.views.tolist(), strict=True))
+            pairs = list(zip(indices.rows.tolist(), indices.views.tolist(), strict=True))
             images = torch.from_numpy(_read_images(self._prepared, pairs))
         else:
             images = _select(self.images, rows[:, None], views[:, None])[:, 0]
@@ -140,7 +140,7 @@ class ModelStore:
 
 
 def resident_bytes(prepared: PreparedSet, bank: TemplateBank) -> int:
-    """Return what `ModelStore` copies to a device, in bytes."""
+    """Return what `ShapeStore` copies to a device, in bytes."""
     images = len(prepared) * math.prod(prepared.image_shape[:3]) * 3
     clouds = sum(array.nbytes for array in prepared.mapped_clouds)
     return images + clouds + bank.deformation_matrix.nbytes

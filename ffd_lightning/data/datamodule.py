@@ -1,13 +1,13 @@
 """Serves images and subsampled clouds, one item a step, so that a run can resume exactly.
 
 What step k sees is a function of (seed, k) alone, not of a random generator's past: a run that is
-killed and continued, or split over devices, sees the same queries and the same points.
+killed and resumed, or split over devices, sees the same queries and the same points.
 """
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,71 +18,59 @@ from lightning import LightningDataModule
 from numpy.typing import NDArray
 from torch.utils.data import DataLoader, Dataset, Sampler
 
-from ffd_lightning.app.config import Residency, SplitKind, TemplateStrategy
-from ffd_lightning.data.batches import Batch, Draw, ModelStore, choose_residency, resident_bytes
+from ffd_lightning.data.batches import (
+    Batch,
+    BatchIndices,
+    Residency,
+    ShapeStore,
+    choose_residency,
+    resident_bytes,
+)
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.splits import Split, hash_parts, listed_parts, make_split, r2n2_parts
-from ffd_lightning.data.templates.bank import TemplateBank, choose_templates
+from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.templates.strategies import TemplateStrategy, auto_choice, choose_templates
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.lattice import Degrees
+from ffd_lightning.imaging.appearance import MOST_IMAGES, TrainingAppearance
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 log = logging.getLogger(__name__)
 
 _GPU_WORKERS = 2
-_ORDERS = 8  # passes over the models that are kept
+_ORDERS = 8  # passes over the shapes that are kept
 
 
 class Sizes(NamedTuple):
-    """What there is to draw from: views per model, points per cloud, templates."""
+    """What there is to draw from: views per shape, points per cloud, templates."""
 
     views: int
     cloud_points: int
     templates: int
 
 
-def make_draw(
-    rows: Sequence[int],
-    views: Sequence[int],
-    sizes: Sizes,
-    num_points: int,
-    rng: np.random.Generator,
-    mine: slice = slice(None),
-) -> Draw:
-    """Draw fresh points for queries and templates, each its own, without replacement.
+def draw_points(
+    clouds: int, cloud_points: int, num_points: int, rng: np.random.Generator
+) -> NDArray[np.int64]:
+    """Draw points of each of some clouds without replacement, (clouds, num_points)."""
+    drawn = [
+        rng.choice(cloud_points, num_points, replace=False, shuffle=False) for _ in range(clouds)
+    ]
+    return np.stack(drawn)
+
+
+def _indices(*arrays: Any) -> BatchIndices:
+    return BatchIndices(*(torch.as_tensor(np.asarray(a, np.int64)) for a in arrays))
+
+
+class TrainingIndices(Dataset[BatchIndices]):
+    """Item k is what training step k sees: whole passes over the shuffled shapes, end to end.
 
     Args:
-        rows: rows of the prepared set.
-        views: as many indices of views.
-        sizes: what there is to draw from.
-        num_points: points per cloud.
-        rng: draws the points.
-        mine: which q of the rows to return. Points are drawn for all of them, so that a share of
-            a batch is the same wherever it is made.
-    """
-    points, template_points = (
-        np.stack(
-            [
-                rng.choice(sizes.cloud_points, num_points, replace=False, shuffle=False)
-                for _ in range(clouds)
-            ]
-        )
-        for clouds in (len(rows), sizes.templates)
-    )
-    return Draw(
-        *(
-            torch.as_tensor(np.asarray(index, np.int64))
-            for index in (rows[mine], views[mine], points[mine], template_points)
-        )
-    )
-
-
-class TrainingDraws(Dataset[Draw]):
-    """Item k is the draw of training step k: whole passes over the shuffled models, end to end.
-
-    Args:
-        rows: the models to train on.
+        rows: the shapes to train on.
         sizes: what there is to draw from.
         batch_size: queries a step, over all devices.
         num_points: points per cloud.
@@ -112,26 +100,35 @@ class TrainingDraws(Dataset[Draw]):
         self.rank, self.world_size = rank, world_size
         self._orders: dict[int, NDArray[np.int64]] = {}
 
-    def _order(self, epoch: int) -> NDArray[np.int64]:
-        if epoch not in self._orders:
+    def _order(self, number: int) -> NDArray[np.int64]:
+        if number not in self._orders:
             while len(self._orders) >= _ORDERS:
                 del self._orders[min(self._orders)]
-            order = np.random.default_rng([self.seed, 1, epoch]).permutation(self.rows)
-            self._orders[epoch] = order
-        return self._orders[epoch]
+            order = np.random.default_rng([self.seed, 1, number]).permutation(self.rows)
+            self._orders[number] = order
+        return self._orders[number]
 
-    def __getitem__(self, step: int) -> Draw:
+    def __getitem__(self, step: int) -> BatchIndices:
         places = step * self.batch_size + np.arange(self.batch_size)
         count = len(self.rows)
         rows = [int(self._order(int(p) // count)[int(p) % count]) for p in places]
         rng = np.random.default_rng([self.seed, 2, step])
         views = rng.integers(self.sizes.views, size=self.batch_size)
+        # Points are drawn for all queries, so that a share of a batch is the same wherever it is.
+        points, template_points = (
+            draw_points(clouds, self.sizes.cloud_points, self.num_points, rng)
+            for clouds in (self.batch_size, self.sizes.templates)
+        )
         mine = slice(self.rank, None, self.world_size)
-        return make_draw(rows, views.tolist(), self.sizes, self.num_points, rng, mine)
+        return _indices(rows[mine], views[mine], points[mine], template_points)
 
 
-class EvaluationDraws(Dataset[Draw]):
-    """Item k is the k-th chunk of the models to evaluate: first view, points fixed by `seed`."""
+class EvaluationIndices(Dataset[BatchIndices]):
+    """Item k is the k-th chunk of the shapes to score: first view, points fixed by `seed`.
+
+    What is drawn of a shape does not depend on the others, so any share of them, or any size of
+    chunks, gives the same scores.
+    """
 
     def __init__(
         self,
@@ -147,62 +144,92 @@ class EvaluationDraws(Dataset[Draw]):
     def __len__(self) -> int:
         return -(-len(self.rows) // self.batch_size)
 
-    def __getitem__(self, chunk: int) -> Draw:
+    def __getitem__(self, chunk: int) -> BatchIndices:
         if not 0 <= chunk < len(self):
             raise IndexError(chunk)
-        rows = self.rows[chunk * self.batch_size : (chunk + 1) * self.batch_size].tolist()
-        rng = np.random.default_rng([self.seed, 3, chunk])
-        return make_draw(rows, [0] * len(rows), self.sizes, self.num_points, rng)
+        rows = self.rows[chunk * self.batch_size : (chunk + 1) * self.batch_size]
+        points = [self._points(1, 3, int(row))[0] for row in rows]
+        return _indices(rows, np.zeros(len(rows)), points, self._template_points)
+
+    @cached_property
+    def _template_points(self) -> NDArray[np.int64]:
+        return self._points(self.sizes.templates, 4, 0)
+
+    def _points(self, clouds: int, *key: int) -> NDArray[np.int64]:
+        rng = np.random.default_rng([self.seed, *key])
+        return draw_points(clouds, self.sizes.cloud_points, self.num_points, rng)
 
 
-class Gathered(Dataset[Batch]):
-    """Draws made into batches as they are read, for data that the loader's processes can reach."""
+class GatheredBatches(Dataset[Batch]):
+    """Indices made into batches as they are read, for data that the loader's processes reach."""
 
-    def __init__(self, draws: Dataset[Draw], store: ModelStore) -> None:
-        self.draws, self.store = draws, store
+    def __init__(self, indices: Dataset[BatchIndices], store: ShapeStore) -> None:
+        self.indices, self.store = indices, store
 
     def __len__(self) -> int:
-        return len(self.draws)  # type: ignore[arg-type]
+        return len(self.indices)  # type: ignore[arg-type]
 
     def __getitem__(self, index: int) -> Batch:
-        return self.store.batch(self.draws[index])
+        return self.store.batch(self.indices[index])
 
 
 class StepSampler(Sampler[int]):
-    """Steps `start` to `total`; its length stays `total`, as Lightning counts from step 0."""
+    """Numbers of the batches of an epoch, from the first that is not done yet.
 
-    def __init__(self, start: int, total: int) -> None:
-        self.start, self.total = start, total
+    Its length stays that of the whole epoch, as Lightning counts from the epoch's first batch.
+
+    Args:
+        length: batches of an epoch.
+        done: returns how many batches of the training are done.
+    """
+
+    def __init__(self, length: int, done: Callable[[], int] = lambda: 0) -> None:
+        self.length, self._done, self._epoch = length, done, 0
+
+    def set_epoch(self, epoch: int) -> None:
+        """Note the epoch that comes next; Lightning calls this."""
+        self._epoch = epoch
 
     def __len__(self) -> int:
-        return self.total
+        return self.length
 
     def __iter__(self) -> Iterator[int]:
-        return iter(range(self.start, self.total))
+        start = self._epoch * self.length
+        first = self._done() - start
+        return iter(range(start + (first if 0 < first < self.length else 0), start + self.length))
 
 
 class FfdDataModule(LightningDataModule):
-    """Prepares a category, chooses templates, splits the rest, and serves steps.
+    """Prepares categories, chooses templates, splits the other shapes, and serves batches.
+
+    With `Trainer(max_steps=...)` the whole training is one epoch; with `max_epochs`, an epoch is as
+    many batches as it takes to see every shape once.
 
     Args:
-        preparations: what the models are and where prepared data is kept, of one category, or of
-            several that are trained together; these give equally many templates each, and
-            `{category}` in `template_file` stands for their names.
-        split, split_file, train_fraction: which of those that are no templates are trained on: by
-            hash of the id, by 3D-R2N2's rule, by the source's own split, or by a file.
-        num_templates, template_strategy, template_file, template_seed: see `choose_templates`.
-        hold_out: keep as many of the first templates out of training and testing, also where fewer
-            are used: what networks of different counts are trained and tested on is then the same.
+        categories: one, or several that one network is trained on together; these give equally
+            many templates each.
+        source: where shapes come from.
+        num_templates: T.
+        template_strategy: how templates are chosen.
+        hold_out: keep as many of the first templates out of all subsets, also where fewer are
+            used: networks of different T then see the same shapes.
+        split: assigns shapes to subsets, by the hash of their id unless told otherwise.
+        val_fraction: share of the training shapes to validate on, where the split names none.
         degrees, max_edge: see `TemplateBank`.
-        batch_size, num_points, steps: queries a step, points per cloud and step, steps in all.
+        batch_size: queries a step, over all devices.
+        num_points: points per cloud and step.
         seed: decides what each step sees.
+        render: the images.
+        cloud_points: surface samples kept of each shape, of which steps draw theirs.
+        root: prepared data is kept below it.
         residency: where images and clouds are kept while training.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
+        prepare_workers, prepare_timeout, progress: see `Preparation`.
 
     Attributes:
         prepared: the prepared set, after `setup`.
         bank: the templates, after `setup`.
-        split: ids to train and test on, after `setup`.
+        split: ids of each subset, after `setup`.
     """
 
     prepared: PreparedSet
@@ -211,33 +238,54 @@ class FfdDataModule(LightningDataModule):
 
     def __init__(
         self,
+        categories: str | Sequence[str],
+        source: Source,
         *,
-        preparations: Sequence[Preparation],
-        split: SplitKind = SplitKind.hash,
-        split_file: str | None = None,
-        train_fraction: float = 0.8,
-        num_templates: int,
-        template_strategy: TemplateStrategy,
-        template_file: str | None = None,
-        template_seed: int = 0,
+        num_templates: int = 16,
+        template_strategy: TemplateStrategy = auto_choice,
         hold_out: int | None = None,
+        split: SplitRule | None = None,
+        val_fraction: float = 0.1,
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
         batch_size: int = 32,
         num_points: int = 1024,
-        steps: int = 100_000,
         seed: int = 0,
-        residency: Residency = Residency.auto,
+        render: RenderSettings | None = None,
+        cloud_points: int = 16384,
+        root: str | Path = "data",
+        residency: Residency = "auto",
         num_workers: int | None = None,
+        prepare_workers: int = 0,
+        prepare_timeout: float = 600.0,
+        progress: bool = True,
     ) -> None:
         super().__init__()
-        self.preparations, self.train_fraction = tuple(preparations), train_fraction
-        self.split_kind, self.split_file = split, split_file
+        names = (categories,) if isinstance(categories, str) else tuple(categories)
+        self.render = render or RenderSettings()
+        self.preparations = tuple(
+            Preparation(
+                source=source,
+                category=name,
+                num_points=cloud_points,
+                render=self.render,
+                root=Path(root),
+                workers=prepare_workers,
+                timeout=prepare_timeout,
+                progress=progress,
+            )
+            for name in names
+        )
         self.num_templates, self.template_strategy = num_templates, template_strategy
-        self.template_file, self.template_seed = template_file, template_seed
         self.hold_out, self.degrees, self.max_edge = hold_out, degrees, max_edge
-        self.batch_size, self.num_points, self.steps = batch_size, num_points, steps
-        self.seed, self.residency, self.num_workers = seed, residency, num_workers
+        self.split_rule, self.val_fraction = split or HashSplit(), val_fraction
+        self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
+        self.residency, self.num_workers = residency, num_workers
+
+    @property
+    def categories(self) -> tuple[str, ...]:
+        """Names of the categories."""
+        return tuple(preparation.category for preparation in self.preparations)
 
     def prepare_data(self) -> None:
         """Build the prepared sets where they are missing (on one process)."""
@@ -253,12 +301,9 @@ class FfdDataModule(LightningDataModule):
             self.prepared, templates, self.split = members[0]
         else:
             self.prepared = JoinedSet.join([prepared for prepared, _, _ in members])
-            names = [preparation.category for preparation in self.preparations]
-            templates = _prefixed(names, [ids for _, ids, _ in members])
-            self.split = Split(
-                _prefixed(names, [split.train for _, _, split in members]),
-                _prefixed(names, [split.test for _, _, split in members]),
-            )
+            templates = _prefixed(self.categories, [ids for _, ids, _ in members])
+            subsets = zip(*(split for _, _, split in members), strict=True)
+            self.split = Split(*(_prefixed(self.categories, subset) for subset in subsets))
         self.bank = TemplateBank.of(self.prepared, templates, self.degrees, self.max_edge)
 
     def _member(self, preparation: Preparation) -> tuple[PreparedSet, tuple[str, ...], Split]:
@@ -266,55 +311,49 @@ class FfdDataModule(LightningDataModule):
         prepared, category = preparation.run(), preparation.category
         shares = len(self.preparations)
         count = self.num_templates // shares
-        file = self.template_file
-        ids = choose_templates(
+        most = max(count, (self.hold_out or 0) // shares)
+        templates = choose_templates(self.template_strategy, prepared, most)
+        published = preparation.source.split(category)
+        given = SplitInput(category, prepared.ids, tuple(prepared.rejected), published)
+        subsets = self.split_rule(given)
+        return (
             prepared,
-            max(count, (self.hold_out or 0) // shares),
-            self.template_strategy,
-            file and str(file).replace("{category}", category),
-            self.template_seed,
+            templates[:count],
+            make_split(prepared.ids, subsets, templates, self.val_fraction),
         )
-        parts, hint = self._parts(preparation, prepared)
-        return prepared, ids[:count], make_split(prepared.ids, parts, ids, hint)
-
-    def _parts(self, preparation: Preparation, prepared: PreparedSet) -> tuple[dict[str, str], str]:
-        """Return the part of each model, and the setting that decides it."""
-        category, kind = preparation.category, self.split_kind
-        if kind is SplitKind.listed:
-            file = Path(str(self.split_file)).expanduser()
-            return listed_parts(file, category), f"data.split_file={file}"
-        if kind is SplitKind.r2n2:
-            return r2n2_parts([*prepared.ids, *prepared.rejected]), "data.split=r2n2"
-        if kind is SplitKind.source:
-            parts = preparation.source.split(category)
-            if not parts:
-                raise ConfigError("this source has no split of its own: use data.split=hash")
-            return parts, "data.split=source"
-        parts = hash_parts(prepared.ids, self.train_fraction)
-        return parts, f"data.train_fraction={self.train_fraction}"
 
     def rows(self, ids: Sequence[str]) -> NDArray[np.int64]:
-        """Return the prepared set's rows of model ids."""
+        """Return the prepared set's rows of shapes."""
         return np.asarray([self.prepared.index(i) for i in ids], np.int64)
 
     @cached_property
-    def store(self) -> ModelStore:
+    def appearance(self) -> TrainingAppearance:
+        """What the training images look like."""
+        rows = self.rows(self.split.train)
+        chosen = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_IMAGES)).astype(int)]
+        views = self.prepared.image_shape[0]
+        return TrainingAppearance.of(
+            [self.prepared.image(int(row), k % views) for k, row in enumerate(chosen)]
+        )
+
+    @cached_property
+    def store(self) -> ShapeStore:
         """Where batches come from: what `residency` says, on the trainer's device if it has one."""
         device = self.trainer.strategy.root_device if self.trainer else torch.device("cpu")
         size = resident_bytes(self.prepared, self.bank)
         residency = self.residency
-        if residency is Residency.auto:
+        if residency == "auto":
             residency = choose_residency(size, device)
-        if residency is Residency.disk:
-            return ModelStore(self.prepared, self.bank)
-        place = device if residency is Residency.device else torch.device("cpu")
+        if residency == "disk":
+            return ShapeStore(self.prepared, self.bank)
+        place = device if residency == "device" else torch.device("cpu")
         log.info("reading %.1f GB of images and clouds into memory (%s)", size / 1e9, place)
-        return ModelStore(self.prepared, self.bank, place)
+        return ShapeStore(self.prepared, self.bank, place)
 
     def train_dataloader(self) -> DataLoader[Any]:
-        """Steps from the trainer's current one to the last."""
+        """Batches of the training shapes, from the trainer's current one on."""
         trainer = self.trainer
-        draws = TrainingDraws(
+        indices = TrainingIndices(
             self.rows(self.split.train),
             self._sizes,
             self.batch_size,
@@ -323,42 +362,65 @@ class FfdDataModule(LightningDataModule):
             trainer.global_rank if trainer else 0,
             trainer.world_size if trainer else 1,
         )
-        start = trainer.global_step if trainer else 0
-        return self._loader(draws, StepSampler(start, self.steps))
+        return self._loader(indices, StepSampler(self._batches_per_epoch, self._batches_done))
 
-    def val_dataloader(self) -> DataLoader[Any]:
-        """The test models: nothing is chosen by them, they only show how training goes."""
-        return self.test_dataloader()
+    def val_dataloader(self) -> DataLoader[Any] | list[Any]:
+        """The validation shapes with fixed points; nothing where there are none."""
+        return (
+            self._loader(self._evaluation_indices(self.split.val), None) if self.split.val else []
+        )
 
     def test_dataloader(self) -> DataLoader[Any]:
-        """The test models with fixed points."""
-        return self._loader(self._evaluation_draws(), None)
+        """The test shapes with fixed points."""
+        return self._loader(self._evaluation_indices(self.split.test), None)
 
-    def on_after_batch_transfer(self, batch: Draw | Batch, dataloader_idx: int) -> Batch:
-        """Gather a draw on the device that holds the data; the loader has gathered others."""
-        return self.store.batch(batch) if isinstance(batch, Draw) else batch
+    def predict_dataloader(self) -> DataLoader[Any]:
+        """The test shapes, in their order."""
+        return self.test_dataloader()
 
-    def evaluation_batches(self) -> Iterator[Batch]:
-        """Yield the test models in chunks, the same at every call."""
-        draws = self._evaluation_draws()
-        return (self.store.batch(draws[k]) for k in range(len(draws)))
+    def on_after_batch_transfer(self, batch: BatchIndices | Batch, dataloader_idx: int) -> Batch:
+        """Gather a batch on the device that holds the data; the loader has gathered others."""
+        return self.store.batch(batch) if isinstance(batch, BatchIndices) else batch
 
-    def _evaluation_draws(self) -> EvaluationDraws:
-        rows = self.rows(self.split.test)
-        return EvaluationDraws(rows, self._sizes, self.batch_size, self.num_points)
+    def _evaluation_indices(self, ids: Sequence[str]) -> EvaluationIndices:
+        """Return this device's share of some shapes, in chunks."""
+        trainer = self.trainer
+        rank, world_size = (trainer.global_rank, trainer.world_size) if trainer else (0, 1)
+        rows = self.rows(ids)[rank::world_size]
+        return EvaluationIndices(rows, self._sizes, self.batch_size, self.num_points)
 
     @property
     def _sizes(self) -> Sizes:
         return Sizes(self.prepared.image_shape[0], self.prepared.num_points, len(self.bank))
 
-    def _loader(self, draws: Dataset[Draw], sampler: Sampler[int] | None) -> DataLoader[Any]:
+    @property
+    def _accumulated(self) -> int:
+        """How many batches make an optimizer step."""
+        return 1 if self.trainer is None else int(self.trainer.accumulate_grad_batches)
+
+    @property
+    def _batches_per_epoch(self) -> int:
+        trainer = self.trainer
+        if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):
+            return trainer.max_steps * self._accumulated
+        return -(-len(self.split.train) // self.batch_size)
+
+    def _batches_done(self) -> int:
+        """Return how many batches of the training are done; an epoch's last ones step early."""
+        if self.trainer is None:
+            return 0
+        steps = -(-self._batches_per_epoch // self._accumulated)
+        epochs, left = divmod(self.trainer.global_step, steps)
+        return epochs * self._batches_per_epoch + left * self._accumulated
+
+    def _loader(self, indices: Dataset[BatchIndices], sampler: Sampler[int] | None) -> Any:
         on_gpu = self.trainer is not None and self.trainer.strategy.root_device.type == "cuda"
         workers = self.num_workers
         if workers is None:
             # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
             workers = _GPU_WORKERS if on_gpu else 0
         return DataLoader(
-            Gathered(draws, self.store) if self.store.device.type == "cpu" else draws,
+            GatheredBatches(indices, self.store) if self.store.device.type == "cpu" else indices,
             batch_size=None,
             sampler=sampler,
             num_workers=workers,

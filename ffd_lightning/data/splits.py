@@ -1,4 +1,8 @@
-"""Which models are trained on and which are tested on."""
+"""Which shapes are trained on, validated on and tested on.
+
+A rule assigns each shape to a subset; `make_split` leaves the templates out of all three, and sets
+a part of the training shapes aside to validate on where the rule names none.
+"""
 
 from __future__ import annotations
 
@@ -10,115 +14,179 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError, DataError
 
 log = logging.getLogger(__name__)
 
-PARTS = ("train", "val", "test")
+SUBSETS = ("train", "val", "test")
 _R2N2_FRACTION = 0.8
 
 
 class Split(NamedTuple):
-    """Sorted ids of the two parts."""
+    """Sorted ids of the three subsets; `val` may be empty.
+
+    Curves, searches, rankings and every choice use `val`; `test` is for a run's end.
+    """
 
     train: tuple[str, ...]
+    val: tuple[str, ...]
     test: tuple[str, ...]
 
+    @property
+    def chosen_on(self) -> tuple[str, ...]:
+        """The shapes that choices are made on: those to validate on, else those to train on."""
+        return self.val or self.train
 
-def hash_parts(ids: Iterable[str], train_fraction: float) -> dict[str, str]:
-    """Assign each id to a part by its hash alone, so that added models never move others.
+
+class SplitInput(NamedTuple):
+    """What a rule may look at.
+
+    Attributes:
+        category: whose shapes they are.
+        ids: of the shapes that are there.
+        rejected: ids of those that could not be prepared.
+        published: the data set's own subset by id, {} where it has none.
+    """
+
+    category: str
+    ids: tuple[str, ...]
+    rejected: tuple[str, ...]
+    published: Mapping[str, str]
+
+
+class SplitRule(Protocol):
+    """A rule that assigns shapes to subsets."""
+
+    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
+        """Return "train", "val" or "test" by id; "*" for all ids that are not named.
+
+        Raises:
+            ConfigError: it does not apply to these shapes.
+        """
+        ...
+
+
+class HashSplit:
+    """Assigns each id by its hash alone, so that added shapes never move others.
 
     Args:
-        ids: model ids.
-        train_fraction: share of the training part, met in expectation.
+        train_fraction: share of the training subset, met in expectation; the rest is tested on.
 
-    Returns:
-        "train" or "test" by id.
-
-    >>> hash_parts(["a", "b", "c"], 0.8)
+    >>> HashSplit()(SplitInput("table", ("a", "b", "c"), (), {}))
     {'a': 'train', 'b': 'train', 'c': 'train'}
     """
-    return {i: "train" if _position(i) < train_fraction else "test" for i in ids}
+
+    def __init__(self, train_fraction: float = 0.8) -> None:
+        self.train_fraction = train_fraction
+
+    def __call__(self, shapes: SplitInput) -> dict[str, str]:
+        """See `SplitRule`."""
+        return {i: "train" if _position(i) < self.train_fraction else "test" for i in shapes.ids}
 
 
-def r2n2_parts(ids: Collection[str]) -> dict[str, str]:
-    """Assign the first 80% of the sorted ids to train, the others to test.
+class R2n2Split:
+    """Assigns the first 80% of the sorted ids to train, the others to test.
 
-    3D-R2N2 (Choy et al. 2016) splits so, and most later work on its renderings with it.
-
-    Args:
-        ids: ids of all models, also of those that could not be prepared.
+    Ids that could not be prepared count too. 3D-R2N2 (Choy et al. 2016) splits so, and most later
+    work on its renderings with it.
     """
-    cut = int(_R2N2_FRACTION * len(ids))
-    return {i: "train" if k < cut else "test" for k, i in enumerate(sorted(ids))}
+
+    def __call__(self, shapes: SplitInput) -> dict[str, str]:
+        """See `SplitRule`."""
+        ids = sorted({*shapes.ids, *shapes.rejected})
+        cut = int(_R2N2_FRACTION * len(ids))
+        return {i: "train" if k < cut else "test" for k, i in enumerate(ids)}
 
 
-def listed_parts(place: Path, category: str) -> dict[str, str]:
-    """Read a split from files.
+class PublishedSplit:
+    """The data set's own split."""
+
+    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
+        """See `SplitRule`."""
+        if not shapes.published:
+            raise ConfigError("this source has no split of its own: use split=hash")
+        return shapes.published
+
+
+class ListedSplit:
+    """A split that is read from a file.
 
     Args:
-        place: a text file of ids to test on, one a line (all others are trained on), or of lines
-            `<id> <part>`; a CSV with columns `split` and `id`, `modelId` or `model_id`, of which
-            `synsetId` may choose the rows (ShapeNet's `all.csv`); a JSON object of lists by part;
+        file: a text file of ids to test on, one a line (all others are trained on), or of lines
+            `<id> <subset>`; a CSV with columns `split` and `id`, `modelId` or `model_id`, of which
+            `synsetId` may choose the rows (ShapeNet's `all.csv`); a JSON object of lists by subset;
             or a folder of `train.lst`, `val.lst`, `test.lst` (or .txt, or .json lists), where
-            `<synset>/` in it is taken first (occupancy networks'). A part is train, val or test.
+            `<synset>/` in it is taken first (occupancy networks'). A subset is train, val or test.
             Of an id with slashes the last name counts.
-        category: chooses rows and folders by its synset.
-
-    Returns:
-        The part by id; with the key "*" that of all ids which are not listed, if there is one.
-
-    Raises:
-        ConfigError: the file cannot be read or lists nothing.
     """
-    try:
-        if place.is_dir():
-            parts = _read_folder(place, SYNSETS.get(category, category))
-        else:
-            text = place.read_text(encoding="utf-8-sig")
-            read = {".json": _read_json, ".csv": _read_csv}.get(place.suffix.lower(), _read_lines)
-            parts = read(text, SYNSETS.get(category, category))
-    except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
-        raise ConfigError(f"data.split_file={place} cannot be read: {error}") from None
-    if not parts:
-        raise ConfigError(f"data.split_file={place} lists no models of {category}")
-    wrong = sorted(set(parts.values()) - set(PARTS))
-    if wrong:
-        raise ConfigError(f"data.split_file={place} has {wrong[0]!r} for one of {', '.join(PARTS)}")
-    return parts
+
+    def __init__(self, file: str | Path) -> None:
+        self.file = Path(file).expanduser()
+
+    def __call__(self, shapes: SplitInput) -> dict[str, str]:
+        """Return the subset by id; with "*" that of all ids which are not listed.
+
+        Raises:
+            ConfigError: the file cannot be read or lists nothing.
+        """
+        place, category = self.file, shapes.category
+        synset = SYNSETS.get(category, category)
+        try:
+            if place.is_dir():
+                subsets = _read_folder(place, synset)
+            else:
+                text = place.read_text(encoding="utf-8-sig")
+                read = {".json": _read_json, ".csv": _read_csv}
+                subsets = read.get(place.suffix.lower(), _read_lines)(text, synset)
+        except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
+            raise ConfigError(f"split.file={place} cannot be read: {error}") from None
+        if not subsets:
+            raise ConfigError(f"split.file={place} lists no shapes of {category}")
+        wrong = sorted(set(subsets.values()) - set(SUBSETS))
+        if wrong:
+            raise ConfigError(
+                f"split.file={place} has {wrong[0]!r} for one of {', '.join(SUBSETS)}"
+            )
+        return subsets
 
 
 def make_split(
-    ids: Iterable[str], parts: Mapping[str, str], exclude: Collection[str] = (), hint: str = ""
+    ids: Iterable[str],
+    subsets: Mapping[str, str],
+    exclude: Collection[str] = (),
+    val_fraction: float = 0.0,
 ) -> Split:
-    """Return the two parts of the models that there are.
+    """Return the three subsets of the shapes that there are.
 
     Args:
-        ids: model ids.
-        parts: "train", "val" or "test" by id, "*" for all others. Models of the validation part,
-            and those that are not in it, are left out: nothing is chosen on validation models.
-        exclude: ids in neither part (the templates).
-        hint: what to say where a part is empty.
+        ids: of the shapes.
+        subsets: as a `SplitRule` gives them; shapes that are in none are left out.
+        exclude: ids in no subset (the templates).
+        val_fraction: share of the training shapes to validate on instead, by the hash of the id,
+            where the rule has named none.
 
     Raises:
-        DataError: one of the parts is empty.
+        DataError: nothing to train on, or nothing to test on.
     """
-    rest = parts.get("*", "")
-    found = {i: parts.get(i, rest) for i in sorted(set(ids) - set(exclude))}
+    rest = subsets.get("*", "")
+    found = {i: subsets.get(i, rest) for i in sorted(set(ids) - set(exclude))}
+    if "val" not in subsets.values():
+        own = {i for i, subset in found.items() if subset == "train"}
+        found |= {i: "val" for i in own if _position(f"val/{i}") < val_fraction}
     counts = Counter(found.values())
-    if counts["val"] or counts[""]:
-        log.info("left out: %d models to validate on, %d without part", counts["val"], counts[""])
-    train, test = (tuple(i for i in found if found[i] == part) for part in ("train", "test"))
+    if counts[""]:
+        log.info("left out: %d shapes that the split does not name", counts[""])
+    train, val, test = (tuple(i for i in found if found[i] == subset) for subset in SUBSETS)
     if not train or not test:
         raise DataError(
-            f"{len(found)} models besides {len(exclude)} templates leave {len(train)} to train on "
-            f"and {len(test)} to test on: add models, take fewer templates (templates=t1 ... t30) "
-            f"or change {hint}"
+            f"{len(found)} shapes beside {len(set(exclude))} templates leave {len(train)} to train "
+            f"on, {len(val)} to validate on and {len(test)} to test on: add shapes, take fewer "
+            "templates (templates=t1 ... t30) or change the split (split.train_fraction=..., say)"
         )
-    return Split(train, test)
+    return Split(train, val, test)
 
 
 def _position(model_id: str) -> float:
@@ -136,8 +204,8 @@ def _read_lines(text: str, _: str) -> dict[str, str]:
         return {_last(row[0]): "test" for row in rows} | ({"*": "train"} if rows else {})
     for row in rows:
         if len(row) != 2:
-            raise ValueError(f"{' '.join(row)!r} is not `<id> <part>`")
-    return {_last(name): part for name, part in rows}
+            raise ValueError(f"{' '.join(row)!r} is not `<id> <subset>`")
+    return {_last(name): subset for name, subset in rows}
 
 
 def _read_csv(text: str, synset: str) -> dict[str, str]:
@@ -157,14 +225,14 @@ def _read_csv(text: str, synset: str) -> dict[str, str]:
 def _read_json(text: str, synset: str) -> dict[str, str]:
     lists = json.loads(text)
     lists = lists.get(synset, lists)
-    return {_last(name): part for part in PARTS for name in lists.get(part, ())}
+    return {_last(name): subset for subset in SUBSETS for name in lists.get(subset, ())}
 
 
 def _read_folder(folder: Path, synset: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for top in (folder / synset, folder):
-        for part in PARTS:
-            for file in sorted(top.glob(f"*{part}*")):
+        for subset in SUBSETS:
+            for file in sorted(top.glob(f"*{subset}*")):
                 text = file.read_text(encoding="utf-8-sig")
                 if file.suffix == ".json":  # shuffled_train_file_list.json of all categories
                     names = [n for n in json.loads(text) if synset in n.split("/")]
@@ -172,7 +240,7 @@ def _read_folder(folder: Path, synset: str) -> dict[str, str]:
                     names = text.split()
                 else:
                     continue
-                found |= {_last(name): part for name in names}
+                found |= {_last(name): subset for name in names}
         if found:
             break
     return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from collections.abc import Callable, Sequence
@@ -41,7 +42,7 @@ TABLES = ("samples.csv", "template_ranking.csv")
 _WORDS = frozenset(("id", "category", "family", "view", "template"))  # columns without a mean
 
 
-class Models(NamedTuple):
+class Shapes(NamedTuple):
     """Rows of a prepared set."""
 
     prepared: PreparedSet
@@ -60,7 +61,7 @@ class Models(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Subject:
+class EvaluatedNetwork:
     """What is evaluated: a network with its templates, on models, knowing those it was trained on.
 
     Attributes:
@@ -73,13 +74,13 @@ class Subject:
 
     network: TemplateFfdNetwork
     bank: TemplateBank
-    trained_on: Models
-    tested_on: Models
+    trained_on: Shapes
+    tested_on: Shapes
     step: int
 
 
 @dataclass(frozen=True)
-class Options:
+class EvaluationOptions:
     """How to evaluate.
 
     Attributes:
@@ -100,14 +101,17 @@ class Options:
 
 
 def evaluate(
-    subject: Subject, protocol: EvaluationProtocol, folder: Path, options: Options
+    evaluated: EvaluatedNetwork,
+    protocol: EvaluationProtocol,
+    folder: Path,
+    options: EvaluationOptions,
 ) -> dict[str, float]:
-    """Score a network on its test models; go on where an earlier attempt stopped.
+    """Score a network on its test shapes; resume where an earlier attempt stopped.
 
     Writes `samples.csv`, `summary.json` and `template_ranking.csv`.
 
     Args:
-        subject: what is evaluated.
+        evaluated: what is evaluated.
         protocol: how it is measured.
         folder: where to write.
         options: see there.
@@ -123,12 +127,12 @@ def evaluate(
     """
     settings = {
         "format": FORMAT_VERSION,
-        "protocol": repr(protocol),
-        "weights": _weights_digest(subject.network),
-        "templates": list(subject.bank.ids),
-        "max_edge": subject.bank.max_edge,
-        "tested_on": subject.tested_on.fingerprint(),
-        "trained_on": subject.trained_on.fingerprint() if options.references else None,
+        "protocol": protocol_key(protocol),
+        "weights": _weights_digest(evaluated.network),
+        "templates": list(evaluated.bank.ids),
+        "max_edge": evaluated.bank.max_edge,
+        "tested_on": evaluated.tested_on.fingerprint(),
+        "trained_on": evaluated.trained_on.fingerprint() if options.references else None,
         "all_views": options.all_views,
         "seed": options.seed,
     }
@@ -136,24 +140,24 @@ def evaluate(
     finished = _read_summary(folder, key)
     if finished is not None and not options.restart:
         return finished
-    subject = measurable(subject, protocol, options.references)
+    evaluated = with_labels(evaluated, protocol, options.references)
     with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
         if options.restart:
             (folder / "samples.partial").unlink(missing_ok=True)
         journal = Journal(folder / "samples.partial", key)
         try:
-            table, prediction = _score(subject, protocol, journal, options)
+            table, prediction = _score(evaluated, protocol, journal, options)
         finally:
             journal.close()
-        counts = np.bincount(prediction.selected, minlength=len(subject.bank))
+        counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
-        ranking = template_ranking(subject.bank.ids, counts, prediction.weights.mean(0))
+        ranking = template_ranking(evaluated.bank.ids, counts, prediction.weights.mean(0))
         content = {
             **summary,
             **by_category(table),
             "definitions": {m.name: m.definition for m in protocol.measures} | SHAPES,
             "unit": protocol.note,
-            "step": subject.step,
+            "step": evaluated.step,
             "settings": settings,
             "key": key,
         }
@@ -165,12 +169,15 @@ def evaluate(
 
 
 def _score(
-    subject: Subject, protocol: EvaluationProtocol, journal: Journal, options: Options
+    evaluated: EvaluatedNetwork,
+    protocol: EvaluationProtocol,
+    journal: Journal,
+    options: EvaluationOptions,
 ) -> tuple[list[Row], Predictions]:
     """Score what the journal does not hold yet, and return the rows of all samples."""
-    prepared, samples = subject.tested_on.prepared, subject.tested_on.samples(options.all_views)
-    prediction = predict(subject.network, prepared, samples, options.workers, options.progress)
-    shapes = _shapes(subject, samples, prediction, options)
+    prepared, samples = evaluated.tested_on.prepared, evaluated.tested_on.samples(options.all_views)
+    prediction = predict(evaluated.network, prepared, samples, options.workers, options.progress)
+    shapes = _shapes(evaluated, samples, prediction, options)
 
     def score(k: int) -> Row:
         row, view = samples[k]
@@ -183,7 +190,7 @@ def _score(
             "category": prepared.category(row),
             "family": prepared.families[row],
             "view": view,
-            "template": subject.bank.ids[t],
+            "template": evaluated.bank.ids[t],
             "weight": float(prediction.weights[k, t]),
             **score_sample(protocol, prepared, row, candidates, options.seed),
             **(model.quality() if protocol.quality else {}),
@@ -200,24 +207,26 @@ def _score(
     return _aligned([journal.rows[name] for name in names]), prediction
 
 
-def measurable(subject: Subject, protocol: EvaluationProtocol, references: bool) -> Subject:
+def with_labels(
+    evaluated: EvaluatedNetwork, protocol: EvaluationProtocol, references: bool
+) -> EvaluatedNetwork:
     """Leave out models that a protocol can do nothing with: those without the labels it needs.
 
     Raises:
         DataError: nothing is left.
     """
     if not protocol.needs_parts:
-        return subject
-    tested_on, trained_on = subject.tested_on, subject.trained_on
+        return evaluated
+    tested_on, trained_on = evaluated.tested_on, evaluated.trained_on
     tested_on = tested_on._replace(rows=labelled_rows(*tested_on))
     if references:
         trained_on = trained_on._replace(rows=labelled_rows(*trained_on))
     check_labels(
-        subject.bank,
+        evaluated.bank,
         (tested_on.prepared, len(tested_on.rows)),
         (trained_on.prepared, len(trained_on.rows)) if references else None,
     )
-    return replace(subject, tested_on=tested_on, trained_on=trained_on)
+    return replace(evaluated, tested_on=tested_on, trained_on=trained_on)
 
 
 def _aligned(table: Sequence[Row]) -> list[Row]:
@@ -227,10 +236,13 @@ def _aligned(table: Sequence[Row]) -> list[Row]:
 
 
 def _shapes(
-    subject: Subject, samples: Sequence[Sample], prediction: Predictions, options: Options
+    evaluated: EvaluatedNetwork,
+    samples: Sequence[Sample],
+    prediction: Predictions,
+    options: EvaluationOptions,
 ) -> Callable[[int], dict[str, Shape]]:
     """Return a function from a sample's number to the shapes that are put before its model."""
-    bank, prepared = subject.bank, subject.tested_on.prepared
+    bank, prepared = evaluated.bank, evaluated.tested_on.prepared
 
     def scored(k: int) -> dict[str, Shape]:
         t = int(prediction.selected[k])
@@ -241,9 +253,11 @@ def _shapes(
 
     if not options.references:
         return scored
-    training, among = subject.trained_on
-    seen = subject.trained_on.samples(options.all_views)
-    features = predict(subject.network, training, seen, options.workers, options.progress).features
+    training, among = evaluated.trained_on
+    seen = evaluated.trained_on.samples(options.all_views)
+    features = predict(
+        evaluated.network, training, seen, options.workers, options.progress
+    ).features
     alike = nearest_by_feature(prediction.features, features)
     central, retrieval = medoid(training, among.tolist()), ShapeRetrieval(training, among.tolist())
 
@@ -315,6 +329,24 @@ def template_ranking(
         }
         for rank, t in enumerate(np.lexsort((-mean_weights, -counts)))
     ]
+
+
+def rank_templates(
+    network: TemplateFfdNetwork, bank: TemplateBank, shapes: Shapes, workers: int = 1
+) -> list[Row]:
+    """Return `template_ranking` of a network's selections on the first images of some shapes."""
+    prediction = predict(network, shapes.prepared, shapes.samples(all_views=False), workers)
+    counts = np.bincount(prediction.selected, minlength=len(bank))
+    return template_ranking(bank.ids, counts, prediction.weights.mean(0))
+
+
+def protocol_key(protocol: EvaluationProtocol) -> str:
+    """Return what changes when a protocol measures something else."""
+    if dataclasses.is_dataclass(protocol):
+        return repr(protocol)
+    kind = type(protocol)
+    own = {k: v for k, v in vars(protocol).items() if isinstance(v, str | int | float | bool)}
+    return f"{kind.__module__}.{kind.__qualname__} {protocol.name} {own} {protocol.measures}"
 
 
 def _weights_digest(network: TemplateFfdNetwork) -> str:

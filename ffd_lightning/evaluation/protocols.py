@@ -8,7 +8,6 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.app.config import ProtocolKind
 from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.evaluation.part_transfer import (
     known_points,
@@ -311,11 +310,11 @@ class PartProtocol:
         return part_scores(part_of_points(cloud), found, category)
 
 
-PROTOCOLS: dict[ProtocolKind, EvaluationProtocol] = {
-    ProtocolKind.paper: PaperProtocol(),
-    ProtocolKind.modern: ModernProtocol(),
-    **{ProtocolKind(name): ScaledProtocol(name) for name in SCALINGS},
-    ProtocolKind.parts: PartProtocol(),
+PROTOCOLS: dict[str, EvaluationProtocol] = {
+    "paper": PaperProtocol(),
+    "modern": ModernProtocol(),
+    **{name: ScaledProtocol(name) for name in SCALINGS},
+    "parts": PartProtocol(),
 }
 """What can be chosen with `protocol=`."""
 

@@ -7,13 +7,15 @@ by `evaluation.evaluator`, under a protocol.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
+from torchmetrics import Metric
+from torchmetrics.utilities import dim_zero_cat
 
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.geometry.chamfer import chamfer_distance
@@ -39,9 +41,13 @@ class TemplateScores:
     undeformed: NDArray[np.float32]
 
     @classmethod
-    def concatenate(cls, parts: Sequence[TemplateScores]) -> TemplateScores:
-        """Join the scores of several batches."""
-        return cls(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(cls)))
+    def of(cls, computed: Mapping[str, Tensor]) -> TemplateScores:
+        """Return what a `TemplateScoring` has computed, in the order of the rows."""
+        rows = computed["rows"].cpu().numpy().reshape(-1)
+        order = np.argsort(rows, kind="stable")
+        # torchmetrics squeezes what has one element.
+        columns = (computed[f.name].cpu().numpy() for f in fields(cls)[1:])
+        return cls(rows[order], *(c.reshape(len(rows), -1)[order] for c in columns))
 
     @property
     def selected(self) -> NDArray[np.int64]:
@@ -61,7 +67,7 @@ class TemplateScores:
         """Return means over queries.
 
         `chamfer` and `undeformed_chamfer` are of the selected template; `best_undeformed_chamfer`
-        and `best_deformed_chamfer` of the best template for each query, chosen knowing the answer;
+        and `best_deformed_chamfer` of the best template for each query, chosen by an oracle;
         `entropy` (nats) and `effective_templates` are of the selection counts.
         """
         return {
@@ -76,19 +82,40 @@ class TemplateScores:
         }
 
 
-@torch.no_grad()
-def score_templates(prediction: FfdPrediction, batch: Batch) -> TemplateScores:
-    """Score all templates, deformed and not, on the queries of a batch."""
+class TemplateScoring(Metric):
+    """Collects the scores of every template on every query.
 
-    def array(tensor: Tensor) -> NDArray[np.float32]:
-        return tensor.float().cpu().numpy()
+    Over several devices each adds its share of the queries.
+    """
 
-    target = batch.target_points[:, None]
-    deformed = deform(*batch.templates, prediction.offsets)
-    undeformed = deform(*batch.templates, torch.zeros_like(batch.templates.control_points))
-    return TemplateScores(
-        rows=batch.rows.cpu().numpy(),
-        weights=array(prediction.template_weights),
-        deformed=array(chamfer_distance(deformed, target, "mean")),
-        undeformed=array(chamfer_distance(undeformed, target, "mean")),
-    )
+    full_state_update = False
+
+    def __init__(self, **kwargs: Any) -> None:
+        super().__init__(**kwargs)
+        for f in fields(TemplateScores):
+            self.add_state(f.name, [], dist_reduce_fx="cat")
+
+    @torch.no_grad()
+    def update(self, prediction: FfdPrediction, batch: Batch) -> None:
+        """Score all templates, deformed and not, on the queries of a batch."""
+        target = batch.target_points[:, None]
+        deformed = deform(*batch.templates, prediction.offsets)
+        undeformed = deform(*batch.templates, torch.zeros_like(batch.templates.control_points))
+        found = {
+            "rows": batch.rows,
+            "weights": prediction.template_weights.detach().float(),
+            "deformed": chamfer_distance(deformed, target, "mean").float(),
+            "undeformed": chamfer_distance(undeformed, target, "mean").float(),
+        }
+        for name, values in found.items():
+            getattr(self, name).append(values)
+
+    def compute(self) -> dict[str, Tensor]:
+        """Return what `TemplateScores.of` makes scores of.
+
+        Raises:
+            ValueError: there were no queries.
+        """
+        if not self.update_called:
+            raise ValueError("no queries were scored: call update first")
+        return {f.name: dim_zero_cat(getattr(self, f.name)) for f in fields(TemplateScores)}

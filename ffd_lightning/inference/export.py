@@ -214,18 +214,16 @@ def build_graph(model: TrainedModel, dtype: str = "uint8", opset: int = 18) -> A
 
 def metadata(model: TrainedModel, dtype: str = "uint8") -> dict[str, str]:
     """Return what an ONNX file says of itself, `metadata_props`: lists and numbers as JSON."""
-    config = model.config
     height, width = model.network.image_size
-    run = (config.name, config.category.name, config.regime.name, config.templates.name)
     return {
         "images": f"(batch, 3, {height}, {width}) {dtype}, RGB over white, of any scale; the "
         f"object in the middle, its larger side fill x {height} pixels",
         "image_size": json.dumps([height, width]),
-        "fill": json.dumps(round(model.looks.fill, 4)),
-        "category": config.category.name,
+        "fill": json.dumps(round(model.appearance.fill, 4)),
+        "category": ", ".join(model.categories),
         "template_ids": json.dumps(model.bank.ids),
         "degrees": json.dumps(model.bank.degrees),
-        "run": "/".join((*run, f"seed{config.seed}")),
+        "regime": str(model.record.get("regime", "")),
         "step": json.dumps(model.step),
         **_MEANING,
     }

@@ -15,6 +15,7 @@ from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo, read_photo
 from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.run_folder import RunFolder
 
 Photo = str | Path | Image.Image | NDArray[np.uint8]
@@ -41,14 +42,24 @@ class Predictor:
         self.model.network.to(self.device).eval()
 
     @classmethod
-    def load(cls, source: str | Path, device: str = "auto") -> Predictor:
+    def load(
+        cls,
+        source: str | Path,
+        device: str = "auto",
+        network: TemplateFfdNetwork | None = None,
+    ) -> Predictor:
         """Load a run folder's newest checkpoint, or a checkpoint file.
+
+        Args:
+            source: the run folder, or the file.
+            device: see `Predictor`.
+            network: to give the weights to, where the checkpoint cannot name its encoder.
 
         Raises:
             ConfigError: no run, no checkpoint, or one of another version; no such device.
             DataError: the checkpoint is damaged.
         """
-        return cls(load_model(checkpoint_of(source)), device)
+        return cls(load_model(checkpoint_of(source), network), device)
 
     def frame(
         self,
@@ -68,21 +79,20 @@ class Predictor:
             DataError: not an image, or nothing is seen in it.
             ConfigError: `background` needs a package that is not installed.
         """
-        render = self.model.config.data.render
+        render = self.model.render
         framed = frame_photo(
             _picture(image),
             height=render.height,
             width=render.width,
-            fill=self.model.looks.fill,
+            fill=self.model.appearance.fill,
             mask=None if mask is None else _mask(mask),
             background=background,
         )
-        strangeness = self.model.looks.strangeness(framed.image)
+        strangeness = self.model.appearance.strangeness(framed.image)
         if strangeness <= 1:
             return framed
-        category = self.model.config.category
         warning = (
-            f"it looks unlike the images of {', '.join(category.members or [category.name])} that "
+            f"it looks unlike the images of {', '.join(self.model.categories)} that "
             f"the network was trained on: its silhouette is {strangeness:.1f} times as far from "
             "the nearest of theirs as is usual among them"
         )

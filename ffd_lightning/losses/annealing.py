@@ -1,15 +1,25 @@
-"""Terms that fade as training goes on."""
+"""Factors of weights that fade as training goes on."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+
+Annealing = Callable[[int], float]
+"""From the step, counted from 0, to the factor of a term's weight."""
+
+
+def constant(step: int) -> float:
+    """Return 1: the weight stays as it is."""
+    return 1.0
 
 
 def exponential_annealing(step: int, annealing_steps: float) -> float:
     r"""Return :math:`e^{-b / b_0}`, the factor of an annealed weight at step b.
 
     Args:
-        step: index of the batch, from 0.
+        step: index of the step, from 0.
         annealing_steps: b_0; infinity keeps the weight constant.
 
     Source: the paper's equation for kappa_e.
@@ -18,3 +28,24 @@ def exponential_annealing(step: int, annealing_steps: float) -> float:
     (1.0, 0.3679)
     """
     return math.exp(-step / annealing_steps)
+
+
+ANNEALINGS = ("constant", "exponential")
+"""What a term's `annealing` can be."""
+
+
+def make_annealing(name: str, annealing_steps: float) -> Annealing:
+    """Return an annealing by name.
+
+    Args:
+        name: one of `ANNEALINGS`.
+        annealing_steps: b_0, over which `exponential` falls by a factor of e.
+
+    Raises:
+        ValueError: another name.
+    """
+    if name not in ANNEALINGS:
+        raise ValueError(f"annealing={name} must be one of {', '.join(ANNEALINGS)}")
+    if name == "constant":
+        return constant
+    return partial(exponential_annealing, annealing_steps=annealing_steps)

@@ -1,52 +1,59 @@
-"""What is minimised: weighted Chamfer plus annealed regularizers, by training regime."""
+"""What is minimised: named terms under weights and schedules. A training regime is such a list."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.app.config import Weighting
-from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample, deform
-from ffd_lightning.losses.annealing import exponential_annealing
-from ffd_lightning.losses.regularizers import negative_entropy, offset_penalty
-from ffd_lightning.losses.weighting import weight_function
+from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.losses.annealing import Annealing, constant
+from ffd_lightning.losses.selection import Selection, WeightedCosts
+from ffd_lightning.losses.terms import Prediction, StepInput, Term
 
 
-@runtime_checkable
-class Prediction(Protocol):
-    """What the objective reads of a network's output."""
+@dataclass(frozen=True)
+class WeightedTerm:
+    """One term of the objective.
 
-    @property
-    def template_weights(self) -> Tensor:
-        """Template weights, (q, T)."""
-        ...
+    Attributes:
+        term: from a step to costs of templates, (q, T), or to a number, ().
+        weight: of the term; at 0 it is computed to be looked at, and not minimised.
+        annealing: factor of the weight by step.
+    """
 
-    @property
-    def offsets(self) -> Tensor:
-        """Control point offsets, (q, T, M, 3)."""
-        ...
+    term: Term
+    weight: float = 1.0
+    annealing: Annealing = constant
 
 
 @dataclass(frozen=True)
 class Objective:
-    """A training regime as a loss; every field is combinable with every other.
+    r"""A training regime as a loss.
 
-    Args:
-        weighting: f of the weighted Chamfer loss.
-        entropy_weight: kappa_e0, of the negative entropy.
-        offset_weight: kappa_r0, of the offset penalty.
-        annealing_steps: b_0, over which both fade by a factor of e.
+    .. math:: \sum_{q,t} w^{(qt)} \sum_k \kappa_k(b) c_k^{(qt)} + \sum_j \kappa_j(b) \lambda_j
+              + \lambda_s
+
+    Terms c give a cost of every template; the selection turns them into weights w, and may add a
+    loss of its own. Terms lambda are of the whole batch. The paper's regimes have the Chamfer
+    distance for c, f(gamma) for w, and negative entropy and offset penalty for lambda.
+
+    Attributes:
+        terms: by the name that they are logged under.
+        selection: how template weights are taught.
+
+    Source: the paper's loss function; weights of its regimes b, w, e, r in `conf/regime`.
     """
 
-    weighting: Weighting
-    entropy_weight: float
-    offset_weight: float
-    annealing_steps: float
+    terms: Mapping[str, WeightedTerm]
+    selection: Selection = field(default_factory=WeightedCosts)
+
+    def weights(self, step: int) -> dict[str, float]:
+        """Return the weight of each term at a step, annealing included."""
+        return {name: t.weight * t.annealing(step) for name, t in self.terms.items()}
 
     def __call__(
         self,
@@ -56,48 +63,74 @@ class Objective:
         step: int,
         batch_weights: Float[Tensor, "all_queries templates"] | None = None,
     ) -> tuple[Float[Tensor, ""], dict[str, Tensor]]:
-        r"""Return the total and its named, unweighted terms.
-
-        .. math:: \sum_{q,t} f(\gamma^{(qt)}) \lambda_c(s^{(q)}, \tilde s^{(qt)})
-                  + \kappa_e \lambda_e + \kappa_r \lambda_r
+        """Return the total and its named, unweighted terms.
 
         Sums run over queries, templates and points, as the paper writes them.
 
         Args:
             prediction: weights (q, T) and offsets (q, T, M, 3).
-            target_points: ground truth clouds, (q, N', 3).
+            target_points: ground truth point clouds, (q, N', 3).
             templates: decomposed template points.
-            step: index of the batch, for the annealing.
-            batch_weights: weights of the whole batch, (Q, T), where its queries are split over
-                devices; the prediction's own by default. Only the entropy needs them.
+            step: index of the step, for the annealing.
+            batch_weights: template weights of the whole batch, (Q, T), where its queries are split
+                over devices; the prediction's own by default.
 
         Returns:
-            The total, and the terms `weighted_chamfer` (summed over queries), `entropy` (of the
-            batch's mean weights, nats, positive), `offset_penalty` (summed over queries), and for
-            reading only `chamfer`: of each query's selected template, mean over points and queries.
+            The total, and without gradients: each term, costs of templates summed under the
+            selection's weights; `selection`, if it has a loss of its own; and `chamfer`, the
+            distance of each query's selected template, mean over points and queries.
 
-        Source: the paper's equations 7 to 12.
+        Raises:
+            ValueError: a term that gives neither (q, T) nor one number.
         """
-        weights = prediction.template_weights
-        pred_points = deform(*templates, prediction.offsets)
-        chamfer = chamfer_distance(pred_points, target_points[:, None])
-        weighted_chamfer = (weight_function(weights, self.weighting) * chamfer).sum()
-        spread = negative_entropy(weights if batch_weights is None else batch_weights)
-        penalty = offset_penalty(weights, prediction.offsets)
-        fade = exponential_annealing(step, self.annealing_steps)
-        total = (
-            weighted_chamfer
-            + fade * self.entropy_weight * spread
-            + fade * self.offset_weight * penalty
+        own = prediction.template_weights
+        inputs = StepInput(
+            prediction,
+            target_points,
+            templates,
+            step,
+            own if batch_weights is None else batch_weights,
         )
-        with torch.no_grad():
-            selected = chamfer.gather(1, weights.argmax(1, keepdim=True))
-            # Sums over equally many points each way; for unequal clouds this is the mean count.
-            count = (pred_points.shape[-2] + target_points.shape[-2]) / 2
-        terms = {
-            "weighted_chamfer": weighted_chamfer,
-            "entropy": -spread,
-            "offset_penalty": penalty,
-            "chamfer": selected.mean() / count,
+        values = {name: self._value(name, inputs) for name in self.terms}
+        weights = self.weights(step)
+        costs = {name: value for name, value in values.items() if value.ndim}
+        counted = [_scaled(costs[name], weights[name]) for name in costs if weights[name]]
+        cost = torch.stack(counted).sum(0) if len(counted) > 1 else (counted or [inputs.chamfer])[0]
+        teaching = self.selection(prediction, cost.detach())
+        total = (teaching.cost_weights * cost).sum() if counted else own.new_zeros(())
+        for name, value in values.items():
+            if name not in costs and weights[name]:
+                total = total + weights[name] * value
+        if teaching.loss is not None:
+            total = total + teaching.loss
+        shown = {
+            name: (teaching.cost_weights * value).sum() if name in costs else value
+            for name, value in values.items()
         }
-        return total, {name: term.detach() for name, term in terms.items()}
+        if teaching.loss is not None:
+            shown["selection"] = teaching.loss
+        shown["chamfer"] = _selected_chamfer(inputs)
+        return total, {name: term.detach() for name, term in shown.items()}
+
+    def _value(self, name: str, inputs: StepInput) -> Tensor:
+        value = self.terms[name].term(inputs)
+        shape = tuple(inputs.prediction.template_weights.shape)
+        if tuple(value.shape) not in ((), shape):
+            raise ValueError(
+                f"the term {name} has shape {tuple(value.shape)}: a term is one number, (), or a "
+                f"cost of every template for every query, {shape}"
+            )
+        return value
+
+
+def _scaled(cost: Tensor, weight: float) -> Tensor:
+    return cost if weight == 1 else weight * cost
+
+
+@torch.no_grad()
+def _selected_chamfer(inputs: StepInput) -> Tensor:
+    """Return the Chamfer distance of the selected templates, mean over points and queries, ()."""
+    index = inputs.prediction.template_weights.argmax(1, keepdim=True)
+    # Sums over equally many points each way; for unequal clouds this is the mean count.
+    count = (inputs.pred_points.shape[-2] + inputs.target_points.shape[-2]) / 2
+    return inputs.chamfer.gather(1, index).mean() / count

@@ -6,7 +6,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.encoders.mobilenet import BATCH_NORM_EPS
+from ffd_lightning.nn.encoders.base import BATCH_NORM_EPS
 
 
 class TemplateHeads(nn.Module):

@@ -11,11 +11,8 @@ import torch
 from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
 
-from ffd_lightning.app.config import EncoderKind
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.nn.encoders.keras_weights import load_keras_weights
-from ffd_lightning.nn.encoders.mobilenet import ImageEncoder, MobileNetV1
-from ffd_lightning.nn.encoders.timm_encoder import TimmEncoder
+from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.heads import TemplateHeads
 
 log = logging.getLogger(__name__)
@@ -114,7 +111,8 @@ class TemplateFfdNetwork(nn.Module):
         if not 0 <= min_weight <= 1:
             raise ConfigError(f"regime.min_weight must lie in [0, 1], got {min_weight}")
         self.image_size = tuple(image_size)
-        self.min_weight = min_weight
+        self.num_templates, self.num_control_points = num_templates, num_control_points
+        self.bottleneck, self.hidden, self.min_weight = bottleneck, hidden, min_weight
         self.encoder = encoder
         self.heads = TemplateHeads(
             encoder.out_channels,
@@ -126,6 +124,17 @@ class TemplateFfdNetwork(nn.Module):
             offset_std,
             batch_norm_momentum,
         )
+
+    def description(self) -> dict[str, Any]:
+        """Return the arguments that give a network of the same layers, but for the encoder."""
+        return {
+            "image_size": list(self.image_size),
+            "num_templates": self.num_templates,
+            "num_control_points": self.num_control_points,
+            "bottleneck": self.bottleneck,
+            "hidden": self.hidden,
+            "min_weight": self.min_weight,
+        }
 
     def forward(
         self, images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"]
@@ -151,47 +160,6 @@ class TemplateFfdNetwork(nn.Module):
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
         return FfdPrediction(probs, weights, offsets, logits)
-
-
-def build_encoder(
-    kind: EncoderKind,
-    name: str,
-    image_size: tuple[int, int],
-    width: float = 0.25,
-    weights: str | None = None,
-    pretrained: bool = False,
-    batch_norm_momentum: float = 0.1,
-) -> ImageEncoder:
-    """Build an encoder and load its first weights, if any.
-
-    Args:
-        kind: which encoder.
-        name: of the timm model; MobileNet ignores it.
-        image_size: (height, width) in pixels.
-        width: MobileNet's width multiplier; timm ignores it.
-        weights: a Keras weight file for MobileNet.
-        pretrained: download a timm model's own weights.
-        batch_norm_momentum: of MobileNet; timm models keep their own.
-
-    Raises:
-        ConfigError: settings that do not go together, or that the encoder cannot work with.
-    """
-    if kind is EncoderKind.timm:
-        if weights is not None:
-            raise ConfigError(
-                "encoder.weights is a Keras file for encoder=mobilenet: "
-                "with encoder=timm use encoder.pretrained=true"
-            )
-        return TimmEncoder(name, pretrained, image_size)
-    if pretrained:
-        raise ConfigError(
-            "encoder.pretrained is for encoder=timm: "
-            "for encoder=mobilenet set encoder.weights to a Keras .h5 file"
-        )
-    encoder = MobileNetV1(width, batch_norm_momentum)
-    if weights is not None:
-        load_keras_weights(encoder, weights)
-    return encoder
 
 
 def compile_encoder(network: TemplateFfdNetwork) -> None:

@@ -23,10 +23,8 @@ from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.figures import reconstruction_figure
-from ffd_lightning.evaluation.template_scores import TemplateScores
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.losses.annealing import exponential_annealing
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.tensorboard import (
@@ -102,7 +100,7 @@ class StepProgressBar(TQDMProgressBar):
 class StepCurves(Callback):
     """Writes curves that are no terms of the loss, and lays out the page CUSTOM SCALARS.
 
-    Tags: `train/learning_rate`; `train/annealing`, the factor of entropy and offset penalty;
+    Tags: `train/learning_rate`; `train/weight/<term>`, the weight of each term that is minimised;
     `speed/steps_per_second` and `speed/queries_per_second` (of all devices), means since the last
     point, validation left out. A GPU's host does not wait for them: their clock is read where the
     logger waits anyway.
@@ -138,9 +136,10 @@ class StepCurves(Callback):
         now, step = time.perf_counter(), trainer.global_step
         due = step % self.every == 0
         if due:
-            fade = exponential_annealing(step - 1, pl_module.objective.annealing_steps)
             writer.add_scalar("train/learning_rate", self._rate, step)
-            writer.add_scalar("train/annealing", fade, step)
+            for name, weight in pl_module.objective.weights(step - 1).items():
+                if weight:
+                    writer.add_scalar(f"train/weight/{name}", weight, step)
         if self._since is None:
             self._since = now  # the first step compiles and reads: no speed counts it
             return
@@ -167,7 +166,7 @@ class TemplateHistograms(Callback):
 
     Histograms over templates: `templates/selected` (times each was selected),
     `templates/selected_sorted` (the same, most used first) and `templates/mean_weight`. A
-    histogram over the test images: `templates/max_weight`, the weight of the selected template.
+    histogram over the validation images: `templates/max_weight`, of the selected templates.
     An image: `templates/selection`, see `selection_bars`.
     """
 
@@ -176,7 +175,9 @@ class TemplateHistograms(Callback):
         writer = tensorboard_writer(trainer)
         if writer is None or trainer.sanity_checking or not isinstance(pl_module, FfdModule):
             return
-        scores = TemplateScores.concatenate(pl_module.validation_scores)
+        scores = pl_module.scores
+        if scores is None:  # no validation shapes
+            return
         step = trainer.global_step
         write_bars(writer, "templates/selected", scores.counts, step)
         write_bars(writer, "templates/selected_sorted", np.sort(scores.counts)[::-1], step)
@@ -188,7 +189,7 @@ class TemplateHistograms(Callback):
 
 
 class ExampleImages(Callback):
-    """Writes a few of the test images into TensorBoard as training starts."""
+    """Writes a few of the validation images into TensorBoard as training starts."""
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -204,7 +205,7 @@ class ExampleImages(Callback):
 
 
 class Reconstructions(Callback):
-    """Shows a few test models as they are reconstructed, a few times while training.
+    """Shows a few validation shapes as they are reconstructed, a few times while training.
 
     At validations, the last one included. Tags: `examples/reconstructions`, the picture that
     `reconstruction_figure` draws (the last one is drawn when the run is evaluated), and on the
@@ -270,8 +271,8 @@ def tensorboard_callbacks(
 
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:
-    """Return rows of `count` test models, spread evenly; of all where there are fewer."""
-    rows = data.rows(data.split.test)
+    """Return rows of `count` validation shapes, spread evenly; of all where there are fewer."""
+    rows = data.rows(data.split.chosen_on)
     count = min(count, len(rows))
     return rows[np.linspace(0, len(rows) - 1, count).astype(int)].tolist()
 

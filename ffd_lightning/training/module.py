@@ -2,35 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import Any
 
 import torch
 from lightning import LightningModule
 from lightning.pytorch.utilities.types import OptimizerConfig, OptimizerLRSchedulerConfig
 from torch import Tensor
+from torch.optim import Optimizer
+from torch.optim.lr_scheduler import LRScheduler
 
-from ffd_lightning.app.config import LearningRateDecay
+from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.data.batches import Batch
-from ffd_lightning.evaluation.template_scores import TemplateScores, score_templates
+from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.evaluation.template_scores import TemplateScores, TemplateScoring
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
 
+MakeOptimizer = Callable[[Iterable[Tensor]], Optimizer]
+MakeScheduler = Callable[[Optimizer, int], LRScheduler]
+
+paper_optimizer: MakeOptimizer = partial(torch.optim.Adam, lr=1e-3, fused=True)
+"""The paper's: Adam with a learning rate of 1e-3, betas 0.9 and 0.999, epsilon 1e-8."""
+
+_SHOWN = ("chamfer", "undeformed_chamfer", "entropy", "effective_templates")
+
 
 class FfdModule(LightningModule):
-    """Trains a network under an objective.
+    """Trains a network under an objective, with any `Trainer`.
 
-    Logs `train/<term>` for each of the objective's terms, and on the test models `val/chamfer`
-    (deformed, selected template), `val/undeformed_chamfer` and `val/entropy` (of the selection).
+    Logs `train/<term>` for each of the objective's terms, and `val/...` and `test/...`: `chamfer`
+    (deformed, selected template), `undeformed_chamfer`, `entropy` and `effective_templates` (of the
+    selection). Every checkpoint holds what `Predictor.load` needs, if the data came from an
+    `FfdDataModule`.
 
     Args:
         network: images to weights and offsets.
         objective: the training regime.
-        learning_rate: of Adam (betas 0.9 and 0.999, epsilon 1e-8, as in the paper).
-        learning_rate_decay: none (the paper), or cosine to zero over `steps`.
-        steps: optimizer steps in all.
-        seed: what layers with randomness draw at step k follows from (seed, k).
-        kept: entries of every checkpoint, so that it is of use without the run.
+        optimizer: makes an optimizer of parameters.
+        scheduler: makes a schedule of the learning rate, stepped every optimizer step, of an
+            optimizer and the number of steps in all; None keeps the rate.
+        seed: what layers with randomness draw at a step follows from it.
+        record: what checkpoints say about the training, for people: plain values by name.
+
+    Attributes:
+        scores: of the last validation or test; None before there is one.
     """
 
     def __init__(
@@ -38,25 +57,46 @@ class FfdModule(LightningModule):
         network: TemplateFfdNetwork,
         objective: Objective,
         *,
-        learning_rate: float = 1e-3,
-        learning_rate_decay: LearningRateDecay = LearningRateDecay.none,
-        steps: int = 100_000,
+        optimizer: MakeOptimizer = paper_optimizer,
+        scheduler: MakeScheduler | None = None,
         seed: int = 0,
-        kept: Mapping[str, Any] | None = None,
+        record: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__()
         self.network, self.objective = network, objective
-        self.learning_rate, self.learning_rate_decay = learning_rate, learning_rate_decay
-        self.steps, self.seed, self.kept = steps, seed, dict(kept or {})
-        self.validation_scores: list[TemplateScores] = []
+        self.make_optimizer, self.make_scheduler = optimizer, scheduler
+        self.seed, self.record = seed, dict(record or {})
+        self.scores: TemplateScores | None = None
+        self.scoring = TemplateScoring()
 
     def forward(self, images: Tensor) -> FfdPrediction:
         """Return the network's prediction for images, (q, 3, H, W)."""
         return self.network(images)
 
+    def setup(self, stage: str) -> None:
+        """Make sure that data and network go together.
+
+        Raises:
+            ConfigError: they are of different numbers of templates, control points or image sizes.
+        """
+        data = self._data
+        if data is None:
+            return
+        expected = {
+            "num_templates": len(data.bank),
+            "num_control_points": data.bank.control_points.shape[1],
+            "image_size": list(data.prepared.image_shape[1:3]),
+        }
+        own = self.network.description()
+        for name, value in expected.items():
+            if own[name] != value:
+                raise ConfigError(f"the network's {name} is {own[name]}, that of the data {value}")
+
     def on_train_batch_start(self, batch: Batch, batch_idx: int) -> None:
-        """Make random layers (dropout in some timm encoders) depend on the step alone."""
-        torch.manual_seed(self.seed * 1_000_003 + self.global_step)
+        """Make random layers (dropout in some timm encoders) depend on the batch alone."""
+        every = int(self.trainer.accumulate_grad_batches)
+        number = self.global_step * every + batch_idx % every
+        torch.manual_seed(self.seed * 1_000_003 + number)
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Return the objective's total."""
@@ -82,28 +122,53 @@ class FfdModule(LightningModule):
         return gathered.flatten(0, 1)
 
     def validation_step(self, batch: Batch, batch_idx: int) -> None:
-        """Score the templates of each query."""
-        self.validation_scores.append(score_templates(self.network(batch.images), batch))
+        """Score the templates on each query."""
+        self.scoring.update(self.network(batch.images), batch)
 
-    def on_validation_epoch_start(self) -> None:
-        """Forget the scores of the last validation."""
-        self.validation_scores.clear()
+    def test_step(self, batch: Batch, batch_idx: int) -> None:
+        """Score the templates on each query."""
+        self.scoring.update(self.network(batch.images), batch)
+
+    def predict_step(self, batch: Batch, batch_idx: int) -> FfdPrediction:
+        """Return the prediction for a batch's images."""
+        return self.network(batch.images)
 
     def on_validation_epoch_end(self) -> None:
-        """Log means over all test models; callbacks read `validation_scores` after this."""
-        scores = TemplateScores.concatenate(self.validation_scores)
-        summary = scores.summary()
-        names = ("chamfer", "undeformed_chamfer", "entropy", "effective_templates")
-        self.log_dict({f"val/{n}": summary[n] for n in names}, sync_dist=True)
+        """Log means over all validation shapes."""
+        self._log_scores("val")
+
+    def on_test_epoch_end(self) -> None:
+        """Log means over all test shapes."""
+        self._log_scores("test")
+
+    def _log_scores(self, subset: str) -> None:
+        self.scores = TemplateScores.of(self.scoring.compute())
+        self.scoring.reset()
+        summary = self.scores.summary()
+        self.log_dict({f"{subset}/{n}": summary[n] for n in _SHOWN}, sync_dist=True)
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Add what is kept with the weights."""
-        checkpoint.update(self.kept)
+        """Add what makes the checkpoint of use without the data."""
+        data = self._data
+        if data is None:
+            warnings.warn(
+                "the data came from no FfdDataModule: the checkpoint has no templates, and "
+                "Predictor cannot open it",
+                stacklevel=2,
+            )
+            return
+        checkpoint.update(model_entry(self.network, data, self.record))
+
+    @property
+    def _data(self) -> FfdDataModule | None:
+        data = getattr(self.trainer, "datamodule", None)
+        return data if isinstance(data, FfdDataModule) else None
 
     def configure_optimizers(self) -> OptimizerConfig | OptimizerLRSchedulerConfig:
-        """Adam, with the chosen decay stepped every batch."""
-        optimizer = torch.optim.Adam(self.parameters(), lr=self.learning_rate, fused=True)
-        if self.learning_rate_decay is LearningRateDecay.none:
+        """Make the optimizer, and the schedule of its learning rate over all steps."""
+        optimizer = self.make_optimizer(self.parameters())
+        if self.make_scheduler is None:
             return {"optimizer": optimizer}
-        decay = torch.optim.lr_scheduler.CosineAnnealingLR(optimizer, T_max=self.steps)
-        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": decay, "interval": "step"}}
+        steps = int(self.trainer.estimated_stepping_batches)
+        schedule = self.make_scheduler(optimizer, steps)
+        return {"optimizer": optimizer, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}

@@ -49,12 +49,15 @@ CUSTOM_SCALARS = {
     "training": {
         "loss and its unweighted terms": [
             "Multiline",
-            [f"train/{t}$" for t in ("loss", "weighted_chamfer", "entropy", "offset_penalty")],
+            [
+                f"train/{t}$"
+                for t in ("loss", "weighted_chamfer", "negative_entropy", "offset_penalty")
+            ],
         ],
         "learning rate": ["Multiline", ["train/learning_rate$"]],
-        "annealing of entropy and offset penalty": ["Multiline", ["train/annealing$"]],
+        "weights of the terms": ["Multiline", ["train/weight/.*"]],
     },
-    "test models": {
+    "validation shapes": {
         "Chamfer distance, deformed and undeformed": [
             "Multiline",
             ["val/chamfer$", "val/undeformed_chamfer$"],

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from ffd_lightning.app.train import train
 from PIL import Image
 from scipy.spatial import cKDTree
 
@@ -31,7 +32,6 @@ from ffd_lightning.analysis.figures.sheets import (
     voxel_agreement,
 )
 from ffd_lightning.app.config import ProtocolKind
-from ffd_lightning.app.train import train
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import optuna
 import pytest
+from ffd_lightning.app.cli import compose_config, register
 from omegaconf import OmegaConf
 
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.cli import compose_config, register
 from ffd_lightning.app.config import TrainConfig, typed_config
 from ffd_lightning.app.studies import run as studies
 from ffd_lightning.app.studies.search import run_search

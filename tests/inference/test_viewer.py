@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 import torch
 import trimesh
+from ffd_lightning.app.cli import explain
 from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.app.cli import explain
 from ffd_lightning.app.config import MeshColors
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import ConfigError

@@ -3,12 +3,12 @@ import math
 import numpy as np
 import pytest
 import torch
+from ffd_lightning.losses.regularizers import negative_entropy, offset_penalty
+from ffd_lightning.losses.weighting import weight_function
 
 from ffd_lightning.app.config import Weighting
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.losses.annealing import exponential_annealing
-from ffd_lightning.losses.regularizers import negative_entropy, offset_penalty
-from ffd_lightning.losses.weighting import weight_function
 
 
 def naive_chamfer(a, b):

@@ -5,17 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import optuna
-from optuna.trial import TrialState
 
+from ffd_lightning import registry
 from ffd_lightning.analysis.runs import find_runs
-from ffd_lightning.app.config import ProtocolKind
 from ffd_lightning.app.studies.study import Search, merge_overrides, value_of
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.files import write_atomic, write_csv
+
+if TYPE_CHECKING:
+    import optuna
 
 _INTERRUPTED = 130
 
@@ -27,7 +29,7 @@ def run_search(
     overrides: Sequence[str],
     train: Callable[[Sequence[str]], int],
 ) -> int:
-    """Look for the settings with the best score; go on where an earlier attempt stopped.
+    """Look for the settings with the best score on the validation shapes; resumes.
 
     Writes `search.db` (Optuna's own, for its dashboard), `trials.csv` and `best.json`. Trial k's
     runs are in `trial-k`.
@@ -45,8 +47,10 @@ def run_search(
     Raises:
         ConfigError: the protocol does not have the measure.
     """
-    protocol = value_of("evaluation.protocol", overrides, "paper")
-    measures = {m.name: m for m in PROTOCOLS[ProtocolKind(protocol)].measures}
+    optuna = _optuna()
+    protocol = value_of("protocol", overrides, "paper")
+    entry = registry.get("protocol", protocol)
+    measures = {m.name: m for m in entry.build(entry.settings()).measures}
     if search.measure not in measures:
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
     optuna.logging.set_verbosity(optuna.logging.WARNING)
@@ -62,7 +66,7 @@ def run_search(
         settings = [f"{key}={value:.4g}" for key, value in chosen.items()]
         subdir = f'hydra.sweep.subdir="{place}/${{category.name}}/seed${{seed}}"'
         print(f"\ntrial {number + 1} of {trials}: {' '.join(settings)}", flush=True)
-        failed = train(merge_overrides(*overrides, *settings, subdir))
+        failed = train(merge_overrides(*overrides, "evaluation.subset=val", *settings, subdir))
         if failed == _INTERRUPTED:
             raise KeyboardInterrupt
         runs = [run for run in find_runs(folder / place) if run.finished]
@@ -75,10 +79,21 @@ def run_search(
     return code
 
 
+def _optuna() -> ModuleType:
+    try:
+        import optuna
+    except ImportError:
+        raise ConfigError("a search needs optuna: pip install 'ffd_lightning[search]'") from None
+    return optuna
+
+
 def _trials(
     study: optuna.Study, search: Search, count: int
 ) -> Iterator[tuple[int, dict[str, float]]]:
     """Yield number and settings of the trials without a score, those begun earlier first."""
+    from optuna.samplers import TPESampler
+    from optuna.trial import TrialState
+
     for trial in study.get_trials(states=[TrialState.RUNNING]):
         if trial.params.keys() == search.parameters.keys():
             yield trial.number, trial.params
@@ -87,7 +102,7 @@ def _trials(
     while len(study.get_trials(states=[TrialState.RUNNING, TrialState.COMPLETE])) < count:
         # A sampler per trial: what it suggests then depends on the scores so far, not on whether
         # the search was cut off.
-        study.sampler = optuna.samplers.TPESampler(seed=len(study.get_trials()))
+        study.sampler = TPESampler(seed=len(study.get_trials()))
         new = study.ask()
         chosen = {
             key: new.suggest_float(key, r.low, r.high, log=r.log)
@@ -98,8 +113,11 @@ def _trials(
 
 def _write(study: optuna.Study, folder: Path) -> None:
     """Write `trials.csv`, the best first, and `best.json`."""
+    from optuna.study import StudyDirection
+    from optuna.trial import TrialState
+
     done = study.get_trials(states=[TrialState.COMPLETE])
-    sign = -1 if study.direction is optuna.study.StudyDirection.MAXIMIZE else 1
+    sign = -1 if study.direction is StudyDirection.MAXIMIZE else 1
     ranked = sorted(done, key=lambda trial: sign * float(trial.value or 0))
     rows = [{"trial": t.number, "score": t.value, **t.params} for t in ranked]
     write_csv(folder / "trials.csv", rows)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,12 +20,10 @@ class Stage:
     Attributes:
         overrides: of `train.py -m`, one value or several separated by commas each.
         quick: further ones, or others, for the quick version.
-        subdir: another one than the study's.
     """
 
     overrides: list[str] = field(default_factory=list)
     quick: list[str] = field(default_factory=list)
-    subdir: str | None = None
 
 
 @dataclass
@@ -62,7 +61,6 @@ class Study:
         overrides: of all stages.
         quick: further ones, or others, for the quick version.
         stages: sweeps, one after the other; a later one may read what an earlier one wrote.
-        subdir: a run's folder within the study's: it must tell all its runs apart.
         search: instead of stages.
     """
 
@@ -70,7 +68,6 @@ class Study:
     overrides: list[str] = field(default_factory=list)
     quick: list[str] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
-    subdir: str = "${category.name}/${regime.name}/${templates.name}/seed${seed}"
     search: Search | None = None
 
 
@@ -103,7 +100,10 @@ def load_study(file: Path) -> Study:
 
 
 def commands(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> list[list[str]]:
-    """Return what each stage gives to `train.py -m`.
+    """Return what each stage gives to `train -m`.
+
+    What the study itself sets is told as `base`: names of folders leave it out, so that runs of a
+    study are where its stages look for them, and only what a user adds is seen in the name.
 
     Args:
         study: the study.
@@ -113,12 +113,27 @@ def commands(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> 
     """
     result = []
     for stage in study.stages or [Stage()]:
-        layers = [[f"name={name}"], study.overrides, stage.overrides]
+        layers = [study.overrides, stage.overrides]
         if quick:
             layers += [study.quick, stage.quick]
-        place = f'hydra.sweep.subdir="{stage.subdir or study.subdir}"'
-        result.append(merge_overrides(place, *(x for layer in layers for x in layer), *overrides))
+        own = merge_overrides(*(x for layer in layers for x in layer))
+        base = ",".join(f'"{_escaped(x)}"' for x in own if not _is_swept(x))
+        result.append(merge_overrides(f"name={name}", *own, *overrides) + [f"base=[{base}]"])
     return result
+
+
+def _is_swept(override: str) -> bool:
+    """Tell whether an override has several values: commas outside of brackets and quotes.
+
+    >>> _is_swept("regime=b,e"), _is_swept("seed=range(5)"), _is_swept("category.members=[a,b]")
+    (True, True, False)
+    """
+    value = re.sub(r"\[[^]]*\]|\{[^}]*\}|\"[^\"]*\"|'[^']*'", "", override.partition("=")[2])
+    return "," in value or re.match(r"(range|choice|glob|interval)\(", value) is not None
+
+
+def _escaped(override: str) -> str:
+    return override.replace("\\", "\\\\").replace('"', '\\"')
 
 
 def merge_overrides(*overrides: str) -> list[str]:

@@ -13,7 +13,7 @@ from typing import Any
 from ffd_lightning.data.reading.frame import Up, into_frame, mean_azimuth, turn
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.data.splits import hash_parts
+from ffd_lightning.data.splits import HashSplit, SplitInput
 from ffd_lightning.errors import DataError, RejectedModelError
 from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
 
@@ -172,8 +172,9 @@ class Pix3dSource:
         So no photographs of a shape are on both sides. Pix3D itself has no split.
         """
         photos = self._category(category)
-        parts = hash_parts({photo.shape for photo in photos.values()}, _TRAIN_FRACTION)
-        return {model_id: parts[photo.shape] for model_id, photo in photos.items()}
+        shapes = tuple({photo.shape for photo in photos.values()})
+        subsets = HashSplit(_TRAIN_FRACTION)(SplitInput(category, shapes, (), {}))
+        return {model_id: subsets[photo.shape] for model_id, photo in photos.items()}
 
     def facing(self, category: str) -> float | None:
         """Return the mean azimuth of the cameras, see `frame.mean_azimuth`; None if unknown.

@@ -1,13 +1,10 @@
-"""Choosing templates, and holding them ready for deformation."""
+"""Templates, held ready for deformation."""
 
 from __future__ import annotations
 
-import csv
-import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,8 +13,6 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.app.config import SourceKind, TemplateStrategy
-from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.packing import (
     UNKNOWN_PART,
     pack_mesh,
@@ -26,148 +21,10 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.lattice import Degrees, Lattice
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.geometry.subdivision import subdivide
-
-log = logging.getLogger(__name__)
-
-_CANDIDATES = 1000
-_SPREAD = 16
-_CANDIDATE_POINTS = 256
-
-
-def choose_templates(
-    prepared: PreparedSet,
-    count: int,
-    strategy: TemplateStrategy,
-    file: str | Path | None = None,
-    seed: int = 0,
-) -> tuple[str, ...]:
-    """Choose template ids from a prepared set.
-
-    Args:
-        prepared: the models to choose from.
-        count: how many, T.
-        strategy: `paper` takes the first T of the paper's 30 for the set's category, and as
-            `diverse` would what the set does not hold of them; `auto` is `paper` for ShapeNet's
-            models where the paper has templates, else `diverse`. `diverse` starts at the most
-            central model and goes on to whichever is farthest in Chamfer distance from all chosen;
-            `random` draws with `seed`; `listed` takes the first T ids of a file (one a line);
-            `ranking` takes the first T of the `id` column of a run's `template_ranking.csv`.
-        file: for `listed` and `ranking`.
-        seed: for `random`.
-
-    Raises:
-        ConfigError: a file that is missing or too short, ids that the set does not hold, or
-            `paper` for a category that the paper does not have.
-        DataError: fewer models than templates.
-    """
-    if count > len(prepared):
-        raise DataError(
-            f"{count} templates asked for, but {prepared.path} holds only {len(prepared)} models: "
-            "choose fewer (templates=t1 ... t30) or prepare more models"
-        )
-    if strategy is TemplateStrategy.random:
-        order = np.random.default_rng(seed).permutation(len(prepared))[:count]
-        return tuple(prepared.ids[i] for i in order)
-    settings = prepared.manifest["settings"]
-    known = paper_templates(settings["category"])
-    if strategy is TemplateStrategy.auto:
-        of_shapenet = settings["source"].get("source") == SourceKind.shapenet.value
-        strategy = TemplateStrategy.paper if known and of_shapenet else TemplateStrategy.diverse
-    if strategy is TemplateStrategy.paper:
-        return _paper_templates(prepared, count, known)
-    if strategy is TemplateStrategy.diverse:
-        return _farthest_points(prepared, count)
-    return _read_ids(prepared, count, strategy, file)
-
-
-def _read_ids(
-    prepared: PreparedSet, count: int, strategy: TemplateStrategy, file: str | Path | None
-) -> tuple[str, ...]:
-    try:
-        # -sig: some editors put a byte order mark first.
-        text = Path(str(file)).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError(f"templates.file={file} cannot be read: {error}") from None
-    if strategy is TemplateStrategy.ranking:
-        rows = list(csv.DictReader(text.splitlines()))
-        if not rows or "id" not in rows[0]:
-            raise ConfigError(
-                f"templates.file={file} has no column `id`: give a run's template_ranking.csv"
-            )
-        column = [(row["id"] or "").strip() for row in rows]  # None where a row is short
-    else:
-        column = [line.split("#")[0].strip() for line in text.splitlines()]
-    ids = list(dict.fromkeys(i for i in column if i))
-    if len(ids) < count:
-        raise ConfigError(f"templates.file={file} lists {len(ids)} ids, {count} are needed")
-    unknown = sorted(set(ids[:count]) - set(prepared.ids))
-    if unknown:
-        raise ConfigError(
-            f"templates.file={file} names {len(unknown)} models that are not in {prepared.path}, "
-            f"the first {unknown[0]!r}"
-        )
-    return tuple(ids[:count])
-
-
-def _paper_templates(prepared: PreparedSet, count: int, known: tuple[str, ...]) -> tuple[str, ...]:
-    """Take the first `count` of the paper's ids, or replacements for those that are not there."""
-    if not known:
-        raise ConfigError(
-            "templates.strategy=paper: the paper has no templates for "
-            f"{prepared.manifest['settings']['category']}; use diverse"
-        )
-    wanted, held = known[:count], set(prepared.ids)
-    absent = [i for i in wanted if i not in held]
-    if absent:
-        log.warning(
-            "%s lacks %d of the paper's %d templates, replaced by the models farthest from the "
-            "others: %s",
-            prepared.path,
-            len(absent),
-            len(wanted),
-            ", ".join(absent),
-        )
-    return _farthest_points(prepared, count, [i for i in wanted if i in held])
-
-
-def _farthest_points(
-    prepared: PreparedSet, count: int, first: Sequence[str] = ()
-) -> tuple[str, ...]:
-    """Farthest-point choice under Chamfer distance, among `_CANDIDATES` models of a larger set.
-
-    It begins with the models `first`, or with the most central one.
-    """
-    if len(first) >= count:
-        return tuple(first[:count])
-    size = min(len(prepared), max(_CANDIDATES, count))
-    given = [prepared.index(i) for i in first]
-    candidates = np.union1d(np.linspace(0, len(prepared) - 1, size).astype(int), given).astype(int)
-    points = torch.from_numpy(
-        np.stack([prepared.cloud(int(i), _CANDIDATE_POINTS) for i in candidates])
-    )
-    chosen = np.searchsorted(candidates, given).tolist()
-    if not chosen:
-        # The most central model: the least total distance to a spread of others.
-        spread = points[np.linspace(0, len(points) - 1, min(len(points), _SPREAD)).astype(int)]
-        chosen = [int(torch.stack([_distances(p, points) for p in spread]).sum(0).argmin())]
-    distance = torch.stack([_distances(points[c], points) for c in chosen]).amin(0)
-    while len(chosen) < count:
-        distance[chosen] = -1
-        chosen.append(int(distance.argmax()))
-        distance = torch.minimum(distance, _distances(points[chosen[-1]], points))
-    return tuple(prepared.ids[candidates[i]] for i in chosen)
-
-
-def _distances(cloud: Tensor, clouds: Tensor) -> Tensor:
-    """Mean squared Chamfer distance of one cloud (N, 3) to many (k, N, 3)."""
-    nearest = nearest_neighbors(cloud, clouds)
-    return nearest.a_to_b.mean(-1) + nearest.b_to_a.mean(-1)
 
 
 class TemplateBank:

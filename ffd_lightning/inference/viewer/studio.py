@@ -83,15 +83,15 @@ class Studio:
     def __init__(
         self, predictor: Predictor, models: TestModels | None = None, note: str = ""
     ) -> None:
-        config = predictor.model.config
+        model = predictor.model
         self.title = (
-            f"{config.category.name}, regime {config.regime.name}, "
+            f"{', '.join(model.categories)}, regime {model.record.get('regime', 'unknown')}, "
             f"{len(predictor.model.bank)} templates, {predictor.model.step:,} steps"
         )
         self.note = note
         self.model_ids = () if models is None else models.ids
         self.views = 1 if models is None else models.prepared.image_shape[0]
-        render = config.data.render
+        render = model.render
         self.elevation, self.azimuth = float(render.elevation), float(render.azimuths[0])
         self._predictor, self._models = predictor, models
         self._display = display_bank(predictor.model.bank)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import h5py
 import numpy as np
 import torch
 from numpy.typing import NDArray
@@ -13,6 +13,9 @@ from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.encoders.mobilenet import STEM_CHANNELS, MobileNetV1
+
+if TYPE_CHECKING:
+    import h5py
 
 # (layer, weight) in Keras' names.
 _Key = tuple[str, str]
@@ -36,12 +39,18 @@ def load_keras_weights(encoder: MobileNetV1, path: str | Path) -> None:
         path: the HDF5 file.
 
     Raises:
-        ConfigError: no such file, not HDF5, layers missing or of another shape.
+        ConfigError: no such file, not HDF5, layers missing or of another shape; no h5py.
     """
     path = Path(path)
     if not path.is_file():
         raise ConfigError(f"encoder.weights: there is no file {path}")
     targets = dict(_keras_views(encoder))
+    try:
+        import h5py
+    except ImportError:
+        raise ConfigError(
+            "encoder.weights: Keras' files need h5py: pip install 'ffd_lightning[keras]'"
+        ) from None
     try:
         with h5py.File(path) as file:
             weights = _read_weights(file, encoder)
@@ -76,7 +85,7 @@ def _read_weights(file: h5py.File, encoder: MobileNetV1) -> dict[_Key, NDArray[n
 
     def visit(path: str, node: h5py.Group | h5py.Dataset) -> None:
         *groups, leaf = path.split("/")
-        if not isinstance(node, h5py.Dataset) or not groups:
+        if not hasattr(node, "dtype") or not groups:  # a group
             return
         if groups[-1] == "vars":  # Keras 3: layers/<class>_<count>/vars/<number>
             layer = node.parent.attrs.get("name", positions.get("/".join(groups[-3:-1])))

@@ -1,4 +1,4 @@
-"""Image encoders: what every encoder offers, and MobileNet v1 as Keras defines it."""
+"""MobileNet v1 as Keras defines it."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.nn.encoders.base import BATCH_NORM_EPS, ImageEncoder
 
 # (output channels at width 1, stride) of the depthwise separable blocks 1 to 13.
 _BLOCKS = (
@@ -21,25 +22,6 @@ _BLOCKS = (
     (1024, 1),
 )
 STEM_CHANNELS = 32
-BATCH_NORM_EPS = 1e-3  # TensorFlow's
-
-
-class ImageEncoder(nn.Module):
-    """Turns standardised images into one feature map.
-
-    Attributes:
-        out_channels: channels of the feature map.
-    """
-
-    out_channels: int
-
-    def output_size(self, image_size: tuple[int, int]) -> tuple[int, int]:
-        """Return (h, w) of the feature map for images of (height, width) pixels.
-
-        Raises:
-            ConfigError: the encoder cannot take images of this size.
-        """
-        raise NotImplementedError
 
 
 class SamePadConv2d(nn.Conv2d):

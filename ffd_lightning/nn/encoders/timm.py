@@ -10,7 +10,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.encoders.mobilenet import ImageEncoder
+from ffd_lightning.nn.encoders.base import ImageEncoder
 
 
 class TimmEncoder(ImageEncoder):
@@ -45,7 +45,7 @@ class TimmEncoder(ImageEncoder):
             self.grid_size = self._token_grid(example.shape[1])
         elif example.dim() != 4:
             raise ConfigError(
-                f"encoder.name={name!r} gives an output of shape {tuple(example.shape)}, "
+                f"encoder.model={name!r} gives an output of shape {tuple(example.shape)}, "
                 "no feature map: choose another timm model"
             )
         features = self._to_map(example)
@@ -61,7 +61,7 @@ class TimmEncoder(ImageEncoder):
         except (RuntimeError, AssertionError, ValueError, IndexError) as error:
             height, width = self.in_size
             raise ConfigError(
-                f"encoder.name={self.name!r} cannot take images of {height}x{width}: {error}"
+                f"encoder.model={self.name!r} cannot take images of {height}x{width}: {error}"
             ) from error
         finally:
             self.model.train()
@@ -71,7 +71,7 @@ class TimmEncoder(ImageEncoder):
         grid = getattr(getattr(self.model, "patch_embed", None), "grid_size", None)
         if grid is None or grid[0] * grid[1] + self.num_prefix_tokens != num_tokens:
             raise ConfigError(
-                f"encoder.name={self.name!r} gives {num_tokens} tokens that are no grid of "
+                f"encoder.model={self.name!r} gives {num_tokens} tokens that are no grid of "
                 "patches: choose a timm model with a feature map"
             )
         return grid[0], grid[1]
@@ -106,7 +106,7 @@ def _create_model(name: str, pretrained: bool, in_size: tuple[int, int]) -> nn.M
     if ":" not in name and not timm.is_model(name):
         close = difflib.get_close_matches(name, timm.list_models(), n=5)
         hint = f"did you mean {', '.join(close)}?" if close else "see timm.list_models()"
-        raise ConfigError(f"encoder.name={name!r} is no timm model: {hint}")
+        raise ConfigError(f"encoder.model={name!r} is no timm model: {hint}")
     options: dict[str, Any] = {"pretrained": pretrained, "num_classes": 0, "global_pool": ""}
     try:
         try:
@@ -114,4 +114,4 @@ def _create_model(name: str, pretrained: bool, in_size: tuple[int, int]) -> nn.M
         except TypeError:  # models without a fixed image size do not know the argument
             return timm.create_model(name, **options)
     except Exception as error:  # downloads fail in as many ways as there are network libraries
-        raise ConfigError(f"encoder.name={name!r}: timm cannot build it: {error}") from error
+        raise ConfigError(f"encoder.model={name!r}: timm cannot build it: {error}") from error

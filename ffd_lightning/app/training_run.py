@@ -1,49 +1,40 @@
-"""One run from configuration to evaluated model, resumable at any moment."""
+"""One run from configuration to evaluated network, resumable at any moment."""
 
 from __future__ import annotations
 
 import logging
-import pickle
-import subprocess
-import sys
 import warnings
-import zipfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import torch
-from hydra.conf import HydraConf
-from hydra.core.hydra_config import HydraConfig
-from hydra.types import RunMode
 from lightning import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
-from omegaconf import DictConfig
-from omegaconf.errors import OmegaConfBaseException
 from PIL import Image
 
+from ffd_lightning import registry
+from ffd_lightning.app import identity
+from ffd_lightning.app.build import build_data, build_module, build_network, build_protocol
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.cli import explain
-from ffd_lightning.app.config import TrainConfig, typed_config
-from ffd_lightning.app.identity import check_folder
-from ffd_lightning.app.open_run import build_data
-from ffd_lightning.app.sharing import (
-    give_memory_back,
-    gpu_slot,
-    jobs_at_once,
-    share_of_cores,
-    visible_gpus,
-)
-from ffd_lightning.checkpoint import build_network, model_entry
+from ffd_lightning.app.config import Subset, TrainConfig
+from ffd_lightning.app.schema import part_names
+from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.errors import DataError, UserError
-from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate, measurable
+from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.evaluation.evaluator import (
+    EvaluatedNetwork,
+    EvaluationOptions,
+    Shapes,
+    evaluate,
+    protocol_key,
+    rank_templates,
+    with_labels,
+)
 from ffd_lightning.evaluation.figures import reconstruction_figure
-from ffd_lightning.evaluation.protocols import PROTOCOLS
-from ffd_lightning.files import write_atomic
-from ffd_lightning.imaging.appearance import TrainingLooks
-from ffd_lightning.losses.objective import Objective
+from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.files import write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import (
@@ -52,67 +43,14 @@ from ffd_lightning.training.callbacks import (
     example_rows,
     tensorboard_callbacks,
 )
-from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.progress import ProgressNote
 from ffd_lightning.training.tensorboard import StepLogger
 
 log = logging.getLogger(__name__)
 
 
-def train_job(cfg: DictConfig) -> dict[str, float] | None:
-    """Run what Hydra composed: train, evaluate, and write the run folder Hydra named.
-
-    In a multirun a failed job is recorded in its `status.json` and does not stop the others.
-    """
-    hydra = HydraConfig.get()
-    run = RunFolder(Path(hydra.runtime.output_dir))
-    if hydra.mode is not RunMode.MULTIRUN:
-        try:
-            return train(typed_config(cfg, TrainConfig), run)
-        except (UserError, OmegaConfBaseException) as error:
-            # Not as an exception: Hydra would put a line of its own above it.
-            sys.exit(f"error: {explain(error)}")
-    try:
-        return _train_in_sweep(typed_config(cfg, TrainConfig), run, hydra)
-    except (UserError, OmegaConfBaseException) as error:
-        log.error("%s failed: %s", run.path, explain(error))
-    except Exception:
-        log.exception("%s failed", run.path)
-    finally:
-        give_memory_back()
-    return None
-
-
-def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
-    """Train one job of a sweep on its share of the machine."""
-    if cfg.trainer.strategy.startswith("ddp") and not run.finished:
-        return _train_in_own_process(run, hydra)
-    alone = cfg.trainer.strategy == "auto" and cfg.trainer.devices in ("auto", "1")
-    gpus = visible_gpus() if alone and cfg.trainer.accelerator in ("auto", "gpu", "cuda") else []
-    with share_of_cores(jobs_at_once(hydra.launcher)):
-        if run.finished or not gpus:
-            return train(cfg, run)
-        with gpu_slot(gpus, cfg.trainer.jobs_per_gpu) as gpu:
-            cfg.trainer.devices = f"{gpu},"  # a list of one, as Lightning writes it
-            return train(cfg, run)
-
-
-def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
-    """Train a job as a run of its own, which Lightning can start again for each further device.
-
-    It starts the command that it finds itself in: here that would be the whole sweep.
-    """
-    script = Path(__file__).parents[2] / "train.py"
-    place = f"hydra.run.dir='{run.path}'"
-    command = [sys.executable, str(script), *hydra.overrides.task, place]
-    if subprocess.run(command, check=False).returncode == 0:
-        return dict(run.status["summary"])
-    log.error("%s failed: see its messages above", run.path)
-    return None
-
-
 def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
-    """Train and evaluate one run; go on where an earlier attempt stopped.
+    """Train and evaluate one run; resume where an earlier attempt stopped.
 
     Args:
         cfg: the whole configuration.
@@ -128,13 +66,18 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     """
     validate(cfg)
     cfg.paths.data = str(Path(cfg.paths.data).absolute())  # a run may be opened from elsewhere
+    cfg.provided = registry.providers(part_names(cfg))
     if getattr(rank_zero_only, "rank", 0) != 0:
         return _train(cfg, run)
     with run.lock():
-        check_folder(cfg, run)
+        identity.check_folder(cfg, run)
         evaluated = {
-            "protocol": cfg.evaluation.protocol.value,
+            "protocol": cfg.protocol.name,
+            "settings": protocol_key(build_protocol(cfg.protocol)),
             "references": cfg.evaluation.references,
+            "subset": cfg.evaluation.subset.value,
+            "all_views": cfg.evaluation.all_views,
+            "seed": cfg.evaluation.seed,
         }
         if run.finished and run.status.get("evaluation") == evaluated:
             log.info("%s is finished already; restart=true would train it again", run.path)
@@ -157,35 +100,21 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     data = build_data(cfg)
     data.prepare_data()
     data.setup()
-    looks = TrainingLooks.of(data.prepared, data.rows(data.split.train))
     network = build_network(cfg)
-    subject = _subject(network, data)
-    # Told now, not after the training.
-    measurable(subject, PROTOCOLS[cfg.evaluation.protocol], cfg.evaluation.references)
+    protocol = build_protocol(cfg.protocol)
+    evaluated = _evaluated(cfg, network, data)
+    with_labels(evaluated, protocol, cfg.evaluation.references)  # told now, not after the training
     if cfg.trainer.compile:
         compile_encoder(network)
-    module = FfdModule(
-        network,
-        Objective(
-            weighting=cfg.regime.weighting,
-            entropy_weight=cfg.regime.entropy_weight,
-            offset_weight=cfg.regime.offset_weight,
-            annealing_steps=cfg.schedule.annealing_steps,
-        ),
-        learning_rate=cfg.schedule.learning_rate,
-        learning_rate_decay=cfg.schedule.learning_rate_decay,
-        steps=cfg.schedule.steps,
-        seed=cfg.seed,
-        kept=model_entry(cfg, data.bank, looks),
-    )
+    module = build_module(cfg, network, _record(cfg))
     log.info(
-        "%s: %s, regime %s, %d templates, %d models to train on, %d to test on, %d steps",
+        "%s: %s, regime %s, %d templates, %d shapes to train on, %d to validate on, %d to test on, "
+        "%d steps",
         run.path,
         cfg.category.name,
         cfg.regime.name,
         len(data.bank),
-        len(data.split.train),
-        len(data.split.test),
+        *(len(subset) for subset in data.split),
         cfg.schedule.steps,
     )
     done = _checkpoint_step(run)
@@ -193,7 +122,7 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     with warnings.catch_warnings():
         # One loader item is a whole batch, made from memory-mapped arrays: no workers are needed.
         warnings.filterwarnings("ignore", ".*does not have many workers.*")
-        warnings.filterwarnings("ignore", ".*mid-epoch.*")
+        warnings.filterwarnings("ignore", ".*before the epoch ended.*")
         warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
         warnings.filterwarnings("ignore", ".*LeafSpec.*")
         warnings.filterwarnings("ignore", ".*exists and is not empty.*")
@@ -206,13 +135,32 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     trainer.save_checkpoint(run.checkpoint)  # whatever schedule.checkpoint_every divides
     if not trainer.is_global_zero:
         return {}
-    return _finish(cfg, run, data, subject, trainer, timer)
+    return _finish(
+        cfg, run, data, replace(evaluated, step=trainer.global_step), protocol, trainer, timer
+    )
 
 
-def _subject(network: TemplateFfdNetwork, data: FfdDataModule) -> Subject:
-    """Return what will be evaluated when the network is trained."""
-    train, test = (data.rows(ids) for ids in (data.split.train, data.split.test))
-    return Subject(network, data.bank, Models(data.prepared, train), Models(data.prepared, test), 0)
+def _evaluated(
+    cfg: TrainConfig, network: TemplateFfdNetwork, data: FfdDataModule
+) -> EvaluatedNetwork:
+    """Return what will be evaluated when the network is trained.
+
+    Raises:
+        ConfigError: the validation shapes are to be evaluated, and there are none.
+    """
+    ids = data.split.test if cfg.evaluation.subset is Subset.test else data.split.val
+    if not ids:
+        raise ConfigError(
+            "evaluation.subset=val: there are no validation shapes (split.val_fraction)"
+        )
+    trained_on, tested_on = (Shapes(data.prepared, data.rows(x)) for x in (data.split.train, ids))
+    return EvaluatedNetwork(network, data.bank, trained_on, tested_on, 0)
+
+
+def _record(cfg: TrainConfig) -> dict[str, Any]:
+    """Return what checkpoints say of the training; they may be handed to others, so no paths."""
+    shown = replace(cfg, paths=type(cfg.paths)())
+    return {"regime": cfg.regime.name, "config": identity.to_yaml(shown)}
 
 
 def _checkpoint_step(run: RunFolder) -> int:
@@ -220,9 +168,8 @@ def _checkpoint_step(run: RunFolder) -> int:
     if not run.checkpoint.exists():
         return 0
     try:
-        checkpoint = torch.load(run.checkpoint, map_location="cpu", weights_only=True)
-        return int(checkpoint["global_step"])
-    except (OSError, RuntimeError, EOFError, KeyError, pickle.PickleError, zipfile.BadZipFile):
+        return int(read_checkpoint(run.checkpoint)["global_step"])
+    except DataError:
         raise DataError(
             f"the checkpoint {run.checkpoint} is damaged: add restart=true to train from the start"
         ) from None
@@ -264,7 +211,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         strategy=cfg.trainer.strategy,
         precision=cfg.trainer.precision,  # type: ignore[arg-type]
         max_steps=cfg.schedule.steps,
-        max_epochs=1,
+        max_epochs=-1,
         val_check_interval=min(cfg.schedule.val_every, cfg.schedule.steps),
         num_sanity_val_steps=0,
         log_every_n_steps=cfg.logger.every,
@@ -281,33 +228,33 @@ def _finish(
     cfg: TrainConfig,
     run: RunFolder,
     data: FfdDataModule,
-    subject: Subject,
+    evaluated: EvaluatedNetwork,
+    protocol: EvaluationProtocol,
     trainer: Trainer,
     timer: StepTimer,
 ) -> dict[str, float]:
-    """Evaluate the trained network, draw the figure, and close the log."""
-    subject.network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
-    subject = replace(subject, step=trainer.global_step)
-    count = len(subject.tested_on.rows)
-    options = Options(
+    """Rank the templates, evaluate the trained network, draw the figure, and close the log."""
+    evaluated.network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
+    options = EvaluationOptions(
         references=cfg.evaluation.references,
+        all_views=cfg.evaluation.all_views,
+        seed=cfg.evaluation.seed,
         workers=cfg.evaluation.workers or torch.get_num_threads(),
         progress=cfg.trainer.progress_bar,
     )
-    protocol = PROTOCOLS[cfg.evaluation.protocol]
-    folder = run.evaluation(protocol.name)
-    log.info("%s: evaluating %d test models", run.path, count)
+    # A choice: made on the validation shapes, and where there are none on those trained on.
+    chosen_on = Shapes(data.prepared, data.rows(data.split.chosen_on))
+    ranking = rank_templates(evaluated.network, data.bank, chosen_on, options.workers)
+    write_csv(run.path / "template_ranking.csv", ranking)
+    count = len(evaluated.tested_on.rows)
+    log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset.value)
     run.set_progress("evaluating", 0, count, None)
-    summary = evaluate(subject, protocol, folder, options)
+    summary = evaluate(evaluated, protocol, evaluation_folder(run, cfg), options)
     summary["seconds_per_step"] = timer.seconds_per_step
-    # Where templates.strategy=ranking looks for it, whatever the protocol was.
-    write_atomic(
-        run.path / "template_ranking.csv", (folder / "template_ranking.csv").read_text("utf-8")
-    )
     logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
     if rows := example_rows(data, cfg.callbacks.figure_examples):
         figure = reconstruction_figure(
-            subject.network, data.prepared, data.bank, rows, cfg.data.render
+            evaluated.network, data.prepared, data.bank, rows, cfg.data.render
         )
         Image.fromarray(figure).save(run.path / "reconstructions.png")
         if logger is not None:
@@ -320,20 +267,24 @@ def _finish(
     return summary
 
 
+def evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:
+    """Return where an evaluation goes: the test shapes' has the protocol's name."""
+    return run.evaluation(cfg.protocol.name, cfg.evaluation.subset.value)
+
+
 def _hyperparameters(cfg: TrainConfig) -> dict[str, Any]:
     """What tells runs of one study apart, flat, for TensorBoard's HPARAMS page."""
     return {
         "category": cfg.category.name,
         "regime": cfg.regime.name,
         "templates": cfg.templates.count,
-        "strategy": cfg.templates.strategy.value,
+        "strategy": cfg.template_strategy.name,
         "seed": cfg.seed,
         "steps": cfg.schedule.steps,
         "batch_size": cfg.schedule.batch_size,
         "learning_rate": cfg.schedule.learning_rate,
         "annealing_steps": cfg.schedule.annealing_steps,
         "min_weight": cfg.regime.min_weight,
-        "weighting": cfg.regime.weighting.value,
-        "entropy_weight": cfg.regime.entropy_weight,
-        "offset_weight": cfg.regime.offset_weight,
+        "selection": cfg.regime.selection.name,
+        **{f"{label}_weight": term.weight for label, term in cfg.regime.terms.items()},
     }

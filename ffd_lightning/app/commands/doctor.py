@@ -1,8 +1,8 @@
 """What a data set holds and what preparing it will cost, before anything is done.
 
-    python -m ffd_lightning.app.doctor data=shapenet data.root=DIR
+    ffd doctor data=shapenet data.root=DIR
 
-Settings are those of prepare.py; category=chair looks at one category alone. A few models of each
+Settings are those of prepare; category=chair looks at one category alone. A few shapes of each
 category are prepared on trial, in a folder that is removed again.
 """
 
@@ -11,107 +11,25 @@ from __future__ import annotations
 import math
 import shutil
 import sys
-import tempfile
-import time
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from ffd_lightning.app.build import build_preparations, build_source
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.cli import compose_config, register, run_app
-from ffd_lightning.app.config import CategoryConfig, PrepareConfig, SourceKind, typed_config
-from ffd_lightning.app.prepare import build_preparations
-from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS, paper_templates
-from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.preparation.workers import make_models
-from ffd_lightning.data.sources.base import Survey
-from ffd_lightning.errors import DataError
+from ffd_lightning.app.config import CategoryConfig, PrepareConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
+from ffd_lightning.data.preparation.survey import TRIAL, Finding, examine
 from ffd_lightning.parallel import available_cores
 
-TRIAL = 16
-"""Models of a category that are prepared on trial, evenly spread over its sorted ids."""
+SCHEMA = PrepareConfig
 
 _EXAMPLES = 3  # models named for each reason
-
-
-@dataclass
-class Finding:
-    """What was found of one category.
-
-    Attributes:
-        name: the category.
-        problem: why nothing can be said of it, "" if something can.
-        models: how many there are.
-        survey: what was seen without loading them.
-        templates: the paper's ids, and those of them that are absent.
-        prepared: the prepared set's folder if it is there.
-        trial: models tried; reasons of those that were rejected.
-        seconds, megabytes: what preparing all of it takes, on this machine.
-    """
-
-    name: str
-    problem: str = ""
-    models: int = 0
-    survey: Survey = field(default_factory=lambda: Survey(""))
-    templates: tuple[str, ...] = ()
-    absent: tuple[str, ...] = ()
-    prepared: Path | None = None
-    trial: int = 0
-    rejected: dict[str, str] = field(default_factory=dict)
-    seconds: float = 0.0
-    megabytes: float = 0.0
-
-
-def examine(preparation: Preparation, of_shapenet: bool) -> Finding:
-    """Look at one category and prepare a few of its models on trial.
-
-    Args:
-        preparation: of the category.
-        of_shapenet: look for the paper's templates.
-    """
-    category, source = preparation.category, preparation.source
-    try:
-        ids = source.model_ids(category)
-        finding = Finding(category, models=len(ids), survey=source.survey(category))
-        if of_shapenet:
-            finding.templates = paper_templates(category)
-            finding.absent = tuple(i for i in finding.templates if i not in set(ids))
-        if preparation.target.exists():
-            finding.prepared = preparation.target
-        else:
-            usable = [i for i in ids if i not in finding.survey.faults]
-            _try_some(preparation, usable, finding)
-    except DataError as error:
-        return Finding(category, problem=str(error))
-    return finding
-
-
-def _try_some(preparation: Preparation, ids: list[str], finding: Finding) -> None:
-    """Prepare some models in a folder of their own, and reckon from them for all."""
-    places = np.unique(np.linspace(0, len(ids) - 1, min(len(ids), TRIAL)).astype(int))
-    trial = [ids[k] for k in places]
-    if not trial:
-        return
-    times: list[float] = []
-    with tempfile.TemporaryDirectory() as folder:
-        recipe = replace(preparation.recipe, folder=Path(folder))
-        workers = preparation.workers or available_cores()
-        make_models(
-            recipe, trial, workers, preparation.timeout, lambda: times.append(time.monotonic())
-        )
-        rejections = {i: recipe.rejection(i) for i in trial}
-        finding.rejected = {
-            i: file.read_text(encoding="utf-8") for i, file in rejections.items() if file.exists()
-        }
-        sizes = [recipe.file(i).stat().st_size for i in trial if i not in finding.rejected]
-    finding.trial = len(trial)
-    # From the first model's end on: workers take seconds to start, once.
-    rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
-    finding.seconds = len(ids) / rate if rate else 0.0
-    finding.megabytes = len(ids) * sum(sizes) / len(trial) / 1e6
 
 
 def report(findings: list[Finding], console: Console) -> None:
@@ -188,7 +106,7 @@ def _summary(cfg: PrepareConfig, findings: list[Finding]) -> list[str]:
     free = shutil.disk_usage(existing).free / 1e6
     enough = "" if 2 * megabytes < free else " NOT ENOUGH: choose another with paths.data=DIR"
     lines.append(f"{place.absolute()} has {free / 1e3:.1f} GB free{enough}")
-    if cfg.data.source is SourceKind.shapenet:
+    if cfg.data.name == "shapenet":
         there = {finding.name for finding in findings}
         missing = [f"{n} ({s})" for n, s in PAPER_CATEGORIES.items() if not {n, s} & there]
         if missing:
@@ -212,37 +130,33 @@ def _neighbours(cfg: PrepareConfig) -> list[str]:
     return lines
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: Sequence[str]) -> int:
     """Examine what the overrides name: every category of the source, or the one that is given."""
     if not arguments or {"-h", "--help"} & set(arguments):
         print(__doc__)
         return 0
-    register(PrepareConfig)
-    cfg = typed_config(compose_config("prepare", arguments), PrepareConfig)
+    composed = compose_config("prepare", PrepareConfig, arguments)
+    cfg = typed_config(composed, PrepareConfig)
     validate(cfg)
     console = Console(width=None if sys.stdout.isatty() else 160)
-    progress = Console(stderr=True)
+    source = build_source(cfg)
     names = cfg.category.members or [cfg.category.name]
     if not any(a.startswith("category") for a in arguments):
-        names = build_preparations(cfg)[0].source.categories()
+        names = source.categories()
         order = {name: k for k, name in enumerate(SYNSETS)}
         names.sort(key=lambda name: (order.get(name, len(order)), name))
     if not names:
-        build_preparations(cfg)[0].source.model_ids(cfg.category.name)  # raises, and says why
+        source.model_ids(cfg.category.name)  # raises, and says why
     findings = []
-    with progress.status("") as status:
+    with Console(stderr=True).status("") as status:
         for k, name in enumerate(names):
             status.update(f"looking at {name} ({k + 1} of {len(names)})")
             (one,) = build_preparations(replace(cfg, category=CategoryConfig(name=name)))
-            findings.append(examine(one, cfg.data.source is SourceKind.shapenet))
-    root = "" if cfg.data.root is None else f" in {cfg.data.root}"
-    console.print(f"{cfg.data.source.value}{root}\n", highlight=False)
+            findings.append(examine(one, cfg.data.name == "shapenet"))
+    root = getattr(cfg.data, "root", None)
+    console.print(f"{cfg.data.name}{'' if root is None else f' in {root}'}\n", highlight=False)
     report(findings, console)
     console.print()
     for line in _summary(cfg, findings):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     return 1 if any(finding.problem for finding in findings) else 0
-
-
-if __name__ == "__main__":
-    run_app(lambda: sys.exit(main(sys.argv[1:])))

@@ -11,11 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from omegaconf import DictConfig
-from omegaconf.errors import OmegaConfBaseException
-
-from ffd_lightning.app.cli import explain
-from ffd_lightning.app.config import PredictConfig, typed_config
+from ffd_lightning.app.config import PredictConfig
 from ffd_lightning.app.photo_jobs import Job, find_jobs
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
@@ -46,22 +42,6 @@ class Outcome:
     known: bool = False
 
 
-def predict_job(cfg: DictConfig) -> None:
-    """Reconstruct what Hydra was given; the exit code is 1 if a photograph failed."""
-    try:
-        config = typed_config(cfg, PredictConfig)
-        outcomes = predict_files(config)
-    except (UserError, OmegaConfBaseException) as error:
-        # Not as an exception: Hydra would put a line of its own above it.
-        sys.exit(f"error: {explain(error)}")
-    failed = sum(bool(outcome.error) for outcome in outcomes)
-    known = sum(outcome.known for outcome in outcomes)
-    if len(outcomes) > 1 or known:
-        there = f", {known} of them there already (restart=true does them again)" if known else ""
-        print(f"{len(outcomes) - failed} of {len(outcomes)} photographs done{there}: {config.out}")
-    sys.exit(int(failed > 0))
-
-
 def predict_files(config: PredictConfig) -> list[Outcome]:
     """Reconstruct photographs, each into its own folder below `out`.
 
@@ -80,7 +60,7 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     bank = predictor.model.bank
     if config.top_k > len(bank):
         raise ConfigError(f"top_k={config.top_k}: the run has {len(bank)} templates")
-    writer = MeshWriter(bank, config.colors)
+    writer = MeshWriter(bank, config.colors.value)
     digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
 
     def work(job: Job) -> Outcome:
@@ -123,14 +103,14 @@ def _predict_file(
     if not config.restart and earlier is not None and all(file.is_file() for file in wanted):
         return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
     start = time.perf_counter()
-    photo = predictor.frame(job.image, mask=job.mask, background=config.background)
+    photo = predictor.frame(job.image, mask=job.mask, background=config.background.value)
     framed = time.perf_counter()
     selected = predictor.predict_framed([photo])[0]
     seen = time.perf_counter()
     _clear(job.folder, wanted)
     for rank in range(config.top_k):
         place = _place(job.folder, rank)
-        _write(selected.candidate(rank), place, writer, predictor.model.config.data.render, config)
+        _write(selected.candidate(rank), place, writer, predictor.model.render, config)
     seconds = {
         "framing": framed - start,
         "network": seen - framed,
@@ -180,7 +160,9 @@ def _write(
     config: PredictConfig,
 ) -> None:
     writer.write(reconstruction, folder, config.obj)
-    write_cloud(reconstruction, folder / "cloud.ply", config.points, config.seed, config.colors)
+    write_cloud(
+        reconstruction, folder / "cloud.ply", config.points, config.seed, config.colors.value
+    )
     if config.preview:
         write_preview(reconstruction, folder / "preview.png", view)
 

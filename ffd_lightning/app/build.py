@@ -1,0 +1,144 @@
+"""Composition: from typed settings to objects. Nothing else knows both."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch.optim import Optimizer
+from torch.optim.lr_scheduler import CosineAnnealingLR, LRScheduler
+
+from ffd_lightning import registry
+from ffd_lightning.app.config import (
+    GROUPS,
+    LearningRateDecay,
+    PrepareConfig,
+    RegimeConfig,
+    TrainConfig,
+)
+from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.sources.limited import LimitedSource
+from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.geometry.lattice import num_control_points
+from ffd_lightning.losses.annealing import make_annealing
+from ffd_lightning.losses.objective import Objective, WeightedTerm
+from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.training.module import FfdModule
+
+
+def build_part(group: str, node: Any, **context: Any) -> Any:
+    """Build what a group of the configuration chooses."""
+    return registry.get(GROUPS[group], node.name).build(node, **context)
+
+
+def category_names(cfg: PrepareConfig) -> tuple[str, ...]:
+    """Return the categories that are trained on together, mostly one."""
+    return tuple(cfg.category.members or [cfg.category.name])
+
+
+def build_source(cfg: PrepareConfig) -> Source:
+    """Return the source of shapes; nothing is read yet."""
+    size = (cfg.data.render.height, cfg.data.render.width)
+    source: Source = build_part("data", cfg.data, image_size=size)
+    return source if cfg.data.limit is None else LimitedSource(source, cfg.data.limit)
+
+
+def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
+    """Return the preparation of each category; nothing is read yet."""
+    source = build_source(cfg)
+    return tuple(
+        Preparation(
+            source=source,
+            category=name,
+            num_points=cfg.data.num_points,
+            render=cfg.data.render,
+            root=Path(cfg.paths.data),
+            workers=cfg.preparation.workers,
+            timeout=cfg.preparation.timeout,
+        )
+        for name in category_names(cfg)
+    )
+
+
+def build_data(cfg: TrainConfig) -> FfdDataModule:
+    """Return the data module; nothing is read yet."""
+    return FfdDataModule(
+        category_names(cfg),
+        build_source(cfg),
+        num_templates=cfg.templates.count,
+        template_strategy=build_part("template_strategy", cfg.template_strategy),
+        hold_out=cfg.templates.hold_out,
+        split=build_part("split", cfg.split),
+        val_fraction=cfg.split.val_fraction,
+        degrees=cfg.network.degrees,
+        max_edge=cfg.templates.max_edge,
+        batch_size=cfg.schedule.batch_size,
+        num_points=cfg.schedule.num_points,
+        seed=cfg.seed,
+        render=cfg.data.render,
+        cloud_points=cfg.data.num_points,
+        root=cfg.paths.data,
+        residency=cfg.data.residency.value,
+        num_workers=cfg.trainer.num_workers,
+        prepare_workers=cfg.preparation.workers,
+        prepare_timeout=cfg.preparation.timeout,
+    )
+
+
+def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
+    """Return the network, weights drawn from torch's global seed."""
+    image_size = (cfg.data.render.height, cfg.data.render.width)
+    momentum = cfg.network.batch_norm_momentum
+    encoder = build_part(
+        "encoder", cfg.encoder, image_size=image_size, batch_norm_momentum=momentum
+    )
+    return TemplateFfdNetwork(
+        encoder,
+        image_size=image_size,
+        num_templates=cfg.templates.count,
+        num_control_points=num_control_points(cfg.network.degrees),
+        bottleneck=cfg.network.bottleneck,
+        hidden=cfg.network.hidden,
+        min_weight=cfg.regime.min_weight,
+        offset_std=cfg.network.offset_std,
+        batch_norm_momentum=momentum,
+    )
+
+
+def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:
+    """Return a regime as a loss."""
+    terms = {}
+    for label, node in regime.terms.items():
+        term = registry.get("term", node.term).build(node)
+        annealing = make_annealing(node.annealing.value, annealing_steps)
+        terms[label] = WeightedTerm(term, node.weight, annealing)
+    return Objective(terms, build_part("regime.selection", regime.selection))
+
+
+def build_module(
+    cfg: TrainConfig, network: TemplateFfdNetwork, record: dict[str, Any]
+) -> FfdModule:
+    """Return what is trained."""
+    schedule = cfg.schedule
+    return FfdModule(
+        network,
+        build_objective(cfg.regime, schedule.annealing_steps),
+        optimizer=partial(torch.optim.Adam, lr=schedule.learning_rate, fused=True),
+        scheduler=None if schedule.learning_rate_decay is LearningRateDecay.none else _cosine,
+        seed=cfg.seed,
+        record=record,
+    )
+
+
+def _cosine(optimizer: Optimizer, steps: int) -> LRScheduler:
+    return CosineAnnealingLR(optimizer, T_max=steps)
+
+
+def build_protocol(node: Any) -> EvaluationProtocol:
+    """Return how predictions are measured."""
+    protocol: EvaluationProtocol = build_part("protocol", node)
+    return protocol

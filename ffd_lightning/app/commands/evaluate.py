@@ -1,0 +1,88 @@
+"""`ffd evaluate`: a run's scores under a protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ffd_lightning.app.config import EvaluateConfig, Subset
+from ffd_lightning.app.hydra_app import run_hydra
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.run_folder import RunFolder
+
+SCHEMA = EvaluateConfig
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Evaluate what the command line names, and print the table."""
+    run_hydra(
+        "evaluate",
+        EvaluateConfig,
+        evaluate_job,
+        arguments,
+        ("run", "checkpoint", "prepared", "data_root"),
+    )
+
+
+def evaluate_job(cfg: EvaluateConfig) -> None:
+    """Evaluate a run, and print the table."""
+    from ffd_lightning.app.build import build_protocol
+    from ffd_lightning.evaluation.tables import print_summary
+
+    summary = evaluate_run(cfg)
+    print_summary(RunFolder(Path(cfg.run)), build_protocol(cfg.protocol), summary)
+
+
+def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
+    """Evaluate a run folder under a protocol; read the result back where it is there already.
+
+    Raises:
+        ConfigError: no run, no checkpoint, or one that does not fit.
+        DataError: data that is missing or damaged.
+    """
+    import numpy as np
+    import torch
+
+    from ffd_lightning.app.build import build_protocol
+    from ffd_lightning.app.open_run import open_run
+    from ffd_lightning.data.preparation.prepared import PreparedSet
+    from ffd_lightning.evaluation.evaluator import (
+        EvaluatedNetwork,
+        EvaluationOptions,
+        Shapes,
+        evaluate,
+    )
+    from ffd_lightning.parallel import available_cores
+
+    run = RunFolder(Path(cfg.run))
+    checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
+    _, network, data, step = open_run(run, cfg.data_root, checkpoint)
+    subset = cfg.evaluation.subset
+    ids = data.split.test if subset is Subset.test else data.split.val
+    if not ids:
+        raise ConfigError("evaluation.subset=val: the run has no validation shapes")
+    tested_on = Shapes(data.prepared, data.rows(ids))
+    if cfg.prepared is not None:
+        other = PreparedSet.open(Path(cfg.prepared))
+        rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
+        tested_on = Shapes(other, np.asarray(rows, np.int64))
+    device = cfg.device
+    if device == "auto":
+        device = "cuda" if torch.cuda.is_available() else "cpu"
+    evaluated = EvaluatedNetwork(
+        network.to(device),
+        data.bank,
+        Shapes(data.prepared, data.rows(data.split.train)),
+        tested_on,
+        step,
+    )
+    options = EvaluationOptions(
+        references=cfg.evaluation.references,
+        all_views=cfg.evaluation.all_views,
+        seed=cfg.evaluation.seed,
+        workers=cfg.evaluation.workers or available_cores(),
+        progress=cfg.progress_bar,
+        restart=cfg.restart,
+    )
+    protocol = build_protocol(cfg.protocol)
+    return evaluate(evaluated, protocol, run.evaluation(protocol.name, subset.value), options)

@@ -1,0 +1,85 @@
+"""`ffd train`: a run, or a sweep of runs with -m."""
+
+from __future__ import annotations
+
+import logging
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from hydra.conf import HydraConf
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
+
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.hydra_app import run_hydra
+from ffd_lightning.app.messages import SHOWN, explain
+from ffd_lightning.run_folder import RunFolder
+
+log = logging.getLogger(__name__)
+
+SCHEMA = TrainConfig
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Train what the command line names."""
+    run_hydra("train", TrainConfig, train_job, arguments)
+
+
+def train_job(cfg: TrainConfig) -> dict[str, float] | None:
+    """Train, evaluate, and write the run folder that Hydra named.
+
+    In a multirun a failed job is recorded in its `status.json` and does not stop the others.
+    """
+    from ffd_lightning.app.machine import give_memory_back
+    from ffd_lightning.app.training_run import train
+
+    hydra = HydraConfig.get()
+    run = RunFolder(Path(hydra.runtime.output_dir))
+    if hydra.mode is not RunMode.MULTIRUN:
+        return train(cfg, run)
+    try:
+        return _train_in_sweep(cfg, run, hydra)
+    except SHOWN as error:
+        log.error("%s failed: %s", run.path, explain(error))
+    except Exception:
+        log.exception("%s failed", run.path)
+    finally:
+        give_memory_back()
+    return None
+
+
+def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
+    """Train one job of a sweep on its share of the machine."""
+    from ffd_lightning.app.machine import gpu_slot, jobs_at_once, share_of_cores, visible_gpus
+    from ffd_lightning.app.training_run import train
+
+    if cfg.trainer.strategy.startswith("ddp") and not run.finished:
+        return _train_in_own_process(run, hydra)
+    alone = cfg.trainer.strategy == "auto" and cfg.trainer.devices in ("auto", "1")
+    gpus = visible_gpus() if alone and cfg.trainer.accelerator in ("auto", "gpu", "cuda") else []
+    with share_of_cores(jobs_at_once(hydra.launcher)):
+        if run.finished or not gpus:
+            return train(cfg, run)
+        with gpu_slot(gpus, cfg.trainer.jobs_per_gpu) as gpu:
+            cfg.trainer.devices = f"{gpu},"  # a list of one, as Lightning writes it
+            return train(cfg, run)
+
+
+def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
+    """Train a job as a run of its own, which Lightning can start again for each further device.
+
+    It starts the command that it finds itself in: here that would be the whole sweep.
+    """
+    place = f"hydra.run.dir='{run.path}'"
+    command = [*train_command(), *hydra.overrides.task, place]
+    if subprocess.run(command, check=False).returncode == 0:
+        return dict(run.status["summary"])
+    log.error("%s failed: see its messages above", run.path)
+    return None
+
+
+def train_command() -> list[str]:
+    """Return what starts a training in a process of its own."""
+    return [sys.executable, "-m", "ffd_lightning", "train"]

@@ -1,0 +1,113 @@
+"""Help of the commands that Hydra runs: what can be chosen, and what each choice can be told."""
+
+from __future__ import annotations
+
+import dataclasses
+import textwrap
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from omegaconf import MISSING, OmegaConf
+
+from ffd_lightning import registry
+from ffd_lightning.app.config import GROUPS
+from ffd_lightning.app.settings import settings_help
+from ffd_lightning.registry import Entry
+
+_WIDTH = 100
+_NAME = 20
+
+
+def command_help(name: str, config: type[Any], folder: Path, extra: str | None = None) -> str:
+    """Return the help of a command.
+
+    Args:
+        name: of the command; `conf/<name>.yaml` holds its introduction under `hydra.help.template`.
+        config: its schema.
+        folder: of the configurations.
+        extra: a user's folder with further options (--config-dir).
+    """
+    file = OmegaConf.load(folder / f"{name}.yaml")
+    intro = str(OmegaConf.select(file, "hydra.help.template") or "").rstrip()
+    fields = [f.name for f in dataclasses.fields(config)]
+    folders = [folder, *([] if extra is None else [Path(extra)])]
+    groups = [_group(group, folders) for group in _groups(fields, folders)]
+    plain = {"name", "seed", "restart", "plugins"} & set(fields)
+    settings = (
+        [f"Further settings: {', '.join(f'{p}=' for p in fields if p in plain)}"]
+        if "category" in fields
+        else ["Settings:", settings_help(config)]
+    )
+    return "\n\n".join(
+        [
+            intro,
+            *settings,
+            "Choices (group=option) and what each can be told (group.setting=value):",
+            *(g for g in groups if g),
+            "--cfg job prints every setting with its value; --hydra-help what Hydra itself can do.",
+        ]
+    )
+
+
+def _groups(fields: list[str], folders: list[Path]) -> list[str]:
+    named = [group for group in GROUPS if group.split(".")[0] in fields]
+    files = {p.name for folder in folders for p in folder.iterdir() if p.is_dir()}
+    groups = [name for name in fields if name in files or name in named]
+    nested = [group for group in named if "." in group]
+    terms = ["regime.terms"] if "regime" in fields else []
+    result = []
+    for group in groups:
+        result.append(group)
+        result += [n for n in (*nested, *terms) if n.split(".")[0] == group]
+    return result
+
+
+def _group(group: str, folders: list[Path]) -> str:
+    kind = "term" if group == "regime.terms" else GROUPS.get(group)
+    files = sorted(p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml"))
+    lines = [_line(p.stem, _first_comment(p)) for p in files]
+    meaning = ""
+    if kind is not None:
+        meaning = registry.KINDS[kind]
+        for entry in registry.entries(kind):
+            lines += _entry_lines(entry)
+    title = f"{group.replace('.', '/')}=" if kind != "term" else "regime.terms.<label>.term="
+    return "\n".join([f"{title}{f'    {meaning}' if meaning else ''}", *lines]) if lines else ""
+
+
+def _entry_lines(entry: Entry) -> list[str]:
+    from_where = "" if entry.provider == "ffd_lightning" else f" ({entry.provider})"
+    lines = [_line(entry.name, f"{entry.summary}{from_where}")]
+    told = " ".join(f"{f.name}={_value(f)}" for f in dataclasses.fields(entry.settings))
+    if told:
+        indent = " " * (_NAME + 4)
+        lines += textwrap.wrap(told, _WIDTH, initial_indent=indent, subsequent_indent=indent)
+    return lines
+
+
+def _line(name: str, text: str) -> str:
+    indent = " " * (_NAME + 2)
+    wrapped = textwrap.wrap(text, _WIDTH - _NAME - 2) or [""]
+    first = f"  {name:<{_NAME}}{wrapped[0]}".rstrip()
+    return "\n".join([first, *(indent + line for line in wrapped[1:])])
+
+
+def _value(f: dataclasses.Field[Any]) -> str:
+    value = f.default
+    if value is dataclasses.MISSING:
+        value = f.default_factory() if f.default_factory is not dataclasses.MISSING else MISSING
+    if value == MISSING:
+        return "..."
+    if value is None:
+        return "null"
+    if isinstance(value, Enum):
+        return "|".join([str(value.value), *(str(v.value) for v in type(value) if v != value)])
+    if isinstance(value, bool):
+        return str(value).lower()
+    return str(value).replace("'", "").replace(" ", "")
+
+
+def _first_comment(file: Path) -> str:
+    lines = file.read_text(encoding="utf-8").splitlines()
+    return lines[0].lstrip("# ") if lines and lines[0].startswith("#") else ""

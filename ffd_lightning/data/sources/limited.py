@@ -1,0 +1,46 @@
+"""A part of any source."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ffd_lightning.data.sources.base import Source, SourceModel, Survey
+
+
+@dataclass(frozen=True)
+class LimitedSource:
+    """A source of which only some shapes of each category are taken, evenly spread over their ids.
+
+    Args:
+        source: the whole.
+        limit: how many at most.
+    """
+
+    source: Source
+    limit: int
+
+    def categories(self) -> list[str]:
+        """See `Source`."""
+        return self.source.categories()
+
+    def model_ids(self, category: str) -> list[str]:
+        """Return `limit` ids of a category, sorted; all where there are fewer."""
+        ids = self.source.model_ids(category)
+        count = min(self.limit, len(ids))
+        return [ids[k * len(ids) // count] for k in range(count)]
+
+    def load(self, category: str, model_id: str) -> SourceModel:
+        """See `Source`."""
+        return self.source.load(category, model_id)
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        """Return what decides the shapes: that of the whole, and the limit."""
+        return {**self.source.fingerprint(category), "limit": self.limit}
+
+    def survey(self, category: str) -> Survey:
+        """See `Source`."""
+        return self.source.survey(category)
+
+    def split(self, category: str) -> dict[str, str]:
+        """See `Source`."""
+        return self.source.split(category)

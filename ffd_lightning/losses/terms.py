@@ -1,0 +1,103 @@
+"""Terms of the objective: what is added up, each under a weight of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol, runtime_checkable
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+
+from ffd_lightning.geometry.chamfer import chamfer_distance
+from ffd_lightning.geometry.deformation import TemplateSample, deform
+
+
+@runtime_checkable
+class Prediction(Protocol):
+    """What terms and selections read of a network's output: an `FfdPrediction` has it."""
+
+    @property
+    def template_weights(self) -> Tensor:
+        """Template weights, (q, T)."""
+        ...
+
+    @property
+    def template_logits(self) -> Tensor:
+        """Template logits, (q, T)."""
+        ...
+
+    @property
+    def offsets(self) -> Tensor:
+        """Control point offsets, (q, T, M, 3)."""
+        ...
+
+
+@dataclass(frozen=True)
+class StepInput:
+    """All that a term may need of a training step; what is costly is computed once.
+
+    Attributes:
+        prediction: of the network, for q queries and T templates.
+        target_points: ground truth point clouds, (q, N', 3).
+        templates: B of the templates' points, (T, N, M), and their control points P, (T, M, 3).
+        step: index of the step, from 0.
+        batch_weights: template weights of the whole batch, (Q, T), where its queries are split
+            over devices; else those of the prediction.
+    """
+
+    prediction: Prediction
+    target_points: Float[Tensor, "queries num_target 3"]
+    templates: TemplateSample
+    step: int
+    batch_weights: Float[Tensor, "all_queries templates"]
+
+    @cached_property
+    def pred_points(self) -> Float[Tensor, "queries templates num_points 3"]:
+        """Deformed points of every template for every query, (q, T, N, 3)."""
+        return deform(*self.templates, self.prediction.offsets)
+
+    @cached_property
+    def chamfer(self) -> Float[Tensor, "queries templates"]:
+        """Squared Chamfer distance of each deformed template, summed over points, (q, T)."""
+        return chamfer_distance(self.pred_points, self.target_points[:, None])
+
+
+Term = Callable[[StepInput], Tensor]
+"""A term: either a cost of every template for every query, (q, T), which the selection weighs and
+sums, or one number, (), for the whole batch."""
+
+
+def chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
+    r"""Return the Chamfer distance :math:`\lambda_c(s^{(q)}, \tilde s^{(qt)})`, (q, T).
+
+    Source: the paper's equation for the weighted Chamfer loss.
+    """
+    return inputs.chamfer
+
+
+def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
+    r"""Return the negative entropy of the batch's mean weights, in nats.
+
+    .. math:: \lambda_e = \sum_t \bar\gamma^{(t)} \log \bar\gamma^{(t)}
+
+    Lowest, -log T, when the batch as a whole uses all templates evenly; single queries may still
+    be confident.
+
+    Source: the paper's explicit entropy penalty.
+    """
+    mean = inputs.batch_weights.mean(0)
+    return torch.xlogy(mean, mean).sum()
+
+
+def offset_penalty(inputs: StepInput) -> Float[Tensor, ""]:
+    r"""Return the weighted squared norm of the offsets.
+
+    .. math:: \lambda_r = \sum_{q,t} \gamma^{(qt)} |\Delta P^{(qt)}|^2
+
+    Source: the paper's deformation regularization.
+    """
+    squares = inputs.prediction.offsets.square().sum((-1, -2))
+    return (inputs.prediction.template_weights * squares).sum()
