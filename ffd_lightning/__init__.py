@@ -16,6 +16,7 @@ _NAMES = {
     "FfdPrediction": "nn.network",
     "ImageEncoder": "nn.encoders.base",
     "Lattice": "geometry.lattice",
+    "EvaluationProtocol": "evaluation.protocols.base",
     "Measure": "evaluation.protocols.base",
     "Mesh": "geometry.mesh",
     "Objective": "losses.objective",
@@ -29,6 +30,9 @@ _NAMES = {
     "Teaching": "losses.selection",
     "TemplateBank": "data.templates.bank",
     "TemplateFfdNetwork": "nn.network",
+    "ModelShape": "evaluation.shapes",
+    "Shape": "evaluation.shapes",
+    "Source": "data.sources.base",
     "chamfer_distance": "geometry.chamfer",
     "deform": "geometry.deformation",
     "deformation_matrix": "geometry.deformation",
@@ -56,10 +60,11 @@ if TYPE_CHECKING:
     from ffd_lightning.app.regimes import regime
     from ffd_lightning.data.datamodule import FfdDataModule
     from ffd_lightning.data.preparation.prepared import PreparedSet
-    from ffd_lightning.data.sources.base import SourceModel, Survey
+    from ffd_lightning.data.sources.base import Source, SourceModel, Survey
     from ffd_lightning.data.splits import SplitInput
     from ffd_lightning.data.templates.bank import TemplateBank
-    from ffd_lightning.evaluation.protocols.base import Measure
+    from ffd_lightning.evaluation.protocols.base import EvaluationProtocol, Measure
+    from ffd_lightning.evaluation.shapes import ModelShape, Shape
     from ffd_lightning.geometry.chamfer import chamfer_distance
     from ffd_lightning.geometry.deformation import deform, deformation_matrix, fit_offsets
     from ffd_lightning.geometry.lattice import Lattice

@@ -63,7 +63,10 @@ class Survey:
 
 @runtime_checkable
 class Source(Protocol):
-    """Models by category and id. Picklable, so that worker processes can hold one each."""
+    """Shapes by category and id. Picklable, so that worker processes can hold one each.
+
+    A class of your own may inherit from this for what has a default.
+    """
 
     def categories(self) -> list[str]:
         """Return what can be asked for, sorted: names where the project has one, else ids."""
@@ -90,13 +93,14 @@ class Source(Protocol):
         ...
 
     def survey(self, category: str) -> Survey:
-        """Look at a category without loading its models.
+        """Look at a category without loading its shapes; by default there is nothing to say.
 
         Raises:
             DataError: as `model_ids`.
         """
-        ...
+        self.model_ids(category)
+        return Survey("")
 
     def split(self, category: str) -> dict[str, str]:
         """Return the data set's own split, "train", "val" or "test" by id; {} if it has none."""
-        ...
+        return {}

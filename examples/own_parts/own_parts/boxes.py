@@ -1,0 +1,73 @@
+"""A source of shapes: boxes of random sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+import ffd_lightning as ffd
+
+_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+_FACES = np.array(
+    [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5],
+        [0, 5, 1],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+        [1, 5, 7],
+        [1, 7, 3],
+    ]
+)
+
+
+@dataclass
+class Boxes:
+    """Boxes of random sides.
+
+    Attributes:
+        count: how many.
+        seed: makes others.
+    """
+
+    count: int = 40
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class BoxSource(ffd.Source):
+    """Boxes: each follows from its number and the seed."""
+
+    count: int
+    seed: int
+
+    def categories(self) -> list[str]:
+        """Return what can be asked for."""
+        return ["box"]
+
+    def model_ids(self, category: str) -> list[str]:
+        """Return the ids, sorted."""
+        return [f"box-{k:04d}" for k in range(self.count)]
+
+    def load(self, category: str, model_id: str) -> ffd.SourceModel:
+        """Return one box, y up, facing -z."""
+        rng = np.random.default_rng([self.seed, int(model_id.rpartition("-")[2])])
+        sides, color = rng.uniform(0.2, 1, 3), [*rng.integers(40, 200, 3), 255]
+        colors = np.tile(np.array(color, np.uint8), (len(_FACES), 1))
+        return ffd.SourceModel(ffd.Mesh(_CORNERS * sides, _FACES, colors), family="box")
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        """Return what decides the boxes: prepared data is kept by it."""
+        return {"source": "own_parts.boxes", "version": 1, "count": self.count, "seed": self.seed}
+
+
+@ffd.register("source", "boxes", Boxes)
+def boxes(settings: Boxes, image_size: tuple[int, int]) -> BoxSource:
+    """Build the source; it is sent to worker processes, so its class is in a module."""
+    return BoxSource(settings.count, settings.seed)
