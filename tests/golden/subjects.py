@@ -1,0 +1,259 @@
+"""What the golden digests are taken of, as plain arrays, numbers and words.
+
+All that the digests know of the package is here: when its modules move or its classes change, this
+file is adapted, and nothing else. What its functions return must stay as it is.
+"""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from hydra import compose, initialize_config_dir
+from lightning import Callback, Trainer, seed_everything
+from torch import nn
+
+from ffd_lightning.cli import register
+from ffd_lightning.config import ProtocolKind, TrainConfig, typed_config
+from ffd_lightning.data.preparation import FORMAT_VERSION as PREPARATION_VERSION
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.run import build_preparations
+from ffd_lightning.data.sources.procedural import source
+from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning.evaluation.checkpoint import build_network
+from ffd_lightning.evaluation.evaluator import FORMAT_VERSION as EVALUATION_VERSION
+from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
+from ffd_lightning.evaluation.loading import build_data
+from ffd_lightning.evaluation.protocols import PROTOCOLS
+from ffd_lightning.losses.objective import Objective
+from ffd_lightning.nn.network import FfdPrediction
+from ffd_lightning.training.module import FfdModule
+
+ROOT = Path(__file__).parents[2]
+REGIMES = ("b", "w", "e", "r")
+STEPS = 3
+_SETTINGS = (
+    "category=table",
+    "templates=t2",
+    "data.num_models=12",
+    "data.num_points=2048",
+    "data.render.height=48",
+    "data.render.width=64",
+    "data.render.samples=1",
+    "network.hidden=32",
+    "network.bottleneck=8",
+    f"schedule.steps={STEPS}",
+    "schedule.batch_size=4",
+    "schedule.num_points=64",
+    "schedule.annealing_steps=2",  # so few that the steps' terms fade visibly
+    "preparation.workers=1",
+    "trainer=cpu",
+    "trainer.progress_bar=false",
+    "seed=0",
+)
+_TEMPLATES = ("table-000008", "table-000003")  # of the evaluation: the second fits better
+
+
+def versions() -> dict[str, int]:
+    """Return the versions that go up when results are meant to change."""
+    return {
+        "generators": source.GENERATOR_VERSION,
+        "preparation": PREPARATION_VERSION,
+        "evaluation": EVALUATION_VERSION,
+    }
+
+
+def families() -> dict[str, tuple[str, ...]]:
+    """Return the structural families of each category."""
+    names = source.ProceduralSource(1).categories()
+    return {name: source.families(name) for name in names}
+
+
+def shape(category: str, model_id: str) -> dict[str, Any]:
+    """Return one procedural model as its generator draws it."""
+    model = source.ProceduralSource(1).load(category, model_id)
+    mesh = model.mesh
+    textured = mesh.face_textures is not None
+    return {
+        "family": model.family,
+        "part_names": list(mesh.part_names),
+        "vertices": mesh.vertices,
+        "faces": mesh.faces,
+        "face_colors": mesh.face_colors,
+        "face_parts": mesh.face_parts,
+        "textures": list(mesh.textures),
+        "face_textures": mesh.face_textures if textured else np.empty(0, np.int16),
+        "face_uvs": mesh.face_uvs if textured else np.empty((0, 3, 2), np.float32),
+    }
+
+
+def prepared(folder: Path) -> dict[str, Any]:
+    """Return what a prepared set of 12 tables holds; it is built below `folder` if need be."""
+    found = _prepared(folder)
+    manifest = found.manifest
+    facts = {
+        "folder": found.path.name,
+        "settings": manifest["settings"],
+        "ids": list(found.ids),
+        "families": list(found.families),
+        "part_names": list(found.part_names),
+        "image_shape": list(found.image_shape),
+        "counts": {name: manifest[name] for name in ("models", "rejected", "warnings")},
+        "manifest_keys": sorted(manifest),
+        "manifest_files": sorted(manifest["files"]),
+        "files": sorted(path.name for path in found.path.iterdir()),
+        "arrays": {
+            name: [str(array.dtype), array.ndim] for name, array in sorted(found.arrays.items())
+        },
+    }
+    models = {}
+    for row, model_id in enumerate(found.ids):
+        mesh = found.mesh(row)
+        models[model_id] = {
+            "points": np.array(found.arrays["points"][row]),
+            "image": found.image(row),
+            "vertices": mesh.vertices,
+            "faces": mesh.faces,
+            "face_colors": mesh.face_colors,
+            "face_parts": mesh.face_parts,
+            "point_parts": found.point_parts(row),
+        }
+    return {"facts": facts, "models": models}
+
+
+def training(regime: str, folder: Path, double: bool) -> dict[str, Any]:
+    """Train a tiny network for a few steps and return the terms of its loss at each.
+
+    Args:
+        regime: its name.
+        folder: where data is prepared.
+        double: in float64, from weights of numpy's, instead of the usual float32 from torch's own.
+            Three steps are then the same on all processors to many digits. The usual ones are not:
+            Adam makes full steps along gradients that are nothing but rounding, and torch draws
+            weights whose last digits depend on the processor; the second loss is off by a tenth.
+    """
+    logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)
+    cfg = _config(folder, f"regime={regime}")
+    seed_everything(cfg.seed, verbose=False)
+    data = build_data(cfg)
+    data.setup()
+    network = build_network(cfg)
+    if double:
+        _draw_weights(network)
+        # Images are bytes, and would be standardised in float32.
+        network.register_forward_pre_hook(lambda _, images: (images[0].double(),))
+    module = FfdModule(
+        network,
+        Objective(
+            weighting=cfg.regime.weighting,
+            entropy_weight=cfg.regime.entropy_weight,
+            offset_weight=cfg.regime.offset_weight,
+            annealing_steps=cfg.schedule.annealing_steps,
+        ),
+        learning_rate=cfg.schedule.learning_rate,
+        learning_rate_decay=cfg.schedule.learning_rate_decay,
+        steps=cfg.schedule.steps,
+        seed=cfg.seed,
+    )
+    terms = _Terms()
+    trainer = Trainer(
+        accelerator="cpu",
+        devices=1,
+        precision="64-true" if double else "32-true",
+        max_steps=STEPS,
+        max_epochs=1,
+        limit_val_batches=0,
+        logger=False,
+        callbacks=[terms],
+        use_distributed_sampler=False,
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        default_root_dir=folder,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of workers and of intervals that are too long
+        trainer.fit(module, datamodule=data)
+    values = [value.detach().reshape(-1).double() for value in network.state_dict().values()]
+    return {
+        "templates": list(data.bank.ids),
+        "trained_on": list(data.split.train),
+        "tested_on": list(data.split.test),
+        "steps": terms.steps,
+        "weights": torch.cat(values).numpy(),
+    }
+
+
+def evaluation(folder: Path) -> dict[str, float]:
+    """Evaluate a network of fixed outputs, with references, and return the means."""
+    found = _prepared(folder)
+    bank = TemplateBank.of(found, _TEMPLATES)
+    rows = np.array([row for row, name in enumerate(found.ids) if name not in _TEMPLATES])
+    subject = Subject(
+        _FixedOutputs(*bank.control_points.shape[:2]),  # type: ignore[arg-type]
+        bank,
+        trained_on=Models(found, rows[:-3]),
+        tested_on=Models(found, rows[-3:]),
+        step=0,
+    )
+    protocol = PROTOCOLS[ProtocolKind.paper]
+    options = Options(references=True, progress=False, restart=True)
+    return evaluate(subject, protocol, folder / "evaluation", options)
+
+
+def _draw_weights(network: nn.Module) -> None:
+    """Give all matrices and kernels weights of Glorot's size, in the order of the modules."""
+    rng = np.random.default_rng(0)
+    for value in network.parameters():
+        if value.ndim > 1:
+            bound = (6 / (value.shape[0] + value[0].numel())) ** 0.5
+            value.data = torch.from_numpy(rng.uniform(-bound, bound, value.shape)).float()
+
+
+class _Terms(Callback):
+    """Keeps what is logged at each step."""
+
+    def __init__(self) -> None:
+        self.steps: list[dict[str, float]] = []
+
+    def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
+        logged = trainer.callback_metrics
+        self.steps.append({name: float(value) for name, value in sorted(logged.items())})
+
+
+class _FixedOutputs(nn.Module):
+    """A network that says the same of every image, and knows images apart by their brightness.
+
+    The first template is selected by far, and no rounding of another processor's can change that;
+    a template that a network not yet trained selects would depend on it.
+    """
+
+    def __init__(self, num_templates: int, num_control_points: int) -> None:
+        super().__init__()
+        generator = torch.Generator().manual_seed(0)
+        shape = (num_templates, num_control_points, 3)
+        offsets = 0.1 * (torch.rand(shape, generator=generator) - 0.5)
+        self.offsets = nn.Parameter(offsets, requires_grad=False)
+        self.logits = nn.Parameter(torch.linspace(1, -1, num_templates), requires_grad=False)
+        self.encoder = nn.AdaptiveAvgPool2d((6, 8))
+
+    def forward(self, images: torch.Tensor) -> FfdPrediction:
+        logits = self.logits.expand(len(images), -1)
+        probs = logits.softmax(1)
+        return FfdPrediction(probs, probs, self.offsets.expand(len(images), -1, -1, -1), logits)
+
+
+def _config(folder: Path, *overrides: str) -> TrainConfig:
+    register()
+    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
+        composed = compose("train", [*_SETTINGS, f"paths.data={folder}", *overrides])
+    return typed_config(composed, TrainConfig)
+
+
+def _prepared(folder: Path) -> PreparedSet:
+    (preparation,) = build_preparations(_config(folder))
+    return preparation.run()
