@@ -56,7 +56,7 @@ def spindle(rng: Rng) -> Builder:
     wood = pick_material(rng, draw(rng, ["wood", "paint"], [0.65, 0.35]))
     thick = rng.uniform(0.03, 0.05)
     seat = (length, thick, depth)
-    b.rounded_box("seat", wood, (0, height - thick / 2, 0), seat, 0.12, 0.4 * thick)
+    b.rounded_box("seat", wood, (0, height - thick / 2, 0), seat, radius=0.12, edge=0.4 * thick)
     style = draw_leg_style(rng, (0.035, 0.05), hairpin=0.0)
     xs = np.linspace(-1, 1, 2 if length < 1.4 else int(rng.integers(3, 5))) * (length / 2 - 0.1)
     splay = rng.uniform(0.02, 0.08)

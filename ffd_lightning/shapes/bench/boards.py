@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.boards import slats
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import Triple, vec
 
 
-def draw_bench_size(rng: Rng) -> tuple[float, float, float]:
+def draw_bench_size(rng: Rng) -> Triple:
     """Draw (length, depth, seat height)."""
     return rng.uniform(0.9, 2.1), rng.uniform(0.34, 0.52), rng.uniform(0.38, 0.5)
 
@@ -16,7 +16,7 @@ def add_boards(
     b: Builder,
     rng: Rng,
     material: Material,
-    size: tuple[float, float, float],
+    size: Triple,
     count: int,
     z: float = 0.0,
     part: str = "seat",

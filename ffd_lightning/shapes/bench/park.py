@@ -9,13 +9,13 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam, slats
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import Array, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, lean, vec
 
 _STRAIGHT = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
 
 
 def _wooden_side(
-    b: Builder, material: Material, x: float, seat: tuple[float, float], back: Array, arm: float
+    b: Builder, material: Material, x: float, seat: Pair, back: Array, arm: float
 ) -> None:
     """Add a side frame of square posts: seat (depth, height), back's top, arm's height or 0."""
     depth, height = seat
@@ -34,22 +34,22 @@ def _wooden_side(
 
 
 def _iron_side(
-    b: Builder, material: Material, x: float, seat: tuple[float, float], back: Array, arm: float
+    b: Builder, material: Material, x: float, seat: Pair, back: Array, arm: float
 ) -> None:
     """Add a side frame of bent iron with the same arguments as `_wooden_side`."""
     depth, height = seat
     front, rear, low = -0.42 * depth, 0.45 * depth, height - 0.035
     r = 0.017
     seat_path = [(x, 0, front - 0.05), (x, low, front), (x, low, rear)]
-    b.tube("leg", material, bend(seat_path, 0.12), r, 8)
+    b.tube("leg", material, bend(seat_path, 0.12), r, segments=8)
     back_path = [(x, 0, rear + 0.1), (x, 0.5 * height, rear - 0.05), (x, height, rear + 0.005)]
-    b.tube("leg", material, bend([*back_path, (x, *back[1:])], 0.2), r, 8)
+    b.tube("leg", material, bend([*back_path, (x, *back[1:])], 0.2), r, segments=8)
     beam(b, "leg", material, (x, 0.3 * height, front - 0.01), (x, 0.3 * height, rear), 0.016, 0.03)
     if arm:
         t = (arm - height) / (back[1] - height)
         z = rear + t * (back[2] - rear)
         path = [(x, low, front + 0.05), (x, arm, front - 0.06), (x, arm + 0.02, z)]
-        b.tube("arm", material, bend(path, 0.12), r, 8)
+        b.tube("arm", material, bend(path, 0.12), r, segments=8)
 
 
 def park(rng: Rng) -> Builder:

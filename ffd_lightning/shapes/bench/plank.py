@@ -57,7 +57,7 @@ def _plank_end(
             add_leg(b, "leg", base, post, high, low, (0.7 + 0.2 * sign, 1.5))
     else:
         path = [(x, top, -half), (x, 0.014, -half), (x, 0.014, half), (x, top, half)]
-        b.tube("leg", base, bend(path, 0.04), 0.014, 10)
+        b.tube("leg", base, bend(path, 0.04), 0.014, segments=10)
         beam(b, "leg", base, (x, top - 0.01, -half), (x, top - 0.01, half), 0.03, 0.02)
 
 

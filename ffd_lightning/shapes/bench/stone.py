@@ -8,12 +8,10 @@ from ffd_lightning.shapes.bench.boards import draw_bench_size
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import pad
 from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 
 
-def _pedestal(
-    b: Builder, stone: Material, kind: str, x: float, plan: tuple[float, float], top: float
-) -> None:
+def _pedestal(b: Builder, stone: Material, kind: str, x: float, plan: Pair, top: float) -> None:
     """Add a block, a flared block or a turned foot at `x`, `plan` (width, depth), up to `top`."""
     if kind == "turned":
         r = 0.48 * plan[1]
@@ -38,7 +36,9 @@ def stone(rng: Rng) -> Builder:
     stone = Material(color, "speckle", 3.0, seed=int(rng.integers(1 << 30)))
     thick, edge = rng.uniform(0.06, 0.15), rng.uniform(0.008, 0.03)
     slab = (length, thick, depth)
-    b.rounded_box("seat", stone, (0, height - thick / 2, 0), slab, 0.05, edge, segments=6)
+    b.rounded_box(
+        "seat", stone, (0, height - thick / 2, 0), slab, radius=0.05, edge=edge, segments=6
+    )
     under, reach = height - thick + 0.002, length / 2 * rng.uniform(0.6, 0.85)
     kind, wide = draw(rng, ["blocks", "turned", "flared"]), rng.uniform(0.08, 0.2)
     for x in (-reach, reach):

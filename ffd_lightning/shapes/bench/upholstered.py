@@ -19,7 +19,7 @@ def upholstered(rng: Rng) -> Builder:
     cover, soft = draw_cover(rng), rng.uniform(0.07, 0.16)
     frame = pick_material(rng, draw(rng, ["wood", "metal"], [0.7, 0.3]))
     cushion = (length, soft, depth)
-    b.rounded_box("seat", cover, (0, height - soft / 2, 0), cushion, 0.05, 0.4 * soft)
+    b.rounded_box("seat", cover, (0, height - soft / 2, 0), cushion, radius=0.05, edge=0.4 * soft)
     under = height - soft
     if rng.random() < 0.6:
         size = (0.98 * length, 0.05, 0.96 * depth)
@@ -34,7 +34,7 @@ def upholstered(rng: Rng) -> Builder:
         for x in np.linspace(-0.42, 0.42, columns) * length:
             for at in np.linspace(-0.3, 0.3, rows) * depth:
                 button = [(0.016, -0.004), (0.018, 0.002), (0.009, 0.009)]
-                b.lathe("seat", frame, button, (x, height, at), 8)
+                b.lathe("seat", frame, button, (x, height, at), segments=8)
     kind = draw(rng, ["none", "ends", "back"], [0.35, 0.35, 0.3])
     rise, thick = rng.uniform(0.15, 0.4), rng.uniform(0.06, 0.1)
     middle = height + (rise - soft) / 2

@@ -10,6 +10,7 @@ from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, st
 from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery, shelves
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import corners
+from ffd_lightning.shapes.kit.vectors import Pair, Triple
 
 
 def bookcase(rng: Rng) -> Builder:
@@ -49,13 +50,7 @@ def bookcase(rng: Rng) -> Builder:
 
 
 def _cells(
-    b: Builder,
-    rng: Rng,
-    style: Joinery,
-    size: tuple[float, float],
-    x: float,
-    rows: int,
-    closed: float,
+    b: Builder, rng: Rng, style: Joinery, size: Pair, x: float, rows: int, closed: float
 ) -> None:
     """Add a column of cells of `size` (width, depth), a share `closed` of them with fronts."""
     width, depth = size
@@ -68,7 +63,7 @@ def _cells(
             fill(b, rng, replace(style, inset=True), level, draw(rng, ["door", "drawers"]))
 
 
-def _rack(b: Builder, rng: Rng, style: Joinery, size: tuple[float, float, float]) -> None:
+def _rack(b: Builder, rng: Rng, style: Joinery, size: Triple) -> None:
     """Add shelves on four posts, sometimes with rails and a cross at the back."""
     width, height, depth = size
     post = rng.uniform(0.018, 0.035)

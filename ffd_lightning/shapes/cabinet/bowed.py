@@ -10,7 +10,7 @@ from ffd_lightning.shapes.cabinet.joinery import BOARD, Joinery, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import UP, Array, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, vec
 
 
 def bowed(rng: Rng) -> Builder:
@@ -76,7 +76,7 @@ def _plan(rng: Rng, kind: str, size: float) -> tuple[Array, Array]:
 
 
 def _prism(
-    b: Builder, part: str, material: Material, plan: Array, levels: tuple[float, float], grow: float
+    b: Builder, part: str, material: Material, plan: Array, levels: Pair, grow: float
 ) -> None:
     """Add the plan (n, 2) scaled by `grow` between two `levels`."""
     center = np.array([plan[:, 0].mean(), (plan[:, 1].min() + plan[:, 1].max()) / 2])
@@ -102,13 +102,7 @@ def _feet(b: Builder, rng: Rng, style: Joinery, plan: Array, round_plan: bool) -
 
 
 def _curved_front(
-    b: Builder,
-    style: Joinery,
-    part: str,
-    path: Array,
-    span: tuple[float, float],
-    levels: tuple[float, float],
-    side: int,
+    b: Builder, style: Joinery, part: str, path: Array, span: Pair, levels: Pair, side: int
 ) -> None:
     """Add a door or drawer on the stretch `span` (0 to 1) of the front, its handle at `side`."""
     t = np.linspace(0, 1, len(path))
@@ -136,7 +130,7 @@ def _handle(b: Builder, style: Joinery, start: Array, out: Array, along: Array) 
     """Add a knob, or a bar `along`, that stands `out` from `start`."""
     if style.grip in ("knob", "bow", "none"):
         path = start + np.outer((-0.005, 0.014, 0.018, 0.026, 0.034), out)
-        b.tube("handle", style.handle, path, (0.006, 0.006, 0.015, 0.017, 0.006), 10)
+        b.tube("handle", style.handle, path, (0.006, 0.006, 0.015, 0.017, 0.006), segments=10)
         return
     ends = start + 0.02 * out - 0.07 * along, start + 0.02 * out + 0.07 * along
     b.cylinder("handle", style.handle, *ends, 0.009, segments=8)

@@ -19,23 +19,21 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style
 from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.vectors import UP, vec
+from ffd_lightning.shapes.kit.vectors import UP, Pair, Triple, vec
 
 
-def add_top(
-    b: Builder, rng: Rng, material: Material, size: tuple[float, float, float], z: float = 0.0
-) -> None:
+def add_top(b: Builder, rng: Rng, material: Material, size: Triple, z: float = 0.0) -> None:
     """Add a top with an overhang over `size` (width, height of its underside, depth)."""
     width, height, depth = size
     over, thickness = rng.uniform(0.0, 0.04), rng.uniform(0.02, 0.045)
     center = (0, height + thickness / 2 - 0.002, z - over / 2)
     board = (width + 2 * over + 0.004, thickness, depth + over + 0.004)
-    b.rounded_box("top", material, center, board, 0.012, rng.uniform(0.2, 0.45) * thickness)
+    b.rounded_box(
+        "top", material, center, board, radius=0.012, edge=rng.uniform(0.2, 0.45) * thickness
+    )
 
 
-def add_cornice(
-    b: Builder, material: Material, size: tuple[float, float, float], reach: float, z: float = 0.0
-) -> None:
+def add_cornice(b: Builder, material: Material, size: Triple, reach: float, z: float = 0.0) -> None:
     """Add a moulding around the top of `size` (width, its height, depth) that flares by `reach`."""
     width, height, depth = size
     rings = []
@@ -68,12 +66,7 @@ def fill(b: Builder, rng: Rng, style: Joinery, bay: Bay, kind: str) -> None:
 
 
 def stand(
-    b: Builder,
-    rng: Rng,
-    material: Material,
-    size: tuple[float, float],
-    kinds: Sequence[str],
-    height: float = 0.15,
+    b: Builder, rng: Rng, material: Material, size: Pair, kinds: Sequence[str], height: float = 0.15
 ) -> float:
     """Add what carries a carcass of `size` (width, depth); return its height.
 

@@ -7,7 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.cabinet.casework import STANDS, add_top, stand
 from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery, fronts
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import Triple, vec
 
 
 def dresser(rng: Rng) -> Builder:
@@ -48,7 +48,7 @@ def dresser(rng: Rng) -> Builder:
     return b
 
 
-def _mirror(b: Builder, rng: Rng, style: Joinery, size: tuple[float, float, float]) -> None:
+def _mirror(b: Builder, rng: Rng, style: Joinery, size: Triple) -> None:
     """Stand a framed mirror on the back of a dresser of `size`."""
     width, height, depth = size
     wide, tall = rng.uniform(0.5, 0.85) * width, rng.uniform(0.45, 0.8)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import UP, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Pair, Triple, lean, vec
 
 BOARD = 0.02
 """Thickness of fronts and inner boards."""
@@ -82,14 +82,14 @@ def draw_joinery(rng: Rng, kinds: Sequence[str] = ("wood", "paint")) -> Joinery:
     body = pick_material(rng, draw(rng, kinds))
     front = body if rng.random() < 0.45 else pick_material(rng, draw(rng, kinds))
     return Joinery(
-        body,
-        front,
-        pick_material(rng, draw(rng, ["metal", "wood", "rubber"], [0.7, 0.15, 0.15])),
-        pick_material(rng, "glass"),
-        draw(rng, ["flat", "frame", "raised", "louvre"], [0.4, 0.25, 0.25, 0.1]),
-        draw(rng, ["bar", "knob", "bow", "slot", "none"], [0.28, 0.32, 0.22, 0.1, 0.08]),
-        bool(rng.random() < 0.4),
-        rng.uniform(0.016, 0.035),
+        body=body,
+        front=front,
+        handle=pick_material(rng, draw(rng, ["metal", "wood", "rubber"], [0.7, 0.15, 0.15])),
+        glass=pick_material(rng, "glass"),
+        panel=draw(rng, ["flat", "frame", "raised", "louvre"], [0.4, 0.25, 0.25, 0.1]),
+        grip=draw(rng, ["bar", "knob", "bow", "slot", "none"], [0.28, 0.32, 0.22, 0.1, 0.08]),
+        inset=bool(rng.random() < 0.4),
+        board=rng.uniform(0.016, 0.035),
     )
 
 
@@ -105,8 +105,8 @@ def plank(
 def carcass(
     b: Builder,
     style: Joinery,
-    size: tuple[float, float, float],
-    center: tuple[float, float] = (0.0, 0.0),
+    size: Triple,
+    center: Pair = (0.0, 0.0),
     bottom: float = 0.0,
     back: bool = True,
 ) -> Bay:
@@ -125,7 +125,14 @@ def carcass(
     if back:
         start, end = (left + 0.5 * t, bottom + 0.5 * t), (right - 0.5 * t, top - 0.5 * t)
         plank(b, "body", style.body, (*start, rear - 0.012), (*end, rear))
-    return Bay(x, bottom + height / 2, width - 2 * t, height - 2 * t, front, depth - 0.012)
+    return Bay(
+        x=x,
+        y=bottom + height / 2,
+        width=width - 2 * t,
+        height=height - 2 * t,
+        front=front,
+        depth=depth - 0.012,
+    )
 
 
 def dividers(b: Builder, style: Joinery, bays: Sequence[Bay], across: bool) -> None:
@@ -177,7 +184,7 @@ def sliding_doors(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
         if style.grip != "none":
             x = cell.x + (0.5 * cell.width - 0.05) * (1 if i else -1)
             size = (0.022, min(0.2, 0.3 * cell.height), 0.008)
-            b.rounded_box("handle", style.handle, (x, cell.y, z), size, 0.008, 0.003)
+            b.rounded_box("handle", style.handle, (x, cell.y, z), size, radius=0.008, edge=0.003)
 
 
 def shelves(b: Builder, style: Joinery, bay: Bay, count: int, material: Material) -> None:
@@ -211,7 +218,7 @@ def _panel(b: Builder, style: Joinery, part: str, face: Bay) -> float:
         plank(b, part, style.front, middle - half - deep, middle + half + deep)
         size = (2 * inner[0], 0.8 * BOARD, 2 * inner[1])
         taper = 1 - 0.012 / float(inner[:2].max())
-        b.box(part, style.front, middle - 0.8 * deep, size, lean(-90), taper)
+        b.box(part, style.front, middle - 0.8 * deep, size, turn=lean(-90), taper=taper)
         return face.front
     frame(b, part, style.front, middle, (face.width, face.height), border)
     if style.panel == "louvre" and part == "door":
@@ -231,7 +238,7 @@ def frame(
     part: str,
     material: Material,
     center: ArrayLike,
-    size: tuple[float, float],
+    size: Pair,
     border: float,
     thickness: float = BOARD,
 ) -> None:
@@ -261,21 +268,21 @@ def _glazing(b: Builder, style: Joinery, face: Bay) -> float:
     return face.front
 
 
-def grip(
-    b: Builder, style: Joinery, at: tuple[float, float, float], length: float, upright: bool
-) -> None:
+def grip(b: Builder, style: Joinery, at: Triple, length: float, upright: bool) -> None:
     """Add a handle at the point `at` of a front: a bar or bow of `length`, a knob or a slot."""
     center, along = np.asarray(at, float), UP if upright else vec(1.0, 0, 0)
     out = vec(0, 0, -1.0)
     if style.grip == "knob":
-        b.lathe("handle", style.handle, _KNOB, center, 10, turn=lean(-90))
+        b.lathe("handle", style.handle, _KNOB, center, segments=10, turn=lean(-90))
     elif style.grip == "slot":
         size = np.abs(along) * length + (1 - np.abs(along)) * 0.016
         b.box("handle", style.handle, center, (size[0], size[1], 0.006))
     elif style.grip == "bow":
         ends = center - 0.35 * length * along, center + 0.35 * length * along
         corner = [ends[0] + 0.035 * out, ends[1] + 0.035 * out]
-        b.tube("handle", style.handle, bend([ends[0], *corner, ends[1]], 0.03, 2), 0.006, 6)
+        b.tube(
+            "handle", style.handle, bend([ends[0], *corner, ends[1]], 0.03, 2), 0.006, segments=6
+        )
     elif style.grip == "bar":
         for t in (-0.36, 0.36):
             foot = center + t * length * along

@@ -8,7 +8,7 @@ from ffd_lightning.shapes.cabinet.casework import add_top, fill, stand
 from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery, plank
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import Triple, vec
 
 
 def kitchen(rng: Rng) -> Builder:
@@ -35,7 +35,7 @@ def kitchen(rng: Rng) -> Builder:
         )
         for i, j in ((-1, -1), (1, -1), (-1, 1), (1, 1)):
             ring = [(0.05, 0.015), (0.075, 0.022), (0.05, 0.024), (0.03, 0.018)]
-            b.lathe("top", steel, ring, (x + 0.11 * i, level, 0.1 * j), 12)
+            b.lathe("top", steel, ring, (x + 0.11 * i, level, 0.1 * j), segments=12)
     if rng.random() < 0.6:
         _wall_units(b, rng, style, (width, level, depth), count)
     return b
@@ -50,14 +50,18 @@ def _sink(b: Builder, rng: Rng, steel: Material, x: float, level: float) -> None
         "top", bowl, (x, level + 0.004, -0.04), size * vec(0.85, 1, 0.8), 0.06, segments=2
     )
     rise, reach = rng.uniform(0.14, 0.3), rng.uniform(0.12, 0.18)
-    path = np.array([[x, level, 0.2], [x, level + rise, 0.2], [x, level + rise, 0.2 - reach],
-                     [x, level + 0.7 * rise, 0.2 - reach]])  # fmt: skip
-    b.tube("top", steel, bend(path, 0.06, 3), 0.013, 8)
+    path = np.array(
+        [
+            [x, level, 0.2],
+            [x, level + rise, 0.2],
+            [x, level + rise, 0.2 - reach],
+            [x, level + 0.7 * rise, 0.2 - reach],
+        ]
+    )
+    b.tube("top", steel, bend(path, 0.06, 3), 0.013, segments=8)
 
 
-def _wall_units(
-    b: Builder, rng: Rng, style: Joinery, size: tuple[float, float, float], count: int
-) -> None:
+def _wall_units(b: Builder, rng: Rng, style: Joinery, size: Triple, count: int) -> None:
     """Add a splashback behind a worktop of `size` (width, height, depth) and cases at its top."""
     width, level, depth = size
     gap, rise, deep = rng.uniform(0.4, 0.6), rng.uniform(0.45, 0.8), rng.uniform(0.28, 0.36)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.car.stance import Stance
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 BLACK = Material((0.06, 0.06, 0.065))
 
@@ -56,7 +56,7 @@ def _section(stance: Stance, z: float) -> Array:
     return np.array([(x, y, z) for x, y in ring])
 
 
-def hood(b: Builder, paint: Material, stance: Stance, ends: tuple[float, float]) -> None:
+def hood(b: Builder, paint: Material, stance: Stance, ends: Pair) -> None:
     """Add the hood's panel on the body between two z, following its profile."""
     rows = [z for z, _ in stance.profile if ends[0] < z < ends[1]]
     rings = []
@@ -81,7 +81,7 @@ def face(b: Builder, rng: Rng, stance: Stance, paint: Material) -> None:
             center = vec(side * (0.93 * half - size[0] / 2 - 0.02), y, z)
             material = LAMP if end < 0 else RED
             if shape == "round":
-                b.ellipsoid("light", material, center, (size[0] / 2, size[1] / 2, 0.04), 8)
+                b.ellipsoid("light", material, center, (size[0] / 2, size[1] / 2, 0.04), segments=8)
             else:
                 b.rounded_box("light", material, center, (*size, 0.06), 0.025, segments=1)
         low = stance.clearance + 0.2 * tall
@@ -106,8 +106,8 @@ def walls(
     b: Builder,
     paint: Material,
     stance: Stance,
-    ends: tuple[float, float],
-    span: tuple[float, float],
+    ends: Pair,
+    span: Pair,
     thickness: float,
     closed: tuple[bool, bool] = (True, True),
 ) -> None:

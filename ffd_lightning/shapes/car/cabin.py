@@ -11,7 +11,7 @@ from ffd_lightning.shapes.car.body import BLACK, CHROME, draw_paint, face, hood,
 from ffd_lightning.shapes.car.stance import Stance
 from ffd_lightning.shapes.car.wheels import wheels
 from ffd_lightning.shapes.kit import Builder, Material, Rng
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 
 def draw_glass(rng: Rng) -> Material:
@@ -33,10 +33,10 @@ class Cabin:
         pillar: how wide they are.
     """
 
-    belt: tuple[float, float]
-    roof: tuple[float, float]
-    heights: tuple[float, float]
-    widths: tuple[float, float]
+    belt: Pair
+    roof: Pair
+    heights: Pair
+    widths: Pair
     pillars: tuple[float, ...] = (0.48,)
     pillar: float = 0.06
 

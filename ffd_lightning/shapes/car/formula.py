@@ -9,7 +9,7 @@ from ffd_lightning.shapes.car.wheels import wheel
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.sections import superellipse
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 
 def _oval(z: float, y: float, width: float, height: float) -> Array:
@@ -47,7 +47,9 @@ def formula(rng: Rng) -> Builder:
                 _oval(rear, y + 0.2, 0.12, 0.16),
             ],
         )
-        _wing(b, second, paint, -length / 2 + 0.12, y - 0.18, (0.94 * width, 0.32), 1)
+        _wing(
+            b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=(0.94 * width, 0.32), count=1
+        )
         count = int(rng.integers(1, 4))
         high = y + rng.uniform(0.3, 0.55)
         _wing(b, second, paint, rear + 0.45, high, (rng.uniform(0.5, 0.62) * width, 0.3), count)
@@ -70,13 +72,13 @@ def formula(rng: Rng) -> Builder:
 
 def _driver(b: Builder, rng: Rng, paint: Material, seat: float, y: float) -> None:
     """Add the cockpit's rim, a helmet, a small windscreen or a halo, and mirrors."""
-    b.ellipsoid("seat", BLACK, (0, y, seat), (0.24, 0.06, 0.4), 18)
-    b.ellipsoid("seat", paint, (0, y + 0.1, seat + 0.08), (0.13, 0.15, 0.15), 16)
-    b.ellipsoid("window", BLACK, (0, y + 0.12, seat - 0.02), (0.11, 0.05, 0.08), 12)
+    b.ellipsoid("seat", BLACK, (0, y, seat), (0.24, 0.06, 0.4), segments=18)
+    b.ellipsoid("seat", paint, (0, y + 0.1, seat + 0.08), (0.13, 0.15, 0.15), segments=16)
+    b.ellipsoid("window", BLACK, (0, y + 0.12, seat - 0.02), (0.11, 0.05, 0.08), segments=12)
     if rng.random() < 0.5:
         a = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9) * 1.1
         hoop = np.stack([0.3 * np.sin(a), np.full(9, y + 0.2), seat + 0.25 - 0.6 * np.cos(a)], 1)
-        b.tube("trim", BLACK, hoop, 0.03, 8)
+        b.tube("trim", BLACK, hoop, 0.03, segments=8)
         b.cylinder("trim", BLACK, (0, y - 0.04, seat - 0.5), (0, y + 0.2, seat - 0.35), 0.025)
         for end in (hoop[0], hoop[-1]):
             b.cylinder("trim", BLACK, end, end - vec(0.1 * np.sign(end[0]), 0.25, -0.05), 0.03)
@@ -87,13 +89,7 @@ def _driver(b: Builder, rng: Rng, paint: Material, seat: float, y: float) -> Non
 
 
 def _pods(
-    b: Builder,
-    rng: Rng,
-    paint: Material,
-    ends: tuple[float, float],
-    y: float,
-    bulk: float,
-    width: float,
+    b: Builder, rng: Rng, paint: Material, ends: Pair, y: float, bulk: float, width: float
 ) -> None:
     """Add the radiators' side pods and the floor."""
     front, rear = ends
@@ -120,13 +116,7 @@ def _pods(
 
 
 def _wing(
-    b: Builder,
-    paint: Material,
-    plate: Material,
-    z: float,
-    y: float,
-    size: tuple[float, float],
-    count: int,
+    b: Builder, paint: Material, plate: Material, z: float, y: float, size: Pair, count: int
 ) -> None:
     """Add `count` stacked aerofoils of (span, chord) between two end plates."""
     span, chord = size
@@ -141,14 +131,7 @@ def _wing(
         b.box("trim", plate, center, (0.025, tall, 1.15 * chord))
 
 
-def _running_gear(
-    b: Builder,
-    rng: Rng,
-    axles: tuple[float, float],
-    sizes: tuple[float, float],
-    width: float,
-    y: float,
-) -> None:
+def _running_gear(b: Builder, rng: Rng, axles: Pair, sizes: Pair, width: float, y: float) -> None:
     """Add four wide wheels and their wishbones."""
     style = ("spokes" if rng.random() < 0.6 else "disc", 6, pick_material(rng, "metal"))
     for z, radius, thick in zip(axles, sizes, (0.28, 0.36), strict=True):

@@ -13,23 +13,25 @@ from ffd_lightning.shapes.car.stance import Stance, draw_stance, with_profile
 from ffd_lightning.shapes.car.wheels import wheels
 from ffd_lightning.shapes.kit import Builder, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import beam
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import Pair, lean, vec
 
 
 def roadster(rng: Rng) -> Builder:
     """Draw an open car: a cockpit with seats, windscreen, steering wheel."""
     b, paint = Builder(), draw_paint(rng)
-    stance = draw_stance(rng, (3.5, 4.7), (1.6, 1.9), (0.28, 0.34), (0.13, 0.22))
+    stance = draw_stance(
+        rng, length=(3.5, 4.7), width=(1.6, 1.9), radius=(0.28, 0.34), clearance=(0.13, 0.22)
+    )
     half, belt = stance.length / 2, max(rng.uniform(0.76, 0.88), 2.13 * stance.radius + 0.1)
     front = -half + stance.length * rng.uniform(0.33, 0.42)
     room = rng.uniform(1.1, 1.9)
     rear, floor = min(front + room, stance.axles[1] - 1.13 * stance.radius - 0.05), 0.42
     stance = with_profile(
         stance,
-        belt - rng.uniform(0.14, 0.22),
-        (front, belt),
-        (rear, belt),
-        belt - rng.uniform(0.02, 0.12),
+        nose=belt - rng.uniform(0.14, 0.22),
+        cowl=(front, belt),
+        deck=(rear, belt),
+        tail=belt - rng.uniform(0.02, 0.12),
     )
     rows = [row for row in stance.profile if not front < row[0] < rear]
     index = [z for z, _ in rows].index(front) + 1
@@ -47,9 +49,7 @@ def roadster(rng: Rng) -> Builder:
     return b
 
 
-def _cockpit(
-    b: Builder, rng: Rng, stance: Stance, ends: tuple[float, float], floor: float, belt: float
-) -> None:
+def _cockpit(b: Builder, rng: Rng, stance: Stance, ends: Pair, floor: float, belt: float) -> None:
     """Add the windscreen, one or two rows of seats and the steering wheel."""
     front, rear = ends
     rise, rake, half = rng.uniform(0.25, 0.42), rng.uniform(0.2, 0.4), 0.4 * stance.width
@@ -80,4 +80,4 @@ def _cockpit(
     hub = vec(spread * rng.choice([-1, 1]), belt, front + 0.3)
     b.cylinder("trim", BLACK, hub + vec(0, -0.1, -0.3), hub, 0.025, segments=8)
     ring = [(0.17, -0.015), (0.19, 0), (0.17, 0.015), (0.15, 0)]
-    b.lathe("trim", BLACK, [*ring, ring[0]], hub, 14, lean(65))
+    b.lathe("trim", BLACK, [*ring, ring[0]], hub, segments=14, turn=lean(65))

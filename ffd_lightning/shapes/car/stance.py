@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ffd_lightning.shapes.kit import Rng
+from ffd_lightning.shapes.kit.vectors import Pair
 
-Profile = Sequence[tuple[float, float]]
+Profile = Sequence[Pair]
 
 
 @dataclass(frozen=True)
@@ -53,30 +54,30 @@ class Stance:
         return self.clearance
 
 
-def _draw_axles(rng: Rng, length: float, radius: float, front: float) -> tuple[float, float]:
+def _draw_axles(rng: Rng, length: float, radius: float, front: float) -> Pair:
     """Draw the axles' z; `front` is the front overhang in tyre radii."""
     first = -length / 2 + radius * front
     rear = length / 2 - radius * rng.uniform(1.9, 2.8)
     return first, rear
 
 
-def draw_stance(
-    rng: Rng,
-    length: tuple[float, float],
-    width: tuple[float, float],
-    radius: tuple[float, float],
-    clearance: tuple[float, float],
-) -> Stance:
+def draw_stance(rng: Rng, length: Pair, width: Pair, radius: Pair, clearance: Pair) -> Stance:
     """Draw a car's size within these ranges; its profile is still to be set."""
     long, r = rng.uniform(*length), rng.uniform(*radius)
     axles = _draw_axles(rng, long, r, rng.uniform(2.0, 2.8))
     low = min(rng.uniform(*clearance), 0.9 * r)
-    return Stance(long, rng.uniform(*width), axles, r, low, (), rng.uniform(0.78, 0.9))
+    return Stance(
+        length=long,
+        width=rng.uniform(*width),
+        axles=axles,
+        radius=r,
+        clearance=low,
+        profile=(),
+        nose=rng.uniform(0.78, 0.9),
+    )
 
 
-def with_profile(
-    stance: Stance, nose: float, cowl: tuple[float, float], deck: tuple[float, float], tail: float
-) -> Stance:
+def with_profile(stance: Stance, nose: float, cowl: Pair, deck: Pair, tail: float) -> Stance:
     """Set a profile: heights of nose and tail, (z, height) of the cowl and of the deck's front."""
     half = stance.length / 2
     least = 2.13 * stance.radius + 0.06  # the wheel arches must fit below the bonnet

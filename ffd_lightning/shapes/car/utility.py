@@ -24,12 +24,18 @@ from ffd_lightning.shapes.kit.paths import bend
 def van(rng: Rng) -> Builder:
     """Draw a van: panel van or people carrier, its bonnet short or none."""
     b, panel = Builder(), rng.random() < 0.45
-    stance = draw_stance(rng, (3.6, 6.0), (1.7, 2.1), (0.3, 0.36), (0.18, 0.3))
+    stance = draw_stance(
+        rng, length=(3.6, 6.0), width=(1.7, 2.1), radius=(0.3, 0.36), clearance=(0.18, 0.3)
+    )
     stance = replace(stance, nose=rng.uniform(0.92, 0.98))
     half, belt = stance.length / 2, rng.uniform(1.0, 1.2)
     cowl, rear = -half + rng.uniform(0.12, 0.75), half - 0.05
     stance = with_profile(
-        stance, belt - rng.uniform(0.08, 0.25), (cowl, belt), (rear - 0.3, belt), belt
+        stance,
+        nose=belt - rng.uniform(0.08, 0.25),
+        cowl=(cowl, belt),
+        deck=(rear - 0.3, belt),
+        tail=belt,
     )
     belt = stance.top(cowl)
     high = belt + rng.uniform(0.7, 1.3)
@@ -37,7 +43,14 @@ def van(rng: Rng) -> Builder:
     widths = (0.9 * stance.width, rng.uniform(0.76, 0.88) * stance.width)
     count = 1 if panel else int(rng.integers(2, 5))
     pillars = tuple(np.linspace(0, 1, count + 2)[1:-1]) if not panel else (0.3,)
-    shape = Cabin((cowl, rear), roof, (belt, high), widths, pillars, rng.uniform(0.08, 0.14))
+    shape = Cabin(
+        belt=(cowl, rear),
+        roof=roof,
+        heights=(belt, high),
+        widths=widths,
+        pillars=pillars,
+        pillar=rng.uniform(0.08, 0.14),
+    )
     paint = closed_car(b, rng, stance, shape)
     upper_sides(b, paint, shape, 0.3 if panel else None, rng.uniform(0.7, 0.85))
     return b
@@ -52,7 +65,9 @@ def bus(rng: Rng) -> Builder:
     twin = length > 10.5 and rng.random() < 0.4
     axles = (front, rear, rear + 2.5 * r) if twin else (front, rear)
     profile = ((-half, belt - 0.04), (0.0, belt), (half, belt))
-    stance = Stance(length, width, axles, r, 0.3, profile, 0.95)
+    stance = Stance(
+        length=length, width=width, axles=axles, radius=r, clearance=0.3, profile=profile, nose=0.95
+    )
     shell(b, paint, stance)
     rake, gap, lintel = rng.uniform(0.02, 0.3), rng.uniform(1.2, 2.2), rng.uniform(0.75, 0.9)
     decks = 1 + int(rng.random() < 0.25)
@@ -71,7 +86,14 @@ def bus(rng: Rng) -> Builder:
             )
         ends, widths = (0.04 - half, half - 0.04), (0.97 * width, 0.93 * width)
         roof = (ends[0] + rake, half - 0.1)
-        shape = Cabin(ends, roof, (low, low + tall), widths, pillars, 0.08)
+        shape = Cabin(
+            belt=ends,
+            roof=roof,
+            heights=(low, low + tall),
+            widths=widths,
+            pillars=pillars,
+            pillar=0.08,
+        )
         cabin(b, paint, glass, shape, paint)
         upper_sides(b, paint, shape, None, lintel)
     face(b, rng, stance, paint)
@@ -94,7 +116,9 @@ def _livery(
 def pickup(rng: Rng) -> Builder:
     """Draw a pickup or a lorry: a cab, and behind it an open bed or a box."""
     b, paint, glass = Builder(), draw_paint(rng), draw_glass(rng)
-    stance = draw_stance(rng, (4.4, 6.0), (1.7, 2.1), (0.34, 0.44), (0.26, 0.4))
+    stance = draw_stance(
+        rng, length=(4.4, 6.0), width=(1.7, 2.1), radius=(0.34, 0.44), clearance=(0.26, 0.4)
+    )
     half, floor = stance.length / 2, 2.13 * stance.radius + 0.07
     belt = max(rng.uniform(1.05, 1.2), floor + 0.12)
     cowl = -half + rng.uniform(0.7, 1.5)
@@ -106,7 +130,14 @@ def pickup(rng: Rng) -> Builder:
     roof = (cowl + rng.uniform(0.3, 0.6), back - rng.uniform(0.02, 0.2))
     widths = (0.88 * stance.width, rng.uniform(0.7, 0.82) * stance.width)
     pillars = (0.5,) if back - cowl > 1.7 else ()
-    shape = Cabin((cowl, back), roof, (belt, high), widths, pillars, 0.08)
+    shape = Cabin(
+        belt=(cowl, back),
+        roof=roof,
+        heights=(belt, high),
+        widths=widths,
+        pillars=pillars,
+        pillar=0.08,
+    )
     shell(b, paint, stance)
     cabin(b, paint, glass, shape, paint)
     hood(b, paint, stance, (-half + 0.15, cowl - 0.06))
@@ -122,5 +153,5 @@ def pickup(rng: Rng) -> Builder:
         x, z = 0.46 * stance.width - 0.06, back + 0.2
         hoop = [(-x, belt - 0.05, z), (-0.85 * x, high, z), (0.85 * x, high, z)]
         hoop += [(x, belt - 0.05, z)]
-        b.tube("trim", CHROME, bend(hoop, 0.12, 3), 0.03, 8)
+        b.tube("trim", CHROME, bend(hoop, 0.12, 3), 0.03, segments=8)
     return b

@@ -10,7 +10,7 @@ from ffd_lightning.shapes.car.stance import Stance
 from ffd_lightning.shapes.car.wheels import wheels
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import lean
+from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean
 
 
 def vintage(rng: Rng) -> Builder:
@@ -19,7 +19,15 @@ def vintage(rng: Rng) -> Builder:
     dark = BLACK if rng.random() < 0.5 else draw_paint(rng)
     length, width, radius = rng.uniform(3.4, 5.0), rng.uniform(1.5, 1.8), rng.uniform(0.34, 0.44)
     axles = (-length / 2 + 1.25 * radius, length / 2 - rng.uniform(1.3, 2.0) * radius)
-    stance = Stance(length, width, axles, radius, 0.3, ((-length, 1.0), (length, 1.0)), 1.0)
+    stance = Stance(
+        length=length,
+        width=width,
+        axles=axles,
+        radius=radius,
+        clearance=0.3,
+        profile=((-length, 1.0), (length, 1.0)),
+        nose=1.0,
+    )
     belt, cowl = rng.uniform(1.0, 1.2), axles[0] + rng.uniform(0.24, 0.4) * length
     tail = min(axles[1] + rng.uniform(0.1, 0.9) * radius, length / 2)
     _body(b, rng, paint, (axles[0] - 0.3 * radius, cowl, tail), (0.32, belt), width)
@@ -27,13 +35,22 @@ def vintage(rng: Rng) -> Builder:
     roof = (cowl + rng.uniform(0.02, 0.2), tail - rng.uniform(0.02, 0.3))
     pillars = (0.36, 0.7) if tail - cowl > 1.8 else (0.55,)
     widths = (0.74 * width, rng.uniform(0.64, 0.72) * width)
-    shape = Cabin((cowl + 0.02, tail - 0.02), roof, (belt, high), widths, pillars, 0.09)
+    shape = Cabin(
+        belt=(cowl + 0.02, tail - 0.02),
+        roof=roof,
+        heights=(belt, high),
+        widths=widths,
+        pillars=pillars,
+        pillar=0.09,
+    )
     cabin(b, paint, draw_glass(rng), shape, dark if rng.random() < 0.6 else paint)
     _wings(b, rng, dark, stance)
     wheels(b, rng, stance, inset=0.0)
     _front(b, rng, axles[0] - 0.3 * radius, belt, width)
     for side in (-1, 1):
-        b.ellipsoid("light", RED, (side * 0.4 * width, 0.75, tail + 0.05), (0.05, 0.05, 0.05), 10)
+        b.ellipsoid(
+            "light", RED, (side * 0.4 * width, 0.75, tail + 0.05), (0.05, 0.05, 0.05), segments=10
+        )
     if rng.random() < 0.6:
         profile = [
             (0.05, -0.07),
@@ -43,17 +60,12 @@ def vintage(rng: Rng) -> Builder:
             (0.05, 0.06),
         ]
         center = (0, 0.3 + 1.0 * radius, tail + 0.06)
-        b.lathe("wheel", BLACK, profile, center, 22, lean(90))
+        b.lathe("wheel", BLACK, profile, center, segments=22, turn=lean(90))
     return b
 
 
 def _body(
-    b: Builder,
-    rng: Rng,
-    paint: Material,
-    stations: tuple[float, float, float],
-    span: tuple[float, float],
-    width: float,
+    b: Builder, rng: Rng, paint: Material, stations: Triple, span: Pair, width: float
 ) -> None:
     """Add a slender bonnet between the front two stations and the wider body behind."""
     nose, cowl, tail = stations
@@ -78,7 +90,7 @@ def _body(
         (0, (low + belt) / 2, (cowl - 0.12 + tail) / 2),
         (0.76 * width, belt - low, tail - cowl + 0.12),
     )
-    b.rounded_box("body", paint, center, size, 0.12, 0.03)
+    b.rounded_box("body", paint, center, size, radius=0.12, edge=0.03)
 
 
 def _wings(b: Builder, rng: Rng, dark: Material, stance: Stance) -> None:
@@ -106,7 +118,7 @@ def _front(b: Builder, rng: Rng, nose: float, belt: float, width: float) -> None
     """Add the radiator, the headlamps on their bar and the bumper."""
     wide, tall = rng.uniform(0.4, 0.48) * width, belt - 0.42
     y = 0.36 + tall / 2
-    b.rounded_box("trim", CHROME, (0, y, nose - 0.04), (wide, tall, 0.12), 0.05, 0.04)
+    b.rounded_box("trim", CHROME, (0, y, nose - 0.04), (wide, tall, 0.12), radius=0.05, edge=0.04)
     b.box("trim", BLACK, (0, y - 0.01, nose - 0.1), (0.82 * wide, 0.84 * tall, 0.02))
     for x in np.linspace(-0.4, 0.4, 7):
         b.box("trim", CHROME, (x * wide, y - 0.01, nose - 0.112), (0.02, 0.82 * tall, 0.012))
@@ -120,14 +132,18 @@ def _front(b: Builder, rng: Rng, nose: float, belt: float, width: float) -> None
             (size, -0.4 * size),
             (size, -0.6 * size),
         ]
-        b.lathe("trim", CHROME, bowl, (side, lamp, nose), 16, lean(90))
+        b.lathe("trim", CHROME, bowl, (side, lamp, nose), segments=16, turn=lean(90))
         b.ellipsoid(
-            "light", LAMP, (side, lamp, nose - 0.55 * size), (0.94 * size, 0.94 * size, 0.05), 14
+            "light",
+            LAMP,
+            (side, lamp, nose - 0.55 * size),
+            (0.94 * size, 0.94 * size, 0.05),
+            segments=14,
         )
     ends = [
         (x, 0.42, nose - 0.35 + 0.12 * abs(x) ** 2) for x in np.linspace(-0.46, 0.46, 7) * width
     ]
-    b.tube("trim", CHROME, ends, 0.04, 8)
+    b.tube("trim", CHROME, ends, 0.04, segments=8)
     for side in (-0.2, 0.2):
         foot = (side * width, 0.42, nose - 0.33)
         b.cylinder("trim", CHROME, foot, (side * width, 0.42, nose + 0.1), 0.025, segments=8)

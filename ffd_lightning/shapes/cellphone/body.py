@@ -8,7 +8,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.materials import draw_housing
-from ffd_lightning.shapes.kit.vectors import Array, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Triple, lean, vec
 
 _FLAT = lean(90)  # rounded_box rounds the edges along its y: this turns y to z
 
@@ -78,7 +78,7 @@ def tile(
     material: Material,
     body: Body,
     center: Array,
-    size: tuple[float, float, float],
+    size: Triple,
     radius: float,
     edge: float | None = None,
     segments: int = 3,
@@ -86,7 +86,9 @@ def tile(
     """Add a plate of `size` (width, height, depth), rounded by `radius` as seen from the front."""
     box = (size[0], size[2], size[1])
     turn = body.turn @ _FLAT
-    b.rounded_box(part, material, center, box, radius, edge, turn, segments)
+    b.rounded_box(
+        part, material, center, box, radius=radius, edge=edge, turn=turn, segments=segments
+    )
 
 
 def shell(
@@ -127,8 +129,16 @@ def add_half(b: Builder, rng: Rng, finish: Finish, body: Body, radius: float) ->
     size = (body.width, body.height, 0.6 * body.depth)
     edge = 0.2 * body.depth
     tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge)
-    tile(b, "body", finish.back, body, body.at(0, 0, -0.7 * body.depth),
-         (0.99 * size[0], 0.99 * size[1], size[2]), radius, edge)  # fmt: skip
+    tile(
+        b,
+        "body",
+        finish.back,
+        body,
+        body.at(0, 0, -0.7 * body.depth),
+        (0.99 * size[0], 0.99 * size[1], size[2]),
+        radius,
+        edge,
+    )
 
 
 def lid_at(hinge: Array, tip: Array, width: float, height: float, depth: float) -> Body:

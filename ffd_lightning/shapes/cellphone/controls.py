@@ -6,16 +6,11 @@ import numpy as np
 
 from ffd_lightning.shapes.cellphone.body import Body, Finish, tile
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import Triple, lean, vec
 
 
 def display(
-    b: Builder,
-    rng: Rng,
-    finish: Finish,
-    body: Body,
-    span: tuple[float, float, float],
-    icons: bool = False,
+    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, icons: bool = False
 ) -> None:
     """Add a screen with a rim; `span` is (lower end, upper end, width) as shares of the body."""
     low, high, share = span
@@ -26,8 +21,16 @@ def display(
     if rng.random() < 0.5:
         rim = (wide + 0.03 * body.width, tall + 0.03 * body.width, 0.02)
         tile(b, "body", finish.trim, body, body.at(0, middle, lift / 2 - 0.008), rim, radius)
-    tile(b, "screen", finish.screen, body, body.at(0, middle, lift - 0.008), (wide, tall, 0.02),
-         radius, 0.003)  # fmt: skip
+    tile(
+        b,
+        "screen",
+        finish.screen,
+        body,
+        body.at(0, middle, lift - 0.008),
+        (wide, tall, 0.02),
+        radius,
+        0.003,
+    )
     if not icons:
         return
     columns = int(rng.integers(3, 6))
@@ -42,16 +45,11 @@ def display(
             y = low + 0.05 * tall / body.height + (row + 0.5) * cell / body.height
             size = (0.62 * cell, 0.62 * cell, 0.008)
             paint = paints[int(rng.integers(4))]
-            b.box("screen", paint, body.at(x, y, lift + 0.002), size, body.turn)
+            b.box("screen", paint, body.at(x, y, lift + 0.002), size, turn=body.turn)
 
 
 def keypad(
-    b: Builder,
-    rng: Rng,
-    finish: Finish,
-    body: Body,
-    span: tuple[float, float, float],
-    grid: tuple[int, int],
+    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, grid: tuple[int, int]
 ) -> None:
     """Add a grid of (rows, columns) keys, all of one shape; `span` is as for `display`."""
     low, high, share = span
@@ -74,7 +72,14 @@ def keypad(
             if shape in ("square", "flush"):
                 lying = (size[0], height, size[1])
                 turn = body.turn @ lean(-90)
-                b.box("key", material, place, lying, turn, 0.85 if shape == "square" else 0.97)
+                b.box(
+                    "key",
+                    material,
+                    place,
+                    lying,
+                    turn=turn,
+                    taper=0.85 if shape == "square" else 0.97,
+                )
             else:
                 square = min(size[:2])
                 flat = (square, square, height) if shape == "round" else size
@@ -94,7 +99,9 @@ def navigation(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size:
         tile(b, "key", finish.trim, body, center, (0.6 * reach, 0.6 * reach, 0.02), 0.3 * reach)
         rows = [(0.2, 0.0), (0.2, 0.05), (0.15, 0.12), (0.07, 0.16)]
         turn = body.turn @ lean(-90)
-        b.lathe("key", finish.keys, np.array(rows) * reach, body.at(0, y, 0.008), 16, turn)
+        b.lathe(
+            "key", finish.keys, np.array(rows) * reach, body.at(0, y, 0.008), segments=16, turn=turn
+        )
     else:
         flat = (reach, (1.0 if kind == "square" else 0.5) * reach, 0.02)
         tile(b, "key", finish.trim, body, center, flat, 0.2 * reach)
@@ -118,7 +125,7 @@ def earpiece(b: Builder, rng: Rng, body: Body, y: float) -> None:
     for i in range(count):
         wide = rng.uniform(0.12, 0.3) * body.width
         place = body.at(0, y + 0.025 * (i - (count - 1) / 2) / body.height)
-        b.box("speaker", dark, place, (wide, 0.012, 0.012), body.turn)
+        b.box("speaker", dark, place, (wide, 0.012, 0.012), turn=body.turn)
 
 
 def side_buttons(b: Builder, rng: Rng, finish: Finish, body: Body) -> None:
@@ -149,8 +156,15 @@ def camera(b: Builder, rng: Rng, finish: Finish, body: Body, center: bool = Fals
     raised = rng.uniform(0.005, 0.02)
     if count > 1 or rng.random() < 0.5:
         plate = (sizes[0], sizes[1], 0.012 + raised)
-        tile(b, "camera", finish.trim, body, body.behind(*middle, raised / 2 - 0.006), plate,
-             0.3 * min(sizes))  # fmt: skip
+        tile(
+            b,
+            "camera",
+            finish.trim,
+            body,
+            body.behind(*middle, raised / 2 - 0.006),
+            plate,
+            0.3 * min(sizes),
+        )
     glass = Material((0.05, 0.05, 0.08))
     for column, row in spots:
         x = (x0 + 0.15 * radius + (column + 0.5) * pitch) / body.width
@@ -168,14 +182,27 @@ def aerial(b: Builder, rng: Rng, finish: Finish, body: Body, side: int) -> None:
     start = body.at(x, 0.44, -body.depth / 2)
     along = body.turn @ vec(0, 1, 0)
     rise = rng.uniform(0.1, 0.2) * body.height + 0.06 * body.height
-    b.tube("antenna", finish.keys, start + np.outer((0, rise, 1.03 * rise), along),
-           (radius, 0.85 * radius, 0.5 * radius), 14)  # fmt: skip
+    b.tube(
+        "antenna",
+        finish.keys,
+        start + np.outer((0, rise, 1.03 * rise), along),
+        (radius, 0.85 * radius, 0.5 * radius),
+        segments=14,
+    )
     if rng.random() < 0.4:
         reach = rise + rng.uniform(0.2, 0.5) * body.height
-        b.cylinder("antenna", finish.trim, start + rise * along, start + reach * along,
-                   0.3 * radius, segments=10)  # fmt: skip
+        b.cylinder(
+            "antenna",
+            finish.trim,
+            start + rise * along,
+            start + reach * along,
+            0.3 * radius,
+            segments=10,
+        )
         knob = np.outer((reach, reach + 0.02, reach + 0.04), along) + start
-        b.tube("antenna", finish.keys, knob, (0.5 * radius, 0.55 * radius, 0.4 * radius), 10)
+        b.tube(
+            "antenna", finish.keys, knob, (0.5 * radius, 0.55 * radius, 0.4 * radius), segments=10
+        )
 
 
 def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size: float) -> None:
@@ -183,8 +210,15 @@ def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size
     kind = draw(rng, ["round", "pill", "three"])
     if kind == "round":
         tile(b, "button", finish.trim, body, body.at(0, y), (size, size, 0.016), size / 2)
-        tile(b, "button", finish.body, body, body.at(0, y, 0.004), (0.8 * size, 0.8 * size, 0.014),
-             0.4 * size)  # fmt: skip
+        tile(
+            b,
+            "button",
+            finish.body,
+            body,
+            body.at(0, y, 0.004),
+            (0.8 * size, 0.8 * size, 0.014),
+            0.4 * size,
+        )
         return
     tile(b, "button", finish.trim, body, body.at(0, y), (1.8 * size, 0.6 * size, 0.02), 0.3 * size)
     if kind == "three":

@@ -18,7 +18,16 @@ def docked(rng: Rng) -> Builder:
     body = upright(width, 1.0, width * rng.uniform(0.35, 0.6))
     tip = lean(rng.uniform(5, 25))
     body = Body(tip @ vec(0, 0.55, 0), width, 1.0, body.depth, tip)
-    shell(b, rng, "body", finish.body, body, rng.uniform(-0.1, 0.15), rng.uniform(3, 6), 0.3)
+    shell(
+        b,
+        rng,
+        "body",
+        finish.body,
+        body,
+        waist=rng.uniform(-0.1, 0.15),
+        squareness=rng.uniform(3, 6),
+        palm=0.3,
+    )
     split = rng.uniform(0.02, 0.12)
     display(b, rng, finish, body, (split, split + rng.uniform(0.14, 0.24), 0.72))
     navigation(b, rng, finish, body, split - 0.07, 0.3)
@@ -33,8 +42,8 @@ def docked(rng: Rng) -> Builder:
     center = (0, 0, 0.1 * body.depth)
     squash = rng.uniform(0.75, 1.0)
     if rng.random() < 0.5:
-        b.lathe("stand", finish.back, rows, center, 36, squash=squash)
+        b.lathe("stand", finish.back, rows, center, segments=36, squash=squash)
     else:
         turn = about_y(45)
-        b.lathe("stand", finish.back, np.array(rows) * (1.25, 1), center, 4, turn)
+        b.lathe("stand", finish.back, np.array(rows) * (1.25, 1), center, segments=4, turn=turn)
     return b

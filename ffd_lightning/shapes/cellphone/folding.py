@@ -42,9 +42,9 @@ def flip(rng: Rng) -> Builder:
     upper = lid_at(
         hinge,
         pose @ lean(-fold),
-        width,
-        tall * rng.uniform(0.9, 1.0),
-        depth * rng.uniform(0.7, 1.0),
+        width=width,
+        height=tall * rng.uniform(0.9, 1.0),
+        depth=depth * rng.uniform(0.7, 1.0),
     )
     for half in (lower, upper):
         add_half(b, rng, finish, half, radius)
@@ -98,6 +98,11 @@ def slider(rng: Rng) -> Builder:
 
 def _side_keys(b: Builder, rng: Rng, finish: Finish, body: Body, share: float) -> None:
     """Fill the strip `share` of the width that a lid slid aside leaves free with small keys."""
-    strip = Body(body.at(-0.5 + share / 2, 0, -body.depth / 2), share * body.width, body.height,
-                 body.depth, body.turn)  # fmt: skip
+    strip = Body(
+        body.at(-0.5 + share / 2, 0, -body.depth / 2),
+        share * body.width,
+        body.height,
+        body.depth,
+        body.turn,
+    )
     keypad(b, rng, finish, strip, (-0.44, 0.44, 0.84), (int(rng.integers(9, 12)), 4))

@@ -62,7 +62,7 @@ def _prop(b: Builder, rng: Rng, finish: Finish, body: Body) -> None:
     reach = hold[2] - bottom[2] + 0.2
     tray = vec(0, bottom[1] - 0.6 * body.depth - thickness / 2, bottom[2] + reach / 2 - 0.12)
     size = (wide, thickness, reach + 0.04)
-    b.rounded_box("stand", finish.trim, tray, size, 0.05, 0.3 * thickness)
+    b.rounded_box("stand", finish.trim, tray, size, radius=0.05, edge=0.3 * thickness)
     low = vec(0, tray[1], tray[2] + reach / 2 - 0.06)
     along = hold - low
     length = float(np.linalg.norm(along))

@@ -31,7 +31,7 @@ def armchair(rng: Rng) -> Builder:
     if rng.random() < 0.6 or winged:
         add_tight_back(b, s, s.width + 0.6 * s.arm)
         if rng.random() < 0.4:
-            add_tufts(b, s, s.width, int(rng.integers(3, 5)), 4)
+            add_tufts(b, s, width=s.width, rows=int(rng.integers(3, 5)), columns=4)
     else:
         add_loose_back(b, s, rng.uniform(0.0, 0.12))
     for side in (-1, 1):

@@ -24,7 +24,7 @@ def cantilever(rng: Rng) -> Builder:
     left += [(-half, seat, front), (-half, r, front + rng.uniform(-0.03, 0.06))]
     left += [(-half, r, rear + rng.uniform(0.0, 0.08))]
     right = [(-x, y, z) for x, y, z in left[::-1]]
-    b.tube("leg", metal, bend(left + right, rng.uniform(0.05, 0.12)), r, 10)
+    b.tube("leg", metal, bend(left + right, rng.uniform(0.05, 0.12)), r, segments=10)
     thickness = rng.uniform(0.015, 0.07)
     pitch = np.degrees(np.arctan2(slope, rear - front))
     size = (2 * half - 0.5 * r, thickness, 0.97 * (rear - front))
@@ -39,7 +39,7 @@ def cantilever(rng: Rng) -> Builder:
         z = rear + np.tan(np.radians(degrees)) * (level + slope)
         for x in (-half - r, half + r):
             path = [(x, seat + level, z), (x, seat + level, front + 0.06), (x, seat, front + 0.08)]
-            b.tube("arm", metal, bend(path, 0.06), r, 8)
+            b.tube("arm", metal, bend(path, 0.06), r, segments=8)
             rest = (0.035, 0.022, 0.6 * (z - front))
             b.rounded_box("arm", wood, (x, seat + level + r, (z + front) / 2), rest, 0.012)
     return b

@@ -9,7 +9,7 @@ from ffd_lightning.shapes.kit.boards import beam, pad, rails, slats
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style, stretchers
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.upholstery import draw_cover
-from ffd_lightning.shapes.kit.vectors import Array, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, lean, vec
 
 
 def _back(
@@ -52,13 +52,7 @@ def _back(
 
 
 def _back_filling(
-    b: Builder,
-    rng: Rng,
-    frame: Material,
-    kind: str,
-    origin: Array,
-    extent: tuple[float, float, float],
-    degrees: float,
+    b: Builder, rng: Rng, frame: Material, kind: str, origin: Array, extent: Triple, degrees: float
 ) -> None:
     """Fill a back between its posts, `extent` (half width, lower, upper end), below its crest."""
     half, low, rise = extent
@@ -79,17 +73,19 @@ def _back_filling(
         beam(b, "back", frame, at(half, low), at(-half, rise), 0.016, 0.03)
         return
     for x in np.linspace(-half, half, int(rng.integers(5, 11)))[1:-1]:
-        b.cylinder("back", frame, at(x, low - 0.01), at(x, rise), 0.008, 0.007, 8)
+        b.cylinder(
+            "back",
+            frame,
+            at(x, low - 0.01),
+            at(x, rise),
+            radius=0.008,
+            radius_end=0.007,
+            segments=8,
+        )
 
 
 def _side_arms(
-    b: Builder,
-    rng: Rng,
-    material: Material,
-    x: float,
-    seat: float,
-    rise: float,
-    reach: tuple[float, float],
+    b: Builder, rng: Rng, material: Material, x: float, seat: float, rise: float, reach: Pair
 ) -> None:
     """Add armrests at +-`x`, `rise` above the seat, from `reach` front z to back z, on posts."""
     front, back = reach
@@ -114,7 +110,7 @@ def dining(rng: Rng) -> Builder:
     thickness = rng.uniform(0.02, 0.04)
     flat = (width, thickness, depth)
     middle = (0, height - thickness / 2, 0)
-    b.rounded_box("seat", frame, middle, flat, rng.uniform(0.01, 0.1), 0.4 * thickness)
+    b.rounded_box("seat", frame, middle, flat, radius=rng.uniform(0.01, 0.1), edge=0.4 * thickness)
     if rng.random() < 0.55:
         soft = rng.uniform(0.03, 0.07)
         cushion = (0.95 * width, soft, 0.94 * depth)

@@ -71,7 +71,7 @@ def _shell_base(b: Builder, rng: Rng, base: Material, seat: float, half: float) 
             wide = x * (half - 0.01)
             path = [(x * 0.5 * half, seat + 0.01, -0.12), (wide, 0.01, -0.24)]
             path += [(wide, 0.01, 0.22), (x * 0.5 * half, seat, 0.1)]
-            b.tube("leg", base, bend(path, 0.05), 0.009, 8)
+            b.tube("leg", base, bend(path, 0.05), 0.009, segments=8)
         for point in (mount[:2], mount[2:]):
             b.cylinder("leg", base, point[0] - 0.01 * UP, point[1] - 0.01 * UP, 0.008, segments=8)
         return
@@ -86,4 +86,4 @@ def _shell_base(b: Builder, rng: Rng, base: Material, seat: float, half: float) 
         z = np.linspace(-0.36, 0.42, 13)
         for x in feet[:2, 0]:
             rocker = np.column_stack([np.full(13, x), 0.02 + 0.55 * z**2, z])
-            b.tube("leg", base, rocker, 0.016, 8)
+            b.tube("leg", base, rocker, 0.016, segments=8)

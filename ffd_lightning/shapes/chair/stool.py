@@ -44,14 +44,14 @@ def _stool_base(b: Builder, rng: Rng, frame: Material, half: float, top: float) 
         heights = [0, 0.012, 0.035, 0.06, top - 0.03, top]
         b.lathe("leg", frame, np.column_stack([radii, heights]))
         if top > 0.5:
-            ring = circle(24, 0.8 * half, 0.35 * top)
-            b.tube("leg", frame, [*ring, ring[0]], 0.009, 8)
+            ring = circle(count=24, radius=0.8 * half, height=0.35 * top)
+            b.tube("leg", frame, [*ring, ring[0]], 0.009, segments=8)
             beam(b, "leg", frame, ring[0], ring[12], 0.012, 0.012)
         return
     count = int(rng.integers(3, 5))
     style, turn = draw_leg_style(rng, (0.026, 0.045), 0.0), 90.0 + 180.0 / count
     tops = circle(count, 0.72 * half, top, turn)
-    feet = circle(count, half * rng.uniform(0.85, 1.4), 0.0, turn)
+    feet = circle(count=count, radius=half * rng.uniform(0.85, 1.4), height=0.0, degrees=turn)
     add_legs(b, "leg", frame, style, tops, feet)
     for level in np.sort(rng.uniform(0.2, 0.6, int(rng.integers(0, 3)))):
         rails(b, "leg", frame, feet + level * (tops - feet), 0.018, 0.022)

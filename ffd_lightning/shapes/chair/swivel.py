@@ -13,9 +13,9 @@ def _star_base(b: Builder, rng: Rng, material: Material, height: float) -> None:
     """Add four or five feet on casters below a gas column that ends at `height`."""
     count, reach = int(rng.integers(4, 6)), rng.uniform(0.25, 0.34)
     rubber, hub = pick_material(rng, "rubber"), rng.uniform(0.08, 0.13)
-    for end in circle(count, reach, 0.055, 90.0):
+    for end in circle(count=count, radius=reach, height=0.055, degrees=90.0):
         path = [(0, hub, 0), 0.5 * end + 0.6 * hub * UP, end]
-        b.tube("leg", material, path, (0.028, 0.022, 0.016), 8)
+        b.tube("leg", material, path, (0.028, 0.022, 0.016), segments=8)
         out = end * vec(1, 0, 1) / reach
         axle = vec(-out[2], 0, out[0]) * 0.02
         wheel = end * vec(1, 0, 1) + 0.03 * UP
@@ -47,7 +47,7 @@ def swivel(rng: Rng) -> Builder:
         pad(b, "back", cover, center, size, min(0.4 * tall, rng.uniform(0.04, 0.15)), degrees)
     spine = [(0, height - 0.02, 0.1), (0, height - 0.02, depth / 2 + 0.05)]
     spine += [tuple(turn @ vec(0, gap + 0.4 * tall, 0.03) + origin)]
-    b.tube("back", metal, bend(spine, 0.1), 0.016, 8)
+    b.tube("back", metal, bend(spine, 0.1), 0.016, segments=8)
     kind = draw(rng, ["none", "t", "loop"], [0.3, 0.35, 0.35])
     level = height + rng.uniform(0.2, 0.26)
     for side in (-1, 1) if kind != "none" else ():
@@ -57,7 +57,7 @@ def swivel(rng: Rng) -> Builder:
         ends = [(x, level, -0.06), (x, height - 0.01, -0.06)] if kind == "loop" else []
         path = [*ends[::1], (x, height - 0.01, 0.06), (x, level, 0.06)]
         path = path if kind == "loop" else [(0, height - 0.02, 0.06), *path]
-        b.tube("arm", metal, bend(path, 0.05), 0.013, 8)
+        b.tube("arm", metal, bend(path, 0.05), 0.013, segments=8)
         if kind == "loop":
             beam(b, "arm", metal, (0, height - 0.02, 0), (x, height - 0.01, 0), 0.05, 0.012)
     return b

@@ -8,6 +8,7 @@ from ffd_lightning.shapes.firearm.swept import BLACK, at, bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
+from ffd_lightning.shapes.kit.vectors import Pair
 
 
 def barrel(
@@ -22,7 +23,15 @@ def barrel(
 ) -> None:
     """Add a barrel from `start` forward to `end`, with a dark bore in its muzzle."""
     tip = at(end, up, side)
-    b.cylinder("barrel", material, at(start, up, side), tip, radius, taper * radius, 16)
+    b.cylinder(
+        "barrel",
+        material,
+        at(start, up, side),
+        tip,
+        radius=radius,
+        radius_end=taper * radius,
+        segments=16,
+    )
     b.cylinder("barrel", BLACK, at(end - 0.01, up, side), at(end + 0.002, up, side), 0.6 * radius)
 
 
@@ -35,21 +44,21 @@ def muzzle(b: Builder, rng: Rng, material: Material, end: float, up: float) -> N
     elif kind == "brake":
         for f in (0.0, 0.025, 0.05):
             b.cylinder("barrel", material, at(end + f - 0.018, up), at(end + f, up), 0.024)
-        barrel(b, material, end - 0.02, end + 0.06, up, 0.017)
+        barrel(b, material, start=end - 0.02, end=end + 0.06, up=up, radius=0.017)
     elif kind == "hider":
-        barrel(b, material, end - 0.03, end + 0.05, up, 0.016, taper=1.35)
+        barrel(b, material, start=end - 0.03, end=end + 0.05, up=up, radius=0.016, taper=1.35)
 
 
 def grip(
     b: Builder,
     material: Material,
-    top: tuple[float, float],
+    top: Pair,
     length: float,
     degrees: float,
     depth: float,
     width: float,
     flare: float = 0.1,
-) -> tuple[float, float]:
+) -> Pair:
     """Add a pistol grip that hangs from `top`, raked back; return (forward, up) of its lower end.
 
     `flare` is how much deeper its foot is than its waist, as a fraction.
@@ -81,7 +90,7 @@ def trigger(
 def magazine(
     b: Builder,
     material: Material,
-    top: tuple[float, float],
+    top: Pair,
     length: float,
     depth: float,
     width: float,
@@ -98,9 +107,7 @@ def magazine(
     sweep(b, "magazine", BLACK, foot, 1.12 * depth, 1.2 * width, 0.85)
 
 
-def drum(
-    b: Builder, material: Material, center: tuple[float, float], radius: float, depth: float
-) -> None:
+def drum(b: Builder, material: Material, center: Pair, radius: float, depth: float) -> None:
     """Add a drum magazine whose axis runs along the barrel."""
     f, up = center
     rim = 0.12 * depth
@@ -116,7 +123,7 @@ def scope(b: Builder, rng: Rng, material: Material, middle: float, base: float) 
     bell, eye = rng.uniform(1.3, 1.9), rng.uniform(1.2, 1.5)
     stations = np.array([-0.5, -0.28, -0.2, 0.2, 0.3, 0.5]) * length + middle
     radii = radius * np.array([eye, eye, 1, 1, bell, bell])
-    b.tube("sight", material, [at(f, up) for f in stations], list(radii), 14)
+    b.tube("sight", material, [at(f, up) for f in stations], list(radii), segments=14)
     for f, r in ((stations[0], eye), (stations[-1], bell)):
         b.cylinder("sight", BLACK, at(f - 0.003, up), at(f + 0.003, up), 0.85 * r * radius)
     for f in (middle - 0.13 * length, middle + 0.13 * length):

@@ -28,22 +28,40 @@ def submachine_gun(rng: Rng) -> Builder:
     reach = rng.uniform(0.08, 0.22)
     end = length + rng.uniform(0.03, 0.12)
     if rng.random() < 0.5:
-        jacket(b, steel, length - 0.005, length + reach, 0.42 * tall)
+        jacket(b, steel, back=length - 0.005, front=length + reach, radius=0.42 * tall)
         end = length + reach + 0.02
-    barrel(b, steel, length - 0.01, end, 0.0, rng.uniform(0.01, 0.015))
+    barrel(b, steel, start=length - 0.01, end=end, up=0.0, radius=rng.uniform(0.01, 0.015))
     muzzle(b, rng, BLACK, end, 0.0)
     central = rng.random() < 0.35  # the magazine goes through the grip
     hold = 0.5 * length if central else rng.uniform(0.05, 0.09)
     rake = rng.uniform(0, 5) if central else rng.uniform(8, 22)
-    grip(b, furniture, (hold, low + 0.015), rng.uniform(0.1, 0.13), rake, 0.05, 0.036)
-    trigger(b, steel, hold + 0.018, hold + 0.09, low + 0.003, 0.04, 0.014)
+    grip(
+        b,
+        furniture,
+        (hold, low + 0.015),
+        length=rng.uniform(0.1, 0.13),
+        degrees=rake,
+        depth=0.05,
+        width=0.036,
+    )
+    trigger(b, steel, back=hold + 0.018, front=hold + 0.09, top=low + 0.003, drop=0.04, width=0.014)
     if central:
-        magazine(b, IRON, (hold, low + 0.02), rng.uniform(0.16, 0.27), 0.036, 0.025)
+        magazine(
+            b, IRON, (hold, low + 0.02), length=rng.uniform(0.16, 0.27), depth=0.036, width=0.025
+        )
     else:
         _forward_feed(b, rng, steel, rng.uniform(hold + 0.13, length - 0.03), low)
         if rng.random() < 0.35:
-            grip(b, furniture, (length - 0.01, low + 0.01), 0.09, -4, 0.035, 0.03)
-    iron_sights(b, steel, 0.05, length - 0.03, high - 0.003, 0.016)
+            grip(
+                b,
+                furniture,
+                (length - 0.01, low + 0.01),
+                length=0.09,
+                degrees=-4,
+                depth=0.035,
+                width=0.03,
+            )
+    iron_sights(b, steel, rear=0.05, front=length - 0.03, base=high - 0.003, height=0.016)
     handle = at(0.4 * length, 0.2 * tall)
     b.cylinder("body", steel, handle, handle + vec(0.8 * wide, 0, 0), 0.007)
     kinds = {"solid": 0.2, "wire": 0.4, "frame": 0.25, "tube": 0.15}
@@ -59,7 +77,16 @@ def _forward_feed(b: Builder, rng: Rng, steel: Material, well: float, low: float
         return
     curl = rng.uniform(10, 30) if rng.random() < 0.4 else 0.0
     length, lean = rng.uniform(0.16, 0.27), rng.uniform(0, 8)
-    magazine(b, IRON, (well, low + 0.02), length, 0.036, 0.025, lean, curl)
+    magazine(
+        b,
+        IRON,
+        (well, low + 0.02),
+        length=length,
+        depth=0.036,
+        width=0.025,
+        degrees=lean,
+        curl=curl,
+    )
 
 
 def machine_gun(rng: Rng) -> Builder:
@@ -73,22 +100,28 @@ def machine_gun(rng: Rng) -> Builder:
     end, guard = length + rng.uniform(0.3, 0.5), length + rng.uniform(0.0, 0.2)
     if rng.random() < 0.4:
         guard = end - rng.uniform(0.05, 0.12)
-        jacket(b, steel, length - 0.01, guard, rng.uniform(0.024, 0.034))
+        jacket(b, steel, back=length - 0.01, front=guard, radius=rng.uniform(0.024, 0.034))
     elif guard > length + 0.07:
-        handguard(b, rng, furniture, (length - 0.01, guard), -0.005, 0.06, wide)
-    barrel(b, steel, length - 0.02, end, 0.0, rng.uniform(0.013, 0.018))
+        handguard(b, rng, furniture, (length - 0.01, guard), up=-0.005, tall=0.06, wide=wide)
+    barrel(b, steel, start=length - 0.02, end=end, up=0.0, radius=rng.uniform(0.013, 0.018))
     muzzle(b, rng, steel, end, 0.0)
     grip(
-        b, furniture, (0.07, low + 0.02), rng.uniform(0.1, 0.12), rng.uniform(10, 25), 0.046, 0.036
+        b,
+        furniture,
+        (0.07, low + 0.02),
+        length=rng.uniform(0.1, 0.12),
+        degrees=rng.uniform(10, 25),
+        depth=0.046,
+        width=0.036,
     )
-    trigger(b, steel, 0.085, 0.155, low + 0.004, 0.04, 0.014)
+    trigger(b, steel, back=0.085, front=0.155, top=low + 0.004, drop=0.04, width=0.014)
     _feed(b, rng, steel, 0.62 * length, low, high)
     bipod(b, rng, steel, end - rng.uniform(0.06, 0.16))
     if rng.random() < 0.5:
         hold = length + rng.uniform(0.0, 0.05)
         loop = [at(hold, 0.01), at(hold, 0.09), at(hold - 0.11, 0.1)]
-        b.tube("body", furniture, bend(loop, 0.02, 3), 0.01, 10)
-    iron_sights(b, steel, 0.1, end - 0.03, 0.012, 0.02)
+        b.tube("body", furniture, bend(loop, 0.02, 3), 0.01, segments=10)
+    iron_sights(b, steel, rear=0.1, front=end - 0.03, base=0.012, height=0.02)
     buttstock(
         b, rng, furniture, 0.0, (low + 0.012, high), {"solid": 0.65, "tube": 0.15, "frame": 0.2}
     )
@@ -115,11 +148,11 @@ def _feed(b: Builder, rng: Rng, steel: Material, middle: float, low: float, high
             b,
             steel,
             (middle, high - 0.02),
-            rng.uniform(0.16, 0.24),
-            0.06,
-            0.03,
-            180,
-            -rng.uniform(10, 35),
+            length=rng.uniform(0.16, 0.24),
+            depth=0.06,
+            width=0.03,
+            degrees=180,
+            curl=-rng.uniform(10, 35),
         )
     else:
         radius = rng.uniform(0.09, 0.13)

@@ -16,14 +16,23 @@ def _slide(b: Builder, rng: Rng, steel: Material, length: float, tall: float, wi
     rows = [(0, low, high, wide), (length - 0.06, low, high, wide)]
     rows += [(length, low + nose, high, 0.9 * wide)]
     bar(b, "body", steel, rows, rng.uniform(0.75, 0.95))
-    barrel(b, steel, length - 0.05, length + rng.uniform(0.005, 0.05), 0.1 * tall, 0.26 * tall)
+    barrel(
+        b,
+        steel,
+        start=length - 0.05,
+        end=length + rng.uniform(0.005, 0.05),
+        up=0.1 * tall,
+        radius=0.26 * tall,
+    )
     for f in np.linspace(0.04, rng.uniform(0.12, 0.2), int(rng.integers(4, 8))):
         b.box("body", BLACK, at(f, 0), (1.02 * wide, 0.7 * tall, 0.008))
     port = rng.uniform(0.14, 0.2)
     b.box(
         "body", BLACK, at(0.52 * length, 0.3 * tall, 0.2 * wide), (0.64 * wide, 0.42 * tall, port)
     )
-    iron_sights(b, BLACK, 0.04, length - 0.04, high, rng.uniform(0.025, 0.045))
+    iron_sights(
+        b, BLACK, rear=0.04, front=length - 0.04, base=high, height=rng.uniform(0.025, 0.045)
+    )
 
 
 def _open_slide(
@@ -36,11 +45,26 @@ def _open_slide(
     rows += [(back, low, high, wide), (back + 0.05, low, 0.6 * high, 0.7 * wide)]
     bar(b, "body", steel, rows, 0.7)
     radius = rng.uniform(0.24, 0.34) * tall
-    barrel(b, steel, back, length + rng.uniform(0, 0.25), 0.05 * tall, radius, taper=0.75)
+    barrel(
+        b,
+        steel,
+        start=back,
+        end=length + rng.uniform(0, 0.25),
+        up=0.05 * tall,
+        radius=radius,
+        taper=0.75,
+    )
     for side in (-1, 1):
         knob = at(0.3 * back, 0.3 * tall)
         b.cylinder("body", steel, knob, knob + at(0, 0.02, 0.62 * side * wide), 0.25 * tall)
-    iron_sights(b, steel, 0.3 * back, length - 0.03, 0.3 * tall, rng.uniform(0.03, 0.05))
+    iron_sights(
+        b,
+        steel,
+        rear=0.3 * back,
+        front=length - 0.03,
+        base=0.3 * tall,
+        height=rng.uniform(0.03, 0.05),
+    )
 
 
 def pistol(rng: Rng) -> Builder:
@@ -60,18 +84,38 @@ def pistol(rng: Rng) -> Builder:
     rows += [(0.5 * length, under, -0.42 * tall, wide), (front, under + 0.03, -0.42 * tall, wide)]
     bar(b, "body", body, rows, 0.85)
     top = (0.5 * depth + 0.02, under + 0.04)
-    foot, end = grip(b, panel, top, rng.uniform(0.4, 0.6), rake, depth, wide, rng.uniform(0, 0.12))
+    foot, end = grip(
+        b,
+        panel,
+        top,
+        length=rng.uniform(0.4, 0.6),
+        degrees=rake,
+        depth=depth,
+        width=wide,
+        flare=rng.uniform(0, 0.12),
+    )
     plate = [(foot, end + 0.01), (foot - 0.02 * np.sin(np.radians(rake)), end - 0.03)]
     sweep(b, "magazine", steel, plate, 1.02 * depth, 0.8 * wide, 0.85)
     back = depth
     trigger(
-        b, body, back, back + rng.uniform(0.2, 0.27), under, rng.uniform(0.13, 0.18), 0.4 * wide
+        b,
+        body,
+        back=back,
+        front=back + rng.uniform(0.2, 0.27),
+        top=under,
+        drop=rng.uniform(0.13, 0.18),
+        width=0.4 * wide,
     )
     if rng.random() < 0.55:
-        add_hammer(b, steel, -0.01, -0.1 * tall, rng.uniform(0.07, 0.1))
+        add_hammer(b, steel, forward=-0.01, up=-0.1 * tall, size=rng.uniform(0.07, 0.1))
     if not opened and rng.random() < 0.2:
         barrel(
-            b, BLACK, length, length + rng.uniform(0.4, 0.7), 0.1 * tall, rng.uniform(0.06, 0.08)
+            b,
+            BLACK,
+            start=length,
+            end=length + rng.uniform(0.4, 0.7),
+            up=0.1 * tall,
+            radius=rng.uniform(0.06, 0.08),
         )
     elif not opened and front > 0.8 * length and rng.random() < 0.25:
         light = rng.uniform(0.16, 0.22)

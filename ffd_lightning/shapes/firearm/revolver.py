@@ -8,7 +8,7 @@ from ffd_lightning.shapes.firearm.fittings import add_hammer, barrel, trigger
 from ffd_lightning.shapes.firearm.swept import at, bar, draw_furniture, draw_steel, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import Array
+from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 
 def _fluted(radius: float, flutes: int, depth: float) -> Array:
@@ -66,13 +66,21 @@ def revolver(rng: Rng) -> Builder:
     _revolver_barrel(b, rng, steel, (front, front + 0.05 + length), bore, thick)
     _revolver_grip(b, rng, panel, (back - 0.09, -0.8 * radius), wide)
     drop = rng.uniform(0.15, 0.19)
-    trigger(b, steel, back - 0.04, back + rng.uniform(0.22, 0.28), -1.4 * radius, drop, 0.5 * wide)
-    add_hammer(b, steel, back - 0.1, 0.5 * bore, rng.uniform(0.09, 0.12))
+    trigger(
+        b,
+        steel,
+        back=back - 0.04,
+        front=back + rng.uniform(0.22, 0.28),
+        top=-1.4 * radius,
+        drop=drop,
+        width=0.5 * wide,
+    )
+    add_hammer(b, steel, forward=back - 0.1, up=0.5 * bore, size=rng.uniform(0.09, 0.12))
     return b
 
 
 def _revolver_barrel(
-    b: Builder, rng: Rng, steel: Material, ends: tuple[float, float], up: float, thick: float
+    b: Builder, rng: Rng, steel: Material, ends: Pair, up: float, thick: float
 ) -> None:
     """Add the barrel, with or without a lug below and a rib above, and the front sight."""
     start, end = ends
@@ -97,9 +105,7 @@ def _revolver_barrel(
     bar(b, "sight", steel, blade, 0.95)
 
 
-def _revolver_grip(
-    b: Builder, rng: Rng, panel: Material, top: tuple[float, float], wide: float
-) -> None:
+def _revolver_grip(b: Builder, rng: Rng, panel: Material, top: Pair, wide: float) -> None:
     """Add a curved handle: a plough, a bird's head or a broad target grip."""
     length, rake = rng.uniform(0.4, 0.58), rng.uniform(12, 30)
     style = draw(rng, ["plough", "bird", "target"])

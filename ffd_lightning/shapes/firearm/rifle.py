@@ -64,16 +64,34 @@ def assault_rifle(rng: Rng) -> Builder:
     bar(b, "body", body, rows, 0.8)
     grip_at = length - 0.12 if bullpup else 0.06
     top = (grip_at, low + 0.02)
-    grip(b, furniture, top, rng.uniform(0.1, 0.13), rng.uniform(12, 28), 0.045, 0.034)
-    trigger(b, steel, grip_at + 0.015, grip_at + 0.085, low + 0.005, 0.04, 0.014)
+    grip(
+        b,
+        furniture,
+        top,
+        length=rng.uniform(0.1, 0.13),
+        degrees=rng.uniform(12, 28),
+        depth=0.045,
+        width=0.034,
+    )
+    trigger(
+        b,
+        steel,
+        back=grip_at + 0.015,
+        front=grip_at + 0.085,
+        top=low + 0.005,
+        drop=0.04,
+        width=0.014,
+    )
     well = rng.uniform(0.04, 0.1) if bullpup else rng.uniform(0.62, 0.75) * length
     curl = rng.uniform(8, 45) if rng.random() < 0.7 else 0.0
     size = (rng.uniform(0.13, 0.24), rng.uniform(0.05, 0.07))
     magazine(b, steel, (well, low + 0.03), *size, 0.028, rng.uniform(0, 12), curl)
     guard = length + rng.uniform(0.16, 0.28)
-    handguard(b, rng, furniture, (length - 0.005, guard), 0.0, rng.uniform(0.05, 0.065), wide)
+    handguard(
+        b, rng, furniture, (length - 0.005, guard), up=0.0, tall=rng.uniform(0.05, 0.065), wide=wide
+    )
     end = guard + rng.uniform(0.06, 0.22)
-    barrel(b, steel, length, end, 0.0, rng.uniform(0.009, 0.013))
+    barrel(b, steel, start=length, end=end, up=0.0, radius=rng.uniform(0.009, 0.013))
     muzzle(b, rng, steel, end, 0.0)
     _top(b, rng, steel, 0.04, length, high)
     front = guard + rng.uniform(0.01, 0.03)
@@ -99,17 +117,35 @@ def hunting_rifle(rng: Rng) -> Builder:
     radius = rng.uniform(0.015, 0.02)
     stations = ((-0.04, 0.6), (-0.03, 1.0), (0.2, 1.0), (0.24, 0.8))
     tube = [at(f, 0.004) for f, _ in stations]
-    b.tube("body", steel, tube, [radius * swell for _, swell in stations], 14)
+    b.tube("body", steel, tube, [radius * swell for _, swell in stations], segments=14)
     barrel(
-        b, steel, 0.2, end, 0.002, rng.uniform(0.6, 0.85) * radius, taper=rng.uniform(0.65, 0.95)
+        b,
+        steel,
+        start=0.2,
+        end=end,
+        up=0.002,
+        radius=rng.uniform(0.6, 0.85) * radius,
+        taper=rng.uniform(0.65, 0.95),
     )
-    trigger(b, steel, 0.0, rng.uniform(0.085, 0.1), belly + 0.012, 0.042, 0.014)
+    trigger(
+        b,
+        steel,
+        back=0.0,
+        front=rng.uniform(0.085, 0.1),
+        top=belly + 0.012,
+        drop=0.042,
+        width=0.014,
+    )
     if rng.random() < 0.75:
         knob = at(-0.01, -0.035, 0.07)
         b.tube(
-            "body", steel, bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3), 0.006, 8
+            "body",
+            steel,
+            bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3),
+            0.006,
+            segments=8,
         )
-        b.ellipsoid("body", steel, knob, (0.012, 0.012, 0.012), 10)
+        b.ellipsoid("body", steel, knob, (0.012, 0.012, 0.012), segments=10)
     else:
         path = [
             (0.12, belly + 0.01),
@@ -120,11 +156,13 @@ def hunting_rifle(rng: Rng) -> Builder:
         ]
         sweep(b, "body", steel, bend(path, 0.03, 3), 0.009, 0.016)
     if rng.random() < 0.5:
-        magazine(b, steel, (0.16, belly + 0.02), rng.uniform(0.04, 0.09), 0.075, 0.03)
+        magazine(
+            b, steel, (0.16, belly + 0.02), length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03
+        )
     if rng.random() < 0.65:
         scope(b, rng, IRON, rng.uniform(0.06, 0.12), radius)
     else:
-        iron_sights(b, steel, 0.26, end - 0.02, 0.012, 0.014)
+        iron_sights(b, steel, rear=0.26, front=end - 0.02, base=0.012, height=0.014)
     if rng.random() < 0.3:
         bands = rng.uniform(0.5, 0.95)
         bar(

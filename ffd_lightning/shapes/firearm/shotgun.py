@@ -23,16 +23,24 @@ def shotgun(rng: Rng) -> Builder:
     rows += [(rng.uniform(0.08, 0.16) if kind == "pump" else 0.04, low, high, wide)]
     bar(b, "body", steel, rows, 0.6)
     fore_end(b, rng, wood, steel, kind, radius, end)
-    trigger(b, steel, -0.05, 0.045, low + 0.004, 0.04, 0.014)
+    trigger(b, steel, back=-0.05, front=0.045, top=low + 0.004, drop=0.04, width=0.014)
     if kind == "pump" and rng.random() < 0.4:
         grip(
-            b, wood, (-0.055, low + 0.025), rng.uniform(0.1, 0.13), rng.uniform(15, 35), 0.05, 0.035
+            b,
+            wood,
+            (-0.055, low + 0.025),
+            length=rng.uniform(0.1, 0.13),
+            degrees=rng.uniform(15, 35),
+            depth=0.05,
+            width=0.035,
         )
         if rng.random() < 0.7:
             buttstock(b, rng, wood, -0.05, (low, high), {"tube": 0.4, "wire": 0.35, "frame": 0.25})
     else:
         straight_stock(b, rng, wood, (low, high), wide)
-    b.ellipsoid("sight", _bead(steel), at(end - 0.015, radius + 0.002), (0.004, 0.005, 0.004), 8)
+    b.ellipsoid(
+        "sight", _bead(steel), at(end - 0.015, radius + 0.002), (0.004, 0.005, 0.004), segments=8
+    )
     return b
 
 

@@ -8,15 +8,11 @@ from ffd_lightning.shapes.firearm.swept import BLACK, IRON, at, bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
+from ffd_lightning.shapes.kit.vectors import Pair
 
 
 def buttstock(
-    b: Builder,
-    rng: Rng,
-    material: Material,
-    start: float,
-    span: tuple[float, float],
-    kinds: dict[str, float],
+    b: Builder, rng: Rng, material: Material, start: float, span: Pair, kinds: dict[str, float]
 ) -> None:
     """Add a stock behind `start` on a body that spans the heights `span`; `kinds` are odds."""
     kind = draw(rng, list(kinds), list(kinds.values()))
@@ -39,14 +35,14 @@ def buttstock(
         hooked += [(end + 0.04, heel - butt)]
         for side in (-0.4 * wide, 0.4 * wide):
             wire = np.stack([at(f, up, side) for f, up in hooked])
-            b.tube("stock", IRON, bend(wire, 0.02, 3), 0.006, 8)
+            b.tube("stock", IRON, bend(wire, 0.02, 3), 0.006, segments=8)
         for up in (heel - 0.02, heel - butt):
             left, right = (at(end, up, side) for side in (-0.4 * wide, 0.4 * wide))
             beam(b, "stock", IRON, left, right, 0.012, 0.012)
 
 
 def _tube_stock(
-    b: Builder, material: Material, ends: tuple[float, float], up: float, butt: float, wide: float
+    b: Builder, material: Material, ends: Pair, up: float, butt: float, wide: float
 ) -> None:
     """Add a stock that slides on a tube, from `ends[0]` back to `ends[1]`."""
     start, end = ends
@@ -59,9 +55,7 @@ def _tube_stock(
     _butt_pad(b, end, (up + 0.03 - butt, up + 0.028), wide, 0.7)
 
 
-def _butt_pad(
-    b: Builder, end: float, span: tuple[float, float], wide: float, boxiness: float
-) -> None:
+def _butt_pad(b: Builder, end: float, span: Pair, wide: float, boxiness: float) -> None:
     """Cover a stock's rear face at `end`, which spans the heights `span`, with rubber."""
     low, high = span
     rows = [(f, low - 0.002, high + 0.002, 1.03 * wide) for f in (end + 0.004, end - 0.016)]
@@ -87,13 +81,11 @@ def sporting_stock(
     rows += [(0.25, -0.01 - fore, 0.0, wide), (front - 0.03, -0.72 * fore, 0.0, 0.75 * wide)]
     rows += [(front, -0.4 * fore, 0.0, 0.5 * wide)]
     bar(b, "stock", wood, rows, 0.3)
-    _butt_pad(b, end, (-drop - butt, -drop), 0.9 * wide, 0.3)
+    _butt_pad(b, end=end, span=(-drop - butt, -drop), wide=0.9 * wide, boxiness=0.3)
     return -0.01 - fore
 
 
-def straight_stock(
-    b: Builder, rng: Rng, wood: Material, span: tuple[float, float], wide: float
-) -> None:
+def straight_stock(b: Builder, rng: Rng, wood: Material, span: Pair, wide: float) -> None:
     """Add a wooden butt with a wrist, straight or with a pistol grip, behind a receiver."""
     low, high = span
     butt, drop = rng.uniform(0.1, 0.13), rng.uniform(0.03, 0.07)
@@ -111,13 +103,7 @@ def straight_stock(
 
 
 def handguard(
-    b: Builder,
-    rng: Rng,
-    material: Material,
-    ends: tuple[float, float],
-    up: float,
-    tall: float,
-    wide: float,
+    b: Builder, rng: Rng, material: Material, ends: Pair, up: float, tall: float, wide: float
 ) -> None:
     """Add a handguard around the barrel: plain and tapered, ribbed, or slotted."""
     back, front = ends
@@ -149,7 +135,7 @@ def fore_end(
         b.cylinder("magazine", steel, at(tube - 0.02, up), at(tube + 0.005, up), 1.05 * radius)
         back = rng.uniform(0.17, 0.24)
         front = min(back + rng.uniform(0.12, 0.2), tube - 0.03)
-        handguard(b, rng, wood, (back, front), up, 3.4 * radius, 3.6 * radius)
+        handguard(b, rng, wood, (back, front), up=up, tall=3.4 * radius, wide=3.6 * radius)
         return
     base = 0.0 if kind == "side" else -2 * radius
     front, wide = rng.uniform(0.22, 0.32), (4.4 if kind == "side" else 3.0) * radius
@@ -175,5 +161,5 @@ def bipod(b: Builder, rng: Rng, steel: Material, forward: float) -> None:
     b.cylinder("stock", steel, at(forward - 0.02, 0), at(forward + 0.02, 0), 0.026)
     for side in (-1, 1):
         hip, foot = at(forward, -0.01, 0.012 * side), at(forward + rake, -drop, splay * side)
-        b.cylinder("stock", steel, hip, foot, 0.009, 0.007, 10)
-        b.ellipsoid("stock", steel, foot, (0.018, 0.009, 0.02), 10)
+        b.cylinder("stock", steel, hip, foot, radius=0.009, radius_end=0.007, segments=10)
+        b.ellipsoid("stock", steel, foot, (0.018, 0.009, 0.02), segments=10)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
-from ffd_lightning.shapes.kit.vectors import UP, Array, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, lean, vec
 
 
 def beam(
@@ -70,7 +70,7 @@ def pad(
     part: str,
     material: Material,
     center: ArrayLike,
-    size: tuple[float, float, float],
+    size: Triple,
     radius: float,
     degrees: float = 0.0,
 ) -> None:
@@ -81,7 +81,9 @@ def pad(
     width, height, thickness = size
     turn = lean(90 + degrees)
     box = (width, thickness, height)
-    builder.rounded_box(part, material, center, box, radius, 0.45 * thickness, turn)
+    builder.rounded_box(
+        part, material, center, box, radius=radius, edge=0.45 * thickness, turn=turn
+    )
 
 
 def fill_side(

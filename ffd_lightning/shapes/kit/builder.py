@@ -56,6 +56,7 @@ class Builder:
         material: Material,
         center: ArrayLike,
         size: ArrayLike,
+        *,
         turn: Array | None = None,
         taper: float = 1.0,
     ) -> None:
@@ -76,6 +77,7 @@ class Builder:
         center: ArrayLike,
         size: ArrayLike,
         radius: float,
+        *,
         edge: float | None = None,
         turn: Array | None = None,
         segments: int = 3,
@@ -139,6 +141,7 @@ class Builder:
         material: Material,
         path: ArrayLike,
         radius: float | Sequence[float],
+        *,
         segments: int = 12,
     ) -> None:
         """Sweep a circle along a polyline (p, 3); `radius` may vary along it."""
@@ -163,13 +166,14 @@ class Builder:
         start: ArrayLike,
         end: ArrayLike,
         radius: float,
+        *,
         radius_end: float | None = None,
         segments: int = 20,
     ) -> None:
         """Add a cylinder or truncated cone from `start` to `end`."""
         radii = (radius, radius if radius_end is None else radius_end)
         path = np.array([np.asarray(start, float), np.asarray(end, float)])
-        self.tube(part, material, path, radii, segments)
+        self.tube(part, material, path, radii, segments=segments)
 
     def lathe(
         self,
@@ -177,6 +181,7 @@ class Builder:
         material: Material,
         profile: ArrayLike,
         center: ArrayLike = (0, 0, 0),
+        *,
         segments: int = 28,
         turn: Array | None = None,
         squash: float = 1.0,
@@ -197,6 +202,7 @@ class Builder:
         material: Material,
         center: ArrayLike,
         radii: ArrayLike,
+        *,
         segments: int = 20,
         turn: Array | None = None,
     ) -> None:
@@ -204,25 +210,7 @@ class Builder:
         rx, ry, rz = np.asarray(radii, float)
         a = np.linspace(-np.pi / 2, np.pi / 2, segments // 2 + 1)
         profile = np.stack([rx * np.cos(a), ry * np.sin(a)], 1)
-        self.lathe(part, material, profile, center, segments, turn, squash=rz / rx)
-
-    def extrude(
-        self,
-        part: str,
-        material: Material,
-        outline: ArrayLike,
-        depth: float,
-        center: ArrayLike = (0, 0, 0),
-        turn: Array | None = None,
-    ) -> None:
-        """Extrude a star-shaped outline in the xy plane, (k, 2), by `depth` along z, centred."""
-        flat = np.asarray(outline, float)
-        matrix = np.eye(3) if turn is None else turn
-        rings = [
-            np.column_stack([flat, np.full(len(flat), z)]) @ matrix.T + np.asarray(center, float)
-            for z in (-depth / 2, depth / 2)
-        ]
-        self.loft(part, material, rings)
+        self.lathe(part, material, profile, center, segments=segments, turn=turn, squash=rz / rx)
 
     def mesh(self) -> Mesh:
         """Return everything added so far as one mesh, textures mapped by the box projection."""

@@ -12,9 +12,9 @@ from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.choices import Rng
 from ffd_lightning.shapes.kit.materials import Material
 from ffd_lightning.shapes.kit.paths import bend, circle
-from ffd_lightning.shapes.kit.vectors import UP, Array
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
 
-Profile = tuple[tuple[float, float], ...]
+Profile = tuple[Pair, ...]
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class LegStyle:
         return self.section != "hairpin"
 
 
-def draw_leg_style(rng: Rng, thickness: tuple[float, float], hairpin: float = 0.1) -> LegStyle:
+def draw_leg_style(rng: Rng, thickness: Pair, hairpin: float = 0.1) -> LegStyle:
     """Draw a square, round, turned or (with probability `hairpin`) hairpin leg."""
     across = rng.uniform(*thickness)
     if rng.random() < hairpin:
@@ -67,7 +67,7 @@ def add_leg(
     style: LegStyle,
     top: ArrayLike,
     foot: ArrayLike,
-    stretch: tuple[float, float] = (1.0, 1.0),
+    stretch: Pair = (1.0, 1.0),
 ) -> None:
     """Add a leg from `top` to `foot`, both its ends level; `stretch` scales its x and z sides."""
     a, b = np.asarray(foot, float), np.asarray(top, float)
@@ -75,13 +75,13 @@ def add_leg(
         rod, spread = max(0.008, 0.16 * style.thickness), 0.9 * style.thickness
         ends = b + spread * np.array([[-1, 0, 1], [1, 0, -1]])
         path = bend([ends[0], a + rod * UP, ends[1]], 0.4 * style.thickness)
-        builder.tube(part, material, path, rod, 8)
+        builder.tube(part, material, path, rod, segments=8)
         return
     if style.section == "square":
         flat = np.array([(1, 0.8), (0.8, 1), (-0.8, 1), (-1, 0.8)])
         ring = np.concatenate([flat, -flat])
     else:
-        ring = circle(16, 1.0, 0.0)[:, [0, 2]]
+        ring = circle(count=16, radius=1.0, height=0.0)[:, [0, 2]]
     ring = ring * np.asarray(stretch) * style.thickness / 2
     builder.loft(
         part,

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.shapes.kit.choices import Rng, draw
+from ffd_lightning.shapes.kit.vectors import Pair, Triple
 
 _TEXTURE_SIZE = 64
 
@@ -25,7 +26,7 @@ class Material:
         seed: of the pattern's noise.
     """
 
-    color: tuple[float, float, float]
+    color: Triple
     pattern: str = ""
     scale: float = 2.0
     alpha: float = 1.0
@@ -68,7 +69,7 @@ def pick_material(rng: Rng, kind: str) -> Material:
     """Draw a material of a kind: wood, metal, paint, fabric, leather, plastic, glass, rubber."""
     seed = int(rng.integers(1 << 30))
 
-    def hsv(hue: tuple[float, float], sat: tuple[float, float], val: tuple[float, float]) -> tuple:
+    def hsv(hue: Pair, sat: Pair, val: Pair) -> tuple:
         return colorsys.hsv_to_rgb(rng.uniform(*hue) % 1, rng.uniform(*sat), rng.uniform(*val))
 
     if kind == "wood":

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
-from ffd_lightning.shapes.kit.vectors import Array
+from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 
 def sheet(
@@ -34,7 +34,7 @@ def arc(
     builder: Builder,
     part: str,
     material: Material,
-    radii: tuple[float, float],
+    radii: Pair,
     heights: tuple[ArrayLike, ArrayLike],
     angles: Array,
 ) -> None:

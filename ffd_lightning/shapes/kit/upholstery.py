@@ -105,7 +105,7 @@ def add_seat_cushions(b: Builder, s: Seating, front: float = 0.0) -> None:
         x = (i + 0.5) * wide - s.width / 2
         size = (0.99 * wide, s.cushion, rear - start)
         center = (x, s.seat - s.cushion / 2, (rear + start) / 2)
-        b.rounded_box("seat", s.pillows, center, size, 0.05, 0.4 * s.cushion)
+        b.rounded_box("seat", s.pillows, center, size, radius=0.05, edge=0.4 * s.cushion)
 
 
 def back_point(s: Seating, x: float, rise: float, out: float = 0.0) -> Array:
@@ -142,7 +142,7 @@ def add_tufts(b: Builder, s: Seating, width: float, rows: int, columns: int) -> 
             x = ((column + shift + 0.5) / columns - 0.5) * width
             at = back_point(s, x, s.back * (0.25 + 0.6 * row / max(rows - 1, 1)), -0.5 * s.thick)
             button = [(0.011, -0.005), (0.014, 0.0), (0.008, 0.007)]
-            b.lathe("back", s.frame, button, at, 8, turn=lean(s.rake - 90))
+            b.lathe("back", s.frame, button, at, segments=8, turn=lean(s.rake - 90))
 
 
 def add_arm(b: Builder, s: Seating, side: int, depth: float | None = None) -> None:

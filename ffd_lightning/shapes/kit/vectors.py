@@ -6,6 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
+Pair = tuple[float, float]
+"""Two ends of a range, or two sides."""
+Triple = tuple[float, float, float]
+"""A point as (x, y, z), or a size as (width, height, depth) where nothing else is said."""
 
 UP = np.array([0.0, 1.0, 0.0])
 

@@ -18,11 +18,13 @@ def arc(rng: Rng) -> Builder:
     back, thick = rng.uniform(0.3, 0.6), rng.uniform(0.012, 0.02)
     low = rng.uniform(0.03, 0.16)
     if rng.random() < 0.5:
-        b.rounded_box("base", material, (0, low / 2, back), (0.28, low, 0.24), 0.02, 0.01)
+        b.rounded_box(
+            "base", material, (0, low / 2, back), (0.28, low, 0.24), radius=0.02, edge=0.01
+        )
     else:
         wide = rng.uniform(0.13, 0.2)
         rows = [(wide, 0), (wide, 0.8 * low), (0.9 * wide, low), (0.02, low)]
-        b.lathe("base", material, rows, (0, 0, back), 32)
+        b.lathe("base", material, rows, (0, 0, back), segments=32)
     wide = rng.uniform(0.12, 0.25) if count == 1 else rng.uniform(0.09, 0.13)
     kinds = {"dome": 0.5, "drum": 0.15, "empire": 0.15, "bowl": 0.2}
     shade = draw_shade(rng, wide, wide * rng.uniform(0.7, 1.2), kinds, fine=count < 3)
@@ -35,7 +37,7 @@ def arc(rng: Rng) -> Builder:
         rise = (1 - lean) * tall * np.sin(a)
         points = np.stack([0 * a, lean * tall + rise, -along], 1)
         path = np.concatenate([[(0, low - 0.01, 0)], points]) @ about_y(side).T + vec(0, 0, back)
-        b.tube("pole", metal, path, list(np.linspace(thick, 0.6 * thick, len(path))), 10)
+        b.tube("pole", metal, path, list(np.linspace(thick, 0.6 * thick, len(path))), segments=10)
         end = path[-1] - 0.03 * UP
         b.cylinder("arm", metal, path[-1] + 0.005 * UP, end - 0.01 * UP, 0.012, segments=10)
         add_head(b, shade, metal, end, np.eye(3), 0.1)

@@ -70,7 +70,7 @@ def ball(b: Builder, part: str, material: Material, center: ArrayLike, radii: Ar
     """Add an ellipsoid whose poles are small flats, so that no face is without area."""
     a = np.linspace(-1.5, 1.5, 15)
     rows = np.stack([radii[0] * np.cos(a), radii[1] * np.sin(a)], 1)
-    b.lathe(part, material, rows, center, 26)
+    b.lathe(part, material, rows, center, segments=26)
 
 
 def add_foot(b: Builder, rng: Rng, material: Material, radius: float, height: float) -> None:

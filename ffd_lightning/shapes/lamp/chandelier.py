@@ -32,7 +32,7 @@ def chandelier(rng: Rng) -> Builder:
         b,
         "pole",
         column,
-        turned_rows(rng, rng.uniform(0.04, 0.08), tall, 0.012),
+        turned_rows(rng, radius=rng.uniform(0.04, 0.08), height=tall, neck=0.012),
         outline("round", 16),
     )
     rows = [(0.004, -0.06), (0.018, -0.045), (0.02, -0.03), (0.008, -0.01), (0.02, 0.005)]
@@ -56,7 +56,7 @@ def chandelier(rng: Rng) -> Builder:
         a = np.linspace(0, 2 * np.pi, 37)
         level = np.interp(0.6 * reach, path[:, 0], path[:, 1])
         ring = np.stack([0.6 * reach * np.cos(a), np.full(37, level), 0.6 * reach * np.sin(a)], 1)
-        b.tube("arm", metal, ring, 0.008, 8)
+        b.tube("arm", metal, ring, 0.008, segments=8)
     return b
 
 
@@ -77,12 +77,14 @@ def _arm_path(rng: Rng, head: str, reach: float, start: float, tall: float) -> A
 
 def _arm(b: Builder, metal: Material, shade: Shade, head: str, path: Array) -> None:
     """Add one arm along `path` and, at its end, a candle, or a cup that opens up or down."""
-    b.tube("arm", metal, path, 0.008, 6)
+    b.tube("arm", metal, path, 0.008, segments=6)
     end = path[-1]
     if head == "down":
         hang_shade(b, shade, metal, end + 0.005 * UP, 0.07)
         return
-    b.lathe("arm", metal, [(0.01, -0.012), (0.03, 0), (0.032, 0.012), (0.015, 0.014)], end, 10)
+    b.lathe(
+        "arm", metal, [(0.01, -0.012), (0.03, 0), (0.032, 0.012), (0.015, 0.014)], end, segments=10
+    )
     if head == "up":
         add_shade(b, shade, metal, end, FLIP)
         add_bulb(b, metal, end, 0.06)
@@ -90,4 +92,4 @@ def _arm(b: Builder, metal: Material, shade: Shade, head: str, path: Array) -> N
     wax = Material((0.93, 0.9, 0.82))
     b.cylinder("bulb", wax, end, end + 0.08 * UP, 0.012, segments=8)
     flame = [(0.006, 0), (0.012, 0.015), (0.009, 0.03), (0.001, 0.045)]
-    b.lathe("bulb", Material((1.0, 0.9, 0.6)), flame, end + 0.08 * UP, 8)
+    b.lathe("bulb", Material((1.0, 0.9, 0.6)), flame, end + 0.08 * UP, segments=8)

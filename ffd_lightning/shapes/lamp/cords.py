@@ -12,7 +12,7 @@ HANGING = {"dome": 0.3, "cone": 0.15, "empire": 0.15, "bell": 0.15, "bowl": 0.15
 def add_rose(b: Builder, metal: Material, radius: float, at: Array) -> None:
     """Add the round plate at the ceiling, its top at `at`."""
     rows = [(0.015, -0.03), (0.7 * radius, -0.025), (radius, -0.008), (radius, 0)]
-    b.lathe("base", metal, rows, at, 24)
+    b.lathe("base", metal, rows, at, segments=24)
 
 
 def add_cord(b: Builder, metal: Material, top: Array, length: float) -> None:

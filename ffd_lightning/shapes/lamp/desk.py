@@ -29,7 +29,7 @@ def desk(rng: Rng) -> Builder:
             corner + vec(0, -0.1, -1.1 * upper),
         ]
         path = bend(points, 0.3, 8)
-        b.tube("arm", metal, path, 0.012, 10)
+        b.tube("arm", metal, path, 0.012, segments=10)
         end, tilt = path[-1], rng.uniform(0, 25)
     else:
         tip, fall = np.radians(rng.uniform(5, 32)), np.radians(rng.uniform(-10, 60))
@@ -63,6 +63,6 @@ def _bar_head(b: Builder, rng: Rng, material: Material, end: Array) -> None:
     across = rng.random() < 0.5
     size = np.array([long, 0.025, wide] if across else [wide, 0.025, long])
     center = end + vec(0, 0, 0.0 if across else -0.4 * long)
-    b.rounded_box("shade", material, center, size, 0.02, 0.008)
+    b.rounded_box("shade", material, center, size, radius=0.02, edge=0.008)
     glow = Material((1.0, 0.96, 0.82))
     b.box("bulb", glow, center - 0.013 * UP, size * vec(0.9, 0.3, 0.8))

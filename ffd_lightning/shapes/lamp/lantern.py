@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import UP, vec
+from ffd_lightning.shapes.kit.vectors import UP, Triple, vec
 from ffd_lightning.shapes.lamp.bodies import add_foot, draw_metal, outline, turned
 from ffd_lightning.shapes.lamp.cords import add_cord, add_rose
 from ffd_lightning.shapes.lamp.shades import add_bulb, draw_shade_material
@@ -40,13 +40,11 @@ def lantern(rng: Rng) -> Builder:
         a = np.linspace(0, np.pi, 21)
         rise = top - low - tall + rng.uniform(0.03, 0.12)
         loop = np.stack([0.7 * wide * np.cos(a), low + tall + rise * np.sin(a), 0 * a], 1)
-        b.tube("arm", metal, loop, 0.008, 8)
+        b.tube("arm", metal, loop, 0.008, segments=8)
     return b
 
 
-def _case(
-    b: Builder, rng: Rng, metal: Material, sides: str, extent: tuple[float, float, float]
-) -> float:
+def _case(b: Builder, rng: Rng, metal: Material, sides: str, extent: Triple) -> float:
     """Add the floor, posts, panes, candle and roof of a lantern; return the roof's height.
 
     `extent` is the radius, the lower end and the height of the glazed part.
@@ -63,7 +61,7 @@ def _case(
     turned(b, "shade", pane, rows, section, at)
     for x, z in section[::3]:
         ends = np.array([(x * waist, 0.02, z * waist), (x * wide, tall, z * wide)]) + at
-        b.tube("shade", metal, ends, 0.009, 6)
+        b.tube("shade", metal, ends, 0.009, segments=6)
     add_bulb(b, metal, at + 0.03 * UP, 0.5 * tall)
     rise, eave = wide * rng.uniform(0.4, 1.1), rng.uniform(1.12, 1.35) * wide
     t = np.linspace(0, 1, 6)
@@ -71,5 +69,5 @@ def _case(
     roof = [(eave, -0.02), *np.stack([curve, rise * t], 1)]
     turned(b, "shade", metal, roof, section, at + tall * UP)
     ball = [(0.1 * wide, -0.01), (0.2 * wide, 0.15 * wide), (0.05 * wide, 0.4 * wide)]
-    b.lathe("shade", metal, ball, at + (tall + rise) * UP, 14)
+    b.lathe("shade", metal, ball, at + (tall + rise) * UP, segments=14)
     return rise + 0.3 * wide

@@ -55,7 +55,7 @@ def _several(b: Builder, rng: Rng, metal: Material, kind: str, drop: float) -> N
     if kind == "row":
         gap = wide * rng.uniform(2.3, 3.2)
         bar = (gap * (count - 1) + 0.1, 0.03, 0.06)
-        b.rounded_box("base", metal, (0, -0.015, 0), bar, 0.02, 0.005)
+        b.rounded_box("base", metal, (0, -0.015, 0), bar, radius=0.02, edge=0.005)
         places = np.array([(x, 0.0, 0.0) for x in gap * (np.arange(count) - (count - 1) / 2)])
     else:
         ring = 1.15 * wide / np.sin(np.pi / count)

@@ -18,10 +18,26 @@ def sconce(rng: Rng) -> Builder:
     wide, tall = rng.uniform(0.05, 0.12), rng.uniform(0.1, 0.32)
     upright = lean(-90)
     if rng.random() < 0.5:
-        b.rounded_box("base", metal, (0, 0, 0.012), (wide, 0.024, tall), 0.4 * wide, 0.008, upright)
+        b.rounded_box(
+            "base",
+            metal,
+            (0, 0, 0.012),
+            (wide, 0.024, tall),
+            radius=0.4 * wide,
+            edge=0.008,
+            turn=upright,
+        )
     else:
         rows = [(0.5 * tall, -0.012), (0.5 * tall, 0.004), (0.4 * tall, 0.014), (0.02, 0.02)]
-        b.lathe("base", metal, rows, (0, 0, 0.012), 28, upright, squash=rng.uniform(0.6, 1.5))
+        b.lathe(
+            "base",
+            metal,
+            rows,
+            (0, 0, 0.012),
+            segments=28,
+            turn=upright,
+            squash=rng.uniform(0.6, 1.5),
+        )
     size = rng.uniform(0.06, 0.12)
     count = int(rng.choice([1, 2, 3], p=[0.55, 0.3, 0.15]))
     up = rng.random() < 0.6
@@ -38,7 +54,7 @@ def sconce(rng: Rng) -> Builder:
         )
         if not up:
             points[1:3] = (0.1 * x, 0.1, -0.3 * reach), (x, 0.12, end[2])
-        b.tube("arm", metal, bend(points, 0.1, 6), 0.009, 8)
+        b.tube("arm", metal, bend(points, 0.1, 6), 0.009, segments=8)
         add_shade(b, shade, metal, end, FLIP if up else None)
         add_bulb(b, metal, end, min(0.1, 0.8 * shade.height), None if up else FLIP)
     return b

@@ -117,14 +117,16 @@ def add_shade(
     mouth = shade.rows[-1, 0]
     if mouth < 0.05:
         low, high = (at + matrix @ (y * UP) for y in (-0.02, 0.025))
-        b.cylinder("shade", metal, low, high, 1.15 * mouth, 0.6 * mouth, 14)
+        b.cylinder(
+            "shade", metal, low, high, radius=1.15 * mouth, radius_end=0.6 * mouth, segments=14
+        )
         return
     count = 4 if len(shade.section) == 12 else 3
     level = vec(0, -2 * wall, 0)
     for i in range(count):
         x, z = shade.section[i * len(shade.section) // count] * (mouth - 0.5 * wall)
         spoke = np.array([[0, 0, 0], [x, 0, z]]) + level
-        b.tube("shade", metal, spoke @ matrix.T + at, 0.004, 6)
+        b.tube("shade", metal, spoke @ matrix.T + at, 0.004, segments=6)
     low, high = (matrix @ level * k + at for k in (1.6, 0.2))
     b.cylinder("shade", metal, low, high, 0.012, segments=10)
 
@@ -136,7 +138,9 @@ def add_bulb(
     at, matrix = np.asarray(socket, float), np.eye(3) if turn is None else turn
     b.cylinder("bulb", metal, at, at + matrix @ (0.4 * size * UP), 0.17 * size, segments=10)
     rows = [(0.14, 0.36), (0.2, 0.48), (0.31, 0.68), (0.3, 0.82), (0.18, 0.95), (0.03, 1.0)]
-    b.lathe("bulb", _GLOW, size * np.array(rows), at, 12 if size > 0.08 else 8, matrix)
+    b.lathe(
+        "bulb", _GLOW, size * np.array(rows), at, segments=12 if size > 0.08 else 8, turn=matrix
+    )
 
 
 def add_harp(b: Builder, metal: Material, low: float, high: float, reach: float) -> None:
@@ -144,9 +148,9 @@ def add_harp(b: Builder, metal: Material, low: float, high: float, reach: float)
     a = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 9)
     for sign in (-1, 1):
         x, y = sign * reach * np.cos(a), (low + high) / 2 + (high - low) / 2 * np.sin(a)
-        b.tube("shade", metal, np.stack([x, y, 0 * a], 1), 0.004, 6)
+        b.tube("shade", metal, np.stack([x, y, 0 * a], 1), 0.004, segments=6)
     rows = [(0.005, 0), (0.006, 0.012), (0.014, 0.024), (0.012, 0.04), (0.003, 0.05)]
-    b.lathe("shade", metal, rows, (0, high - 0.005, 0), 10)
+    b.lathe("shade", metal, rows, (0, high - 0.005, 0), segments=10)
 
 
 CLOTH = {"drum": 0.3, "empire": 0.35, "cone": 0.1, "bell": 0.2, "dome": 0.05}

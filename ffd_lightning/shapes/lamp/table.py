@@ -7,7 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import circle
-from ffd_lightning.shapes.kit.vectors import about_y, vec
+from ffd_lightning.shapes.kit.vectors import Triple, about_y, vec
 from ffd_lightning.shapes.lamp.bodies import (
     add_foot,
     ball,
@@ -42,14 +42,15 @@ def table(rng: Rng) -> Builder:
     return b
 
 
-def _body(
-    b: Builder, rng: Rng, material: Material, metal: Material, extent: tuple[float, float, float]
-) -> None:
+def _body(b: Builder, rng: Rng, material: Material, metal: Material, extent: Triple) -> None:
     """Add the body of a table lamp; `extent` is its radius, lower and upper end."""
     radius, low, high = extent
     rise, at = high - low, vec(0, low, 0)
-    kind = draw(rng, ["vase", "stack", "block", "loop", "legs", "column"],
-                [0.4, 0.16, 0.14, 0.08, 0.1, 0.12])  # fmt: skip
+    kind = draw(
+        rng,
+        ["vase", "stack", "block", "loop", "legs", "column"],
+        [0.4, 0.16, 0.14, 0.08, 0.1, 0.12],
+    )
     if kind == "vase":
         section = draw(rng, ["round", "fluted", "hexagon", "square"], [0.7, 0.14, 0.08, 0.08])
         twist = rng.uniform(-150, 150) if section in ("fluted", "square") else 0.0
@@ -72,7 +73,10 @@ def _body(
     elif kind == "legs":
         count = int(rng.integers(3, 5))
         style = LegStyle(draw(rng, ["round", "square"]), 0.024, ((0, 0.6), (0.5, 0.9), (1, 1)))
-        tops, feet = circle(count, 0.015, high - 0.01), circle(count, 0.9 * radius + 0.03, low)
+        tops, feet = (
+            circle(count=count, radius=0.015, height=high - 0.01),
+            circle(count, 0.9 * radius + 0.03, low),
+        )
         add_legs(b, "base", material, style, tops, feet)
         b.cylinder("base", metal, (0, high - 0.04, 0), (0, high, 0), 0.032)
     else:
@@ -81,9 +85,7 @@ def _body(
         b.lathe("base", metal, [(0.09, 0), (0.09, 0.012), (slim, 0.025)], at)
 
 
-def _stack(
-    b: Builder, rng: Rng, material: Material, metal: Material, extent: tuple[float, float, float]
-) -> None:
+def _stack(b: Builder, rng: Rng, material: Material, metal: Material, extent: Triple) -> None:
     """Thread two to five balls, discs or blocks on a rod, smaller toward the top."""
     radius, low, high = extent
     b.cylinder("pole", metal, (0, low, 0), (0, high, 0), 0.01)

@@ -30,9 +30,9 @@ def all_in_one(rng: Rng) -> Builder:
         sheet(b, "stand", case.stand, path[:, None] + sides[None], thickness)
     else:
         for x in (-wide / 2, wide / 2):
-            b.tube("stand", case.stand, path + vec(x, 0, 0), thickness / 2 + 0.002, 10)
+            b.tube("stand", case.stand, path + vec(x, 0, 0), thickness / 2 + 0.002, segments=10)
         bar = np.array([[-wide / 2, 0, 0], [wide / 2, 0, 0]])
-        b.tube("base", case.stand, toe + bar, thickness / 2 + 0.002, 10)
+        b.tube("base", case.stand, toe + bar, thickness / 2 + 0.002, segments=10)
     if rng.random() < 0.35:
         _keyboard(b, rng, case, panel, toe[2])
     return b

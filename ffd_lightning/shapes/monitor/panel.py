@@ -80,7 +80,13 @@ def moved(panel: Panel, center: Array, turn: Array | None = None) -> Panel:
     """Return the panel at another place, perhaps turned further."""
     matrix = panel.turn if turn is None else turn @ panel.turn
     return Panel(
-        center, panel.width, panel.height, panel.thickness, matrix, panel.bezel, panel.chin
+        center=center,
+        width=panel.width,
+        height=panel.height,
+        thickness=panel.thickness,
+        turn=matrix,
+        bezel=panel.bezel,
+        chin=panel.chin,
     )
 
 
@@ -90,11 +96,13 @@ def add_panel(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
     upright = panel.turn @ lean(90)  # rounded_box rounds the edges along its y
     radius = rng.choice([0.1, 0.6, 1.5]) * (panel.bezel + 0.01)
     front = (w, 0.55 * t, h)
-    b.rounded_box("frame", case.frame, panel.at(0, 0, 0), front, radius, 0.12 * t, upright)
+    b.rounded_box(
+        "frame", case.frame, panel.at(0, 0, 0), front, radius=radius, edge=0.12 * t, turn=upright
+    )
     screen = (w - 2 * panel.bezel, h - 2 * panel.bezel - panel.chin)
     size = (screen[0], 0.02 * w, screen[1])
     place = panel.at(0, 0.5 * panel.chin / h, -0.27 * t + 0.007 * w)
-    b.rounded_box("screen", case.screen, place, size, 0.006, 0.002, upright)
+    b.rounded_box("screen", case.screen, place, size, radius=0.006, edge=0.002, turn=upright)
     _add_back(b, rng, case, panel)
     spread = rng.uniform(0.02, 0.04)
     radius = 0.22 * panel.bezel
@@ -119,4 +127,4 @@ def _add_back(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
     for i in range(int(rng.integers(0, 7))):
         slit = (0.5 * waist * w, 0.012 * h, 0.02 * t)
         place = panel.at(0, (0.3 - 0.05 * i) * waist + shift * (1 - waist), 0.36 * t + deep)
-        b.box("back", case.frame, place, slit, panel.turn)
+        b.box("back", case.frame, place, slit, turn=panel.turn)

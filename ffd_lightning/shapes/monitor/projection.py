@@ -7,7 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Rng, pick_material
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean, vec
 from ffd_lightning.shapes.monitor.panel import Case, draw_case
 from ffd_lightning.shapes.monitor.tube import add_bezel, add_bulged_screen
 
@@ -49,9 +49,7 @@ def projection(rng: Rng) -> Builder:
     return b
 
 
-def _console_panel(
-    b: Builder, rng: Rng, case: Case, span: tuple[float, float], extent: tuple[float, float]
-) -> None:
+def _console_panel(b: Builder, rng: Rng, case: Case, span: Pair, extent: Pair) -> None:
     """Add dials above a loudspeaker cloth between the x of `span`; `extent` is (y, height)."""
     x, wide = sum(span) / 2, span[1] - span[0] - 0.04
     y, tall = extent
@@ -62,10 +60,10 @@ def _console_panel(
         radius = min(0.35 * wide, 0.07)
         rows = [(radius, 0), (radius, 0.02), (0.6 * radius, 0.025), (0.55 * radius, 0.05)]
         spot = (x, y + (0.36 - 0.2 * i) * tall, 0.004)
-        b.lathe("button", case.accent, rows, spot, 20, turn=lean(-90))
+        b.lathe("button", case.accent, rows, spot, segments=20, turn=lean(-90))
 
 
-def _hood(b: Builder, rng: Rng, case: Case, size: tuple[float, float, float], low: float) -> None:
+def _hood(b: Builder, rng: Rng, case: Case, size: Triple, low: float) -> None:
     """Add the sloping housing behind a projection screen of `size` (width, height, depth)."""
     width, height, depth = size
     peak, back = rng.uniform(0.4, 0.8), rng.uniform(0.6, 0.9)
@@ -80,7 +78,7 @@ def _hood(b: Builder, rng: Rng, case: Case, size: tuple[float, float, float], lo
     b.loft("back", case.back, rings)
 
 
-def _grille(b: Builder, rng: Rng, case: Case, size: tuple[float, float], lip: float) -> None:
+def _grille(b: Builder, rng: Rng, case: Case, size: Pair, lip: float) -> None:
     """Add the pedestal below a projection screen, `size` (width, height), with its loudspeakers."""
     width, height = size
     deep = rng.uniform(0.28, 0.34)

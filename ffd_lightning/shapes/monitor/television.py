@@ -43,7 +43,7 @@ def _two_feet(b: Builder, rng: Rng, case: Case, panel: Panel, gap: float) -> Non
         head = vec(x, gap + 0.04, 0.3 * panel.thickness)
         for z in (-reach, reach):
             path = [head, head * vec(1, 0, 1) + vec(side * splay, radius, z)]
-            b.tube("stand", case.stand, path, (1.4 * radius, radius), 10)
+            b.tube("stand", case.stand, path, (1.4 * radius, radius), segments=10)
         if splay == 0:
             blade = (2 * radius, 1.2 * radius, 2.2 * reach)
             b.rounded_box("base", case.stand, (x, 0.6 * radius, head[2]), blade, radius)
@@ -78,8 +78,16 @@ def _sound_bar(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
     turn = panel.turn @ lean(90)
     place = panel.at(0, -0.5 + 0.2 * tall / panel.height, 0.1 * panel.thickness)
     size = (wide, 0.9 * panel.thickness, tall)
-    b.rounded_box("speaker", case.back, place, size, 0.3 * tall, 0.004, turn)
+    b.rounded_box("speaker", case.back, place, size, radius=0.3 * tall, edge=0.004, turn=turn)
     for x in np.linspace(-0.42, 0.42, int(rng.integers(2, 7))) * wide:
         spot = place + panel.turn @ vec(x, 0, -0.44 * panel.thickness)
         end = spot + panel.turn @ vec(0, 0, -0.05 * panel.thickness)
-        b.cylinder("speaker", case.accent, spot, end, 0.36 * tall, 0.3 * tall, 14)
+        b.cylinder(
+            "speaker",
+            case.accent,
+            spot,
+            end,
+            radius=0.36 * tall,
+            radius_end=0.3 * tall,
+            segments=14,
+        )

@@ -7,17 +7,11 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, vec
 from ffd_lightning.shapes.monitor.panel import Case, draw_case
 
 
-def add_bulged_screen(
-    b: Builder,
-    case: Case,
-    center: tuple[float, float, float],
-    size: tuple[float, float],
-    bulge: float,
-) -> None:
+def add_bulged_screen(b: Builder, case: Case, center: Triple, size: Pair, bulge: float) -> None:
     """Add a picture tube's face of `size` (width, height) that bulges towards -z."""
     u, v = np.meshgrid(np.linspace(-1, 1, 11), np.linspace(-1, 1, 9))
     round_x, round_y = u * (1 - 0.04 * v**2), v * (1 - 0.05 * u**2)
@@ -27,13 +21,7 @@ def add_bulged_screen(
 
 
 def add_bezel(
-    b: Builder,
-    case: Case,
-    center: tuple[float, float, float],
-    outer: tuple[float, float],
-    inner: tuple[float, float],
-    shift: float,
-    depth: float,
+    b: Builder, case: Case, center: Triple, outer: Pair, inner: Pair, shift: float, depth: float
 ) -> None:
     """Add a frame of `outer` size around the opening `inner`, which is moved up by `shift`."""
     (x, y, z), half, hole = center, np.array(outer) / 2, np.array(inner) / 2
@@ -45,15 +33,16 @@ def add_bezel(
     bars += [((s * (half[0] - side / 2), shift), (side, 2 * hole[1] + 0.004)) for s in (-1, 1)]
     for (dx, dy), (wide, tall) in bars:
         size = (wide, tall, depth)
-        b.rounded_box("frame", case.frame, (x + dx, y + dy, z), size, 0.012, 0.01, segments=2)
+        b.rounded_box(
+            "frame", case.frame, (x + dx, y + dy, z), size, radius=0.012, edge=0.01, segments=2
+        )
 
 
-def _housing(
-    b: Builder, rng: Rng, case: Case, middle: Array, size: tuple[float, float], depth: float
-) -> None:
+def _housing(b: Builder, rng: Rng, case: Case, middle: Array, size: Pair, depth: float) -> None:
     """Add the shell behind a tube, tapering towards its neck, with slits."""
-    flat = np.array([(0.5, 0.42), (0.47, 0.48), (0.42, 0.5), (-0.42, 0.5), (-0.47, 0.48),
-                     (-0.5, 0.42)])  # fmt: skip
+    flat = np.array(
+        [(0.5, 0.42), (0.47, 0.48), (0.42, 0.5), (-0.42, 0.5), (-0.47, 0.48), (-0.5, 0.42)]
+    )
     outline = np.concatenate([flat, -flat]) * np.asarray(size)
     waist, shoulder = rng.uniform(0.45, 0.8), rng.uniform(0.2, 0.5)
     rows = [(0.0, 0.98), (shoulder, rng.uniform(0.9, 0.97)), (shoulder + 0.25, 0.5 + waist / 2)]
@@ -76,9 +65,7 @@ def _housing(
         )
 
 
-def _controls(
-    b: Builder, rng: Rng, case: Case, start: tuple[float, float, float], reach: float
-) -> None:
+def _controls(b: Builder, rng: Rng, case: Case, start: Triple, reach: float) -> None:
     """Add a row of push buttons from `start` towards -x over `reach`, the first one large."""
     x, y, z = start
     b.cylinder("button", case.accent, (x, y, z + 0.005), (x, y, z - 0.012), 0.016, segments=14)
@@ -87,14 +74,7 @@ def _controls(
         b.box("button", case.accent, (x - 0.04 - i * reach / 7, y, z), size)
 
 
-def _side_grilles(
-    b: Builder,
-    rng: Rng,
-    case: Case,
-    x: float,
-    place: tuple[float, float],
-    size: tuple[float, float],
-) -> None:
+def _side_grilles(b: Builder, rng: Rng, case: Case, x: float, place: Pair, size: Pair) -> None:
     """Add a loudspeaker grille of `size` at +-`x`: louvres or two cones; `place` is (y, z)."""
     (y, z), (wide, tall) = place, size
     cones = rng.random() < 0.4
@@ -103,8 +83,15 @@ def _side_grilles(
         if cones:
             for dy in (-0.25, 0.2):
                 spot = vec(side * x, y + dy * tall, z)
-                b.cylinder("speaker", case.accent, spot, spot - vec(0, 0, 0.014), 0.42 * wide,
-                           0.34 * wide, 16)  # fmt: skip
+                b.cylinder(
+                    "speaker",
+                    case.accent,
+                    spot,
+                    spot - vec(0, 0, 0.014),
+                    radius=0.42 * wide,
+                    radius_end=0.34 * wide,
+                    segments=16,
+                )
             continue
         for dy in np.linspace(-0.45, 0.45, max(5, int(tall / 0.03))) * tall:
             b.box("speaker", case.accent, (side * x, y + dy, z - 0.004), (0.9 * wide, 0.008, 0.014))
@@ -145,22 +132,15 @@ def tube(rng: Rng) -> Builder:
     return b
 
 
-def _tube_foot(
-    b: Builder,
-    rng: Rng,
-    case: Case,
-    kind: str,
-    outer: tuple[float, float],
-    extent: tuple[float, float],
-) -> None:
+def _tube_foot(b: Builder, rng: Rng, case: Case, kind: str, outer: Pair, extent: Pair) -> None:
     """Add what a tube set stands on: a swivel, four pads, or pads with aerials or a handle."""
     (width, height), (base, depth) = outer, extent
     if kind == "tilt":
         radius, z = rng.uniform(0.22, 0.34) * width, 0.3 * depth
         rows = [(radius, 0), (radius, 0.25 * base), (0.55 * radius, 0.5 * base)]
-        b.lathe("base", case.stand, rows, (0, 0, z), 32)
+        b.lathe("base", case.stand, rows, (0, 0, z), segments=32)
         rows = [(0.6 * radius, 0.4 * base), (0.8 * radius, 0.7 * base), (0.95 * radius, 1.3 * base)]
-        b.lathe("stand", case.stand, rows, (0, 0, z), 32)
+        b.lathe("stand", case.stand, rows, (0, 0, z), segments=32)
         return
     for x, _, z in corners(0.75 * width, 0.5 * depth, 0, 0.3 * depth):
         b.cylinder("base", case.stand, (x, 0, z), (x, 0.1 * height + base, z), 0.03, segments=12)
@@ -172,7 +152,9 @@ def _tube_foot(
         for side in (-1, 1):
             reach = vec(side * rng.uniform(0.1, 0.4), rng.uniform(0.25, 0.5), 0.02)
             start = vec(side * 0.03, top + 0.01, 0.15 * depth)
-            b.cylinder("stand", metal, start, start + reach, 0.007, 0.005, 8)
+            b.cylinder(
+                "stand", metal, start, start + reach, radius=0.007, radius_end=0.005, segments=8
+            )
         return
     for side in (-1, 1):
         x = side * 0.25 * width

@@ -16,24 +16,24 @@ def nacelle(
     """Add a turbofan that faces -z: cowl, dark inlet with its cone, nozzle."""
     c, turn = np.asarray(center, float), lean(90)
     profile = np.array([(0.82, 0.5), (0.9, 0.5), (1, 0.4), (1, 0.05), (0.78, -0.42), (0.68, -0.42)])
-    b.lathe("engine", material, profile * [radius, -length], c, 18, turn)
+    b.lathe("engine", material, profile * [radius, -length], c, segments=18, turn=turn)
     face, back = c - vec(0, 0, 0.485 * length), c + vec(0, 0, 0.4 * length)
     b.lathe(
         "engine",
         BLACK,
         [(0.84 * radius, 0), (0.84 * radius, 0.03 * length)],
         c - vec(0, 0, 0.505 * length),
-        18,
-        turn,
+        segments=18,
+        turn=turn,
     )
     cone = [(0.3 * radius, 0.0), (0.2 * radius, -0.05 * length), (0.02 * radius, -0.1 * length)]
-    b.lathe("engine", STEEL, cone, face, 12, turn)
+    b.lathe("engine", STEEL, cone, face, segments=12, turn=turn)
     tail = [
         (0.55 * radius, -0.02 * length),
         (0.45 * radius, 0.12 * length),
         (0.1 * radius, 0.22 * length),
     ]
-    b.lathe("engine", STEEL, tail, back, 14, turn)
+    b.lathe("engine", STEEL, tail, back, segments=14, turn=turn)
 
 
 def propeller(
@@ -57,7 +57,7 @@ def propeller(
             rings.append((flat @ about_y(twist).T + vec(0, t * radius, 0)) @ spin.T + c)
         b.loft("engine", BLACK, rings)
     cone = [(r, -0.6 * r), (r, 0.2 * r), (0.75 * r, 1.0 * r), (0.1 * r, 1.7 * r)]
-    b.lathe("engine", spinner, cone, c, 14, lean(-90))
+    b.lathe("engine", spinner, cone, c, segments=14, turn=lean(-90))
 
 
 def undercarriage(

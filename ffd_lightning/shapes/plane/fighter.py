@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Triple, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
     BLACK,
@@ -125,14 +125,22 @@ def _nozzles(b: Builder, rng: Rng, wide: float, tall: float, twin: bool) -> None
     """Add the exhausts: flared steel rings, dark inside."""
     r, end = min(0.42 * tall, 0.24 * wide if twin else 1.0), 0.4 + rng.uniform(0.03, 0.08)
     for x in (-0.23 * wide, 0.23 * wide) if twin else (0.0,):
-        b.cylinder("engine", STEEL, (x, 0, 0.33), (x, 0, end), 1.08 * r, 0.82 * r, 16)
+        b.cylinder(
+            "engine",
+            STEEL,
+            (x, 0, 0.33),
+            (x, 0, end),
+            radius=1.08 * r,
+            radius_end=0.82 * r,
+            segments=16,
+        )
         b.cylinder("engine", BLACK, (x, 0, end - 0.01), (x, 0, end + 0.002), 0.7 * r, segments=16)
 
 
-def _missile(b: Builder, center: tuple[float, float, float], length: float) -> None:
+def _missile(b: Builder, center: Triple, length: float) -> None:
     """Add a missile with cruciform fins."""
     x, y, z = center
     path = [(x, y, z + t * length) for t in (-0.5, -0.42, 0.5)]
-    b.tube("wing", STEEL, path, [0.002, 0.0075, 0.0075], 8)
+    b.tube("wing", STEEL, path, [0.002, 0.0075, 0.0075], segments=8)
     for size in ((0.036, 0.003, 0.022), (0.003, 0.036, 0.022)):
         b.box("wing", STEEL, (x, y, z + 0.44 * length), size)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import BLACK, STEEL, canopy, draw_livery, fuselage
 from ffd_lightning.shapes.plane.wings import pair
@@ -49,7 +49,7 @@ def flying_wing(rng: Rng) -> Builder:
 
 
 def _buried_engines(
-    b: Builder, rng: Rng, colors: tuple[Material, Material], wide: float, edge: tuple[float, float]
+    b: Builder, rng: Rng, colors: tuple[Material, Material], wide: float, edge: Pair
 ) -> None:
     """Add two or four humps on a wing whose leading edge is (z at the middle, slope)."""
     lead, slope = edge

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.sections import superellipse
-from ffd_lightning.shapes.kit.vectors import Array
+from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 BLACK = Material((0.05, 0.05, 0.055))
 
@@ -80,7 +80,7 @@ def height_at(rows: Array, z: float, up: float) -> float:
 
 
 def canopy(
-    b: Builder, rows: Array, ends: tuple[float, float], width: float, rise: float, frames: Material
+    b: Builder, rows: Array, ends: Pair, width: float, rise: float, frames: Material
 ) -> None:
     """Add a bubble of glass on top of a fuselage between two z, with a few frames."""
     z = np.linspace(*ends, 9)
@@ -97,14 +97,7 @@ def canopy(
         b.loft("body", frames, rings)
 
 
-def windows(
-    b: Builder,
-    rows: Array,
-    ends: tuple[float, float],
-    count: int,
-    up: float,
-    size: tuple[float, float],
-) -> None:
+def windows(b: Builder, rows: Array, ends: Pair, count: int, up: float, size: Pair) -> None:
     """Add `count` cabin windows to both flanks, `up` of the half-height above the middle."""
     for z in np.linspace(*ends, count):
         x = 0.5 * width_at(rows, z) * np.sqrt(1 - up**2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 from ffd_lightning.shapes.plane.engines import propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
     BLACK,
@@ -49,7 +49,7 @@ def _ground(
         b.cylinder("gear", BLACK, axle - half, axle + half, r, segments=16)
         if spats:
             center = (side * reach, floor + 1.15 * r, z + 0.3 * r)
-            b.ellipsoid("gear", paint, center, (0.45 * r, 0.75 * r, 1.7 * r), 12)
+            b.ellipsoid("gear", paint, center, (0.45 * r, 0.75 * r, 1.7 * r), segments=12)
     if nose:
         top = (0, height_at(rows, -0.42, -0.8), -0.42)
         undercarriage(b, STEEL, top, top[1] - floor, 0.8 * r)
@@ -147,19 +147,12 @@ def biplane(rng: Rng) -> Builder:
     propeller(b, rng, (0, 0, -0.515), rng.uniform(0.13, 0.17), 2, accent)
     for z in np.linspace(lead + 0.2, lead + 0.36, int(rng.integers(1, 3))):
         top = height_at(rows, z, 1)
-        b.ellipsoid("window", BLACK, (0, top - 0.004, z), (0.33 * wide, 0.015, 0.05), 14)
+        b.ellipsoid("window", BLACK, (0, top - 0.004, z), (0.33 * wide, 0.015, 0.05), segments=14)
         b.box("window", GLASS, (0, top + 0.015, z - 0.045), (0.3 * wide, 0.04, 0.006))
     return b
 
 
-def _struts(
-    b: Builder,
-    rng: Rng,
-    heights: tuple[float, float],
-    lead: tuple[float, float],
-    span: float,
-    chord: float,
-) -> None:
+def _struts(b: Builder, rng: Rng, heights: Pair, lead: Pair, span: float, chord: float) -> None:
     """Join the lowest and the highest wing by struts and wires; `lead` is (z, stagger)."""
     bottom, top = heights
     z, stagger = lead

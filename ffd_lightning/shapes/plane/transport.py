@@ -25,7 +25,12 @@ def airliner(rng: Rng) -> Builder:
     b, (paint, accent) = Builder(), draw_livery(rng)
     wide = rng.uniform(0.085, 0.15)
     rows = tapered(
-        1.0, wide, wide * rng.uniform(1.0, 1.12), 1.3 * wide, rng.uniform(0.26, 0.36), 0.32 * wide
+        length=1.0,
+        width=wide,
+        height=wide * rng.uniform(1.0, 1.12),
+        nose=1.3 * wide,
+        tail=rng.uniform(0.26, 0.36),
+        upsweep=0.32 * wide,
     )
     fuselage(b, "body", paint, rows)
     span, root, tip = rng.uniform(0.4, 0.56), rng.uniform(0.17, 0.26), rng.uniform(0.04, 0.07)
@@ -58,9 +63,9 @@ def airliner(rng: Rng) -> Builder:
             b,
             STEEL,
             (0, height_at(rows, front, -0.9), front),
-            drop + height_at(rows, front, -0.9) - y - 0.01,
-            r,
-            2,
+            drop=drop + height_at(rows, front, -0.9) - y - 0.01,
+            radius=r,
+            wheels=2,
         )
     return b
 
@@ -127,7 +132,12 @@ def turboprop(rng: Rng) -> Builder:
     b, (paint, accent) = Builder(), draw_livery(rng, 0.4)
     wide, high = rng.uniform(0.09, 0.16), rng.random() < 0.55
     rows = tapered(
-        1.0, wide, wide * rng.uniform(1.0, 1.15), 1.1 * wide, rng.uniform(0.3, 0.42), 0.4 * wide
+        length=1.0,
+        width=wide,
+        height=wide * rng.uniform(1.0, 1.15),
+        nose=1.1 * wide,
+        tail=rng.uniform(0.3, 0.42),
+        upsweep=0.4 * wide,
     )
     fuselage(b, "body", paint, rows, rng.uniform(0, 0.35))
     span, root = rng.uniform(0.45, 0.62), rng.uniform(0.13, 0.19)

@@ -58,7 +58,7 @@ def chaise(rng: Rng) -> Builder:
     add_base(b, s)
     cushion = (s.width + 0.5 * s.arm, s.cushion, s.depth - s.thick)
     at = (-head * 0.25 * s.arm, s.seat - s.cushion / 2, -0.5 * s.thick)
-    b.rounded_box("seat", s.pillows, at, cushion, 0.1, 0.4 * s.cushion)
+    b.rounded_box("seat", s.pillows, at, cushion, radius=0.1, edge=0.4 * s.cushion)
     add_arm(b, s, head)
     length = rng.uniform(0.45, 0.95)
     low, fall = rng.uniform(0.06, 0.15), rng.uniform(0.7, 2.0)

@@ -35,7 +35,7 @@ def sectional(rng: Rng) -> Builder:
     for i in range(parts):
         at = (x, s.seat - s.cushion / 2, -s.depth / 2 - (i + 0.5) * reach / parts)
         cushion = (0.98 * wide, s.cushion, 0.99 * reach / parts)
-        b.rounded_box("seat", s.pillows, at, cushion, 0.05, 0.4 * s.cushion)
+        b.rounded_box("seat", s.pillows, at, cushion, radius=0.05, edge=0.4 * s.cushion)
     full = parts == 2 or rng.random() < 0.4
     add_arm(b, s, -side)
     deep = s.depth + reach if full else 0.97 * s.depth

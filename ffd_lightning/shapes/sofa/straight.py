@@ -32,7 +32,7 @@ def straight(rng: Rng) -> Builder:
     else:
         add_tight_back(b, s, s.width + s.arm)
         if kind == "tufted":
-            add_tufts(b, s, s.width, int(rng.integers(2, 4)), 4 * s.seats)
+            add_tufts(b, s, width=s.width, rows=int(rng.integers(2, 4)), columns=4 * s.seats)
     for side in (-1, 1):
         add_arm(b, s, side)
     add_feet(b, rng, s)
@@ -53,7 +53,7 @@ def chesterfield(rng: Rng) -> Builder:
     crest = vec(0, s.seat + rise - 0.3 * r, s.depth / 2 - 0.3 * s.thick)
     half = vec(s.span / 2, 0, 0)
     b.cylinder("back", s.cover, crest - half, crest + half, r)
-    add_tufts(b, s, s.width, int(rng.integers(2, 4)), 5 * s.seats)
+    add_tufts(b, s, width=s.width, rows=int(rng.integers(2, 4)), columns=5 * s.seats)
     for side in (-1, 1):
         add_arm(b, s, side)
     add_feet(b, rng, s)

@@ -88,7 +88,7 @@ def add_driver(
         add_skin(b, "driver", finish.rim, r * np.array(flare), center, turn)
         a = np.linspace(0, 1.5, 6)
         dome = np.stack([0.38 * np.cos(a), 0.3 * np.sin(a) - 0.04], 1)
-        b.lathe("driver", finish.cap, r * dome, center, 20, matrix)
+        b.lathe("driver", finish.cap, r * dome, center, segments=20, turn=matrix)
         return
     roll = [(0.85, 0.03), (0.82, 0.09), (0.77, 0.11), (0.72, 0.08), (0.7, 0.0)]
     add_skin(b, "driver", BLACK, r * np.array(roll), center, turn)
@@ -102,4 +102,4 @@ def add_driver(
     )
     a = np.linspace(0, 1.5, 5)
     cap = np.stack([0.27 * np.cos(a), 0.16 * np.sin(a) - 0.33], 1)
-    b.lathe("driver", finish.cap, r * cap, center, 20, matrix)
+    b.lathe("driver", finish.cap, r * cap, center, segments=20, turn=matrix)

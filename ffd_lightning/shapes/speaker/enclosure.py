@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
-from ffd_lightning.shapes.kit.vectors import Array, about_y, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, about_y, lean, vec
 from ffd_lightning.shapes.speaker.drivers import BLACK, Finish, add_driver, add_port
 
 Units = list[tuple[str, float]]
@@ -32,8 +32,8 @@ class Bay:
 
     kind: str
     radius: float
-    center: tuple[float, float]
-    size: tuple[float, float]
+    center: Pair
+    size: Pair
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Cabinet:
     width: float
     height: float
     depth: float
-    foot: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    foot: Triple = (0.0, 0.0, 0.0)
     tilt: float = 0.0
     yaw: float = 0.0
     bevel: float = 0.008
@@ -68,7 +68,7 @@ class Cabinet:
         return about_y(self.yaw) @ lean(self.tilt)
 
     @property
-    def face(self) -> tuple[float, float]:
+    def face(self) -> Pair:
         """Width and height of the flat part of the front."""
         return self.width - 2 * self.bevel, self.height - 2 * self.bevel
 
@@ -79,11 +79,7 @@ class Cabinet:
 
 
 def draw_cabinet(
-    rng: Rng,
-    width: tuple[float, float],
-    height: tuple[float, float],
-    depth: tuple[float, float],
-    foot: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    rng: Rng, width: Pair, height: Pair, depth: Pair, foot: Triple = (0.0, 0.0, 0.0)
 ) -> Cabinet:
     """Draw the sizes within their ranges, the bevel, and straight, tapered or bowed sides."""
     w, h, d = rng.uniform(*width), rng.uniform(*height), rng.uniform(*depth)
@@ -91,7 +87,7 @@ def draw_cabinet(
     back = 1.0 if side == "straight" else rng.uniform(0.4, 0.8)
     curve = rng.uniform(1.8, 3.0) if side == "bowed" else 1.0
     bevel = w * rng.uniform(0.02, 0.1)
-    return Cabinet(w, h, d, foot, bevel=bevel, back=back, curve=curve)
+    return Cabinet(width=w, height=h, depth=d, foot=foot, bevel=bevel, back=back, curve=curve)
 
 
 def two_way(rng: Rng, width: float) -> Units:
@@ -110,9 +106,7 @@ def two_way(rng: Rng, width: float) -> Units:
     return units
 
 
-def row_of_bays(
-    face: tuple[float, float], units: Units, blank: float = 0.0, across: bool = False
-) -> list[Bay]:
+def row_of_bays(face: Pair, units: Units, blank: float = 0.0, across: bool = False) -> list[Bay]:
     """Tile a front with one bay for each (kind, radius), from below (or from the left) on.
 
     Args:

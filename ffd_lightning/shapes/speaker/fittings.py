@@ -20,7 +20,7 @@ def add_grille(
     center = cabinet.world((0, ((low + high) / 2 - 0.5) * tall, -0.012))
     size = (0.96 * wide, 0.034, 0.97 * tall * (high - low))
     turn = cabinet.turn @ FORWARD
-    b.rounded_box("grille", cloth, center, size, 0.03 * wide + 0.005, 0.01, turn)
+    b.rounded_box("grille", cloth, center, size, radius=0.03 * wide + 0.005, edge=0.01, turn=turn)
 
 
 def add_handle(b: Builder, material: Material, ends: ArrayLike, rise: float, size: float) -> None:
@@ -29,7 +29,7 @@ def add_handle(b: Builder, material: Material, ends: ArrayLike, rise: float, siz
     t = np.linspace(0, 1, 9)[:, None]
     height = rise * (1 - np.abs(2 * t - 1) ** 4)
     path = start + t * (end - start) + height * UP
-    b.tube("handle", material, path, size, 8)
+    b.tube("handle", material, path, size, segments=8)
 
 
 def add_feet(
@@ -40,7 +40,15 @@ def add_feet(
     for x in (-0.4, 0.4):
         for z in (0.12, 0.88):
             top = vec(x * width, height + 0.004, z * depth)
-            b.cylinder("stand", material, top, top * vec(1, 0, 1), r, 0.3 * r if cone else r, 14)
+            b.cylinder(
+                "stand",
+                material,
+                top,
+                top * vec(1, 0, 1),
+                radius=r,
+                radius_end=0.3 * r if cone else r,
+                segments=14,
+            )
 
 
 def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
@@ -63,7 +71,7 @@ def add_knobs(b: Builder, material: Material, ends: ArrayLike, radius: float, co
     rows = radius * np.array([(1.0, -0.1), (1.0, 0.3), (0.8, 0.4), (0.7, 1.0), (0.6, 1.1)])
     for t in np.linspace(0, 1, count):
         center = (1 - t) * first + t * last
-        b.lathe("panel", material, rows, center, 12, FORWARD)
+        b.lathe("panel", material, rows, center, segments=12, turn=FORWARD)
 
 
 def add_tripod(b: Builder, metal: Material, height: float, spread: float, middle: Array) -> None:
@@ -71,7 +79,7 @@ def add_tripod(b: Builder, metal: Material, height: float, spread: float, middle
     b.cylinder("stand", metal, middle + 0.1 * UP, middle + (height - 0.005) * UP, 0.016)
     joint = middle + 0.55 * height * UP
     b.cylinder("stand", metal, joint - 0.03 * UP, joint + 0.03 * UP, 0.028)
-    for foot in circle(3, spread, 0.012, 90) + middle:
+    for foot in circle(count=3, radius=spread, height=0.012, degrees=90) + middle:
         b.cylinder("stand", metal, joint, foot, 0.011, segments=10)
         brace = 0.35 * joint + 0.65 * foot
         b.cylinder("stand", metal, middle + 0.12 * UP, brace, 0.008, segments=8)

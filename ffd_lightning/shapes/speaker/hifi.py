@@ -23,7 +23,9 @@ def bookshelf(rng: Rng) -> Builder:
     """Build a small box with two or three drivers, perhaps behind a cloth."""
     b, finish = Builder(), draw_finish(rng)
     low = rng.uniform(0.008, 0.025) if rng.random() < 0.4 else 0.0
-    cabinet = draw_cabinet(rng, (0.16, 0.3), (0.28, 0.5), (0.16, 0.38), (0, low, 0))
+    cabinet = draw_cabinet(
+        rng, width=(0.16, 0.3), height=(0.28, 0.5), depth=(0.16, 0.38), foot=(0, low, 0)
+    )
     if rng.random() < 0.2:
         cabinet = replace(cabinet, tilt=rng.uniform(4, 14))
     bays = row_of_bays(cabinet.face, two_way(rng, cabinet.width), rng.uniform(0, 0.5))
@@ -41,7 +43,9 @@ def tower(rng: Rng) -> Builder:
     b, finish = Builder(), draw_finish(rng)
     base = draw(rng, ["plinth", "spikes", "outriggers", "none"], [0.45, 0.25, 0.15, 0.15])
     low = 0.0 if base == "none" else rng.uniform(0.02, 0.05)
-    cabinet = draw_cabinet(rng, (0.15, 0.3), (0.75, 1.3), (0.18, 0.42), (0, low, 0))
+    cabinet = draw_cabinet(
+        rng, width=(0.15, 0.3), height=(0.75, 1.3), depth=(0.18, 0.42), foot=(0, low, 0)
+    )
     if rng.random() < 0.3:
         cabinet = replace(cabinet, tilt=rng.uniform(2, 9))
     wide, deep = cabinet.width, cabinet.depth
@@ -56,7 +60,7 @@ def tower(rng: Rng) -> Builder:
     add_cabinet(b, cabinet, finish, bays)
     if base == "plinth":
         size = (wide * rng.uniform(1.1, 1.4), low + 0.004, deep * rng.uniform(1.05, 1.25))
-        b.rounded_box("stand", finish.rim, (0, low / 2, deep / 2), size, 0.02, 0.006)
+        b.rounded_box("stand", finish.rim, (0, low / 2, deep / 2), size, radius=0.02, edge=0.006)
     elif base == "spikes":
         add_feet(b, finish.rim, cabinet.back * wide, deep, low, True)
     elif base == "outriggers":
@@ -73,7 +77,9 @@ def stand(rng: Rng) -> Builder:
     """Build a small box on a stand of one, two or four posts, or on a tripod."""
     b, finish = Builder(), draw_finish(rng)
     metal, low = pick_material(rng, "metal"), rng.uniform(0.4, 0.9)
-    cabinet = draw_cabinet(rng, (0.13, 0.26), (0.2, 0.42), (0.14, 0.3), (0, low, 0))
+    cabinet = draw_cabinet(
+        rng, width=(0.13, 0.26), height=(0.2, 0.42), depth=(0.14, 0.3), foot=(0, low, 0)
+    )
     bays = row_of_bays(cabinet.face, two_way(rng, cabinet.width), rng.uniform(0, 0.3))
     add_cabinet(b, cabinet, finish, bays)
     middle = vec(0, 0, cabinet.depth / 2)
@@ -87,7 +93,7 @@ def stand(rng: Rng) -> Builder:
     if kind == "round":
         radius = rng.uniform(0.12, 0.18)
         rows = [(radius, 0), (radius, 0.015), (0.9 * radius, 0.025), (0.02, 0.03)]
-        b.lathe("stand", metal, rows, middle, 32)
+        b.lathe("stand", metal, rows, middle, segments=32)
         thick = rng.uniform(0.015, 0.03)
         b.cylinder("stand", metal, middle + 0.01 * UP, middle + (low - 0.005) * UP, thick)
         return b
@@ -106,7 +112,9 @@ def soundbar(rng: Rng) -> Builder:
     """Build a long low box: a centre speaker with drivers in a row, or a bar behind cloth."""
     b, finish = Builder(), draw_finish(rng)
     low = rng.uniform(0.012, 0.03)
-    cabinet = draw_cabinet(rng, (0.5, 1.2), (0.09, 0.24), (0.08, 0.28), (0, low, 0))
+    cabinet = draw_cabinet(
+        rng, width=(0.5, 1.2), height=(0.09, 0.24), depth=(0.08, 0.28), foot=(0, low, 0)
+    )
     cabinet = replace(cabinet, bevel=cabinet.height * rng.uniform(0.04, 0.2), back=1.0)
     if rng.random() < 0.25:
         cabinet = replace(cabinet, tilt=rng.uniform(5, 20))

@@ -28,7 +28,9 @@ def horn(rng: Rng) -> Builder:
     inner = outer[::-1] - (0.008, -0.002)
     add_skin(b, "body", skin, np.concatenate([outer, lip, inner]), at, turn)
     plug = [(0.6, 0.15), (0.75, 0.3), (0.5, 0.42), (0.1, 0.48)]
-    b.lathe("driver", metal, np.array(plug) * (1.3 * throat, long), at, 20, turn @ FORWARD)
+    b.lathe(
+        "driver", metal, np.array(plug) * (1.3 * throat, long), at, segments=20, turn=turn @ FORWARD
+    )
     b.cylinder("driver", metal, at - vec(0, 0, 0.25 * long), at + vec(0, 0, 0.05), 0.35 * throat)
     deep, wide = rng.uniform(0.08, 0.16), rng.uniform(1.3, 2.2) * throat
     rows = [
@@ -38,7 +40,7 @@ def horn(rng: Rng) -> Builder:
         (0.8 * wide, deep),
         (0.1 * wide, deep),
     ]
-    b.lathe("driver", pick_material(rng, "metal"), rows, at, 28, lean(90))
+    b.lathe("driver", pick_material(rng, "metal"), rows, at, segments=28, turn=lean(90))
     arm = wide + 0.02
     hook = [
         (-arm, low, 0.5 * deep),
@@ -46,7 +48,7 @@ def horn(rng: Rng) -> Builder:
         (arm, 0.02, 0.5 * deep),
         (arm, low, 0.5 * deep),
     ]
-    b.tube("stand", metal, bend(hook, 0.03), 0.01, 8)
+    b.tube("stand", metal, bend(hook, 0.03), 0.01, segments=8)
     b.cylinder(
         "stand",
         metal,
@@ -64,6 +66,6 @@ def _horn_mount(b: Builder, rng: Rng, metal: Material, z: float, wide: float) ->
         drop = rng.uniform(0.3, 0.9)
         b.cylinder("stand", metal, (0, -drop, z), (0, 0.02, z), 0.02)
         rows = [(0.13, 0), (0.13, 0.015), (0.03, 0.03)]
-        b.lathe("stand", metal, rows, (0, -drop - 0.01, z), 28)
+        b.lathe("stand", metal, rows, (0, -drop - 0.01, z), segments=28)
         return
-    b.rounded_box("stand", metal, (0, 0.006, z), (2.2 * wide, 0.016, 0.16), 0.01, 0.004)
+    b.rounded_box("stand", metal, (0, 0.006, z), (2.2 * wide, 0.016, 0.16), radius=0.01, edge=0.004)

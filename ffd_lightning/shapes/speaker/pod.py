@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.paths import circle
-from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, about_y, lean, vec
 from ffd_lightning.shapes.speaker.drivers import Finish, add_driver, add_skin, draw_finish
 
 
@@ -36,20 +36,28 @@ def add_pod(
             (0.85 * wide, 0.14 * radius),
             (0.1 * wide, 0.17 * radius),
         ]
-        b.lathe("stand", finish.rim, rows, at, 28)
+        b.lathe("stand", finish.rim, rows, at, segments=28)
         b.cylinder("stand", finish.rim, at + 0.02 * UP, center, 0.14 * radius)
     elif kind == "legs":
-        for x, y, z in circle(3, 0.65 * radius, 0, yaw + 90):
+        for x, y, z in circle(count=3, radius=0.65 * radius, height=0, degrees=yaw + 90):
             foot = at + vec(x, y, z)
             head = center + vec(0.6 * x, -0.6 * stretch * radius, 0.6 * z)
-            b.cylinder("stand", finish.rim, foot, head, 0.05 * radius, 0.1 * radius, 12)
+            b.cylinder(
+                "stand",
+                finish.rim,
+                foot,
+                head,
+                radius=0.05 * radius,
+                radius_end=0.1 * radius,
+                segments=12,
+            )
     else:
         b.lathe("stand", finish.rim, radius * np.array([(0.6, 0), (0.5, 0.15), (0.3, 0.2)]), at)
     _add_body(b, rng, finish, center, turn, (radius, stretch))
 
 
 def _add_body(
-    b: Builder, rng: Rng, finish: Finish, center: Array, turn: Array, extent: tuple[float, float]
+    b: Builder, rng: Rng, finish: Finish, center: Array, turn: Array, extent: Pair
 ) -> None:
     """Add a body turned about the forward axis, cut off at the front, where its driver sits.
 

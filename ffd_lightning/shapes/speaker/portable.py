@@ -31,11 +31,11 @@ def portable(rng: Rng) -> Builder:
     cloth = pick_material(rng, "fabric") if rng.random() < 0.6 else draw_cloth(rng)
     turn, center = (SIDEWAYS, radius * UP) if kind == "tube" else (np.eye(3), (half + 0.012) * UP)
     rows = [(radius, -0.93 * half), (radius, 0.0), (radius, 0.93 * half)]
-    b.lathe("grille", cloth, rows, center, 36, turn)
+    b.lathe("grille", cloth, rows, center, segments=36, turn=turn)
     for sign in (-1, 1):
         flip = turn @ lean(0 if sign > 0 else 180)
         cap = [(1.03, 0.88), (1.05, 0.94), (1.0, 1.0), (0.85, 1.03), (0.8, 0.99)]
-        b.lathe("body", finish.body, np.array(cap) * (radius, half), center, 36, flip)
+        b.lathe("body", finish.body, np.array(cap) * (radius, half), center, segments=36, turn=flip)
     if kind == "tube":
         for sign in (-1, 1):
             out = about_y(90.0 * -sign)
@@ -58,7 +58,9 @@ def portable(rng: Rng) -> Builder:
 def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
     """Add a wide box with two or four drivers around a panel, knobs above, and a handle."""
     wide, tall, deep = rng.uniform(0.4, 0.65), rng.uniform(0.18, 0.32), rng.uniform(0.1, 0.16)
-    cabinet = Cabinet(wide, tall, deep, (0, 0.012, 0), bevel=rng.uniform(0.008, 0.025))
+    cabinet = Cabinet(
+        width=wide, height=tall, depth=deep, foot=(0, 0.012, 0), bevel=rng.uniform(0.008, 0.025)
+    )
     side: Units = [("woofer", tall * rng.uniform(0.3, 0.44))]
     if rng.random() < 0.4:
         side.insert(0, ("tweeter", 0.12 * tall))
@@ -69,9 +71,19 @@ def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
     add_feet(b, finish.rim, wide, deep, 0.012, False)
     metal, y = pick_material(rng, "metal"), 0.012 + tall / 2
     size = (0.75 * tall, 0.02, rng.uniform(0.3, 0.6) * tall)
-    b.rounded_box("panel", metal, (0, y - 0.08 * tall, 0), size, 0.01, 0.004, FORWARD)
+    b.rounded_box(
+        "panel", metal, (0, y - 0.08 * tall, 0), size, radius=0.01, edge=0.004, turn=FORWARD
+    )
     window = (0.8 * size[0], 0.012, 0.5 * size[2])
-    b.rounded_box("panel", finish.rim, (0, y - 0.08 * tall, -0.008), window, 0.006, 0.003, FORWARD)
+    b.rounded_box(
+        "panel",
+        finish.rim,
+        (0, y - 0.08 * tall, -0.008),
+        window,
+        radius=0.006,
+        edge=0.003,
+        turn=FORWARD,
+    )
     ends = [(x * tall, y + 0.38 * tall, -0.002) for x in (-0.3, 0.3)]
     add_knobs(b, metal, ends, 0.05 * tall, int(rng.integers(2, 6)))
     reach = rng.uniform(0.3, 0.46) * wide

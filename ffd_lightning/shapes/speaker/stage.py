@@ -29,7 +29,7 @@ def stage(rng: Rng) -> Builder:
     low = rng.uniform(0.7, 1.0) if kind == "tripod" else 0.0
     wide, tall = rng.uniform(0.35, 0.5), rng.uniform(0.55, 0.95)
     back, deep = rng.uniform(0.5, 0.9), rng.uniform(0.28, 0.42)
-    cabinet = Cabinet(wide, tall, deep, (0, low, 0), bevel=0.015, back=back)
+    cabinet = Cabinet(width=wide, height=tall, depth=deep, foot=(0, low, 0), bevel=0.015, back=back)
     units: Units = [("woofer", wide * rng.uniform(0.36, 0.46)), ("horn", 0.4 * wide)]
     if tall > 1.7 * wide and rng.random() < 0.6:
         units.insert(0, units[0])
@@ -38,7 +38,7 @@ def stage(rng: Rng) -> Builder:
     across = kind == "wedge"
     if across:
         tilt = rng.uniform(35, 50)
-        cabinet = Cabinet(tall, wide, 0.62 * wide, tilt=tilt, bevel=0.012)
+        cabinet = Cabinet(width=tall, height=wide, depth=0.62 * wide, tilt=tilt, bevel=0.012)
         units = [u for u in units if u[0] != "slot"][-2:]
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, units, 0.05, across))
     if rng.random() < 0.6 and not across:
@@ -55,7 +55,7 @@ def stage(rng: Rng) -> Builder:
             path = bend(
                 [ends[0], ends[0] + out + 0.02 * UP, ends[1] + out - 0.02 * UP, ends[1]], 0.03
             )
-            b.tube("handle", finish.rim, path, 0.013, 8)
+            b.tube("handle", finish.rim, path, 0.013, segments=8)
     if rng.random() < 0.15:
         add_grille(b, draw_cloth(rng), cabinet)
     return b
@@ -69,7 +69,7 @@ def amplifier(rng: Rng) -> Builder:
     stacked = rng.random() < 0.35
     tall = wide * (rng.uniform(0.85, 1.1) if stacked else rng.uniform(0.6, 1.0))
     low = rng.uniform(0.015, 0.04)
-    cabinet = Cabinet(wide, tall, deep, (0, low, 0), bevel=0.012)
+    cabinet = Cabinet(width=wide, height=tall, depth=deep, foot=(0, low, 0), bevel=0.012)
     if rng.random() < 0.3:
         cabinet = replace(cabinet, tilt=rng.uniform(3, 10))
     knob, cloth = pick_material(rng, "metal"), draw_cloth(rng)

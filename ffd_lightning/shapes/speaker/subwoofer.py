@@ -19,7 +19,11 @@ def subwoofer(rng: Rng) -> Builder:
     if rng.random() < 0.2:
         return _drum(b, rng, finish, 0.5 * size, low)
     cabinet = draw_cabinet(
-        rng, (0.8 * size, 1.2 * size), (0.8 * size, 1.3 * size), (0.7, 1.1), (0, low, 0)
+        rng,
+        width=(0.8 * size, 1.2 * size),
+        height=(0.8 * size, 1.3 * size),
+        depth=(0.7, 1.1),
+        foot=(0, low, 0),
     )
     cabinet = replace(cabinet, depth=cabinet.depth * size, back=max(cabinet.back, 0.75))
     units: Units = [("woofer", size * rng.uniform(0.3, 0.5))]
@@ -48,6 +52,6 @@ def _drum(b: Builder, rng: Rng, finish: Finish, radius: float, low: float) -> Bu
     b.lathe("body", finish.body, rows, segments=40)
     top = vec(0, low + tall + edge + 0.3 * radius, 0)
     add_driver(b, finish, "woofer", top - vec(0, 0.2 * radius, 0), 0.0 + 0.8 * radius, lean(90))
-    for x, _, z in circle(4, 0.7 * radius, 0, 45):
+    for x, _, z in circle(count=4, radius=0.7 * radius, height=0, degrees=45):
         b.cylinder("stand", finish.rim, (x, 0, z), (x, low + 0.01, z), 0.08 * radius)
     return b

@@ -7,7 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style
 from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import Triple, vec
 from ffd_lightning.shapes.table.tops import draw_materials, drawer_fronts, rectangular_top
 
 
@@ -61,7 +61,7 @@ def _free_side(
         add_leg(b, "leg", material, style, (0.94 * x, under, z), (0.94 * x, 0, z))
 
 
-def _hutch(b: Builder, rng: Rng, material: Material, size: tuple[float, float, float]) -> None:
+def _hutch(b: Builder, rng: Rng, material: Material, size: Triple) -> None:
     """Add a shelf with compartments along the back of a desk's top."""
     width, depth, height = size
     rise, deep = rng.uniform(0.15, 0.45), rng.uniform(0.2, 0.32) * depth

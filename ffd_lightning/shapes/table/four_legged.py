@@ -8,6 +8,7 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs, draw_leg_style, stretchers
 from ffd_lightning.shapes.kit.paths import corners
+from ffd_lightning.shapes.kit.vectors import Triple
 from ffd_lightning.shapes.table.tops import (
     SIZES,
     draw_materials,
@@ -22,7 +23,7 @@ def _frame(
     rng: Rng,
     material: Material,
     style: LegStyle,
-    size: tuple[float, float, float],
+    size: Triple,
     under: float,
     shelves: Material | None = None,
 ) -> None:

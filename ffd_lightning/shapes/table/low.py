@@ -31,7 +31,7 @@ def nested(rng: Rng) -> Builder:
         d, h = (1 - 0.1 * i) * depth, (1 - 0.16 * i) * height
         at = pull * i * vec(width, 0, depth)
         slab = (w, side * 0.8, d)
-        b.rounded_box("top", top, at + (h - 0.4 * side) * UP, slab, 0.02, 0.01)
+        b.rounded_box("top", top, at + (h - 0.4 * side) * UP, slab, radius=0.02, edge=0.01)
         under = h - 0.8 * side + 0.002
         feet = corners(w - 1.2 * side, d - 1.6 * side, 0.0) + at
         if panel:

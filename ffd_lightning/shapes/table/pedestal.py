@@ -41,10 +41,10 @@ def _foot(b: Builder, rng: Rng, material: Material, x: float, reach: float) -> f
         b.rounded_box("leg", material, (x, 0.02, 0), size, 0.03)
         return 0.02
     rise, radius = rng.uniform(0.08, 0.22), rng.uniform(0.018, 0.03)
-    for end in circle(int(rng.integers(3, 6)), reach, radius, 90.0):
+    for end in circle(count=int(rng.integers(3, 6)), radius=reach, height=radius, degrees=90.0):
         knee, ankle = 0.45 * end + 0.85 * rise * UP, 0.85 * end + 0.25 * rise * UP
         path = np.array([rise * UP, knee, ankle, end]) + vec(x, 0, 0)
-        b.tube("leg", material, path, (1.5 * radius, 1.3 * radius, radius, radius), 10)
+        b.tube("leg", material, path, (1.5 * radius, 1.3 * radius, radius, radius), segments=10)
     return 0.7 * rise
 
 

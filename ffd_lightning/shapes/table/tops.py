@@ -5,7 +5,7 @@ from __future__ import annotations
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails, slats
 from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean, vec
 
 # Width, depth and height ranges in metres: what the table is for decides its proportions.
 SIZES = {
@@ -18,7 +18,7 @@ SIZES = {
 }
 
 
-def draw_size(rng: Rng, *uses: str) -> tuple[float, float, float]:
+def draw_size(rng: Rng, *uses: str) -> Triple:
     """Draw (width, depth, height) of a table for one of `uses`."""
     width, depth, height = (rng.uniform(*limits) for limits in SIZES[draw(rng, uses)])
     return width, depth, height
@@ -35,12 +35,7 @@ def draw_materials(rng: Rng) -> tuple[Material, Material]:
 
 
 def rectangular_top(
-    b: Builder,
-    rng: Rng,
-    material: Material,
-    size: tuple[float, float, float],
-    thickness: float,
-    rounding: float = 0.15,
+    b: Builder, rng: Rng, material: Material, size: Triple, thickness: float, rounding: float = 0.15
 ) -> None:
     """Add a solid, planked or framed top whose upper side is at the height of `size`.
 
@@ -67,7 +62,9 @@ def rectangular_top(
     else:
         radius = rounding * rng.choice([0.05, 0.3, 1.0]) * depth
         edge = rng.uniform(0.1, 0.5) * thickness
-        b.rounded_box("top", material, center, (width, thickness, depth), radius, edge, segments=4)
+        b.rounded_box(
+            "top", material, center, (width, thickness, depth), radius=radius, edge=edge, segments=4
+        )
 
 
 def round_top(
@@ -96,8 +93,8 @@ def drawer_fronts(
     b: Builder,
     front: Material,
     handle: Material,
-    center: tuple[float, float, float],
-    size: tuple[float, float],
+    center: Triple,
+    size: Pair,
     rows: int,
     columns: int = 1,
     knobs: bool = False,
@@ -120,7 +117,7 @@ def drawer_fronts(
                     (0.013, 0.014),
                     (0.004, 0.017),
                 ]
-                b.lathe("drawer", handle, knob, (x, y, z), 10, turn=lean(-90))
+                b.lathe("drawer", handle, knob, (x, y, z), segments=10, turn=lean(-90))
             else:
                 bar = (0.35 * width, 0.016, 0.034)
                 b.rounded_box("drawer", handle, (x, y, z), bar, 0.006, segments=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, solid_hull, tint
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house, funnel, mast
 
@@ -16,10 +16,17 @@ def freighter(rng: Rng) -> Builder:
     length = rng.uniform(1.5, 2.2)
     beam, depth = length * rng.uniform(0.13, 0.2), length * rng.uniform(0.07, 0.11)
     hull = Hull(
-        length, beam, depth, rng.uniform(0.3, 0.45), rng.uniform(0.7, 0.95), rng.uniform(0.4, 0.6),
-        rng.uniform(4, 7), (rng.uniform(0.02, 0.08), 0.01),
-        (rng.uniform(0.02, 0.1), rng.uniform(0.0, 0.06)), (0.0, 0.5 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=beam,
+        depth=depth,
+        widest=rng.uniform(0.3, 0.45),
+        transom=rng.uniform(0.7, 0.95),
+        fineness=rng.uniform(0.4, 0.6),
+        fullness=rng.uniform(4, 7),
+        sheer=(rng.uniform(0.02, 0.08), 0.01),
+        rake=(rng.uniform(0.02, 0.1), rng.uniform(0.0, 0.06)),
+        lift=(0.0, 0.5 * depth),
+    )
     deck = tint(rng, "red", "grey", "green", "dark")
     paint = tint(rng, "navy", "black", "red", "green", "blue", "grey", "orange")
     solid_hull(
@@ -28,7 +35,7 @@ def freighter(rng: Rng) -> Builder:
     bulwark(b, hull, paint, rng.uniform(0.015, 0.035), (0.0, 0.18))
     if rng.random() < 0.6:
         nose = (0, 0.3 * depth, hull.z(0, 0.3 * depth) + 0.02)
-        b.ellipsoid("hull", tint(rng, "red"), nose, (0.03, 0.035, 0.09), 12)
+        b.ellipsoid("hull", tint(rng, "red"), nose, (0.03, 0.035, 0.09), segments=12)
     wall, glass = tint(rng, "white", "cream"), tint(rng, "window")
     aft = rng.uniform(0.76, 0.86)
     front = _bridge(b, rng, hull, wall, glass, aft)
@@ -49,7 +56,11 @@ def _bridge(b: Builder, rng: Rng, hull: Hull, wall: Material, glass: Material, t
     for i in range(floors):
         y = foot + i * storey
         shape = House(
-            width, (z + 0.01 * i, z + long - 0.012 * i), (y, y + storey + 0.001), (0, 0), 0
+            width=width,
+            z=(z + 0.01 * i, z + long - 0.012 * i),
+            y=(y, y + storey + 0.001),
+            slope=(0, 0),
+            taper=0,
         )
         add_house(b, shape, wall, glass, "band" if i == floors - 1 else "panes", 0.004)
     high = foot + floors * storey
@@ -61,7 +72,7 @@ def _bridge(b: Builder, rng: Rng, hull: Hull, wall: Material, glass: Material, t
     return z
 
 
-def _containers(b: Builder, rng: Rng, hull: Hull, z: tuple[float, float]) -> None:
+def _containers(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
     """Stack containers of a few colours in bays along the deck."""
     colors = [pick_material(rng, "paint") for _ in range(5)]
     long, tall = rng.uniform(0.11, 0.15), rng.uniform(0.038, 0.05)
@@ -82,7 +93,7 @@ def _containers(b: Builder, rng: Rng, hull: Hull, z: tuple[float, float]) -> Non
                 b.box("cargo", color, center, (0.95 * wide, 0.97 * tall, long))
 
 
-def _hatches(b: Builder, rng: Rng, hull: Hull, z: tuple[float, float]) -> None:
+def _hatches(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
     """Add hatch covers, with a pair of derricks or a crane between them."""
     cover, steel = tint(rng, "grey", "green", "red", "cream"), tint(rng, "cream", "grey", "orange")
     count = int(rng.integers(3, 6))
@@ -98,18 +109,18 @@ def _hatches(b: Builder, rng: Rng, hull: Hull, z: tuple[float, float]) -> None:
             continue
         foot = vec(0, y, at - pitch / 2)
         head = foot + vec(0, rng.uniform(0.16, 0.2), 0)
-        b.cylinder("mast", steel, foot, head, 0.022, 0.016, 12)
+        b.cylinder("mast", steel, foot, head, radius=0.022, radius_end=0.016, segments=12)
         if jib:
             b.box("mast", steel, head, (0.06, 0.05, 0.06))
             tip = head + vec(0, 0.08, -0.85 * pitch)
-            b.cylinder("mast", steel, head, tip, 0.011, 0.007, 8)
+            b.cylinder("mast", steel, head, tip, radius=0.011, radius_end=0.007, segments=8)
         else:
             for side in (-1, 1):
                 tip = foot + vec(side * 0.3 * hull.beam, 0.15, -0.6 * pitch)
                 b.cylinder("mast", steel, foot + vec(0, 0.03, 0), tip, 0.008, segments=8)
 
 
-def _tanks(b: Builder, rng: Rng, hull: Hull, z: tuple[float, float]) -> None:
+def _tanks(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
     """Add the domes of gas tanks, joined by a catwalk."""
     paint = tint(rng, "orange", "white", "grey", "blue")
     radius = 0.42 * hull.beam
@@ -117,12 +128,12 @@ def _tanks(b: Builder, rng: Rng, hull: Hull, z: tuple[float, float]) -> None:
     pitch = (z[1] - z[0]) / count
     radii = (radius, rng.uniform(0.7, 1.0) * radius, min(radius, 0.48 * pitch))
     for i in range(count):
-        b.ellipsoid("cargo", paint, (0, hull.depth, z[0] + (i + 0.5) * pitch), radii, 22)
+        b.ellipsoid("cargo", paint, (0, hull.depth, z[0] + (i + 0.5) * pitch), radii, segments=22)
     walk = (0.03, 0.012, z[1] - z[0])
     b.box("deck", tint(rng, "grey"), (0, hull.depth + radii[1], (z[0] + z[1]) / 2), walk)
 
 
-def _pipes(b: Builder, rng: Rng, hull: Hull, z: tuple[float, float]) -> None:
+def _pipes(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
     """Add a tanker's pipes, manifold and vents."""
     steel = tint(rng, "grey", "red", "cream")
     y = hull.depth + 0.03

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.vectors import Array, vec
-
-Span = tuple[float, float]
-
+from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 _COLORS = {
     "white": (0.93, 0.93, 0.91),
@@ -66,9 +63,9 @@ class Hull:
     transom: float = 0.5
     fineness: float = 0.8
     fullness: float = 2.5
-    sheer: Span = (0.0, 0.0)
-    rake: Span = (0.0, 0.0)
-    lift: Span = (0.0, 0.0)
+    sheer: Pair = (0.0, 0.0)
+    rake: Pair = (0.0, 0.0)
+    lift: Pair = (0.0, 0.0)
     x: float = 0.0
 
     def half(self, t: float) -> float:
@@ -101,7 +98,7 @@ class Hull:
         x = self.x + side * max(self.half(t) - inset, 0.002)
         return vec(x, self.top(t) + up, self.z(t))
 
-    def profile(self, t: float, span: Span = (0.0, 9.0), inset: float = 0.0, n: int = 9) -> Array:
+    def profile(self, t: float, span: Pair = (0.0, 9.0), inset: float = 0.0, n: int = 9) -> Array:
         """Return the section (2n, 3) at a station, from gunwale to keel to gunwale.
 
         Only what lies between the heights `span` is kept; `inset` moves it inward.
@@ -154,7 +151,7 @@ def bulwark(
     hull: Hull,
     material: Material,
     height: float,
-    span: Span = (0.0, 1.0),
+    span: Pair = (0.0, 1.0),
     thickness: float = 0.012,
     part: str = "hull",
 ) -> None:
@@ -175,7 +172,7 @@ def bulwark(
 
 
 def railing(
-    b: Builder, hull: Hull, material: Material, height: float, span: Span, posts: int
+    b: Builder, hull: Hull, material: Material, height: float, span: Pair, posts: int
 ) -> None:
     """Add posts and two wires along the deck's edge, joined at the bow if they start there."""
     radius = 0.0035
@@ -185,7 +182,7 @@ def railing(
         for foot in feet:
             b.cylinder("rail", material, foot, foot + vec(0, height, 0), radius, segments=6)
         for level in (0.55 * height, height):
-            b.tube("rail", material, feet + vec(0, level, 0), radius, 6)
+            b.tube("rail", material, feet + vec(0, level, 0), radius, segments=6)
     if span[0] < 0.1:
         ends = [hull.edge(ts[0], side, 0.015, height) for side in (-1, 1)]
         b.cylinder("rail", material, ends[0], ends[1], radius, segments=6)

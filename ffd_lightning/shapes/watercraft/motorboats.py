@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import Array, about_y, about_z, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Triple, about_y, about_z, lean, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, plank, railing, solid_hull, tint
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house, mast
 
@@ -17,21 +17,28 @@ def outboard(b: Builder, cowl: Material, top: Array, size: float) -> None:
     head, low = top + size * vec(0, 0.06, 0.05), top + size * vec(0, -0.17, 0.06)
     b.rounded_box("engine", cowl, head, size * vec(0.08, 0.1, 0.12), 0.03 * size)
     b.box("engine", dark, top + size * vec(0, -0.04, 0.05), size * vec(0.035, 0.2, 0.05))
-    b.ellipsoid("engine", dark, low, size * vec(0.022, 0.022, 0.07), 10)
+    b.ellipsoid("engine", dark, low, size * vec(0.022, 0.022, 0.07), segments=10)
     b.box("engine", dark, low - size * vec(0, 0.03, 0), size * vec(0.01, 0.05, 0.05))
     for k in range(3):
         turn = about_z(120 * k) @ about_y(35)
         center = low + size * (turn @ vec(0, 0.025, 0) + vec(0, 0, 0.07))
-        b.ellipsoid("engine", dark, center, size * vec(0.014, 0.026, 0.004), 8, turn)
+        b.ellipsoid("engine", dark, center, size * vec(0.014, 0.026, 0.004), segments=8, turn=turn)
 
 
 def _planing_hull(rng: Rng, length: float, beam: float, depth: float) -> Hull:
     """Draw a V-shaped hull with a broad stern."""
     return Hull(
-        length, beam, depth, rng.uniform(0.55, 0.7), rng.uniform(0.82, 0.95),
-        rng.uniform(0.6, 0.85), rng.uniform(1.4, 2.2), (rng.uniform(0.02, 0.09), 0.0),
-        (rng.uniform(0.08, 0.22), rng.uniform(-0.03, 0.04)), (0.6 * depth, 0.1 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=beam,
+        depth=depth,
+        widest=rng.uniform(0.55, 0.7),
+        transom=rng.uniform(0.82, 0.95),
+        fineness=rng.uniform(0.6, 0.85),
+        fullness=rng.uniform(1.4, 2.2),
+        sheer=(rng.uniform(0.02, 0.09), 0.0),
+        rake=(rng.uniform(0.08, 0.22), rng.uniform(-0.03, 0.04)),
+        lift=(0.6 * depth, 0.1 * depth),
+    )
 
 
 def speedboat(rng: Rng) -> Builder:
@@ -46,13 +53,17 @@ def speedboat(rng: Rng) -> Builder:
     front, back = rng.uniform(0.36, 0.48), rng.uniform(0.86, 0.94)
     y, z = hull.top(front), (hull.z(front), hull.z(back))
     wide = 1.5 * hull.half(front)
-    b.box("deck", tint(rng, "dark", "teak"), (0, hull.top(0.7) + 0.005, (z[0] + z[1]) / 2),
-          (wide, 0.012, z[1] - z[0]))  # fmt: skip
+    b.box(
+        "deck",
+        tint(rng, "dark", "teak"),
+        (0, hull.top(0.7) + 0.005, (z[0] + z[1]) / 2),
+        (wide, 0.012, z[1] - z[0]),
+    )
     bulwark(b, hull, paint, rng.uniform(0.03, 0.06), (front - 0.05, 1.0), 0.03)
     cover = pick_material(rng, draw(rng, ["leather", "fabric"]))
     kind = draw(rng, ["screen", "console", "hardtop"], [0.5, 0.25, 0.25])
     if kind == "screen":
-        _windscreen(b, rng, y, z[0], wide, rng.uniform(0.05, 0.1))
+        _windscreen(b, rng, y=y, z=z[0], width=wide, height=rng.uniform(0.05, 0.1))
     else:
         _console(b, rng, hull, z[0] + 0.06, kind == "hardtop", deck)
     rows = 1 if z[1] - z[0] < 0.42 else 2
@@ -78,18 +89,18 @@ def _windscreen(b: Builder, rng: Rng, y: float, z: float, width: float, height: 
     for low, high in zip(foot, head, strict=True):
         rings.append([low, high, high + vec(0, 0, 0.008), low + vec(0, 0, 0.008)])
     b.loft("cabin", glass, rings)
-    b.tube("cabin", metal, head, 0.006, 6)
-    b.tube("cabin", metal, foot, 0.007, 6)
+    b.tube("cabin", metal, head, 0.006, segments=6)
+    b.tube("cabin", metal, foot, 0.007, segments=6)
 
 
 def _console(b: Builder, rng: Rng, hull: Hull, z: float, tall: bool, wall: Material) -> None:
     """Add a steering console with a small screen, under a hard top on posts if `tall`."""
     y, wide = hull.top(0.55), 0.45 * hull.beam
-    size = House(wide, (z, z + 0.15), (y, y + 0.1), (0.5, 0.0), 0.1)
+    size = House(width=wide, z=(z, z + 0.15), y=(y, y + 0.1), slope=(0.5, 0.0), taper=0.1)
     add_house(b, size, wall, tint(rng, "window"), "none", 0.0)
     metal = tint(rng, "grey", "white")
     screen = (0.9 * wide, 0.06, 0.008)
-    b.box("cabin", pick_material(rng, "glass"), (0, y + 0.125, z + 0.07), screen, lean(25))
+    b.box("cabin", pick_material(rng, "glass"), (0, y + 0.125, z + 0.07), screen, turn=lean(25))
     if not tall:
         return
     roof = y + rng.uniform(0.22, 0.28)
@@ -99,9 +110,7 @@ def _console(b: Builder, rng: Rng, hull: Hull, z: float, tall: bool, wall: Mater
     b.rounded_box("cabin", wall, (0, roof, z + 0.12), (1.25 * wide, 0.024, 0.3), 0.04)
 
 
-def _seat(
-    b: Builder, cover: Material, at: tuple[float, float, float], width: float, size: float = 1.0
-) -> None:
+def _seat(b: Builder, cover: Material, at: Triple, width: float, size: float = 1.0) -> None:
     """Add a seat that faces the bow; `size` scales its height and depth."""
     middle, turn = np.array(at), lean(10)
     low, back = (width, 0.05 * size, 0.1 * size), (width, 0.1 * size, 0.03 * size)
@@ -126,14 +135,21 @@ def motor_yacht(rng: Rng) -> Builder:
     width = 0.8 * min(hull.beam, 2.3 * hull.half(front))
     windows = draw(rng, ["band", "panes"], [0.75, 0.25])
     for _ in range(int(rng.integers(1, 4))):
-        tier = House(width, (z0, z1), (y, y + storey), (rake, rng.uniform(-0.4, 0.3)), 0.2, 0.04)
+        tier = House(
+            width=width,
+            z=(z0, z1),
+            y=(y, y + storey),
+            slope=(rake, rng.uniform(-0.4, 0.3)),
+            taper=0.2,
+            chamfer=0.04,
+        )
         add_house(b, tier, white, glass, windows, 0.008)
         y, width = y + storey + 0.008, 0.85 * width
         z0 += rake * storey + rng.uniform(0.03, 0.1) * length
         z1 -= rng.uniform(0.03, 0.12) * length
         if z1 - z0 < 0.2:
             break
-    _arch(b, rng, white, y, (z0 + z1) / 2 + 0.03, 0.8 * width)
+    _arch(b, rng, white, y=y, z=(z0 + z1) / 2 + 0.03, width=0.8 * width)
     _sports_deck(b, rng, hull)
     swim = (1.6 * hull.half(1.0), 0.02, 0.09)
     b.rounded_box(
@@ -149,12 +165,20 @@ def _arch(b: Builder, rng: Rng, paint: Material, y: float, z: float, width: floa
         mast(b, paint, vec(0, y, z), rng.uniform(0.1, 0.2), 2)
         return
     rise, half = rng.uniform(0.06, 0.11), width / 2
-    ends = [(-half, y - 0.01, z), (-0.8 * half, y + rise, z + 0.06),
-            (0.8 * half, y + rise, z + 0.06), (half, y - 0.01, z)]  # fmt: skip
-    b.tube("mast", paint, bend(ends, 0.04), 0.016, 8)
+    ends = [
+        (-half, y - 0.01, z),
+        (-0.8 * half, y + rise, z + 0.06),
+        (0.8 * half, y + rise, z + 0.06),
+        (half, y - 0.01, z),
+    ]
+    b.tube("mast", paint, bend(ends, 0.04), 0.016, segments=8)
     for x in (-0.35, 0.35) if rng.random() < 0.6 else (0.0,):
         b.ellipsoid(
-            "mast", paint, (x * width, y + rise + 0.025, z + 0.06), (0.026, 0.03, 0.026), 12
+            "mast",
+            paint,
+            (x * width, y + rise + 0.025, z + 0.06),
+            (0.026, 0.03, 0.026),
+            segments=12,
         )
 
 

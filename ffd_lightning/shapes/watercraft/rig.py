@@ -45,12 +45,11 @@ def draw_cloth(rng: Rng) -> Material:
 
 
 def add_rig(
-    b: Builder, rng: Rng, spar: Material, cloth: Material, foot: Array,
-    height: float, boom: float,
-) -> None:  # fmt: skip
+    b: Builder, rng: Rng, spar: Material, cloth: Material, foot: Array, height: float, boom: float
+) -> None:
     """Add a mast, a boom and its mainsail: pointed, gaff-headed, or furled on the boom."""
     top = foot + vec(0, height, 0)
-    b.cylinder("mast", spar, foot, top, 0.014, 0.009, 10)
+    b.cylinder("mast", spar, foot, top, radius=0.014, radius_end=0.009, segments=10)
     low = foot + vec(0, rng.uniform(0.1, 0.14) + 0.05 * height, 0)
     swing = rng.uniform(-0.25, 0.25)
     away = vec(np.sin(swing), 0.02, np.cos(swing)) * boom
@@ -69,7 +68,7 @@ def add_rig(
         add_sail(b, cloth, (mid, mid + 0.97 * away, throat, peak), belly)
     else:
         path = [mid + t * away + vec(0, 0.012, 0) for t in (0.02, 0.1, 0.5, 0.9, 0.98)]
-        b.tube("sail", cloth, path, (0.02, 0.035, 0.032, 0.024, 0.012), 10)
+        b.tube("sail", cloth, path, (0.02, 0.035, 0.032, 0.024, 0.012), segments=10)
 
 
 def add_stays(b: Builder, hull: Hull, foot: Array, height: float, t: float) -> None:
@@ -94,7 +93,7 @@ def add_jibs(b: Builder, rng: Rng, cloth: Material, bow: Array, foot: Array, hei
             cloth,
             [bow + t * (head - bow) for t in (0.04, 0.2, 0.9)],
             (0.01, 0.018, 0.01),
-            8,
+            segments=8,
         )
         return
     side = rng.choice([-1.0, 1.0])

@@ -21,10 +21,17 @@ def rowboat(rng: Rng) -> Builder:
     sheer = rng.uniform(*rise)
     depth = length * rng.uniform(0.1, 0.15)
     hull = Hull(
-        length, length * rng.uniform(*slim), depth, 0.5, transom, rng.uniform(0.6, 0.9),
-        rng.uniform(1.6, 2.8), (sheer, sheer * rng.uniform(0.3, 1.0)),
-        (rng.uniform(0.02, 0.12), 0.05), (rng.uniform(0.2, 0.7) * depth, 0.3 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=length * rng.uniform(*slim),
+        depth=depth,
+        widest=0.5,
+        transom=transom,
+        fineness=rng.uniform(0.6, 0.9),
+        fullness=rng.uniform(1.6, 2.8),
+        sheer=(sheer, sheer * rng.uniform(0.3, 1.0)),
+        rake=(rng.uniform(0.02, 0.12), 0.05),
+        lift=(rng.uniform(0.2, 0.7) * depth, 0.3 * depth),
+    )
     wood = plank(rng)
     outer = (
         wood if rng.random() < 0.4 else tint(rng, "white", "red", "green", "blue", "navy", "orange")

@@ -20,11 +20,17 @@ def sailboat(rng: Rng) -> Builder:
     length = rng.uniform(0.9, 1.3)
     beam, depth = length * rng.uniform(0.22, 0.34), rng.uniform(0.1, 0.16)
     hull = Hull(
-        length, beam, depth, rng.uniform(0.5, 0.65), rng.uniform(0.25, 0.85),
-        rng.uniform(0.75, 1.0), rng.uniform(1.5, 2.2),
-        (rng.uniform(0.02, 0.09), rng.uniform(0, 0.04)),
-        (rng.uniform(0.05, 0.25), rng.uniform(-0.05, 0.12)), (0.6 * depth, 0.6 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=beam,
+        depth=depth,
+        widest=rng.uniform(0.5, 0.65),
+        transom=rng.uniform(0.25, 0.85),
+        fineness=rng.uniform(0.75, 1.0),
+        fullness=rng.uniform(1.5, 2.2),
+        sheer=(rng.uniform(0.02, 0.09), rng.uniform(0, 0.04)),
+        rake=(rng.uniform(0.05, 0.25), rng.uniform(-0.05, 0.12)),
+        lift=(0.6 * depth, 0.6 * depth),
+    )
     wall = tint(rng, "white", "cream") if rng.random() < 0.6 else plank(rng)
     paint = tint(rng, "white", "white", "navy", "red", "green", "black")
     spar = pick_material(rng, draw(rng, ["wood", "metal"], [0.35, 0.65]))
@@ -33,7 +39,14 @@ def sailboat(rng: Rng) -> Builder:
     _keel(b, rng, hull)
     deck, roof = hull.top(0.5) - 0.005, rng.uniform(0.05, 0.09)
     front, back = hull.z(rng.uniform(0.27, 0.36)), hull.z(rng.uniform(0.58, 0.68))
-    house = House(0.55 * beam, (front, back), (deck, deck + roof), (1.6, 0.1), 0.25, 0.03)
+    house = House(
+        width=0.55 * beam,
+        z=(front, back),
+        y=(deck, deck + roof),
+        slope=(1.6, 0.1),
+        taper=0.25,
+        chamfer=0.03,
+    )
     add_house(b, house, wall, tint(rng, "window"), "panes", 0.0, (0.35, 0.75))
     _cockpit(b, rng, hull, back, wall)
     height = length * rng.uniform(1.0, 1.45)
@@ -46,7 +59,9 @@ def sailboat(rng: Rng) -> Builder:
     bow = hull.edge(0.01, 0, up=0.02) * vec(0, 1, 1)
     if rng.random() < 0.3:
         tip = bow + vec(0, 0.03, -rng.uniform(0.1, 0.22))
-        b.cylinder("mast", spar, bow + vec(0, -0.01, 0.1), tip, 0.013, 0.009, 8)
+        b.cylinder(
+            "mast", spar, bow + vec(0, -0.01, 0.1), tip, radius=0.013, radius_end=0.009, segments=8
+        )
         bow = tip
     add_jibs(b, rng, cloth, bow, foot, height)
     stern = hull.edge(0.98, 0) * vec(0, 1, 1)
@@ -70,11 +85,13 @@ def _keel(b: Builder, rng: Rng, hull: Hull) -> None:
         spans = [(root, root + rng.uniform(0.12, 0.2), drop), (0.88, 0.95, 0.8 * drop)]
     for start, end, down in spans:
         z = hull.z(start, 0), hull.z(end, 0)
-        shape = House(0.03, z, (-down, 0.05), (-0.2, 0.25), -0.01, 0.012)
+        shape = House(
+            width=0.03, z=z, y=(-down, 0.05), slope=(-0.2, 0.25), taper=-0.01, chamfer=0.012
+        )
         b.loft("keel", paint, [shape.ring(0), shape.ring(1)])
     if len(spans) == 2 and rng.random() < 0.4:
         at = (0, -drop, hull.z(spans[0][0] + 0.08, 0))
-        b.ellipsoid("keel", paint, at, (0.03, 0.025, 0.11), 12)
+        b.ellipsoid("keel", paint, at, (0.03, 0.025, 0.11), segments=12)
 
 
 def _cockpit(b: Builder, rng: Rng, hull: Hull, front: float, wall: Material) -> None:
@@ -91,7 +108,7 @@ def _cockpit(b: Builder, rng: Rng, hull: Hull, front: float, wall: Material) -> 
     if rng.random() < 0.5:
         a = np.linspace(0, 2 * np.pi, 15)
         wheel = at + 0.05 * np.stack([np.cos(a), np.sin(a), 0 * a], 1)
-        b.tube("deck", metal, wheel, 0.005, 6)
+        b.tube("deck", metal, wheel, 0.005, segments=6)
         b.cylinder("deck", metal, at + vec(0, 0, 0.01), at + vec(0, -0.07, 0.01), 0.01, segments=8)
     else:
         b.cylinder(
@@ -110,9 +127,17 @@ def catamaran(rng: Rng) -> Builder:
         tint(rng, "navy", "red", "black"),
     )
     shape = Hull(
-        length, 0.11 * length, depth, 0.5, rng.uniform(0.5, 0.9), 0.8, rng.uniform(1.8, 2.6),
-        (0.02, 0.0), (rng.uniform(-0.02, 0.06), 0.04), (0.3 * depth, 0.5 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=0.11 * length,
+        depth=depth,
+        widest=0.5,
+        transom=rng.uniform(0.5, 0.9),
+        fineness=0.8,
+        fullness=rng.uniform(1.8, 2.6),
+        sheer=(0.02, 0.0),
+        rake=(rng.uniform(-0.02, 0.06), 0.04),
+        lift=(0.3 * depth, 0.5 * depth),
+    )
     for side in (-1, 1):
         solid_hull(b, replace(shape, x=side * gap), paint, lower, 0.4 * depth, wall)
     front, back = shape.z(rng.uniform(0.3, 0.38)), shape.z(0.9)
@@ -125,7 +150,9 @@ def catamaran(rng: Rng) -> Builder:
     if saloon:
         roof = rng.uniform(0.09, 0.13)
         z = (front + 0.04, front + rng.uniform(0.35, 0.45) * length)
-        house = House(1.7 * gap, z, (y, y + roof), (1.2, -0.2), 0.35, 0.06)
+        house = House(
+            width=1.7 * gap, z=z, y=(y, y + roof), slope=(1.2, -0.2), taper=0.35, chamfer=0.06
+        )
         add_house(b, house, wall, glass, "band", 0.0, (0.35, 0.8))
         foot = foot + vec(0, roof - 0.02, 0)
     tip = shape.z(0.04)

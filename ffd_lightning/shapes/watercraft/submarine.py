@@ -20,17 +20,31 @@ def submarine(rng: Rng) -> Builder:
     t = np.concatenate(
         [nose * (1 - np.cos(np.linspace(0, np.pi / 2, 9))), np.linspace(1 - tail, 1, 11)]
     )
-    share = np.where(t < nose, np.sqrt(np.maximum(1 - (1 - t / nose) ** 2, 0)),
-                     1 - 0.88 * np.clip((t - 1 + tail) / tail, 0, 1) ** 1.8)  # fmt: skip
+    share = np.where(
+        t < nose,
+        np.sqrt(np.maximum(1 - (1 - t / nose) ** 2, 0)),
+        1 - 0.88 * np.clip((t - 1 + tail) / tail, 0, 1) ** 1.8,
+    )
     profile = np.column_stack([radius * np.maximum(share, 0.02), (0.5 - t) * length])
     forward = lean(-90)
     b.lathe("hull", paint, profile, turn=forward, segments=28)
     if rng.random() < 0.5:
         size = (1.1 * radius, 0.25 * radius, rng.uniform(0.5, 0.65) * length)
-        b.rounded_box("deck", dark, (0, 0.95 * radius, -0.05 * length), size, 0.4 * radius, 0.02)
+        b.rounded_box(
+            "deck", dark, (0, 0.95 * radius, -0.05 * length), size, radius=0.4 * radius, edge=0.02
+        )
     z, tall = rng.uniform(-0.2, 0.02) * length, rng.uniform(0.1, 0.19)
     long = rng.uniform(0.16, 0.3)
-    _fin(b, "cabin", paint, vec(0, 0.8 * radius, z), (0, tall + 0.2 * radius, 0), long, 0.06, 0.88)
+    _fin(
+        b,
+        "cabin",
+        paint,
+        vec(0, 0.8 * radius, z),
+        (0, tall + 0.2 * radius, 0),
+        chord=long,
+        thickness=0.06,
+        tip=0.88,
+    )
     roof = vec(0, radius + tall - 0.01, z)
     for i in range(int(rng.integers(1, 5))):
         foot = roof + vec(0, 0, (-0.25 + 0.15 * i) * long)
@@ -39,19 +53,40 @@ def submarine(rng: Rng) -> Builder:
     at = z if level else -0.3 * length
     for side in (-1, 1):
         reach = (side * (0.13 if level else 0.1 + radius), 0, 0.02)
-        _fin(b, "keel", paint, vec(0, level, at), reach, 0.09, 0.016, 0.7)
+        _fin(b, "keel", paint, vec(0, level, at), reach, chord=0.09, thickness=0.016, tip=0.7)
     turn = 45.0 if rng.random() < 0.25 else 0.0
     for k in range(4):
         way = about_z(turn + 90 * k) @ vec(rng.uniform(1.1, 1.6) * radius, 0, 0)
-        _fin(b, "keel", paint, vec(0, 0, 0.44 * length), way + vec(0, 0, 0.02), 0.13, 0.018, 0.65)
-    _screw(b, tint(rng, "orange", "grey"), 0.5 * length, 0.75 * radius, int(rng.integers(3, 8)))
+        _fin(
+            b,
+            "keel",
+            paint,
+            vec(0, 0, 0.44 * length),
+            way + vec(0, 0, 0.02),
+            chord=0.13,
+            thickness=0.018,
+            tip=0.65,
+        )
+    _screw(
+        b,
+        tint(rng, "orange", "grey"),
+        z=0.5 * length,
+        radius=0.75 * radius,
+        blades=int(rng.integers(3, 8)),
+    )
     return b
 
 
 def _fin(
-    b: Builder, part: str, paint: Material, root: Array, reach: ArrayLike,
-    chord: float, thickness: float, tip: float,
-) -> None:  # fmt: skip
+    b: Builder,
+    part: str,
+    paint: Material,
+    root: Array,
+    reach: ArrayLike,
+    chord: float,
+    thickness: float,
+    tip: float,
+) -> None:
     """Add a streamlined fin from `root` along `reach`, its tip scaled by `tip`."""
     out = np.asarray(reach, float)
     side = np.cross((0, 0, 1.0), out)
@@ -66,12 +101,23 @@ def _fin(
 def _screw(b: Builder, metal: Material, z: float, radius: float, blades: int) -> None:
     """Add a hub and twisted blades about the z axis."""
     b.cylinder(
-        "engine", metal, (0, 0, z - 0.02), (0, 0, z + 0.03), 0.25 * radius, 0.08 * radius, 10
+        "engine",
+        metal,
+        (0, 0, z - 0.02),
+        (0, 0, z + 0.03),
+        radius=0.25 * radius,
+        radius_end=0.08 * radius,
+        segments=10,
     )
     for k in range(blades):
         spin = about_z(360 * k / blades)
         turn = spin @ about_y(145)
         center = spin @ vec(0, 0.55 * radius, 0) + vec(0, 0, z)
         b.ellipsoid(
-            "engine", metal, center, (0.22 * radius, 0.45 * radius, 0.04 * radius), 10, turn
+            "engine",
+            metal,
+            center,
+            (0.22 * radius, 0.45 * radius, 0.04 * radius),
+            segments=10,
+            turn=turn,
         )

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material
-from ffd_lightning.shapes.kit.vectors import Array, vec
-from ffd_lightning.shapes.watercraft.hull import Span
+from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, vec
 
 
-def _ring(width: float, z: Span, y: float, chamfer: float) -> Array:
+def _ring(width: float, z: Pair, y: float, chamfer: float) -> Array:
     """Return a level rectangle (8, 3) with cut corners: front first."""
     w, c = width / 2, min(chamfer, 0.4 * width, 0.4 * (z[1] - z[0]))
     flat = [(w - c, z[0]), (w, z[0] + c), (w, z[1] - c / 2), (w - c / 2, z[1])]
@@ -33,9 +32,9 @@ class House:
     """
 
     width: float
-    z: Span
-    y: Span
-    slope: Span = (0.2, 0.0)
+    z: Pair
+    y: Pair
+    slope: Pair = (0.2, 0.0)
     taper: float = 0.06
     chamfer: float = 0.02
 
@@ -54,7 +53,7 @@ def add_house(
     glass: Material,
     windows: str = "band",
     roof: float = 0.012,
-    band: Span = (0.45, 0.82),
+    band: Pair = (0.45, 0.82),
 ) -> None:
     """Add a deckhouse; `windows` is "band" (all around), "panes" (along the sides) or "none".
 
@@ -83,9 +82,7 @@ def add_house(
         b.loft("cabin", wall, [top, top + vec(0, 0.012, 0)])
 
 
-def funnel(
-    b: Builder, base: Material, band: Material, foot: tuple[float, float, float], size: Array
-) -> None:
+def funnel(b: Builder, base: Material, band: Material, foot: Triple, size: Array) -> None:
     """Add a raked oval funnel with a coloured band; `size` is its width, height and length."""
     width, height, length = size
     a = 2 * np.pi * np.arange(20) / 20
@@ -105,7 +102,7 @@ def mast(b: Builder, material: Material, foot: Array, height: float, arms: int) 
     """Add a signal mast: a pole with `arms` cross-bars and a radar bar."""
     radius = 0.012
     top = foot + vec(0, height, 0)
-    b.cylinder("mast", material, foot, top, radius, 0.5 * radius, 8)
+    b.cylinder("mast", material, foot, top, radius=radius, radius_end=0.5 * radius, segments=8)
     for i in range(arms):
         at = foot + vec(0, height * (0.55 + 0.35 * i / max(arms, 1)), 0)
         reach = (0.16 - 0.03 * i) * height / 0.3

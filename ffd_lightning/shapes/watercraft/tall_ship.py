@@ -18,10 +18,17 @@ def tall_ship(rng: Rng) -> Builder:
     beam, depth = length * rng.uniform(0.17, 0.25), rng.uniform(0.17, 0.25)
     castle = rng.uniform(0.0, 0.12)
     hull = Hull(
-        length, beam, depth, rng.uniform(0.4, 0.5), rng.uniform(0.5, 0.75), rng.uniform(0.5, 0.75),
-        rng.uniform(1.8, 2.6), (rng.uniform(0.04, 0.1), 0.05 + castle),
-        (rng.uniform(0.03, 0.12), rng.uniform(0.0, 0.08)), (0.4 * depth, 0.3 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=beam,
+        depth=depth,
+        widest=rng.uniform(0.4, 0.5),
+        transom=rng.uniform(0.5, 0.75),
+        fineness=rng.uniform(0.5, 0.75),
+        fullness=rng.uniform(1.8, 2.6),
+        sheer=(rng.uniform(0.04, 0.1), 0.05 + castle),
+        rake=(rng.uniform(0.03, 0.12), rng.uniform(0.0, 0.08)),
+        lift=(0.4 * depth, 0.3 * depth),
+    )
     wood, spar = plank(rng), pick_material(rng, "wood")
     paint = wood if rng.random() < 0.5 else tint(rng, "black", "navy", "white", "red", "green")
     lower = tint(rng, "red", "teak", "dark", "green")
@@ -30,12 +37,19 @@ def tall_ship(rng: Rng) -> Builder:
     trim = tint(rng, "orange", "cream", "black", "red")
     _wales(b, rng, hull, trim)
     if castle > 0.03:
-        poop = House(1.6 * hull.half(0.9), (hull.z(0.72), hull.z(0.99)),
-                     (hull.top(0.75), hull.top(0.99) + 0.5 * castle), (0, -0.2), 0.2)  # fmt: skip
+        poop = House(
+            width=1.6 * hull.half(0.9),
+            z=(hull.z(0.72), hull.z(0.99)),
+            y=(hull.top(0.75), hull.top(0.99) + 0.5 * castle),
+            slope=(0, -0.2),
+            taper=0.2,
+        )
         add_house(b, poop, paint, tint(rng, "window", "orange"), "panes", 0.01)
     bow = hull.edge(0.0, 0) * vec(0, 1, 1)
     tip = bow + vec(0, 0.1, -rng.uniform(0.22, 0.35))
-    b.cylinder("mast", spar, bow + vec(0, -0.03, 0.12), tip, 0.018, 0.008, 8)
+    b.cylinder(
+        "mast", spar, bow + vec(0, -0.03, 0.12), tip, radius=0.018, radius_end=0.008, segments=8
+    )
     masts, height = int(rng.integers(2, 5)), length * rng.uniform(0.65, 0.85)
     places = np.linspace(0.2, 0.8, masts) if masts > 2 else np.array([0.3, 0.62])
     cloth, furled = draw_cloth(rng), rng.random() < 0.15
@@ -61,9 +75,11 @@ def _wales(b: Builder, rng: Rng, hull: Hull, trim: Material) -> None:
     """Add painted strakes along the sides and perhaps a row of gun ports."""
     for t_level in np.linspace(0.06, 0.26, int(rng.integers(1, 4))):
         for side in (-1, 1):
-            path = [hull.edge(t, side, -0.004) - vec(0, t_level * hull.depth, 0)
-                    for t in np.linspace(0.03, 1.0, 13)]  # fmt: skip
-            b.tube("hull", trim, path, 0.007, 5)
+            path = [
+                hull.edge(t, side, -0.004) - vec(0, t_level * hull.depth, 0)
+                for t in np.linspace(0.03, 1.0, 13)
+            ]
+            b.tube("hull", trim, path, 0.007, segments=5)
     if rng.random() < 0.55:
         for t in np.linspace(0.25, 0.85, int(rng.integers(6, 12))):
             center = (0, hull.top(t) - 0.34 * hull.depth, hull.z(t))
@@ -72,11 +88,20 @@ def _wales(b: Builder, rng: Rng, hull: Hull, trim: Material) -> None:
 
 
 def _square_rig(
-    b: Builder, rng: Rng, spar: Material, cloth: Material, foot: Array,
-    height: float, width: float, tiers: int, furled: bool,
-) -> None:  # fmt: skip
+    b: Builder,
+    rng: Rng,
+    spar: Material,
+    cloth: Material,
+    foot: Array,
+    height: float,
+    width: float,
+    tiers: int,
+    furled: bool,
+) -> None:
     """Add a mast with yards and square sails, each narrower than the one below."""
-    b.cylinder("mast", spar, foot, foot + vec(0, height, 0), 0.018, 0.008, 10)
+    b.cylinder(
+        "mast", spar, foot, foot + vec(0, height, 0), radius=0.018, radius_end=0.008, segments=10
+    )
     levels = np.linspace(0.16, 0.95, tiers + 1) * height
     ahead = vec(0, 0, -0.028)
     halves = 0.5 * width * np.linspace(1.0, 0.5, tiers + 1)
@@ -87,7 +112,7 @@ def _square_rig(
         top, bottom = reach * 0.92, vec(halves[i] * 0.95, 0, 0)
         if furled:
             path = [high + t * top + vec(0, 0.01, 0) for t in (-0.95, -0.4, 0.0, 0.4, 0.95)]
-            b.tube("sail", cloth, path, (0.01, 0.02, 0.026, 0.02, 0.01), 7)
+            b.tube("sail", cloth, path, (0.01, 0.02, 0.026, 0.02, 0.01), segments=7)
         else:
             blown = (0, 0, -rng.uniform(0.05, 0.09))
             sides = (low - bottom, low + bottom, high - top, high + top)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
-from ffd_lightning.shapes.kit.vectors import Array, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Triple, lean, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, railing, solid_hull, tint
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house, funnel
 
@@ -15,10 +15,17 @@ def _navy_hull(rng: Rng, b: Builder, grey: Material, slim: float) -> Hull:
     length = rng.uniform(1.6, 2.2)
     depth = length * rng.uniform(0.06, 0.085)
     hull = Hull(
-        length, slim * length, depth, rng.uniform(0.5, 0.6), rng.uniform(0.6, 0.8),
-        rng.uniform(0.75, 1.0), rng.uniform(2.2, 3.5), (rng.uniform(0.04, 0.09), 0.0),
-        (rng.uniform(0.06, 0.16), 0.0), (0.1 * depth, 0.5 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=slim * length,
+        depth=depth,
+        widest=rng.uniform(0.5, 0.6),
+        transom=rng.uniform(0.6, 0.8),
+        fineness=rng.uniform(0.75, 1.0),
+        fullness=rng.uniform(2.2, 3.5),
+        sheer=(rng.uniform(0.04, 0.09), 0.0),
+        rake=(rng.uniform(0.06, 0.16), 0.0),
+        lift=(0.1 * depth, 0.5 * depth),
+    )
     lower = tint(rng, "red", "black", "dark")
     solid_hull(b, hull, grey, lower, rng.uniform(0.3, 0.45) * depth, tint(rng, "dark", "grey"))
     return hull
@@ -31,14 +38,24 @@ def warship(rng: Rng) -> Builder:
     hull = _navy_hull(rng, b, grey, rng.uniform(0.1, 0.14))
     y, long, storey = hull.depth, hull.length, rng.uniform(0.045, 0.06)
     caliber, barrels = rng.uniform(0.7, 1.3), int(rng.integers(1, 4))
-    low = House(rng.uniform(0.6, 0.85) * hull.beam, (-0.2 * long, rng.uniform(0.18, 0.3) * long),
-                (y, y + storey), (0.4, 0.2), 0.12)  # fmt: skip
+    low = House(
+        width=rng.uniform(0.6, 0.85) * hull.beam,
+        z=(-0.2 * long, rng.uniform(0.18, 0.3) * long),
+        y=(y, y + storey),
+        slope=(0.4, 0.2),
+        taper=0.12,
+    )
     add_house(b, low, grey, glass, "none", 0.0)
     height = y + storey
     for i in range(int(rng.integers(2, 4))):
         at = (-0.18 + 0.03 * i) * long
-        tier = House((0.6 - 0.1 * i) * hull.beam, (at, at + (0.15 - 0.03 * i) * long),
-                     (height, height + storey), (0.3, 0.1), 0.12)  # fmt: skip
+        tier = House(
+            width=(0.6 - 0.1 * i) * hull.beam,
+            z=(at, at + (0.15 - 0.03 * i) * long),
+            y=(height, height + storey),
+            slope=(0.3, 0.1),
+            taper=0.12,
+        )
         add_house(b, tier, grey, glass, "band" if i else "panes", 0.006 if i else 0.0)
         height += storey
     _tower(b, rng, vec(0, height, -0.09 * long), grey)
@@ -66,21 +83,20 @@ def _tower(b: Builder, rng: Rng, foot: Array, grey: Material) -> None:
     top = foot + vec(0, height, 0)
     if rng.random() < 0.5:
         b.box("mast", grey, foot + vec(0, height / 2, 0), (0.07, height, 0.07), taper=0.4)
-        b.ellipsoid("mast", grey, top, (0.03, 0.035, 0.03), 12)
+        b.ellipsoid("mast", grey, top, (0.03, 0.035, 0.03), segments=12)
     else:
         for x, z in ((-1, 1), (1, 1), (0, -1)):
             b.cylinder("mast", grey, foot + vec(0.04 * x, 0, 0.04 * z), top, 0.007, segments=6)
         panel = (rng.uniform(0.08, 0.14), 0.05, 0.012)
-        b.box("mast", grey, foot + vec(0, 0.7 * height, -0.03), panel, lean(15))
+        b.box("mast", grey, foot + vec(0, 0.7 * height, -0.03), panel, turn=lean(15))
     for level in (0.6, 0.85):
         at, reach = foot + vec(0, level * height, 0), rng.uniform(0.06, 0.1)
         b.cylinder("mast", grey, at - vec(reach, 0, 0), at + vec(reach, 0, 0), 0.005, segments=6)
 
 
 def _turret(
-    b: Builder, paint: Material, foot: tuple[float, float, float], size: float, barrels: int,
-    aft: bool,
-) -> None:  # fmt: skip
+    b: Builder, paint: Material, foot: Triple, size: float, barrels: int, aft: bool
+) -> None:
     """Add a gun turret that points forward, or aft."""
     way = 1.0 if aft else -1.0
     base = np.array(foot)
@@ -92,7 +108,9 @@ def _turret(
     for x in (np.arange(barrels) - (barrels - 1) / 2) * 0.028 * size:
         start = middle + vec(x, 0, way * 0.05 * size)
         end = start + vec(0, 0.03, way * 0.17) * size
-        b.cylinder("gun", paint, start, end, 0.009 * size, 0.007 * size, 10)
+        b.cylinder(
+            "gun", paint, start, end, radius=0.009 * size, radius_end=0.007 * size, segments=10
+        )
 
 
 def carrier(rng: Rng) -> Builder:
@@ -128,12 +146,16 @@ def carrier(rng: Rng) -> Builder:
     return b
 
 
-def _parked(b: Builder, paint: Material, at: tuple[float, float, float], size: float) -> None:
+def _parked(b: Builder, paint: Material, at: Triple, size: float) -> None:
     """Add a small jet on deck, its nose turned inboard."""
     middle = np.array(at) + vec(0, 0.16 * size, 0)
-    b.ellipsoid("cargo", paint, middle, vec(0.5, 0.11, 0.09) * size, 10)
-    delta = np.array([(0.3, 0, 0), (-0.35, 0, 0.45), (-0.45, 0, 0.45),
-                      (-0.45, 0, -0.45), (-0.35, 0, -0.45)]) * size  # fmt: skip
+    b.ellipsoid("cargo", paint, middle, vec(0.5, 0.11, 0.09) * size, segments=10)
+    delta = (
+        np.array(
+            [(0.3, 0, 0), (-0.35, 0, 0.45), (-0.45, 0, 0.45), (-0.45, 0, -0.45), (-0.35, 0, -0.45)]
+        )
+        * size
+    )
     b.loft("cargo", paint, [delta + middle, delta + middle + vec(0, 0.05 * size, 0)])
     b.box("cargo", paint, middle + vec(-0.38, 0.15, 0) * size, (0.16 * size, 0.25 * size, 0.006))
     b.box("cargo", paint, middle - vec(0, 0.1 * size, 0), (0.1 * size, 0.16 * size, 0.1 * size))

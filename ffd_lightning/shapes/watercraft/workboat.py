@@ -16,10 +16,17 @@ def workboat(rng: Rng) -> Builder:
     length = rng.uniform(0.9, 1.25)
     beam, depth = length * rng.uniform(0.28, 0.38), rng.uniform(0.16, 0.24)
     hull = Hull(
-        length, beam, depth, rng.uniform(0.42, 0.55), rng.uniform(0.5, 0.85),
-        rng.uniform(0.45, 0.65), rng.uniform(2, 3), (rng.uniform(0.07, 0.2), rng.uniform(0, 0.05)),
-        (rng.uniform(0.02, 0.12), rng.uniform(0, 0.05)), (0.3 * depth, 0.3 * depth),
-    )  # fmt: skip
+        length=length,
+        beam=beam,
+        depth=depth,
+        widest=rng.uniform(0.42, 0.55),
+        transom=rng.uniform(0.5, 0.85),
+        fineness=rng.uniform(0.45, 0.65),
+        fullness=rng.uniform(2, 3),
+        sheer=(rng.uniform(0.07, 0.2), rng.uniform(0, 0.05)),
+        rake=(rng.uniform(0.02, 0.12), rng.uniform(0, 0.05)),
+        lift=(0.3 * depth, 0.3 * depth),
+    )
     paint = tint(rng, "red", "navy", "green", "black", "blue", "white", "orange")
     wall, glass = tint(rng, "white", "cream", "orange", "white"), tint(rng, "window")
     solid_hull(b, hull, paint, tint(rng, "red", "black", "dark"), 0.4 * depth, plank(rng))
@@ -28,11 +35,17 @@ def workboat(rng: Rng) -> Builder:
     aft = rng.random() < 0.35
     z = hull.z(0.58 if aft else rng.uniform(0.24, 0.3))
     wide, long = rng.uniform(0.5, 0.65) * beam, rng.uniform(0.26, 0.36) * length
-    low = House(wide, (z, z + long), (y, y + storey), (0.0, 0.0), 0.0, 0.03)
+    low = House(
+        width=wide, z=(z, z + long), y=(y, y + storey), slope=(0.0, 0.0), taper=0.0, chamfer=0.03
+    )
     add_house(b, low, wall, glass, "panes", 0.012, (0.5, 0.8))
     at, y = z + rng.uniform(0.02, 0.06), y + storey
     wheel = House(
-        0.82 * wide, (at, at + 0.5 * long), (y, y + storey), (rng.uniform(-0.2, 0.2), 0), 0.04
+        width=0.82 * wide,
+        z=(at, at + 0.5 * long),
+        y=(y, y + storey),
+        slope=(rng.uniform(-0.2, 0.2), 0),
+        taper=0.04,
     )
     add_house(b, wheel, wall, glass, "band", 0.02)
     mast(b, tint(rng, "grey", "orange"), vec(0, y + storey, at + 0.3 * long), 0.2, 2)
@@ -52,7 +65,7 @@ def _fenders(b: Builder, rng: Rng, hull: Hull) -> None:
         for side in (-1, 1):
             middle = hull.edge(t, side, -0.02, -0.02)
             ring = middle + 0.04 * np.stack([0 * a, np.cos(a), np.sin(a)], 1)
-            b.tube("rail", rubber, ring, 0.016, 6)
+            b.tube("rail", rubber, ring, 0.016, segments=6)
 
 
 def _gear(b: Builder, rng: Rng, hull: Hull, start: float, ahead: bool) -> None:
@@ -61,7 +74,15 @@ def _gear(b: Builder, rng: Rng, hull: Hull, start: float, ahead: bool) -> None:
     z = hull.z(t)
     y, steel = hull.top(t), tint(rng, "orange", "grey", "cream")
     foot = vec(0, y, z if ahead else max(z, start + 0.06))
-    b.cylinder("mast", steel, foot, foot + vec(0, rng.uniform(0.3, 0.5), 0), 0.018, 0.012, 10)
+    b.cylinder(
+        "mast",
+        steel,
+        foot,
+        foot + vec(0, rng.uniform(0.3, 0.5), 0),
+        radius=0.018,
+        radius_end=0.012,
+        segments=10,
+    )
     way = -1 if ahead else 1
     boom = foot + vec(0, rng.uniform(0.22, 0.34), way * 0.24)
     b.cylinder("mast", steel, foot + vec(0, 0.07, 0), boom, 0.011, segments=8)
