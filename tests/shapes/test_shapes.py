@@ -8,9 +8,10 @@ from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedModelError
-from ffd_lightning.shapes.shapes import Builder, Material
+from ffd_lightning.shapes import build, categories, families
+from ffd_lightning.shapes.kit import Builder, Material
 
-PACKAGE = "ffd_lightning.data.sources.procedural"
+PACKAGE = "ffd_lightning.shapes"
 COUNT = 80
 FACES = (100, 10_000)
 
@@ -31,7 +32,16 @@ def same(a, b):
     return len(a.textures) == len(b.textures) and all(np.array_equal(x, y) for x, y in pairs)
 
 
-def test_module_has_at_least_four_families(category):
+def test_public_names_agree_with_the_source(category):
+    assert categories() == tuple(PAPER_CATEGORIES)
+    mesh, family = build(category, 2)
+    model = models(category)[2]
+    assert family == model.family
+    assert family in families(category)
+    assert same(mesh, model.mesh)
+
+
+def test_package_has_at_least_four_families(category):
     module = importlib.import_module(f"{PACKAGE}.{category}")
     assert len(module.FAMILIES) >= 4
     assert len(set(module.PARTS)) == len(module.PARTS) >= 1

@@ -1,0 +1,227 @@
+"""What is set into a telephone's body: screens, keys, lenses, aerials."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ffd_lightning.shapes.cellphone.body import Body, Finish, tile
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit.vectors import Triple, lean, vec
+
+
+def display(
+    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, icons: bool = False
+) -> None:
+    """Add a screen with a rim; `span` is (lower end, upper end, width) as shares of the body."""
+    low, high, share = span
+    wide, tall = share * body.width, (high - low) * body.height
+    middle = (low + high) / 2
+    radius = rng.choice([0.02, 0.08]) * wide
+    lift = 0.006
+    if rng.random() < 0.5:
+        rim = (wide + 0.03 * body.width, tall + 0.03 * body.width, 0.02)
+        tile(b, "body", finish.trim, body, body.at(0, middle, lift / 2 - 0.008), rim, radius)
+    tile(
+        b,
+        "screen",
+        finish.screen,
+        body,
+        body.at(0, middle, lift - 0.008),
+        (wide, tall, 0.02),
+        radius,
+        0.003,
+    )
+    if not icons:
+        return
+    columns = int(rng.integers(3, 6))
+    cell = wide / columns
+    rows = max(1, int(0.9 * tall / cell))
+    paints = [pick_material(rng, "paint") for _ in range(4)]
+    for row in range(rows):
+        for column in range(columns):
+            if 1 < row < rows - 1 and rng.random() < 0.4:
+                continue
+            x = (column + 0.5 - columns / 2) * cell / body.width
+            y = low + 0.05 * tall / body.height + (row + 0.5) * cell / body.height
+            size = (0.62 * cell, 0.62 * cell, 0.008)
+            paint = paints[int(rng.integers(4))]
+            b.box("screen", paint, body.at(x, y, lift + 0.002), size, turn=body.turn)
+
+
+def keypad(
+    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, grid: tuple[int, int]
+) -> None:
+    """Add a grid of (rows, columns) keys, all of one shape; `span` is as for `display`."""
+    low, high, share = span
+    rows, columns = grid
+    wide = share * body.width / columns
+    tall = (high - low) * body.height / rows
+    shape = draw(rng, ["round", "pill", "square", "flush"]) if rows * columns < 20 else "square"
+    fill = rng.uniform(0.7, 0.9) if shape != "flush" else 0.94
+    bend = rng.uniform(0.0, 0.25) if columns == 3 else 0.0  # the outer keys sit higher
+    height, steps = rng.uniform(0.01, 0.03), 2 if rows * columns < 13 else 1
+    last = pick_material(rng, "paint") if rng.random() < 0.3 else finish.keys
+    for row in range(rows):
+        for column in range(columns):
+            offset = column + 0.5 - columns / 2
+            x = offset * share / columns
+            y = high + (-(row + 0.5) * tall + bend * tall * (abs(offset) - 0.5)) / body.height
+            material = last if row == 0 else finish.keys
+            size = (fill * wide, fill * tall, height)
+            place = body.at(x, y, 0.2 * height)
+            if shape in ("square", "flush"):
+                lying = (size[0], height, size[1])
+                turn = body.turn @ lean(-90)
+                b.box(
+                    "key",
+                    material,
+                    place,
+                    lying,
+                    turn=turn,
+                    taper=0.85 if shape == "square" else 0.97,
+                )
+            else:
+                square = min(size[:2])
+                flat = (square, square, height) if shape == "round" else size
+                tile(b, "key", material, body, place, flat, 0.49 * min(flat[:2]), segments=steps)
+
+
+def navigation(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size: float) -> None:
+    """Add a ring, a cross, a ball or a pill between two pairs of soft keys at height `y`."""
+    kind = draw(rng, ["ring", "square", "ball", "pill"])
+    reach = size * body.width
+    center = body.at(0, y, 0.004)
+    if kind == "ring":
+        tile(b, "key", finish.trim, body, center, (reach, reach, 0.02), 0.5 * reach)
+        inner = (0.5 * reach, 0.5 * reach, 0.02)
+        tile(b, "key", finish.keys, body, body.at(0, y, 0.012), inner, 0.25 * reach)
+    elif kind == "ball":
+        tile(b, "key", finish.trim, body, center, (0.6 * reach, 0.6 * reach, 0.02), 0.3 * reach)
+        rows = [(0.2, 0.0), (0.2, 0.05), (0.15, 0.12), (0.07, 0.16)]
+        turn = body.turn @ lean(-90)
+        b.lathe(
+            "key", finish.keys, np.array(rows) * reach, body.at(0, y, 0.008), segments=16, turn=turn
+        )
+    else:
+        flat = (reach, (1.0 if kind == "square" else 0.5) * reach, 0.02)
+        tile(b, "key", finish.trim, body, center, flat, 0.2 * reach)
+        inner = (0.5 * flat[0], 0.5 * flat[1], 0.02)
+        tile(b, "key", finish.keys, body, body.at(0, y, 0.01), inner, 0.1 * reach)
+    green, red = Material((0.1, 0.6, 0.2)), Material((0.8, 0.12, 0.1))
+    plain = rng.random() < 0.5
+    gap = 0.5 * size + 0.12
+    for side, paint in ((-1, green), (1, red)):
+        for dy in (-0.22, 0.22):
+            soft = (0.16 * body.width, 0.3 * reach, 0.016)
+            place = body.at(side * gap, y + dy * reach / body.height, 0.002)
+            material = finish.keys if plain or dy > 0 else paint
+            tile(b, "key", material, body, place, soft, 0.12 * reach, segments=2)
+
+
+def earpiece(b: Builder, rng: Rng, body: Body, y: float) -> None:
+    """Add the slots that one listens to, at height `y`."""
+    dark = Material((0.05, 0.05, 0.05))
+    count = int(rng.integers(1, 4))
+    for i in range(count):
+        wide = rng.uniform(0.12, 0.3) * body.width
+        place = body.at(0, y + 0.025 * (i - (count - 1) / 2) / body.height)
+        b.box("speaker", dark, place, (wide, 0.012, 0.012), turn=body.turn)
+
+
+def side_buttons(b: Builder, rng: Rng, finish: Finish, body: Body) -> None:
+    """Add one to four buttons on the narrow sides, and sometimes one on top."""
+    for i in range(int(rng.integers(1, 5))):
+        side = -1 if i % 2 else 1
+        tall = rng.uniform(0.05, 0.12)
+        x = side * (0.5 - 0.024 / body.width)
+        place = body.at(x, 0.32 - 0.14 * (i // 2) - 0.06 * i, -body.depth / 2)
+        size = (0.068, tall * body.height, min(0.35 * body.depth, 0.05))
+        b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
+    if rng.random() < 0.4:
+        place = body.at(rng.uniform(-0.3, 0.3), 0.5, -body.depth / 2)
+        size = (0.14 * body.width, 0.02, min(0.35 * body.depth, 0.05))
+        b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
+
+
+def camera(b: Builder, rng: Rng, finish: Finish, body: Body, center: bool = False) -> None:
+    """Add one to four lenses on the back, on a plate or bare, in a corner or in the `center`."""
+    count = int(rng.integers(1, 5))
+    radius = rng.uniform(0.05, 0.085) * body.width
+    pitch = 2.4 * radius
+    spots = [(0, 0), (0, 1), (1, 0), (1, 1)][:count]
+    sizes = np.max(np.array(spots) + 1, axis=0) * pitch + 0.3 * radius
+    x0 = 0.42 * body.width - sizes[0] if rng.random() < 0.7 and not center else -sizes[0] / 2
+    y0 = (0.38 if center else 0.46) * body.height - sizes[1]
+    middle = (x0 + sizes[0] / 2) / body.width, (y0 + sizes[1] / 2) / body.height
+    raised = rng.uniform(0.005, 0.02)
+    if count > 1 or rng.random() < 0.5:
+        plate = (sizes[0], sizes[1], 0.012 + raised)
+        tile(
+            b,
+            "camera",
+            finish.trim,
+            body,
+            body.behind(*middle, raised / 2 - 0.006),
+            plate,
+            0.3 * min(sizes),
+        )
+    glass = Material((0.05, 0.05, 0.08))
+    for column, row in spots:
+        x = (x0 + 0.15 * radius + (column + 0.5) * pitch) / body.width
+        y = (y0 + 0.15 * radius + (row + 0.5) * pitch) / body.height
+        start, end = body.behind(x, y, -0.005), body.behind(x, y, raised + 0.012)
+        b.cylinder("camera", finish.body, start, end, radius, segments=18)
+        tip = body.behind(x, y, raised + 0.016)
+        b.cylinder("camera", glass, end - 0.2 * (end - start), tip, 0.75 * radius, segments=18)
+
+
+def aerial(b: Builder, rng: Rng, finish: Finish, body: Body, side: int) -> None:
+    """Add a stub or a long rod on top of a body, at its left (-1) or right (1) edge."""
+    radius = rng.uniform(0.12, 0.3) * body.depth
+    x = side * (0.5 - 1.5 * radius / body.width)
+    start = body.at(x, 0.44, -body.depth / 2)
+    along = body.turn @ vec(0, 1, 0)
+    rise = rng.uniform(0.1, 0.2) * body.height + 0.06 * body.height
+    b.tube(
+        "antenna",
+        finish.keys,
+        start + np.outer((0, rise, 1.03 * rise), along),
+        (radius, 0.85 * radius, 0.5 * radius),
+        segments=14,
+    )
+    if rng.random() < 0.4:
+        reach = rise + rng.uniform(0.2, 0.5) * body.height
+        b.cylinder(
+            "antenna",
+            finish.trim,
+            start + rise * along,
+            start + reach * along,
+            0.3 * radius,
+            segments=10,
+        )
+        knob = np.outer((reach, reach + 0.02, reach + 0.04), along) + start
+        b.tube(
+            "antenna", finish.keys, knob, (0.5 * radius, 0.55 * radius, 0.4 * radius), segments=10
+        )
+
+
+def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size: float) -> None:
+    """Add a round or long button, or a row of three, below a screen."""
+    kind = draw(rng, ["round", "pill", "three"])
+    if kind == "round":
+        tile(b, "button", finish.trim, body, body.at(0, y), (size, size, 0.016), size / 2)
+        tile(
+            b,
+            "button",
+            finish.body,
+            body,
+            body.at(0, y, 0.004),
+            (0.8 * size, 0.8 * size, 0.014),
+            0.4 * size,
+        )
+        return
+    tile(b, "button", finish.trim, body, body.at(0, y), (1.8 * size, 0.6 * size, 0.02), 0.3 * size)
+    if kind == "three":
+        for x in (-0.3, 0.3):
+            small = (0.7 * size, 0.35 * size, 0.012)
+            tile(b, "button", finish.keys, body, body.at(x, y), small, 0.1 * size, segments=2)

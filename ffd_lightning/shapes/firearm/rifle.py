@@ -1,0 +1,175 @@
+"""Rifles: for war and for hunting."""
+
+from __future__ import annotations
+
+from ffd_lightning.shapes.firearm.fittings import (
+    barrel,
+    grip,
+    iron_sights,
+    magazine,
+    muzzle,
+    rail,
+    scope,
+    trigger,
+)
+from ffd_lightning.shapes.firearm.stocks import buttstock, handguard, sporting_stock
+from ffd_lightning.shapes.firearm.swept import (
+    BLACK,
+    IRON,
+    at,
+    bar,
+    draw_furniture,
+    draw_steel,
+    sweep,
+)
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.kit.paths import bend
+
+
+def _top(b: Builder, rng: Rng, steel: Material, back: float, front: float, up: float) -> None:
+    """Put a scope, a carrying handle, a red-dot sight or nothing on a receiver's top at `up`."""
+    kind = draw(rng, ["none", "handle", "scope", "dot"], [0.25, 0.25, 0.25, 0.25])
+    middle = (back + front) / 2
+    if kind == "handle":
+        rise = rng.uniform(0.045, 0.065)
+        loop = [
+            (back + 0.01, up - 0.01),
+            (back + 0.015, up + rise),
+            (front - 0.02, up + rise),
+            (front, up - 0.01),
+        ]
+        sweep(b, "sight", steel, bend(loop, 0.02, 3), 0.016, 0.02)
+    elif kind != "none":
+        rail(b, "sight", steel, back, front, up, 0.026)
+    if kind == "scope":
+        scope(b, rng, IRON, middle, up + 0.014)
+    elif kind == "dot":
+        base = up + 0.018
+        b.box("sight", IRON, at(middle, base + 0.008), (0.034, 0.02, 0.07))
+        b.cylinder(
+            "sight", BLACK, at(middle - 0.04, base + 0.035), at(middle + 0.04, base + 0.035), 0.024
+        )
+
+
+def assault_rifle(rng: Rng) -> Builder:
+    """Draw an assault rifle, also with its magazine behind the grip (bullpup)."""
+    b, steel, furniture = Builder(), draw_steel(rng), draw_furniture(rng, wood=0.35)
+    tall, wide = rng.uniform(0.07, 0.1), rng.uniform(0.038, 0.05)
+    bullpup = rng.random() < 0.2
+    length = rng.uniform(0.24, 0.34) + 0.12 * bullpup
+    high, low = 0.35 * tall, -0.65 * tall
+    body = furniture if bullpup or rng.random() < 0.2 else steel
+    rows = [(0, low + 0.015, high - 0.008, wide), (0.05, low, high, wide)]
+    rows += [(length, low + 0.006, high, wide)]
+    bar(b, "body", body, rows, 0.8)
+    grip_at = length - 0.12 if bullpup else 0.06
+    top = (grip_at, low + 0.02)
+    grip(
+        b,
+        furniture,
+        top,
+        length=rng.uniform(0.1, 0.13),
+        degrees=rng.uniform(12, 28),
+        depth=0.045,
+        width=0.034,
+    )
+    trigger(
+        b,
+        steel,
+        back=grip_at + 0.015,
+        front=grip_at + 0.085,
+        top=low + 0.005,
+        drop=0.04,
+        width=0.014,
+    )
+    well = rng.uniform(0.04, 0.1) if bullpup else rng.uniform(0.62, 0.75) * length
+    curl = rng.uniform(8, 45) if rng.random() < 0.7 else 0.0
+    size = (rng.uniform(0.13, 0.24), rng.uniform(0.05, 0.07))
+    magazine(b, steel, (well, low + 0.03), *size, 0.028, rng.uniform(0, 12), curl)
+    guard = length + rng.uniform(0.16, 0.28)
+    handguard(
+        b, rng, furniture, (length - 0.005, guard), up=0.0, tall=rng.uniform(0.05, 0.065), wide=wide
+    )
+    end = guard + rng.uniform(0.06, 0.22)
+    barrel(b, steel, start=length, end=end, up=0.0, radius=rng.uniform(0.009, 0.013))
+    muzzle(b, rng, steel, end, 0.0)
+    _top(b, rng, steel, 0.04, length, high)
+    front = guard + rng.uniform(0.01, 0.03)
+    bar(
+        b,
+        "sight",
+        steel,
+        [(front + 0.012, -0.018, 0.06, 0.014), (front + 0.032, -0.018, 0.04, 0.014)],
+    )
+    kinds = {"solid": 0.35, "tube": 0.3, "frame": 0.2, "wire": 0.15}
+    kinds = {"solid": 1.0} if bullpup else kinds
+    buttstock(b, rng, furniture, 0.0, (low + 0.01, high), kinds)
+    return b
+
+
+def hunting_rifle(rng: Rng) -> Builder:
+    """Draw a bolt-action or lever-action rifle with a one-piece stock."""
+    b, steel, wood = Builder(), draw_steel(rng), draw_furniture(rng, wood=0.75)
+    wide, fore = rng.uniform(0.042, 0.055), rng.uniform(0.04, 0.055)
+    end = rng.uniform(0.55, 0.85)
+    front = rng.uniform(0.35, 0.6) if rng.random() < 0.6 else end - 0.05
+    belly = sporting_stock(b, rng, wood, front, wide, fore)
+    radius = rng.uniform(0.015, 0.02)
+    stations = ((-0.04, 0.6), (-0.03, 1.0), (0.2, 1.0), (0.24, 0.8))
+    tube = [at(f, 0.004) for f, _ in stations]
+    b.tube("body", steel, tube, [radius * swell for _, swell in stations], segments=14)
+    barrel(
+        b,
+        steel,
+        start=0.2,
+        end=end,
+        up=0.002,
+        radius=rng.uniform(0.6, 0.85) * radius,
+        taper=rng.uniform(0.65, 0.95),
+    )
+    trigger(
+        b,
+        steel,
+        back=0.0,
+        front=rng.uniform(0.085, 0.1),
+        top=belly + 0.012,
+        drop=0.042,
+        width=0.014,
+    )
+    if rng.random() < 0.75:
+        knob = at(-0.01, -0.035, 0.07)
+        b.tube(
+            "body",
+            steel,
+            bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3),
+            0.006,
+            segments=8,
+        )
+        b.ellipsoid("body", steel, knob, (0.012, 0.012, 0.012), segments=10)
+    else:
+        path = [
+            (0.12, belly + 0.01),
+            (0.11, belly - 0.045),
+            (-0.02, belly - 0.05),
+            (-0.08, belly - 0.075),
+            (-0.09, belly - 0.02),
+        ]
+        sweep(b, "body", steel, bend(path, 0.03, 3), 0.009, 0.016)
+    if rng.random() < 0.5:
+        magazine(
+            b, steel, (0.16, belly + 0.02), length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03
+        )
+    if rng.random() < 0.65:
+        scope(b, rng, IRON, rng.uniform(0.06, 0.12), radius)
+    else:
+        iron_sights(b, steel, rear=0.26, front=end - 0.02, base=0.012, height=0.014)
+    if rng.random() < 0.3:
+        bands = rng.uniform(0.5, 0.95)
+        bar(
+            b,
+            "body",
+            steel,
+            [(bands * front + d, -0.8 * fore, 0.016, 0.95 * wide) for d in (-0.01, 0.01)],
+            0.3,
+        )
+    return b

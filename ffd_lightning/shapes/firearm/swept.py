@@ -1,0 +1,73 @@
+"""Materials of firearms, and bodies swept along them."""
+
+from __future__ import annotations
+
+import colorsys
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit.sections import superellipse
+from ffd_lightning.shapes.kit.vectors import Array, vec
+
+BLACK = Material((0.03, 0.03, 0.03))
+
+
+IRON = Material((0.14, 0.14, 0.15))
+
+
+def at(forward: float, up: float, side: float = 0.0) -> Array:
+    """Return the (3,) point that lies `forward` of the origin, towards -z."""
+    return vec(side, up, -forward)
+
+
+def draw_steel(rng: Rng) -> Material:
+    """Draw blued, parkerised or (seldom) nickelled steel."""
+    value = rng.uniform(0.5, 0.8) if rng.random() < 0.25 else rng.uniform(0.12, 0.32)
+    return Material(colorsys.hsv_to_rgb(rng.uniform(0.55, 0.65), rng.uniform(0, 0.15), value))
+
+
+def draw_furniture(rng: Rng, wood: float = 0.5) -> Material:
+    """Draw what is held in the hands: wood (with probability `wood`) or a dull polymer."""
+    if rng.random() < wood:
+        return pick_material(rng, "wood")
+    hue, saturation = rng.uniform(0.08, 0.28), rng.uniform(0.0, 0.45)
+    pattern = draw(rng, ["", "speckle"], [0.7, 0.3])
+    color = colorsys.hsv_to_rgb(hue, saturation, rng.uniform(0.12, 0.55))
+    return Material(color, pattern, 3.0, seed=int(rng.integers(1 << 30)))
+
+
+def bar(b: Builder, part: str, material: Material, rows: ArrayLike, boxiness: float = 0.7) -> None:
+    """Add a body along z from rows (forward, lower end, upper end, width)."""
+    ring = superellipse(boxiness)
+    sections = []
+    for forward, low, high, width in np.asarray(rows, float):
+        y = (low + high) / 2 + ring[:, 1] * (high - low) / 2
+        sections.append(np.column_stack([ring[:, 0] * width / 2, y, np.full(len(y), -forward)]))
+    b.loft(part, material, sections)
+
+
+def sweep(
+    b: Builder,
+    part: str,
+    material: Material,
+    path: ArrayLike,
+    depth: ArrayLike,
+    width: ArrayLike,
+    boxiness: float = 0.6,
+) -> None:
+    """Sweep a section along a path (p, 2) of (forward, up) in the plane of symmetry.
+
+    `depth` is measured in that plane, `width` across it; both may vary along the path.
+    """
+    points = np.asarray(path, float)
+    tangents = np.gradient(points, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    depths = np.broadcast_to(np.asarray(depth, float), len(points))
+    widths = np.broadcast_to(np.asarray(width, float), len(points))
+    ring, sections = superellipse(boxiness), []
+    for point, (df, du), d, w in zip(points, tangents, depths, widths, strict=True):
+        flat = point + ring[:, 1:] * d / 2 * np.array([-du, df])
+        sections.append(np.column_stack([ring[:, 0] * w / 2, flat[:, 1], -flat[:, 0]]))
+    b.loft(part, material, sections)

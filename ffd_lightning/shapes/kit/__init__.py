@@ -1,0 +1,13 @@
+"""What models of several categories are built of.
+
+The names that every family needs are here; the rest of the vocabulary is in the modules: legs,
+boards, sheets, upholstery, cross-sections, paths.
+"""
+
+from __future__ import annotations
+
+from ffd_lightning.shapes.kit.builder import Builder, Family
+from ffd_lightning.shapes.kit.choices import Rng, draw
+from ffd_lightning.shapes.kit.materials import Material, pick_material
+
+__all__ = ["Builder", "Family", "Material", "Rng", "draw", "pick_material"]

@@ -1,0 +1,254 @@
+"""Primitives, collected into one mesh with part labels and materials."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.shapes.kit.choices import Rng
+from ffd_lightning.shapes.kit.materials import Material
+from ffd_lightning.shapes.kit.vectors import Array
+
+
+def _frame(direction: Array) -> tuple[Array, Array]:
+    """Return two unit vectors that complete `direction` to an orthogonal frame."""
+    d = direction / max(float(np.linalg.norm(direction)), 1e-12)
+    helper = np.array([0.0, 0, 1]) if abs(d[2]) < 0.9 else np.array([1.0, 0, 0])
+    a = np.cross(helper, d)
+    a /= np.linalg.norm(a)
+    return a, np.cross(d, a)
+
+
+@dataclass
+class Builder:
+    """Collects primitives into one Mesh.
+
+    Units are free (the mesh is normalised later); y is up, the front is -z. Every primitive
+    takes the name of its part and its material first.
+    """
+
+    _vertices: list[Array] = field(default_factory=list)
+    _faces: list[NDArray[np.int64]] = field(default_factory=list)
+    _parts: list[tuple[str, int]] = field(default_factory=list)
+    _materials: list[tuple[Material, int]] = field(default_factory=list)
+    _count: int = 0
+
+    def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
+        """Add raw triangles, vertices (v, 3), faces (f, 3); those without area are left out."""
+        v = np.asarray(vertices, float).reshape(-1, 3)
+        f = np.asarray(faces, np.int64).reshape(-1, 3)
+        a, b, c = (v[f[:, i]] for i in range(3))
+        doubled = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        f = f[doubled > 1e-12 * max(float(np.ptp(v, axis=0).max()), 1e-12) ** 2]
+        self._vertices.append(v)
+        self._faces.append(f + self._count)
+        self._count += len(v)
+        self._parts.append((part, len(self._faces[-1])))
+        self._materials.append((material, len(self._faces[-1])))
+
+    def box(
+        self,
+        part: str,
+        material: Material,
+        center: ArrayLike,
+        size: ArrayLike,
+        *,
+        turn: Array | None = None,
+        taper: float = 1.0,
+    ) -> None:
+        """Add a box; `turn` (3, 3) rotates it about its centre, `taper` scales its top."""
+        signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+        corners = signs * np.asarray(size, float) / 2
+        corners[signs[:, 1] > 0] *= np.array([taper, 1, taper])
+        if turn is not None:
+            corners = corners @ turn.T
+        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        faces = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+        self.add(part, material, corners + np.asarray(center, float), faces)
+
+    def rounded_box(
+        self,
+        part: str,
+        material: Material,
+        center: ArrayLike,
+        size: ArrayLike,
+        radius: float,
+        *,
+        edge: float | None = None,
+        turn: Array | None = None,
+        segments: int = 3,
+    ) -> None:
+        """Add a box whose upright edges have `radius` and whose top and bottom edges have `edge`.
+
+        Both are shrunk to what fits; `edge` defaults to 0.8 `radius` and stays below 0.9 of it.
+        """
+        half = np.asarray(size, float) / 2
+        corner = min(radius, 0.98 * half[0], 0.98 * half[2])
+        rim = min(0.8 * corner if edge is None else edge, 0.9 * corner, 0.98 * half[1])
+        quarter = np.linspace(0, np.pi / 2, segments + 1)
+        angles = np.concatenate([quarter + i * np.pi / 2 for i in range(4)])
+        signs = np.repeat([(1, 1), (-1, 1), (-1, -1), (1, -1)], segments + 1, axis=0)
+        core = signs * (half[[0, 2]] - corner)
+        inset, rise = rim * (1 - np.cos(quarter)), half[1] - rim + rim * np.sin(quarter)
+        rows = [*zip(inset[::-1], -rise[::-1], strict=True), *zip(inset, rise, strict=True)]
+        matrix = np.eye(3) if turn is None else turn
+        rings = []
+        for shrink, y in rows:
+            flat = core + (corner - shrink) * np.column_stack([np.cos(angles), np.sin(angles)])
+            ring = np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]])
+            rings.append(ring @ matrix.T + np.asarray(center, float))
+        self.loft(part, material, rings)
+
+    def loft(
+        self,
+        part: str,
+        material: Material,
+        sections: Sequence[ArrayLike],
+        closed: bool = True,
+        caps: bool = True,
+    ) -> None:
+        """Join rings of points, each (k, 3) with the same k, into a skin.
+
+        `closed` joins each ring's last point to its first; `caps` closes both ends (fans about
+        the rings' means, so rings should be star-shaped).
+        """
+        rings = np.stack([np.asarray(s, float) for s in sections])
+        n, k = rings.shape[:2]
+        vertices = rings.reshape(-1, 3)
+        faces = []
+        for i in range(n - 1):
+            for j in range(k if closed else k - 1):
+                a, b = i * k + j, i * k + (j + 1) % k
+                faces += [(a, b, b + k), (a, b + k, a + k)]
+        if caps and closed:
+            for row in (0, n - 1):
+                vertices = np.concatenate([vertices, rings[row].mean(0)[None]])
+                c = len(vertices) - 1
+                ring = [row * k + j for j in range(k)]
+                faces += [
+                    (c, ring[(j + 1) % k], ring[j]) if row == 0 else (c, ring[j], ring[(j + 1) % k])
+                    for j in range(k)
+                ]
+        self.add(part, material, vertices, faces)
+
+    def tube(
+        self,
+        part: str,
+        material: Material,
+        path: ArrayLike,
+        radius: float | Sequence[float],
+        *,
+        segments: int = 12,
+    ) -> None:
+        """Sweep a circle along a polyline (p, 3); `radius` may vary along it."""
+        points = np.asarray(path, float)
+        radii = np.broadcast_to(np.asarray(radius, float), len(points))
+        tangents = np.gradient(points, axis=0)
+        angles = 2 * np.pi * np.arange(segments) / segments
+        a, _ = _frame(tangents[0])
+        rings = []
+        for point, tangent, r in zip(points, tangents, radii, strict=True):
+            d = tangent / max(np.linalg.norm(tangent), 1e-12)
+            a = a - d * (a @ d)
+            a /= max(np.linalg.norm(a), 1e-12)
+            b = np.cross(d, a)
+            rings.append(point + r * (np.cos(angles)[:, None] * a + np.sin(angles)[:, None] * b))
+        self.loft(part, material, rings)
+
+    def cylinder(
+        self,
+        part: str,
+        material: Material,
+        start: ArrayLike,
+        end: ArrayLike,
+        radius: float,
+        *,
+        radius_end: float | None = None,
+        segments: int = 20,
+    ) -> None:
+        """Add a cylinder or truncated cone from `start` to `end`."""
+        radii = (radius, radius if radius_end is None else radius_end)
+        path = np.array([np.asarray(start, float), np.asarray(end, float)])
+        self.tube(part, material, path, radii, segments=segments)
+
+    def lathe(
+        self,
+        part: str,
+        material: Material,
+        profile: ArrayLike,
+        center: ArrayLike = (0, 0, 0),
+        *,
+        segments: int = 28,
+        turn: Array | None = None,
+        squash: float = 1.0,
+    ) -> None:
+        """Turn a profile of (radius, height) rows, (p, 2), about y; `squash` scales z."""
+        angles = 2 * np.pi * np.arange(segments) / segments
+        circle = np.stack([np.cos(angles), np.zeros(segments), -squash * np.sin(angles)], 1)
+        matrix = np.eye(3) if turn is None else turn
+        rings = [
+            (r * circle + np.array([0, h, 0])) @ matrix.T + np.asarray(center, float)
+            for r, h in np.asarray(profile, float)
+        ]
+        self.loft(part, material, rings)
+
+    def ellipsoid(
+        self,
+        part: str,
+        material: Material,
+        center: ArrayLike,
+        radii: ArrayLike,
+        *,
+        segments: int = 20,
+        turn: Array | None = None,
+    ) -> None:
+        """Add an axis-aligned (or turned) ellipsoid."""
+        rx, ry, rz = np.asarray(radii, float)
+        a = np.linspace(-np.pi / 2, np.pi / 2, segments // 2 + 1)
+        profile = np.stack([rx * np.cos(a), ry * np.sin(a)], 1)
+        self.lathe(part, material, profile, center, segments=segments, turn=turn, squash=rz / rx)
+
+    def mesh(self) -> Mesh:
+        """Return everything added so far as one mesh, textures mapped by the box projection."""
+        vertices = np.concatenate(self._vertices)
+        faces = np.concatenate(self._faces)
+        names = tuple(dict.fromkeys(name for name, _ in self._parts))
+        parts = np.concatenate([np.full(n, names.index(name), np.uint8) for name, n in self._parts])
+        colors = np.concatenate([np.tile(m.rgba(), (n, 1)) for m, n in self._materials])
+        patterned = list(dict.fromkeys(m for m, _ in self._materials if m.pattern))
+        index = np.concatenate(
+            [
+                np.full(n, patterned.index(m) if m.pattern else -1, np.int16)
+                for m, n in self._materials
+            ]
+        )
+        scale = np.concatenate([np.full(n, m.scale) for m, n in self._materials])
+        return Mesh(
+            vertices=vertices,
+            faces=faces,
+            face_colors=colors,
+            face_parts=parts,
+            part_names=names,
+            textures=tuple(m.texture() for m in patterned),
+            face_textures=index if patterned else None,
+            face_uvs=_box_projection(vertices[faces], scale) if patterned else None,
+        )
+
+
+Family = Callable[[Rng], "Builder"]
+
+
+def _box_projection(corners: Array, scale: Array) -> NDArray[np.float32]:
+    """Project each face (f, 3, 3) along its dominant axis; u runs along the longer world axis."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    axis = np.abs(normals).argmax(1)
+    u_axis = np.array([2, 0, 0])[axis]
+    v_axis = np.array([1, 2, 1])[axis]
+    rows = np.arange(len(corners))[:, None]
+    cols = np.arange(3)[None]
+    uv = np.stack([corners[rows, cols, u_axis[:, None]], corners[rows, cols, v_axis[:, None]]], -1)
+    return (uv * scale[:, None, None]).astype(np.float32)

@@ -1,0 +1,117 @@
+"""Legs of furniture and the stretchers that join them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffd_lightning.shapes.kit.boards import beam, rails
+from ffd_lightning.shapes.kit.builder import Builder
+from ffd_lightning.shapes.kit.choices import Rng
+from ffd_lightning.shapes.kit.materials import Material
+from ffd_lightning.shapes.kit.paths import bend, circle
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
+
+Profile = tuple[Pair, ...]
+
+
+@dataclass(frozen=True)
+class LegStyle:
+    """The look of a leg.
+
+    Attributes:
+        section: "square", "round" or "hairpin" (two thin rods that meet at the foot).
+        thickness: across the leg at its widest.
+        profile: (height from foot 0 to top 1, fraction of the thickness) rows.
+    """
+
+    section: str
+    thickness: float
+    profile: Profile
+
+    @property
+    def plain(self) -> bool:
+        """Whether rails can be joined to the leg."""
+        return self.section != "hairpin"
+
+
+def draw_leg_style(rng: Rng, thickness: Pair, hairpin: float = 0.1) -> LegStyle:
+    """Draw a square, round, turned or (with probability `hairpin`) hairpin leg."""
+    across = rng.uniform(*thickness)
+    if rng.random() < hairpin:
+        return LegStyle("hairpin", across, ())
+    kind = str(rng.choice(["square", "round", "turned"], p=[0.45, 0.35, 0.2]))
+    if kind == "turned":
+        return LegStyle("round", 1.25 * across, _turned_profile(rng))
+    foot = rng.uniform(0.45, 1.0) if rng.random() < 0.6 else 1.0
+    knee = rng.uniform(0.5, 0.9)
+    return LegStyle(
+        kind, across, ((0.0, foot), (knee / 2, (1 + foot) / 2), (knee, 1.0), (1.0, 1.0))
+    )
+
+
+def _turned_profile(rng: Rng) -> Profile:
+    """Draw the beads and necks of a turned leg, slender below and full above."""
+    rows = [(0.0, 0.5), (0.04, 0.7), (0.09, 0.7), (0.12, 0.42)]
+    levels = np.linspace(0.2, 0.68, int(rng.integers(3, 6)))
+    rows += [(float(y), float(rng.uniform(0.5, 0.95))) for y in levels]
+    return (*rows, (0.74, 0.55), (0.77, 1.0), (0.8, 0.6), (0.83, 1.0), (1.0, 1.0))
+
+
+def add_leg(
+    builder: Builder,
+    part: str,
+    material: Material,
+    style: LegStyle,
+    top: ArrayLike,
+    foot: ArrayLike,
+    stretch: Pair = (1.0, 1.0),
+) -> None:
+    """Add a leg from `top` to `foot`, both its ends level; `stretch` scales its x and z sides."""
+    a, b = np.asarray(foot, float), np.asarray(top, float)
+    if not style.plain:
+        rod, spread = max(0.008, 0.16 * style.thickness), 0.9 * style.thickness
+        ends = b + spread * np.array([[-1, 0, 1], [1, 0, -1]])
+        path = bend([ends[0], a + rod * UP, ends[1]], 0.4 * style.thickness)
+        builder.tube(part, material, path, rod, segments=8)
+        return
+    if style.section == "square":
+        flat = np.array([(1, 0.8), (0.8, 1), (-0.8, 1), (-1, 0.8)])
+        ring = np.concatenate([flat, -flat])
+    else:
+        ring = circle(count=16, radius=1.0, height=0.0)[:, [0, 2]]
+    ring = ring * np.asarray(stretch) * style.thickness / 2
+    builder.loft(
+        part,
+        material,
+        [np.insert(scale * ring, 1, 0, axis=1) + a + t * (b - a) for t, scale in style.profile],
+    )
+
+
+def add_legs(
+    builder: Builder, part: str, material: Material, style: LegStyle, tops: Array, feet: Array
+) -> None:
+    """Add one leg from each of `tops` to the same row of `feet`, both (n, 3)."""
+    for top, foot in zip(tops, feet, strict=True):
+        add_leg(builder, part, material, style, top, foot)
+
+
+def stretchers(
+    builder: Builder, part: str, material: Material, points: Array, size: float, kind: str
+) -> None:
+    """Join four legs at `points`, (4, 3) in `corners` order, as "box", "h" or "x"."""
+    front_left, front_right, back_right, back_left = points
+    if kind == "box":
+        rails(builder, part, material, points, size, size)
+    elif kind == "h":
+        for start, end in ((front_left, back_left), (front_right, back_right)):
+            beam(builder, part, material, start, end, size, size)
+        middles = (front_left + back_left) / 2, (front_right + back_right) / 2
+        beam(builder, part, material, *middles, size, size)
+    elif kind == "x":
+        beam(builder, part, material, front_left, back_right, size, size)
+        beam(builder, part, material, front_right, back_left, size, 0.8 * size)
+    else:
+        raise ValueError(f"unknown stretchers {kind!r}")

@@ -1,0 +1,18 @@
+"""Cross-sections of swept bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ffd_lightning.shapes.kit.vectors import Array
+
+
+def superellipse(boxiness: float, count: int = 16) -> Array:
+    """Return a ring (count, 2) that fills the square [-1, 1]^2: boxiness 0 is round, 1 square.
+
+    No point lies on an axis when `count` is a multiple of 4.
+    """
+    angles = 2 * np.pi * (np.arange(count) + 0.5) / count
+    circle = np.stack([np.cos(angles), np.sin(angles)], 1)
+    ring = np.sign(circle) * np.abs(circle) ** (1 - 0.8 * boxiness)
+    return ring / np.abs(ring).max()

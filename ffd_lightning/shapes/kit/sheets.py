@@ -1,0 +1,51 @@
+"""What is bent out of one piece: curved sheets and arcs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffd_lightning.shapes.kit.builder import Builder
+from ffd_lightning.shapes.kit.materials import Material
+from ffd_lightning.shapes.kit.vectors import Array, Pair
+
+
+def sheet(
+    builder: Builder, part: str, material: Material, grid: ArrayLike, thickness: float
+) -> None:
+    """Add a curved sheet: a grid of points (n, m, 3) thickened along its normals."""
+    points = np.asarray(grid, float)
+    n, m = points.shape[:2]
+    normals = np.cross(np.gradient(points, axis=0), np.gradient(points, axis=1))
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    offset = normals * thickness / 2
+    index = np.arange(n * m).reshape(n, m)
+    border = np.concatenate([index[0], index[1:, -1], index[-1, -2::-1], index[-2:0:-1, 0]])
+    following = np.roll(border, -1)
+    quads = [(index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])]
+    quads += [tuple(q + n * m for q in quads[0])]
+    quads += [(border, following, following + n * m, border + n * m)]
+    faces = [np.stack([q[i].ravel() for i in t], 1) for q in quads for t in ((0, 1, 2), (0, 2, 3))]
+    vertices = np.concatenate([(points + offset).reshape(-1, 3), (points - offset).reshape(-1, 3)])
+    builder.add(part, material, vertices, np.concatenate(faces))
+
+
+def arc(
+    builder: Builder,
+    part: str,
+    material: Material,
+    radii: Pair,
+    heights: tuple[ArrayLike, ArrayLike],
+    angles: Array,
+) -> None:
+    """Sweep a chamfered rectangle around the y axis; angle 0 is +z, heights may vary with it."""
+    low, high = (np.broadcast_to(np.asarray(h, float), len(angles)) for h in heights)
+    flat = np.array(
+        [(0, 0.06), (0.1, 0), (0.9, 0), (1, 0.06), (1, 0.9), (0.88, 1), (0.12, 1), (0, 0.9)]
+    )
+    rings = []
+    for angle, bottom, top in zip(angles, low, high, strict=True):
+        r = radii[0] + flat[:, 0] * (radii[1] - radii[0])
+        y = bottom + flat[:, 1] * (top - bottom)
+        rings.append(np.stack([r * np.sin(angle), y, r * np.cos(angle)], 1))
+    builder.loft(part, material, rings)

@@ -1,1 +1,0 @@
-"""Building blocks that categories share, and families of theirs that fill a file."""

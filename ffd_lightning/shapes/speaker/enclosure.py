@@ -1,0 +1,202 @@
+"""Boxes whose fronts are tiled by bays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffd_lightning.shapes.kit import Builder, Rng, draw
+from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, about_y, lean, vec
+from ffd_lightning.shapes.speaker.drivers import BLACK, Finish, add_driver, add_port
+
+Units = list[tuple[str, float]]
+"""What is mounted in a front: (kind, radius) each."""
+
+
+_PER_SIDE = 7  # points on each side of a rectangular ring
+
+
+@dataclass(frozen=True)
+class Bay:
+    """One rectangle of a cabinet's front and what is mounted in its middle.
+
+    Attributes:
+        kind: "woofer", "tweeter", "port", "slot", "horn" or "blank".
+        radius: of what is mounted (half the width of a horn or a slot).
+        center: (x, y) from the middle of the front.
+        size: (width, height).
+    """
+
+    kind: str
+    radius: float
+    center: Pair
+    size: Pair
+
+
+@dataclass(frozen=True)
+class Cabinet:
+    """A box that stands on a level floor, bevelled and drilled at the front.
+
+    Attributes:
+        width: of the front.
+        height: of the front, along its slope.
+        depth: from front to back.
+        foot: (3,) the middle of the front's lower edge.
+        tilt: degrees by which the front leans back.
+        yaw: degrees by which it is turned about the vertical.
+        bevel: of the front's edges.
+        back: width of the back over that of the front.
+        curve: 1 for straight sides, more for bowed ones.
+    """
+
+    width: float
+    height: float
+    depth: float
+    foot: Triple = (0.0, 0.0, 0.0)
+    tilt: float = 0.0
+    yaw: float = 0.0
+    bevel: float = 0.008
+    back: float = 1.0
+    curve: float = 1.0
+
+    @property
+    def turn(self) -> Array:
+        """Rotation (3, 3) from the cabinet's frame to the world's."""
+        return about_y(self.yaw) @ lean(self.tilt)
+
+    @property
+    def face(self) -> Pair:
+        """Width and height of the flat part of the front."""
+        return self.width - 2 * self.bevel, self.height - 2 * self.bevel
+
+    def world(self, points: ArrayLike) -> Array:
+        """Move points (..., 3), given from the middle of the front, to the world."""
+        local = np.asarray(points, float) + vec(0, self.height / 2, 0)
+        return local @ self.turn.T + np.asarray(self.foot)
+
+
+def draw_cabinet(
+    rng: Rng, width: Pair, height: Pair, depth: Pair, foot: Triple = (0.0, 0.0, 0.0)
+) -> Cabinet:
+    """Draw the sizes within their ranges, the bevel, and straight, tapered or bowed sides."""
+    w, h, d = rng.uniform(*width), rng.uniform(*height), rng.uniform(*depth)
+    side = draw(rng, ["straight", "tapered", "bowed"], [0.6, 0.15, 0.25])
+    back = 1.0 if side == "straight" else rng.uniform(0.4, 0.8)
+    curve = rng.uniform(1.8, 3.0) if side == "bowed" else 1.0
+    bevel = w * rng.uniform(0.02, 0.1)
+    return Cabinet(width=w, height=h, depth=d, foot=foot, bevel=bevel, back=back, curve=curve)
+
+
+def two_way(rng: Rng, width: float) -> Units:
+    """Draw one or two cones, a tweeter and perhaps a port, from below up."""
+    big = width * rng.uniform(0.32, 0.46)
+    units: Units = [("woofer", big)]
+    if rng.random() < 0.25:
+        units.append(("woofer", big * rng.uniform(0.6, 1.0)))
+    treble = "horn" if rng.random() < 0.12 else "tweeter"
+    units.append((treble, width * (0.38 if treble == "horn" else rng.uniform(0.15, 0.26))))
+    if rng.random() < 0.2:
+        units.reverse()
+    if rng.random() < 0.35:
+        kind = draw(rng, ["port", "slot"])
+        units.insert(0, (kind, width * (rng.uniform(0.12, 0.2) if kind == "port" else 0.35)))
+    return units
+
+
+def row_of_bays(face: Pair, units: Units, blank: float = 0.0, across: bool = False) -> list[Bay]:
+    """Tile a front with one bay for each (kind, radius), from below (or from the left) on.
+
+    Args:
+        face: width and height of the front.
+        units: the radii are shrunk where they do not fit.
+        blank: share of the spare length that is left empty at the start.
+        across: side by side, not one above the other.
+    """
+    wide, long = face[::-1] if across else face
+    radii = np.minimum([r for _, r in units], 0.46 * wide)
+    flat = np.array([0.55 if kind in ("slot", "horn") else 1.0 for kind, _ in units])
+    needs = 2.2 * radii * (1.0 if across else flat)
+    shrink = min(1.0, 0.97 * long / needs.sum())
+    spare = long - shrink * needs.sum()
+    lengths = [blank * spare, *(shrink * needs + (1 - blank) * spare / len(units))]
+    kinds = [("blank", 0.0), *zip([k for k, _ in units], shrink * radii, strict=True)]
+    bays, start = [], -long / 2
+    for (kind, r), length in zip(kinds, lengths, strict=True):
+        middle = start + length / 2
+        start += length
+        if length > 1e-3 * long:
+            place, size = (
+                ((middle, 0.0), (length, wide)) if across else ((0.0, middle), (wide, length))
+            )
+            bays.append(Bay(kind, float(r), place, size))
+    return bays
+
+
+def _rectangle(width: float, height: float) -> Array:
+    """Return points (k, 2) evenly around a rectangle, counterclockwise from its lower left."""
+    t = 2 * np.arange(_PER_SIDE) / _PER_SIDE - 1
+    one = np.ones(_PER_SIDE)
+    sides = [(t, -one), (one, t), (-t, one), (-one, -t)]
+    return np.concatenate([np.stack(s, 1) for s in sides]) * np.array([width, height]) / 2
+
+
+def _lift(flat: Array, z: float, center: ArrayLike = (0, 0)) -> Array:
+    """Return (k, 2) points as (k, 3) at depth `z`, moved by `center`."""
+    return np.column_stack([flat + np.asarray(center), np.full(len(flat), z)])
+
+
+def add_cabinet(b: Builder, cabinet: Cabinet, finish: Finish, bays: Sequence[Bay]) -> None:
+    """Add a cabinet whose front is tiled by `bays`, with everything mounted in them."""
+    slope = np.tan(np.radians(cabinet.tilt))
+    rows = [(0.0, cabinet.bevel), (0.4 * cabinet.bevel, 0.3 * cabinet.bevel)]
+    rows += [
+        (cabinet.bevel + t * (cabinet.depth - cabinet.bevel), 0.0) for t in np.linspace(0, 1, 6)
+    ]
+    rings = []
+    for z, inset in rows:
+        share = 1 - (1 - cabinet.back) * (z / cabinet.depth) ** cabinet.curve
+        flat = _rectangle(cabinet.width * share - 2 * inset, cabinet.height - 2 * inset)
+        # The underside stays level however far the front leans back.
+        rise = 0.5 - flat[:, 1] / cabinet.height
+        flat[:, 1] += rise * slope * z
+        rings.append(_lift(flat, z))
+    b.loft("body", finish.body, [cabinet.world(r) for r in rings], caps=False)
+    ends = [rings[-1], rings[-1] * vec(0.03, 0.03, 1) + vec(0, rings[-1][:, 1].mean(), 0)]
+    b.loft("body", finish.body, [cabinet.world(r) for r in ends], caps=False)
+    for bay in bays:
+        _add_bay(b, cabinet, finish, bay)
+
+
+def _add_bay(b: Builder, cabinet: Cabinet, finish: Finish, bay: Bay) -> None:
+    """Add a bay's board, with a hole where one is needed, and what is mounted in it."""
+    outer = _rectangle(*bay.size)
+    if bay.kind in ("horn", "slot"):
+        hole = _rectangle(2 * bay.radius, bay.radius * (0.9 if bay.kind == "horn" else 0.3))
+    else:
+        angles = np.arctan2(outer[:, 1], outer[:, 0])
+        reach = 0.93 * bay.radius if bay.radius else 0.03 * min(bay.size)
+        hole = reach * np.stack([np.cos(angles), np.sin(angles)], 1)
+    board = [cabinet.world(_lift(flat, 0, bay.center)) for flat in (outer, hole)]
+    b.loft("body", finish.body, board, caps=False)
+    if bay.kind == "blank":
+        return
+    center = cabinet.world((*bay.center, 0))
+    deep = min(0.6 * cabinet.depth, 1.2 * bay.radius)
+    if bay.kind in ("horn", "slot"):
+        scales = [(1.08, 0), (1.08, -0.012), (0.95, -0.012), (0.6, 0.4 * deep), (0.3, 0.8 * deep)]
+        rings = [cabinet.world(_lift(s * hole, z, bay.center)) for s, z in scales]
+        b.loft("port" if bay.kind == "slot" else "driver", finish.rim, rings, caps=False)
+        throat = [cabinet.world(_lift(s * hole, 0.79 * deep, bay.center)) for s in (0.32, 0.02)]
+        b.loft("port", BLACK, throat, caps=False)
+    elif bay.kind == "port":
+        add_port(b, finish, center, bay.radius, deep, cabinet.turn)
+    else:
+        add_driver(b, finish, bay.kind, center, bay.radius, cabinet.turn)
+
+
+def share_below(cabinet: Cabinet, bay: Bay) -> float:
+    """Return the share of the front's height that ends with `bay`."""
+    return 0.5 + (bay.center[1] + bay.size[1] / 2) / cabinet.face[1]
