@@ -23,9 +23,14 @@ def in_threads(
     """Yield (item, function(item)) as they are done.
 
     Threads do, since the heavy parts are compiled and free the interpreter. Ctrl-C, or an error,
-    waits for the items in work and no more.
+    waits for the items in work and no more. Meanwhile torch has one thread, in every thread.
+
+    Args:
+        function: called once for each item.
+        items: taken as they are needed.
+        workers: so many threads, 1 or more.
     """
-    with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="evaluation") as pool:
+    with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="worker") as pool:
         todo = iter(items)
         pending: dict[Future[_Result], _Item] = {}
         while True:

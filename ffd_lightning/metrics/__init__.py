@@ -1,20 +1,12 @@
-"""Metrics, each a function of numpy or torch input and a torchmetrics class over it."""
+"""Metrics, each a function of numpy or torch input."""
 
-from ffd_lightning.metrics.chamfer import ChamferDistance, ChamferL1, chamfer, chamfer_l1
-from ffd_lightning.metrics.emd import (
-    AssignmentBound,
-    EarthMoversDistance,
-    approximate_emd,
-    earth_movers_distance,
-)
-from ffd_lightning.metrics.iou import VoxelIoU, mesh_iou, voxel_iou
+from ffd_lightning.metrics.chamfer import chamfer, chamfer_l1
+from ffd_lightning.metrics.emd import earth_movers_distance
+from ffd_lightning.metrics.iou import mesh_iou, voxel_iou
 from ffd_lightning.metrics.mesh_quality import MeshQuality, mesh_quality
 from ffd_lightning.metrics.scalings import SCALINGS, score_like
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.metrics.surface import (
-    FScore,
-    HausdorffDistance,
-    NormalConsistency,
     SurfaceSample,
     fscore,
     hausdorff,
@@ -25,17 +17,8 @@ from ffd_lightning.metrics.surface import (
 
 __all__ = [
     "SCALINGS",
-    "AssignmentBound",
-    "ChamferDistance",
-    "ChamferL1",
-    "EarthMoversDistance",
-    "FScore",
-    "HausdorffDistance",
     "MeshQuality",
-    "NormalConsistency",
     "SurfaceSample",
-    "VoxelIoU",
-    "approximate_emd",
     "chamfer",
     "chamfer_l1",
     "earth_movers_distance",

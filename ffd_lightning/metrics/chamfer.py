@@ -1,15 +1,16 @@
-"""Chamfer distances between clouds, as reported (training minimises that of `losses.chamfer`)."""
+"""Chamfer distances as reported: means in float64, of numpy or torch input."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Literal
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from ffd_lightning.geometry.nearest import nearest_neighbors
-from ffd_lightning.metrics.base import MeanOverPairs, Points, as_clouds, as_given
+from ffd_lightning.geometry.chamfer import chamfer_distance
+from ffd_lightning.metrics.clouds import Points, as_given, as_pairs
 
 
 def chamfer(pred_points: Points, target_points: Points, power: Literal[1, 2] = 2) -> Any:
@@ -41,7 +42,14 @@ def chamfer(pred_points: Points, target_points: Points, power: Literal[1, 2] = 2
     >>> chamfer(np.zeros((1, 3)), np.array([[0.0, 0, 3], [0, 0, 1]]))
     6.0
     """
-    return as_given(_chamfer(pred_points, target_points, power), pred_points, target_points)
+    if power not in (1, 2):
+        raise ValueError(f"power must be 1 or 2, got {power!r}")
+    pred, target, _ = as_pairs(pred_points, target_points)
+    # Half precision keeps three digits of a square; float64 is for clouds far from the origin.
+    dtype = torch.promote_types(torch.promote_types(pred.dtype, target.dtype), torch.float32)
+    means = partial(_row_means, power=power)
+    value = chamfer_distance(pred.to(dtype), target.to(dtype), means)
+    return as_given(value, pred_points, target_points)
 
 
 def chamfer_l1(pred_points: Points, target_points: Points) -> Any:
@@ -66,42 +74,11 @@ def chamfer_l1(pred_points: Points, target_points: Points) -> Any:
     >>> chamfer_l1(np.zeros((1, 3)), np.array([[0.0, 0, 3], [0, 0, 1]]))
     1.5
     """
-    return as_given(_chamfer(pred_points, target_points, 1) / 2, pred_points, target_points)
-
-
-class ChamferDistance(MeanOverPairs):
-    """Mean over pairs of `chamfer` with squared distances, in squared units of the points."""
-
-    def score(self, pred: Points, target: Points) -> Tensor:
-        """Return the distance of every pair, (*batch,)."""
-        return _chamfer(pred, target, 2)
-
-
-class ChamferL1(MeanOverPairs):
-    """Mean over pairs of `chamfer_l1`, in the unit of the points."""
-
-    def score(self, pred: Points, target: Points) -> Tensor:
-        """Return the distance of every pair, (*batch,)."""
-        return _chamfer(pred, target, 1) / 2
-
-
-def _chamfer(pred_points: Points, target_points: Points, power: int) -> Tensor:
-    if power not in (1, 2):
-        raise ValueError(f"power must be 1 or 2, got {power!r}")
-    pred, target = as_clouds(pred_points, "pred_points"), as_clouds(target_points, "target_points")
-    try:
-        torch.broadcast_shapes(pred.shape[:-2], target.shape[:-2])
-    except RuntimeError as error:
-        shapes = f"{tuple(pred.shape)} and {tuple(target.shape)}"
-        raise ValueError(f"the batches of {shapes} do not go together") from error
-    # Half precision keeps three digits of a square; float64 is for clouds far from the origin.
-    dtype = torch.promote_types(torch.promote_types(pred.dtype, target.dtype), torch.float32)
-    nearest = nearest_neighbors(pred.detach().to(dtype), target.detach().to(dtype))
-    return _row_means(nearest.a_to_b, power) + _row_means(nearest.b_to_a, power)
+    return chamfer(pred_points, target_points, power=1) / 2
 
 
 def _row_means(squared: Tensor, power: int) -> Tensor:
-    """Means over the last axis in float64, (*batch,), each row summed by itself.
+    """Return means over squared distances (*batch, N) in float64, (*batch,), each row by itself.
 
     torch sums a single row of more than 32,768 values in another order than a row among others.
     """

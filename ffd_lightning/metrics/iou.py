@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from torch import Tensor
 
 from ffd_lightning.geometry.voxels import PAPER_HALF_SIZE, voxelize
-from ffd_lightning.metrics.base import MeanOverPairs, as_given
+from ffd_lightning.metrics.clouds import as_given
 
 Voxels: TypeAlias = Tensor | NDArray[np.bool_]
 """Occupancy in numpy or torch, on any device."""
@@ -90,19 +90,3 @@ def mesh_iou(
 
 def _as_array(values: Any) -> Any:
     return values.detach().cpu().numpy() if isinstance(values, Tensor) else values
-
-
-class VoxelIoU(MeanOverPairs):
-    """Mean of `voxel_iou` over pairs of grids, from 0 to 1.
-
-    >>> metric = VoxelIoU()
-    >>> metric.update(torch.ones(2, 4, 4, 4) > 0, torch.ones(2, 4, 4, 4) > 0)
-    >>> metric.compute()
-    tensor(1., dtype=torch.float64)
-    """
-
-    higher_is_better = True
-
-    def score(self, pred: Voxels, target: Voxels) -> Tensor:
-        """Return one value per pair, (*batch,); arguments as of `voxel_iou`."""
-        return torch.as_tensor(voxel_iou(pred, target), dtype=torch.float64)

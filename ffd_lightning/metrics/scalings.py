@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from ffd_lightning.metrics.base import as_clouds
+from ffd_lightning.metrics.clouds import as_clouds
 from ffd_lightning.metrics.surface import SurfaceSample, surface_scores
 
 

@@ -14,9 +14,10 @@ import torch
 from numpy.typing import ArrayLike
 from torch import Tensor
 
+from ffd_lightning.geometry.chamfer import chamfer_of
 from ffd_lightning.geometry.nearest import NearestNeighbors, nearest_neighbors
 from ffd_lightning.geometry.sampling import sample_surface
-from ffd_lightning.metrics.base import MeanOverPairs, Points, as_clouds, as_given
+from ffd_lightning.metrics.clouds import Points, as_clouds, as_given
 
 
 class SurfaceSample(NamedTuple):
@@ -171,8 +172,8 @@ def surface_scores(
     """
     found = _search(pred.points, target.points)
     scores = {
-        "chamfer_l1": (found.a_to_b.sqrt().mean(-1) + found.b_to_a.sqrt().mean(-1)) / 2,
-        "chamfer_l2": found.a_to_b.mean(-1) + found.b_to_a.mean(-1),
+        "chamfer_l1": chamfer_of(found, lambda squared: squared.sqrt().mean(-1)) / 2,
+        "chamfer_l2": chamfer_of(found, "mean"),
         "hausdorff90": _percentile(found, 90),
     }
     for threshold in thresholds:
@@ -184,48 +185,8 @@ def surface_scores(
     return {name: as_given(value, pred.points, target.points) for name, value in scores.items()}
 
 
-class FScore(MeanOverPairs):
-    """Mean `fscore` over pairs of clouds."""
-
-    higher_is_better = True
-
-    def __init__(self, threshold: float, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.threshold = threshold
-
-    def score(self, pred: Points, target: Points) -> Tensor:
-        """Return the F-score of each pair."""
-        return torch.as_tensor(fscore(pred, target, self.threshold))
-
-
-class NormalConsistency(MeanOverPairs):
-    """Mean `normal_consistency` over pairs of `SurfaceSample`."""
-
-    higher_is_better = True
-
-    def score(self, pred: SurfaceSample, target: SurfaceSample) -> Tensor:
-        """Return the consistency of each pair.
-
-        Raises:
-            ValueError: a sample has no normals.
-        """
-        return _consistency(_search(pred.points, target.points), pred, target)
-
-
-class HausdorffDistance(MeanOverPairs):
-    """Mean over pairs of clouds of `hausdorff`, in the points' unit."""
-
-    def __init__(self, percentile: float = 90, **kwargs: Any) -> None:
-        super().__init__(**kwargs)
-        self.percentile = percentile
-
-    def score(self, pred: Points, target: Points) -> Tensor:
-        """Return the distance of each pair."""
-        return torch.as_tensor(hausdorff(pred, target, self.percentile))
-
-
 def _double(points: Points, name: str) -> Tensor:
-    tensor = as_clouds(points, name).detach()
+    tensor = as_clouds(points, name)
     return (tensor.cpu() if tensor.device.type == "mps" else tensor).double()
 
 

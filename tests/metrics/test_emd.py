@@ -7,11 +7,7 @@ import torch
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.metrics.emd import (
-    EarthMoversDistance,
-    approximate_emd,
-    earth_movers_distance,
-)
+from ffd_lightning.metrics.emd import earth_movers_distance
 
 
 def by_assignment(pred, target):
@@ -55,33 +51,11 @@ def test_equals_scipy(kind):
     )
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("tolerance", [0.1, 1e-3, 1e-6])
-def test_bounds_enclose_it(kind, tolerance):
-    pred, target = clouds(kind)
-    true = by_assignment(pred, target)
-    bound = approximate_emd(pred, target, tolerance)
-    size = np.ptp(np.vstack([pred, target]), axis=0).max()
-    assert bound.lower <= true + 1e-15 * size
-    assert bound.upper >= true - 1e-15 * size
-    assert bound.upper - bound.lower <= max(tolerance * bound.upper, 1e-9 * size)
-
-
-def test_bounds_enclose_it_at_1024_points():
-    pred, target = clouds("random", 1024)
-    bound = approximate_emd(pred, target, 1e-6)
-    exact = earth_movers_distance(pred, target)
-    assert bound.lower <= exact <= bound.upper
-    assert bound.upper == pytest.approx(exact, rel=1e-6)
-    assert bound.upper > bound.lower
-
-
 @pytest.mark.parametrize("kind", ["random", "ties", "duplicates"])
 def test_same_cloud_is_at_zero(kind):
     pred, _ = clouds(kind)
     shuffled = np.random.default_rng(0).permutation(pred)
     assert earth_movers_distance(pred, shuffled) == 0
-    assert approximate_emd(pred, shuffled) == (0, 0)
 
 
 def test_translation_costs_its_length():
@@ -110,9 +84,6 @@ def test_batches_broadcast_and_workers_change_nothing():
     assert found.tolist() == [[earth_movers_distance(p[0], t) for t in target] for p in pred]
     for workers in (1, 2, 9):
         assert earth_movers_distance(pred, target, workers=workers).tolist() == found.tolist()
-    bound = approximate_emd(pred, target)
-    assert bound.upper.shape == bound.lower.shape == (2, 3)
-    assert bound.upper[1, 2] == approximate_emd(pred[1, 0], target[2], workers=1).upper
 
 
 @pytest.mark.parametrize("dtype", [torch.float16, torch.float32, torch.float64])
@@ -125,10 +96,8 @@ def test_tensors_give_tensors(dtype):
     oracle = by_assignment(pred.detach().double(), target.detach().double())
     assert found.item() == pytest.approx(oracle, rel=1e-13)
     assert isinstance(earth_movers_distance(pred.detach().numpy(), target), torch.Tensor)
-    assert isinstance(approximate_emd(pred, target).lower, torch.Tensor)
 
 
-@pytest.mark.parametrize("function", [earth_movers_distance, approximate_emd])
 @pytest.mark.parametrize(
     ("pred", "target", "message"),
     [
@@ -142,15 +111,9 @@ def test_tensors_give_tensors(dtype):
     ],
 )
 @pytest.mark.filterwarnings("ignore:overflow")
-def test_refuses(function, pred, target, message):
+def test_refuses(pred, target, message):
     with pytest.raises(ValueError, match=message):
-        function(pred, target)
-
-
-@pytest.mark.parametrize("tolerance", [0, 1, -1, np.nan])
-def test_refuses_tolerance(tolerance):
-    with pytest.raises(ValueError, match="tolerance"):
-        approximate_emd(np.zeros((2, 3)), np.zeros((2, 3)), tolerance)
+        earth_movers_distance(pred, target)
 
 
 def test_refuses_workers():
@@ -173,16 +136,3 @@ def test_no_unproven_result(monkeypatch, failure):
     monkeypatch.setitem(sys.modules, "ot", SimpleNamespace(emd=stopped))
     with pytest.raises(RuntimeError, match="no optimal assignment"):
         earth_movers_distance(*clouds("random"))
-
-
-@pytest.mark.filterwarnings("ignore:The ``compute`` method")
-def test_metric_is_the_mean_over_pairs():
-    rng = np.random.default_rng(2)
-    pred, target = torch.tensor(rng.random((5, 30, 3))), torch.tensor(rng.random((5, 30, 3)))
-    metric = EarthMoversDistance(workers=2)
-    metric.update(pred[:2], target[:2])
-    metric.update(pred[2:].numpy(), target[2:].numpy())
-    oracle = np.mean([by_assignment(p, t) for p, t in zip(pred, target, strict=True)])
-    assert metric.compute().item() == pytest.approx(oracle, rel=1e-13)
-    with pytest.raises(ValueError, match="no pairs"):
-        EarthMoversDistance().compute()

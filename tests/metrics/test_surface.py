@@ -8,9 +8,6 @@ from scipy.spatial.distance import cdist, directed_hausdorff
 
 from ffd_lightning.metrics.scalings import SCALINGS, score_like
 from ffd_lightning.metrics.surface import (
-    FScore,
-    HausdorffDistance,
-    NormalConsistency,
     SurfaceSample,
     fscore,
     hausdorff,
@@ -197,31 +194,9 @@ def test_the_longest_side_of_the_mesh_can_be_given():
     assert given["Chamfer"] == pytest.approx(score_like("mesh_rcnn", pred, target)["Chamfer"] / 4)
 
 
-def test_metrics_average_over_all_pairs():
-    clouds = [pair(seed) for seed in range(5)]
-    batch = [torch.tensor(np.stack([p[side].points for p in clouds[:4]])) for side in (0, 1)]
-    for metric, function in (
-        (FScore(0.15), lambda a, b: fscore(a.points, b.points, 0.15)),
-        (HausdorffDistance(80), lambda a, b: hausdorff(a.points, b.points, 80)),
-    ):
-        metric.update(*batch)
-        metric.update(clouds[4][0].points, clouds[4][1].points)
-        expected = np.mean([function(*p) for p in clouds])
-        assert float(metric.compute()) == pytest.approx(expected)
-    consistency = NormalConsistency()
-    for single in clouds:
-        consistency.update(*single)
-    expected = np.mean([normal_consistency(*a, *b) for a, b in clouds])
-    assert float(consistency.compute()) == pytest.approx(expected)
-    assert FScore.higher_is_better
-    assert NormalConsistency.higher_is_better
-    assert not HausdorffDistance.higher_is_better
-
-
 POINTS = np.eye(3)
 
 
-@pytest.mark.filterwarnings("ignore:The ``compute`` method")
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -238,11 +213,6 @@ POINTS = np.eye(3)
         (lambda: score_like("occnet", *(s._replace(normals=None) for s in pair())), "normals"),
         (lambda: score_like("occnet", pair()[0], SurfaceSample(POINTS[:1])), "extent"),
         (lambda: score_like("occnet", pair()[0], SurfaceSample(POINTS[None])), "one pair"),
-        (
-            lambda: NormalConsistency().update(SurfaceSample(POINTS), SurfaceSample(POINTS)),
-            "normals",
-        ),
-        (lambda: FScore(0.1).compute(), "no pairs"),
     ],
 )
 def test_refuses(call, message):

@@ -111,7 +111,7 @@ class FolderSource:
             "loader": _LOADER_VERSION,
             "files": count,
             "sha256": digest.hexdigest(),
-            "up": self.up.value,
+            "up": self.up,
             "yaw": self.yaw,
         }
 

@@ -110,7 +110,7 @@ class ModelNetSource:
             "source": "modelnet",
             "loader": _LOADER_VERSION,
             "sha256": digest.hexdigest(),
-            "up": self.up.value,
+            "up": self.up,
             "yaw": self.yaw,
         }
 

@@ -138,7 +138,7 @@ class Pix3dSource:
             "height": self.height,
             "width": self.width,
             "fill": OBJECT_FILL,
-            "up": self.up.value,
+            "up": self.up,
             "yaw": self.yaw,
         }
 

@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from torch import Tensor
 
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.nearest import nearest_neighbors
+from ffd_lightning.geometry.chamfer import chamfer_distance
 
 log = logging.getLogger(__name__)
 
@@ -199,16 +198,10 @@ def _farthest_points(
     if not chosen:
         # The most central shape: the least total distance to a spread of others.
         spread = points[np.linspace(0, len(points) - 1, min(len(points), _SPREAD)).astype(int)]
-        chosen = [int(torch.stack([_distances(p, points) for p in spread]).sum(0).argmin())]
-    distance = torch.stack([_distances(points[c], points) for c in chosen]).amin(0)
+        chosen = [int(torch.stack([chamfer_distance(p, points, "mean") for p in spread]).sum(0).argmin())]
+    distance = torch.stack([chamfer_distance(points[c], points, "mean") for c in chosen]).amin(0)
     while len(chosen) < count:
         distance[chosen] = -1
         chosen.append(int(distance.argmax()))
-        distance = torch.minimum(distance, _distances(points[chosen[-1]], points))
+        distance = torch.minimum(distance, chamfer_distance(points[chosen[-1]], points, "mean"))
     return tuple(prepared.ids[candidates[i]] for i in chosen)
-
-
-def _distances(cloud: Tensor, clouds: Tensor) -> Tensor:
-    """Mean squared Chamfer distance of one cloud (N, 3) to many (k, N, 3)."""
-    nearest = nearest_neighbors(cloud, clouds)
-    return nearest.a_to_b.mean(-1) + nearest.b_to_a.mean(-1)

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.distance import cdist
+
+from ffd_lightning.geometry.chamfer import chamfer_distance, chamfer_of
+from ffd_lightning.geometry.nearest import nearest_neighbors
+
+
+def naive(pred, target, reduce):
+    """Oracle: all distances."""
+    squared = cdist(pred, target) ** 2
+    return reduce(squared.min(axis=1)) + reduce(squared.min(axis=0))
+
+
+def clouds(seed=0, num_pred=7, num_target=5):
+    rng = np.random.default_rng(seed)
+    return rng.normal(size=(3, num_pred, 3)), rng.normal(size=(3, num_target, 3))
+
+
+@pytest.mark.parametrize(("reduction", "reduce"), [("sum", np.sum), ("mean", np.mean)])
+def test_equals_all_distances(reduction, reduce):
+    pred, target = clouds()
+    found = chamfer_distance(torch.from_numpy(pred), torch.from_numpy(target), reduction)
+    expected = [naive(*pair, reduce) for pair in zip(pred, target, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
+def test_a_function_reduces_each_direction():
+    pred, target = (torch.from_numpy(x) for x in clouds())
+    found = chamfer_distance(pred, target, lambda squared: squared.amax(-1))
+    expected = [naive(*pair, np.max) for pair in zip(pred, target, strict=True)]
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
+def test_known_neighbours_give_the_same_bits():
+    pred, target = (torch.from_numpy(x) for x in clouds())
+    nearest = nearest_neighbors(pred, target)
+    for reduction in ("sum", "mean"):
+        expected = chamfer_distance(pred, target, reduction)
+        assert torch.equal(chamfer_of(nearest, reduction), expected)
+
+
+def test_of_itself_it_is_zero_and_shapes_broadcast():
+    pred, target = (torch.from_numpy(x) for x in clouds())
+    assert not chamfer_distance(pred, pred.flip(1)).any()
+    table = chamfer_distance(pred[:, None], target)
+    assert table.shape == (3, 3)
+    torch.testing.assert_close(table.diagonal(), chamfer_distance(pred, target))
+
+
+def test_gradients_are_those_of_differences():
+    pred, target = (torch.from_numpy(x).requires_grad_() for x in clouds())
+    assert torch.autograd.gradcheck(chamfer_distance, (pred, target))
+
+
+@pytest.mark.usefixtures("unchecked")
+@pytest.mark.parametrize("reduction", ["max", None, "Sum"])
+def test_refuses_other_reductions(reduction):
+    with pytest.raises(ValueError, match="reduction"):
+        chamfer_distance(torch.zeros(2, 3), torch.zeros(2, 3), reduction)
