@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
 from omegaconf import DictConfig, OmegaConf
 
@@ -11,8 +10,8 @@ from ffd_lightning.app.config import TrainConfig, typed_config
 from ffd_lightning.app.prepare import build_preparations
 from ffd_lightning.checkpoint import build_network, load_weights
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.opened import OpenRun
 from ffd_lightning.run_folder import RunFolder
 
 
@@ -37,15 +36,6 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         residency=cfg.data.residency,
         num_workers=cfg.trainer.num_workers,
     )
-
-
-class OpenRun(NamedTuple):
-    """A run folder opened: its settings, network and data, and the step that the weights are of."""
-
-    config: TrainConfig
-    network: TemplateFfdNetwork
-    data: FfdDataModule
-    step: int
 
 
 def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainConfig:
@@ -76,7 +66,7 @@ def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainCon
 def open_run(
     run: RunFolder, data_root: str | Path | None = None, checkpoint: Path | None = None
 ) -> OpenRun:
-    """Open a run, finished or not, to look at what it predicts.
+    """Open a run, finished or not, to look at what it predicts; its data is not prepared anew.
 
     Args:
         run: its folder.
@@ -88,8 +78,14 @@ def open_run(
         DataError: data that is missing or damaged.
     """
     config = read_config(run, data_root)
+    data = build_data(config)
+    for preparation in data.preparations:
+        if not preparation.target.is_dir():
+            raise DataError(
+                f"the prepared data of {run.path} is not there: {preparation.target}. "
+                "data_root=DIR names the folder that it is in; ffd prepare makes it"
+            )
     network = build_network(config)
     step = load_weights(network, checkpoint or run.checkpoint)
-    data = build_data(config)
     data.setup()
-    return OpenRun(config, network, data, step)
+    return OpenRun(run, config.data.render, network, data, step)
