@@ -16,15 +16,20 @@ from ffd_lightning.errors import ConfigError, DataError
 _GLANCE = 1.0  # seconds; whoever only looks (`RunFolder.at_work`) has a lock for less
 
 
-def write_atomic(path: Path, text: str) -> None:
-    """Write a small text file so that a reader, or a kill, never sees half of it."""
+def write_bytes_atomic(path: Path, content: bytes) -> None:
+    """Write a small file so that a reader, or a kill, never sees half of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    with temporary.open("w", encoding="utf-8") as file:
-        file.write(text)
+    with temporary.open("wb") as file:
+        file.write(content)
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(path)
+
+
+def write_atomic(path: Path, text: str) -> None:
+    """Write a small text file as `write_bytes_atomic` does, in UTF-8."""
+    write_bytes_atomic(path, text.encode("utf-8"))
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
 from filelock import FileLock, Timeout
 
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder, write_atomic
 
 
@@ -36,6 +38,24 @@ class RunFolder:
     def config(self) -> Path:
         """The resolved configuration."""
         return self.path / "config.yaml"
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What `config.yaml` says: groups are dictionaries in it.
+
+        Raises:
+            ConfigError: there is no such file, or it is damaged.
+        """
+        try:
+            content = yaml.safe_load(self.config.read_text(encoding="utf-8"))
+        except FileNotFoundError:
+            raise ConfigError(f"{self.path} is not a run folder: it has no config.yaml") from None
+        except (OSError, ValueError, yaml.YAMLError) as error:
+            reason = " ".join(str(error).split())
+            raise ConfigError(f"{self.config} is damaged: {reason}") from None
+        if not isinstance(content, dict):
+            raise ConfigError(f"{self.config} is damaged: it holds no settings")
+        return content
 
     @property
     def checkpoint(self) -> Path:

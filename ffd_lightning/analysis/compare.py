@@ -11,9 +11,8 @@ import pandas as pd
 
 from ffd_lightning.analysis.paired import LEVEL, Comparison, holm, resampled_means
 from ffd_lightning.analysis.tables import number
-from ffd_lightning.app.config import ProtocolKind
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 
 REGIMES = ("b", "w", "e", "r")  # in the paper's order
@@ -69,10 +68,10 @@ def aggregate_seeds(
 
 def compare_runs(
     samples: pd.DataFrame,
+    protocol: ProtocolDescription,
     measure: str,
     by: str | Sequence[str] = "regime",
     *,
-    protocol: str = "paper",
     settings: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
     """Compare groups of runs with each other on the very same test models.
@@ -93,14 +92,15 @@ def compare_runs(
     both show it, in one direction. Fewer than 6 models never show one.
 
     Args:
-        samples: as `load_samples` gives them, of one protocol.
-        measure: a column of it: a measure of the protocol, of any shape (`undeformed_chamfer`).
+        samples: as `load_samples` gives them.
+        protocol: that they were measured under, as `find_protocol` gives it.
+        measure: a column of the samples: a measure of the protocol, of any shape
+            (`undeformed_chamfer`).
         by: what tells the groups: `regime`, `templates`, `seed`, `run`, any other column that is
             constant within a run, or several of them. Regime and number of templates are held equal
             unless named here: there is a comparison for each of their values. With a column
             `setup`, of what seeds of each other have in common, nothing is held and runs may differ
             in anything.
-        protocol: that the samples were measured under.
         settings: as `load_settings` gives them, to make sure that runs differ in nothing else (then
             `by` may name any setting, such as `regime.entropy_weight`).
 
@@ -157,25 +157,23 @@ def compare_runs(
     return pd.DataFrame(rows)
 
 
-def measure_of(column: str, protocol: str = "paper") -> Measure:
+def measure_of(column: str, protocol: ProtocolDescription) -> Measure:
     """Return the measure of a protocol that a column of samples holds, of whatever shape.
 
     Raises:
         DataError: no such column.
 
-    >>> measure_of("best_undeformed_iou").higher_is_better
+    >>> iou = Measure("iou", "of voxels", higher_is_better=True)
+    >>> measure_of("best_undeformed_iou", ProtocolDescription("mine", "", (iou,))) is iou
     True
     """
-    if protocol not in [p.value for p in PROTOCOLS]:
-        raise DataError(f"no protocol {protocol}: use {', '.join(p.value for p in PROTOCOLS)}")
-    for measure in PROTOCOLS[ProtocolKind(protocol)].measures:
+    for measure in protocol.measures:
         if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in SHAPES]:
             return measure
-    known = {p.value: ", ".join(m.name for m in PROTOCOLS[p].measures) for p in PROTOCOLS}
     raise DataError(
-        f"{column} is no measure of protocol {protocol} ({known[protocol]}; for another shape with "
-        f"its name before it: undeformed_...). Other protocols have: "
-        + "; ".join(f"{name}: {names}" for name, names in known.items() if name != protocol)
+        f"{column} is no measure of protocol {protocol.name}: it has "
+        f"{', '.join(m.name for m in protocol.measures)}; for another shape with its name before "
+        "it: undeformed_..."
     )
 
 
@@ -343,7 +341,7 @@ def _check_values(samples: pd.DataFrame, measure: str) -> None:
     without = samples.loc[samples[measure].isna(), "run"]
     if len(without):
         raise DataError(
-            f"{without.iloc[0]} has samples without {measure}: python evaluate.py "
+            f"{without.iloc[0]} has samples without {measure}: ffd evaluate "
             f"run={without.iloc[0]} (references=true for what a model must beat)"
         )
     twice = samples.duplicated(["run", "id", "view"])

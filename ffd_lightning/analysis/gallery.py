@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,15 +18,11 @@ from ffd_lightning.analysis.report.meshes import (
     lighten,
     pack,
 )
-from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.open_run import build_data, read_config
-from ffd_lightning.checkpoint import build_network, load_weights
-from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.opened import OpenRun
 from ffd_lightning.evaluation.protocols import Measure
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.run_folder import RunFolder
 
 _COLORS = 128  # of a picture's palette: a third of the bytes, and no difference to the eye
 
@@ -43,7 +38,7 @@ class Example:
         template_image: the selected template seen from the same side, PNG.
         deformed: the reconstruction: that template, deformed.
         truth: the ground truth.
-        elevation, azimuth: of the camera, degrees; see `data.rendering`.
+        elevation, azimuth: of the camera, degrees; see `imaging.rendering`.
     """
 
     rank: str
@@ -95,86 +90,56 @@ def choose_runs(
     return [firsts[place] for place in places]
 
 
-class ExampleMaker:
-    """Makes examples from run folders; runs of the same data and templates share their reading.
+def make_examples(
+    run: OpenRun, samples: pd.DataFrame, measure: Measure, max_bytes: int = MAX_BYTES
+) -> list[Example]:
+    """Return the best, median and worst test sample of a run.
 
     Args:
-        measure: that orders samples.
-        data_root: where the runs' prepared data is, if not where it was.
+        run: with the weights that the samples are of.
+        samples: of this run.
+        measure: that orders them.
         max_bytes: of a mesh, before base64.
+
+    Raises:
+        DataError: the samples are of other weights, or of other data.
     """
-
-    def __init__(
-        self, measure: Measure, data_root: Path | None = None, max_bytes: int = MAX_BYTES
-    ) -> None:
-        self._measure, self._data_root = measure, data_root
-        self._max_bytes = min(max_bytes, MAX_BYTES)
-        self._known: tuple[str, FfdDataModule] | None = None
-
-    def examples(self, run: RunFolder, samples: pd.DataFrame) -> list[Example]:
-        """Return the best, median and worst test sample of a run.
-
-        Args:
-            run: with its checkpoint.
-            samples: of this run.
-
-        Raises:
-            UserError: the checkpoint or the prepared data is missing or does not fit.
-        """
-        cfg = read_config(run, self._data_root)
-        data = self._data(cfg)
-        network = build_network(cfg)
-        load_weights(network, run.checkpoint)
-        chosen = choose_examples(samples, self._measure)
-        queries = [Sample(data.prepared.index(row["id"]), int(row["view"])) for _, row in chosen]
-        prediction = predict(network, data.prepared, queries)
-        result = []
-        for k, (rank, row) in enumerate(chosen):
-            t, query = int(prediction.selected[k]), queries[k]
-            if data.bank.ids[t] != row["template"]:
-                raise DataError(
-                    f"the checkpoint selects template {data.bank.ids[t]} for {row['id']}, "
-                    f"samples.csv says {row['template']}: evaluate the run again (evaluate.py)"
-                )
-            view = cfg.data.render
-            azimuth = view.azimuths[min(query.view, len(view.azimuths) - 1)]
-            _, height, width, _ = data.prepared.image_shape
-            template = render(
-                data.bank.meshes[t],
-                height=height,
-                width=width,
-                elevation=view.elevation,
-                azimuth=azimuth,
-                samples=2,
+    data, chosen = run.data, choose_examples(samples, measure)
+    queries = [Sample(data.prepared.index(row["id"]), int(row["view"])) for _, row in chosen]
+    prediction = predict(run.network, data.prepared, queries)
+    result = []
+    for k, (rank, row) in enumerate(chosen):
+        t, query = int(prediction.selected[k]), queries[k]
+        if data.bank.ids[t] != row["template"]:
+            raise DataError(
+                f"the checkpoint selects template {data.bank.ids[t]} for {row['id']}, "
+                f"samples.csv says {row['template']}: evaluate the run again (ffd evaluate)"
             )
-            truth = data.prepared.mesh(query.row)
-            result.append(
-                Example(
-                    rank,
-                    row,
-                    _png(data.prepared.image(query.row, query.view)),
-                    _png(template),
-                    pack(*light_template(data.bank, t, prediction.offsets[k, t], self._max_bytes)),
-                    pack(*lighten(truth.vertices, truth.faces, self._max_bytes)),
-                    view.elevation,
-                    azimuth,
-                )
+        azimuth = run.render.azimuths[min(query.view, len(run.render.azimuths) - 1)]
+        _, height, width, _ = data.prepared.image_shape
+        template = render(
+            data.bank.meshes[t],
+            height=height,
+            width=width,
+            elevation=run.render.elevation,
+            azimuth=azimuth,
+            samples=2,
+        )
+        truth = data.prepared.mesh(query.row)
+        size = min(max_bytes, MAX_BYTES)
+        result.append(
+            Example(
+                rank,
+                row,
+                _png(data.prepared.image(query.row, query.view)),
+                _png(template),
+                pack(*light_template(data.bank, t, prediction.offsets[k, t], size)),
+                pack(*lighten(truth.vertices, truth.faces, size)),
+                run.render.elevation,
+                azimuth,
             )
-        return result
-
-    def _data(self, cfg: TrainConfig) -> FfdDataModule:
-        """Return the run's data, read anew only where it differs from the last run's."""
-        key = repr((cfg.category, cfg.data, cfg.templates, cfg.network.degrees, cfg.paths.data))
-        if self._known is None or self._known[0] != key:
-            data = build_data(cfg)
-            for target in (preparation.target for preparation in data.preparations):
-                if not target.exists():  # a report must not begin to prepare data
-                    raise DataError(
-                        f"its prepared data {target} is not there (data_root=DIR names it)"
-                    )
-            data.setup()
-            self._known = key, data
-        return self._known[1]
+        )
+    return result
 
 
 def _png(image: NDArray[np.uint8]) -> bytes:

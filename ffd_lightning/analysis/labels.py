@@ -1,24 +1,19 @@
-"""How well part labels are transferred: `python -m ffd_lightning.analysis.labels DIR`."""
+"""How well runs transfer part labels."""
 
 from __future__ import annotations
 
-import argparse
-import sys
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from rich.console import Console
-from rich.table import Table
 
-from ffd_lightning.analysis.compare import measure_of, require_columns
+from ffd_lightning.analysis.compare import require_columns
 from ffd_lightning.analysis.paired import Comparison, resampled_means
-from ffd_lightning.analysis.runs import find_runs, load_samples
-from ffd_lightning.analysis.selection import Families, run_families
-from ffd_lightning.errors import DataError, UserError
+from ffd_lightning.analysis.runs import load_samples
+from ffd_lightning.analysis.selection import Families
+from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
 
@@ -26,18 +21,10 @@ PROTOCOL = "parts"
 FEWEST = 6
 """Models below which no interval is given: so few show nothing."""
 
-_PART = "part_iou_"
+PART = "part_iou_"
+"""What names of measures of single parts begin with."""
+
 _RUN = ["run", "category", "regime", "templates", "seed"]
-_TITLES = {
-    "": "model",
-    "undeformed": "template\nas it is",
-    "best_deformed": "best of T\ndeformed",
-    "best_undeformed": "best of T\nas it is",
-    "feature_retrieval": "retrieved\nby image",
-    "retrieval": "nearest\nin training",
-    "medoid": "medoid",
-    "floor": "floor",
-}
 
 
 def label_samples(runs: Sequence[RunFolder]) -> pd.DataFrame:
@@ -52,7 +39,7 @@ def label_samples(runs: Sequence[RunFolder]) -> pd.DataFrame:
     if without:
         raise DataError(
             f"{len(without)} of {len(runs)} runs have not been evaluated under protocol "
-            f"{PROTOCOL}, the first of them: python evaluate.py run={without[0].path} "
+            f"{PROTOCOL}, the first of them: ffd evaluate run={without[0].path} "
             f"protocol={PROTOCOL}"
         )
     return load_samples(runs, PROTOCOL)
@@ -60,7 +47,7 @@ def label_samples(runs: Sequence[RunFolder]) -> pd.DataFrame:
 
 def part_columns(samples: pd.DataFrame) -> list[str]:
     """Return the names of the measures of single parts, `part_iou_<part>`, the commonest first."""
-    columns = [name for name in samples if name.startswith(_PART)]
+    columns = [name for name in samples if name.startswith(PART)]
     return sorted(columns, key=lambda name: -int(samples[name].notna().sum()))
 
 
@@ -89,8 +76,6 @@ def transfer_table(
     """
     rows = []
     for measure in [measures] if isinstance(measures, str) else measures:
-        if measure not in part_columns(samples):
-            measure_of(measure, PROTOCOL)
         require_columns(samples, [*_RUN, "id", measure])
         for values, part in samples.groupby(_RUN, sort=False):
             first = {**dict(zip(_RUN, values, strict=True)), "measure": measure}
@@ -194,121 +179,3 @@ def _intervals(strata: list[NDArray[np.float64]], seed: str) -> list[tuple[float
         ).interval
         for k in range(columns)
     ]
-
-
-# --- for people ----------------------------------------------------------------------------------
-
-
-def main() -> None:
-    """Print how well the runs below a folder transfer labels."""
-    parser = argparse.ArgumentParser(prog="python -m ffd_lightning.analysis.labels")
-    parser.add_argument("folder", type=Path, help="a sweep's folder, runs/NAME say")
-    parser.add_argument("--data", type=Path, help="the prepared data, if not where it was")
-    options = parser.parse_args()
-    try:
-        runs = find_runs(options.folder)
-        if not runs:
-            raise DataError(
-                f"no run in {options.folder}: give a folder that train.py has written to"
-            )
-        samples = label_samples(runs)
-        families = run_families(runs, options.data)
-    except UserError as error:
-        sys.exit(f"error: {error}")
-    table = transfer_table(samples)
-    parts = transfer_table(samples, part_columns(samples))
-    tables = [_shapes_table(table, options.folder), _parts_table(parts, options.folder)]
-    of_families = family_table(samples, families)
-    if not of_families.empty:
-        tables.append(_families_table(of_families, options.folder))
-    console = Console(width=None if sys.stdout.isatty() else 160)
-    for shown in tables:
-        console.print(shown)
-    if of_families.empty:
-        print("structural families: none known, or the prepared data is not there (--data=DIR)")
-
-
-def _shapes_table(table: pd.DataFrame, folder: Path) -> Table:
-    shapes = [s for s in SHAPES if s in set(table["shape"])]
-    shown = _table(
-        "Part IoU x 100 of labels transferred to the test models",
-        "Mean over the parts in the truth or transferred, then over test models. Below: how much "
-        "more the model (selected template, deformed) has, with 95% interval.",
-        ("run", "category"),
-        ("models", *(_TITLES[s] for s in shapes)),
-    )
-    for (run, category), part in table.groupby(["run", "category"], sort=False):
-        found = part.set_index("shape").to_dict("index")
-        cells = []
-        for row in (found.get(shape) for shape in shapes):
-            if row is None:
-                text = ""
-            elif np.isnan(row["gain"]):
-                text = _mean(row, interval=True)
-            else:
-                gain = _span(row["gain"], row["gain_low"], row["gain_high"], "+")
-                text = f"{_mean(row)}\n{gain}"
-            cells.append(text.replace(" [", "\n["))
-        shown.add_row(_below(run, folder), category, f"{found['']['num_samples']}", *cells)
-    return shown
-
-
-def _parts_table(table: pd.DataFrame, folder: Path) -> Table:
-    shapes = [s for s in SHAPES if s in set(table["shape"])]
-    shown = _table(
-        "IoU x 100 of single parts",
-        "Means over the test models that have the part, of the model's with 95% interval.",
-        ("run", "category", "part"),
-        ("models", *(_TITLES[s] for s in shapes)),
-    )
-    keys = ["run", "category", "measure"]
-    for values, part in table.sort_values("run", kind="stable").groupby(keys, sort=False):
-        run, category, measure = values
-        found = part.set_index("shape").to_dict("index")
-        cells = [_mean(found[s], interval=not s) if s in found else "" for s in shapes]
-        name, count = str(measure).removeprefix(_PART), f"{found['']['num_samples']}"
-        shown.add_row(_below(run, folder), category, name, count, *cells)
-    return shown
-
-
-def _families_table(table: pd.DataFrame, folder: Path) -> Table:
-    shown = _table(
-        "Part IoU x 100 by the selected template's structural family",
-        "Gain: over the same template as it is. 95% intervals over test models.",
-        ("run", "category", "template's family"),
-        ("models", "part IoU", "gain"),
-    )
-    for row in table.to_dict("records"):
-        gain = _span(row["gain"], row["gain_low"], row["gain_high"], "+")
-        head = (_below(row["run"], folder), row["category"], row["family"])
-        shown.add_row(*head, f"{row['num_samples']}", _mean(row, interval=True), gain)
-    return shown
-
-
-def _table(title: str, caption: str, words: Sequence[str], numbers: Sequence[str]) -> Table:
-    table = Table(title=title, caption=caption, caption_justify="left")
-    for name in words:
-        table.add_column(name)
-    for name in numbers:
-        table.add_column(name, justify="right")
-    return table
-
-
-def _mean(row: Mapping[Any, Any], interval: bool = False) -> str:
-    return _span(row["mean"], row["low"], row["high"]) if interval else f"{100 * row['mean']:.1f}"
-
-
-def _span(mean: float, low: float, high: float, sign: str = "") -> str:
-    if np.isnan(mean):
-        return ""
-    text = f"{100 * mean:{sign}.1f}"
-    return text if np.isnan(low) else f"{text} [{100 * low:.1f}, {100 * high:.1f}]"
-
-
-def _below(run: object, folder: Path) -> str:
-    path = Path(str(run))
-    return str(path.relative_to(folder)) if path != folder else "."
-
-
-if __name__ == "__main__":
-    main()

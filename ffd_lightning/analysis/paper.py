@@ -10,11 +10,10 @@ from typing import Any
 import pandas as pd
 
 from ffd_lightning.analysis.compare import REGIMES, aggregate_seeds, require_columns
-from ffd_lightning.analysis.runs import load_settings
-from ffd_lightning.app.config import ProtocolKind
+from ffd_lightning.analysis.runs import find_protocol, load_settings
 from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS
+from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
 MEASURES = ("chamfer", "emd", "one_minus_iou")
@@ -44,7 +43,7 @@ PAPER_REGIMES = {
 """The paper's Table 2: `min_weight`, `weighting`, `entropy_weight`, `offset_weight`."""
 
 _REGIME_KEYS = ("min_weight", "weighting", "entropy_weight", "offset_weight")
-_PAPER = PROTOCOLS[ProtocolKind.paper]
+_PROTOCOL = "paper"
 
 
 def paper_table() -> pd.DataFrame:
@@ -85,13 +84,15 @@ def comparison_table(runs: pd.DataFrame) -> pd.DataFrame:
         DataError: no finished run of that protocol, or one without its measures.
     """
     require_columns(runs, ["run", "state", "protocol", "category", "regime", "templates", "seed"])
-    usable = runs[(runs["state"] == "finished") & (runs["protocol"] == _PAPER.name)]
+    usable = runs[(runs["state"] == "finished") & (runs["protocol"] == _PROTOCOL)]
     if usable.empty:
         raise DataError(
-            f"no finished run was evaluated under protocol {_PAPER.name}, the paper's: give the "
-            f"command that trained one again, with evaluation.protocol={_PAPER.name}"
+            f"no finished run was evaluated under protocol {_PROTOCOL}, the paper's: give the "
+            f"command that trained one again, with evaluation.protocol={_PROTOCOL}"
         )
-    mine = aggregate_seeds(usable, [m.name for m in _PAPER.measures])
+    folders = [RunFolder(Path(run)) for run in usable["run"]]
+    protocol = find_protocol(folders, _PROTOCOL)
+    mine = aggregate_seeds(usable, ["chamfer", "emd", "iou"])
     ours = pd.DataFrame(
         {
             "source": "ours",
@@ -113,7 +114,7 @@ def comparison_table(runs: pd.DataFrame) -> pd.DataFrame:
     if len(shared) > 1:
         table = pd.concat([table, _means(table, shared)], ignore_index=True)
     table = table.sort_values(["source", "category", "method"], key=_order, ignore_index=True)
-    table.attrs["caption"] = _caption(usable, mine, shared)
+    table.attrs["caption"] = _caption(usable, mine, shared, protocol, load_settings(folders))
     return table
 
 
@@ -222,20 +223,20 @@ def _layout(table: pd.DataFrame) -> tuple[list[tuple[str, str]], list[list[str]]
     return head, [[c, *(cells.get((*h, c), "-") for h in head)] for c in categories]
 
 
-def _caption(runs: pd.DataFrame, mine: pd.DataFrame, shared: list[str]) -> str:
+def _caption(
+    runs: pd.DataFrame,
+    mine: pd.DataFrame,
+    shared: list[str],
+    protocol: ProtocolDescription,
+    settings: pd.DataFrame,
+) -> str:
     """Say what is measured, what a mean is over, and in what the experiments differ."""
-    missing = [run for run in runs["run"] if not RunFolder(Path(run)).config.is_file()]
-    if missing:
-        raise DataError(
-            f"{missing[0]}/config.yaml is not there: without it nobody can tell in what the run "
-            "differs from the paper's"
-        )
-    settings = load_settings(RunFolder(Path(run)) for run in runs["run"])
-    definitions = "; ".join(f"{m.name}: {m.definition}" for m in _PAPER.measures)
+    definitions = "; ".join(f"{m.name}: {m.definition}" for m in protocol.measures)
     parts = [
         "1000 x (Chamfer / EMD / 1 - IoU), lower is better",
-        f"Ours: protocol {_PAPER.name} ({_PAPER.note}; {definitions}), means over the test models "
-        f"({_range(runs['num_samples'])} a category) and seeds ({_range(mine['num_seeds'])})",
+        f"Ours: protocol {protocol.name} ({protocol.note}; {definitions}), means over the test "
+        f"models ({_range(runs['num_samples'])} a category) and seeds "
+        f"({_range(mine['num_seeds'])})",
         "Paper: Table 3 of Jack et al. 2018, as printed",
     ]
     if len(shared) > 1:

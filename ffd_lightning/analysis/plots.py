@@ -20,8 +20,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, EvaluationProtocol, Measure
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
 
 # Okabe and Ito's palette, told apart by all kinds of colour vision; without its yellow, which is
@@ -59,32 +59,6 @@ def measure_title(name: str) -> str:
     return _TITLES.get(name, name)
 
 
-def find_protocol(name: str) -> EvaluationProtocol:
-    """Return a protocol by its name.
-
-    Raises:
-        ConfigError: there is none of this name.
-    """
-    known = {kind.value: protocol for kind, protocol in PROTOCOLS.items()}
-    if name not in known:
-        raise ConfigError(f"no protocol {name!r}: choose one of {', '.join(known)}")
-    return known[name]
-
-
-def find_measure(protocol: EvaluationProtocol, name: str) -> Measure:
-    """Return a protocol's measure by its name.
-
-    Raises:
-        ConfigError: the protocol has none of this name.
-    """
-    known = {measure.name: measure for measure in protocol.measures}
-    if name not in known:
-        raise ConfigError(
-            f"protocol {protocol.name} has no measure {name!r}: choose one of {', '.join(known)}"
-        )
-    return known[name]
-
-
 def run_labels(table: pd.DataFrame) -> dict[str, str]:
     """Return a short label for each run, made of what differs between the runs.
 
@@ -97,7 +71,7 @@ def run_labels(table: pd.DataFrame) -> dict[str, str]:
 
 
 def cumulative_curves(
-    samples: pd.DataFrame, measure: str = "chamfer", protocol: str = "paper"
+    samples: pd.DataFrame, protocol: ProtocolDescription, measure: str = "chamfer"
 ) -> Figure:
     """Draw the share of test samples that are better than a score, as the paper's figures 5 and 6.
 
@@ -107,14 +81,14 @@ def cumulative_curves(
 
     Args:
         samples: as `load_samples` gives them.
+        protocol: that they were measured under, as `find_protocol` gives it.
         measure: of the protocol.
-        protocol: that the samples were scored under.
 
     Raises:
-        ConfigError: no such protocol or measure.
+        ConfigError: the protocol has no such measure.
         DataError: the samples lack the measure, or hold values that are not finite.
     """
-    chosen = find_measure(how := find_protocol(protocol), measure)
+    chosen = protocol.measure(measure)
     with matplotlib.rc_context(_STYLE):
         series, colors = _series(samples)
         categories = series["category"].unique()
@@ -139,7 +113,7 @@ def cumulative_curves(
         _legend(figure, colors)
         word = "above" if chosen.higher_is_better else "below"
         figure.supylabel(f"share of test samples {word} the score", fontsize=8.5)
-        figure.supxlabel(_axis_label(chosen, how), fontsize=8.5)
+        figure.supxlabel(_axis_label(chosen, protocol), fontsize=8.5)
     return figure
 
 
@@ -177,7 +151,9 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     return figure
 
 
-def template_count_curves(runs: pd.DataFrame, measure: str = "chamfer") -> Figure:
+def template_count_curves(
+    runs: pd.DataFrame, protocol: ProtocolDescription, measure: str = "chamfer"
+) -> Figure:
     """Draw a measure against the number of templates T, error bars over seeds.
 
     Solid is the selected template deformed, dotted the same template as it is. One panel per
@@ -185,28 +161,28 @@ def template_count_curves(runs: pd.DataFrame, measure: str = "chamfer") -> Figur
     its bar the standard deviation over seeds (none where there is one seed).
 
     Args:
-        runs: as `load_runs` gives them; those without the measure are left out.
-        measure: of the runs' protocol.
+        runs: as `load_runs` gives them; those of other protocols, and those without the measure,
+            are left out.
+        protocol: as `find_protocol` gives it.
+        measure: of the protocol.
 
     Raises:
         ConfigError: the protocol has no such measure.
-        DataError: runs of several protocols, no run with the measure, or only one T.
+        DataError: no run with the measure, or only one T.
     """
-    table = runs[runs[measure].notna()] if measure in runs else runs[:0]
-    protocols = table["protocol"].unique()
-    if not len(protocols):
-        raise DataError(f"no finished run has {measure}: evaluate one (python evaluate.py run=DIR)")
-    if len(protocols) > 1:
+    chosen = protocol.measure(measure)
+    table = runs[runs["protocol"] == protocol.name]
+    table = table[table[measure].notna()] if measure in table else table[:0]
+    if table.empty:
         raise DataError(
-            f"a curve needs runs of one protocol, not of {', '.join(protocols)}: leave some out"
+            f"no finished run has {measure}: evaluate one (ffd evaluate run=DIR "
+            f"protocol={protocol.name})"
         )
     if table["templates"].nunique() < 2:
         raise DataError(
             f"all runs have T = {table['templates'].iloc[0]}: a curve against the number of "
             "templates needs two or more (templates=t1,t4,t16)"
         )
-    how = find_protocol(protocols[0])
-    chosen = find_measure(how, measure)
     with matplotlib.rc_context(_STYLE):
         colors = _colors(list(dict.fromkeys(table["regime"])))
         categories = table["category"].unique()
@@ -224,7 +200,7 @@ def template_count_curves(runs: pd.DataFrame, measure: str = "chamfer") -> Figur
                 panel.set_title(category)
         _legend(figure, colors, title="regime")
         several = table.groupby(["category", "regime", "templates"]).size().max() > 1
-        title, told = _axis_label(chosen, how).split("\n", 1)
+        title, told = _axis_label(chosen, protocol).split("\n", 1)
         seeds = "mean ± standard deviation over seeds" if several else "one seed"
         figure.supylabel(title, fontsize=8.5)
         figure.supxlabel(f"number of templates T\n{told}\n{seeds}", fontsize=8.5)
@@ -305,14 +281,14 @@ def _finite(samples: pd.DataFrame, name: str, run: str) -> NDArray[np.float64]:
     if name not in samples:
         raise DataError(
             f"the samples hold no {name}: they have {', '.join(samples)}; evaluate the runs under "
-            "a protocol that measures it (python evaluate.py run=RUN_DIR protocol=NAME)"
+            "a protocol that measures it (ffd evaluate run=DIR protocol=NAME)"
         )
     values = samples[name].to_numpy(float)
     wrong = int((~np.isfinite(values)).sum())
     if wrong:
         raise DataError(
             f"{run}: {wrong} of {len(values)} values of {name} are not finite: evaluate the run "
-            "again (python evaluate.py run=RUN_DIR restart=true)"
+            "again (ffd evaluate run=DIR restart=true)"
         )
     return values
 
@@ -374,7 +350,7 @@ def _legend(figure: Figure, colors: dict[str, str], title: str | None = None) ->
     )
 
 
-def _axis_label(measure: Measure, protocol: EvaluationProtocol, width: int = 56) -> str:
+def _axis_label(measure: Measure, protocol: ProtocolDescription, width: int = 56) -> str:
     """Return a measure with its factor, definition and units, over several lines."""
     factor = "" if measure.factor == 1 else f" x {measure.factor:g}"
     told = f"{measure.definition}; {protocol.note}; protocol {protocol.name}"

@@ -4,19 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from itertools import combinations
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from ffd_lightning.analysis.compare import check_seeds, measure_of, require_columns
-from ffd_lightning.app.config import ProtocolKind
-from ffd_lightning.app.open_run import read_config
-from ffd_lightning.app.prepare import build_preparations
-from ffd_lightning.data.preparation.joined import JoinedSet
-from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS
+from ffd_lightning.analysis.runs import select
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.metrics.selection import (
     adjusted_rand,
     chance_agreement,
@@ -34,17 +29,17 @@ Families = Mapping[str, Mapping[str, str]]
 
 def selection_table(
     samples: pd.DataFrame,
+    protocol: ProtocolDescription,
     families: Families | None = None,
     measure: str = "chamfer",
-    protocol: str = "paper",
 ) -> pd.DataFrame:
     """Return how each run selects its templates.
 
     Args:
-        samples: as `load_samples` gives them, of one protocol.
+        samples: as `load_samples` gives them.
+        protocol: that they were measured under, as `find_protocol` gives it.
         families: as `run_families` reads them; runs that are not in it have no family columns.
         measure: of the protocol, for the regret.
-        protocol: that the samples were measured under.
 
     Returns:
         A row per run. Columns:
@@ -70,7 +65,7 @@ def selection_table(
     """
     judged = measure_of(measure, protocol)
     require_columns(samples, ["run", "template", "family", judged.name, *_GROUP, "seed"])
-    measures = [m.name for m in PROTOCOLS[ProtocolKind(protocol)].measures if m.name in samples]
+    measures = [m.name for m in protocol.measures if m.name in samples]
     rows = []
     for run, part in samples.groupby("run", sort=False):
         counts = part["template"].value_counts().to_numpy()
@@ -117,48 +112,38 @@ def _family_numbers(part: pd.DataFrame, families: Mapping[str, str]) -> dict[str
     }
 
 
-def run_families(
-    runs: Iterable[RunFolder], data_root: Path | None = None
-) -> dict[str, dict[str, str]]:
+def run_families(runs: Iterable[RunFolder]) -> dict[str, dict[str, str]]:
     """Read the structural family of every template that runs could select, for `selection_table`.
-
-    Args:
-        runs: evaluated runs.
-        data_root: where their prepared data is, if not where it was when they were trained (a
-            relative folder counts from the current one).
 
     Returns:
         By run (path) and template (id): `<category>/<family>`, "" where it is not known. Runs are
-        left out whose prepared data is not there, or knows no families.
+        left out that have no `template_ranking.csv`, or whose data knows no families.
 
     Raises:
-        DataError: prepared data that is damaged, or not the run's.
+        ConfigError: a `config.yaml` that is damaged.
+        DataError: a `template_ranking.csv` that is damaged.
     """
     result = {}
     for run in runs:
-        ranking = run.path / "template_ranking.csv"
-        prepared = _prepared(run, data_root)
-        if prepared is None or not any(prepared.families) or not ranking.is_file():
+        file = run.path / "template_ranking.csv"
+        if not file.is_file():
             continue
-        rows = {i: prepared.index(i) for i in pd.read_csv(ranking, dtype={"id": str})["id"]}
-        result[str(run.path)] = {
-            i: prepared.families[row] and f"{prepared.category(row)}/{prepared.families[row]}"
-            for i, row in rows.items()
-        }
+        try:
+            ranking = pd.read_csv(file, dtype=str, keep_default_na=False)
+            families = dict(zip(ranking["id"], ranking["family"], strict=True))
+        except (OSError, ValueError, KeyError) as error:
+            raise DataError(
+                f"{file} is damaged or of another version ({error}): the command of its training, "
+                "with restart=true, trains the run again"
+            ) from None
+        if any(families.values()):
+            category = select(run.settings, "category.name")
+            joined = len(select(run.settings, "category.members") or []) > 1
+            result[str(run.path)] = {
+                i: family and f"{i.split('/')[0] if joined else category}/{family}"
+                for i, family in families.items()
+            }
     return result
-
-
-def _prepared(run: RunFolder, data_root: Path | None) -> PreparedSet | None:
-    """Open what a run was trained on; None where it is not all there (it is not built)."""
-    cfg = read_config(run, data_root)
-    try:
-        folders = [preparation.target for preparation in build_preparations(cfg)]
-    except (ConfigError, DataError):  # the models themselves are not there to be asked
-        return None
-    if not all(folder.is_dir() for folder in folders):
-        return None
-    sets = [PreparedSet.open(folder) for folder in folders]
-    return sets[0] if len(sets) == 1 else JoinedSet.join(sets)
 
 
 def selection_stability(samples: pd.DataFrame) -> pd.DataFrame:

@@ -1,17 +1,13 @@
-"""What the runs of a sweep are doing: `python -m ffd_lightning.analysis.status DIR`."""
+"""What the runs of a sweep are doing."""
 
 from __future__ import annotations
 
-import argparse
-import sys
 from pathlib import Path
 
 import pandas as pd
-from rich.console import Console
 from rich.table import Table
 
-from ffd_lightning.analysis.runs import find_runs
-from ffd_lightning.errors import DataError, UserError
+from ffd_lightning.analysis.runs import require_runs
 from ffd_lightning.run_folder import RunFolder
 
 _COLORS = {"finished": "green", "running": "cyan", "failed": "red", "interrupted": "yellow"}
@@ -61,37 +57,30 @@ def status_table(folder: Path) -> pd.DataFrame:
     Raises:
         DataError: there is none.
     """
-    rows = [run_status(run) for run in find_runs(folder)]
-    if not rows:
-        raise DataError(f"no run in {folder}: give a folder that train.py has written to")
+    rows = [run_status(run) for run in require_runs(folder)]
     return pd.DataFrame(rows).astype({"share": float, "seconds_left": float})
 
 
-def main() -> None:
-    """Print the runs below a folder; the exit code is 1 if one has failed."""
-    parser = argparse.ArgumentParser(prog="python -m ffd_lightning.analysis.status")
-    parser.add_argument("folder", type=Path, help="a sweep's folder, runs/NAME say")
-    folder = parser.parse_args().folder
-    try:
-        rows = status_table(folder)
-    except UserError as error:
-        sys.exit(f"error: {error}")
+def printed(rows: pd.DataFrame, folder: Path) -> Table:
+    """Return a table for people.
+
+    Args:
+        rows: as `status_table` gives them.
+        folder: that the runs are in; they are named as seen from it.
+    """
     table = Table(box=None)
     for name in ("run", "state", "done", "time left", "reason"):
         table.add_column(name, justify="right" if name in ("done", "time left") else "left")
     for row in rows.to_dict("records"):
         color = _COLORS.get(row["state"], "white")
         table.add_row(
-            str(Path(row["run"]).relative_to(folder)) if Path(row["run"]) != folder else ".",
+            str(Path(row["run"]).relative_to(folder)),
             f"[{color}]{row['state']}[/]",
             _done(row["share"], row["phase"], row["state"]),
             _duration(row["seconds_left"]),
             row["reason"],
         )
-    Console(width=None if sys.stdout.isatty() else 160).print(table)
-    counts = rows["state"].value_counts()
-    print(", ".join(f"{count} {state}" for state, count in counts.items()))
-    sys.exit(int((rows["state"] == "failed").any()))
+    return table
 
 
 def _done(share: float, phase: str, state: str) -> str:
@@ -105,7 +94,3 @@ def _duration(seconds: float) -> str:
         return ""
     minutes, hours = seconds / 60, seconds / 3600
     return f"{hours:.1f} h" if hours >= 1 else f"{minutes:.0f} min" if minutes >= 1 else "< 1 min"
-
-
-if __name__ == "__main__":
-    main()

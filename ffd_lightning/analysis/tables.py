@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import pandas as pd
 from rich.table import Table
 
-from ffd_lightning.app.config import ProtocolKind
-from ffd_lightning.evaluation.protocols import PROTOCOLS, EvaluationProtocol
+from ffd_lightning.analysis.runs import find_protocol, load_runs
+from ffd_lightning.errors import UserError
+from ffd_lightning.evaluation.protocols import ProtocolDescription
+from ffd_lightning.run_folder import RunFolder
 
 _OTHERS = {
     "undeformed": ("undeformed", "that template as it is"),
     "best_undeformed": (
         "best\nundeformed",
-        "the template nearest to the truth as it is, chosen knowing it",
+        "the template nearest to the truth as it is, an oracle",
     ),
     "feature_retrieval": (
         "retrieved",
@@ -21,37 +25,38 @@ _OTHERS = {
 }  # what stands beside the model: heading, and what it is
 
 
-def summary_tables(runs: pd.DataFrame) -> list[Table]:
+def summary_tables(runs: Sequence[RunFolder]) -> list[Table]:
     """Return a table per protocol, with a row per run: quality, template selection, speed.
 
-    Args:
-        runs: as `load_runs` gives them.
+    Each run is shown under the protocol that its training ended with.
     """
-    return [
-        _summary_table(part, PROTOCOLS[ProtocolKind(name)])
-        for name, part in runs.groupby("protocol", sort=False)
-    ]
+    by_path = {str(run.path): run for run in runs}
+    tables = []
+    for name, part in load_runs(runs).groupby("protocol", sort=False):
+        try:
+            protocol = find_protocol([by_path[path] for path in part["run"]], str(name))
+        except UserError:  # none has come to its end
+            protocol = ProtocolDescription(str(name))
+        tables.append(_summary_table(part, protocol))
+    return tables
 
 
-def _summary_table(runs: pd.DataFrame, protocol: EvaluationProtocol) -> Table:
-    first = protocol.measures[0]
-    others = {k: v for k, v in _OTHERS.items() if f"{k}_{first.name}" in runs}
-    told = "; ".join(
-        ["the selected template deformed, means over the test models"]
-        + [f"{title}: {what}" for title, what in others.values()]
-        + [f"{m.name}: {m.definition}" for m in protocol.measures]
-    ).replace("\n", " ")
-    factors = {m.factor for m in protocol.measures} - {1.0}
+def _summary_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table:
+    first = protocol.measures[:1]
+    others = [(k, *told) for k, told in _OTHERS.items() for m in first if f"{k}_{m.name}" in runs]
     table = Table(
         title=f"Results, protocol {protocol.name}",
-        caption=f"{told}. {protocol.note}." + "".join(f" All x {f:g}." for f in factors),
+        caption=_caption(protocol, others) if first else None,
         caption_justify="left",
     )
     for name in ("category", "regime", "T", "seed"):
         table.add_column(name)
+    columns = [(f"{m.name} {m.arrow}", m.name, m.factor) for m in protocol.measures]
+    columns += [
+        (f"{title}\n{m.name}", f"{k}_{m.name}", m.factor) for k, title, _ in others for m in first
+    ]
     for title in (
-        *(f"{m.name} {m.arrow}" for m in protocol.measures),
-        *(f"{title}\n{first.name}" for title, _ in others.values()),
+        *(title for title, _, _ in columns),
         "effective\ntemplates",
         "seconds\nper step",
         "test\nmodels",
@@ -64,13 +69,22 @@ def _summary_table(runs: pd.DataFrame, protocol: EvaluationProtocol) -> Table:
             continue
         table.add_row(
             *head,
-            *(number(m.factor * row[m.name]) for m in protocol.measures),
-            *(number(first.factor * row[f"{k}_{first.name}"]) for k in others),
-            f"{row['effective_templates']:.1f}",
+            *(number(factor * row[name]) for _, name, factor in columns),
+            f"{row.get('effective_templates', float('nan')):.1f}",
             f"{row['seconds_per_step']:.2f}",
-            f"{row['num_samples']:.0f}",
+            f"{row.get('num_samples', float('nan')):.0f}",
         )
     return table
+
+
+def _caption(protocol: ProtocolDescription, others: Sequence[tuple[str, str, str]]) -> str:
+    told = "; ".join(
+        ["the selected template deformed, means over the test models"]
+        + [f"{title}: {what}" for _, title, what in others]
+        + [f"{m.name}: {m.definition}" for m in protocol.measures]
+    ).replace("\n", " ")
+    factors = {m.factor for m in protocol.measures} - {1.0}
+    return f"{told}. {protocol.note}." + "".join(f" All x {f:g}." for f in factors)
 
 
 def number(value: float) -> str:

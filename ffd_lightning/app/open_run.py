@@ -3,27 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NamedTuple
 
-from omegaconf import DictConfig, OmegaConf
+import yaml
 
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.checkpoint import load_model
-from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.opened import OpenRun
 from ffd_lightning.run_folder import RunFolder
-
-
-class OpenRun(NamedTuple):
-    """A run folder opened: its settings, network and data, and the step that the weights are of."""
-
-    config: TrainConfig
-    network: TemplateFfdNetwork
-    data: FfdDataModule
-    step: int
 
 
 def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainConfig:
@@ -40,9 +29,10 @@ def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainCon
     if not run.config.is_file():
         raise ConfigError(f"{run.path} is not a run folder: it has no config.yaml")
     try:
-        loaded = OmegaConf.load(run.config)
-        assert isinstance(loaded, DictConfig)
-    except Exception as error:  # a YAML parser meets anything in a damaged file
+        loaded = yaml.safe_load(run.config.read_text(encoding="utf-8"))
+        if not isinstance(loaded, dict):
+            raise ValueError("it is no mapping")
+    except (OSError, ValueError, yaml.YAMLError) as error:
         reason = str(error).split("\n")[0]
         raise ConfigError(f"{run.config} is damaged ({reason})") from None
     try:
@@ -55,7 +45,10 @@ def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainCon
 
 
 def open_run(
-    run: RunFolder, data_root: str | Path | None = None, checkpoint: Path | None = None
+    run: RunFolder,
+    data_root: str | Path | None = None,
+    checkpoint: Path | None = None,
+    prepare: bool = False,
 ) -> OpenRun:
     """Open a run, finished or not, to look at what it predicts.
 
@@ -63,13 +56,20 @@ def open_run(
         run: its folder.
         data_root: see `read_config`.
         checkpoint: another one than the run's newest.
+        prepare: prepare its data anew where it is not there, instead of raising.
 
     Raises:
         ConfigError: no run, no checkpoint, or one that does not fit.
         DataError: data that is missing or damaged.
     """
     config = read_config(run, data_root)
-    model = load_model(checkpoint or run.checkpoint)
     data = build_data(config)
+    for preparation in data.preparations:
+        if not prepare and not preparation.target.is_dir():
+            raise DataError(
+                f"the prepared data of {run.path} is not there: {preparation.target}. "
+                "data_root=DIR names the folder that it is in; ffd prepare makes it"
+            )
+    model = load_model(checkpoint or run.checkpoint)
     data.setup()
-    return OpenRun(config, model.network, data, model.step)
+    return OpenRun(run, config.data.render, model.network, data, model.step)

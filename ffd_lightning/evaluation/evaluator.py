@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.part_transfer import check_labels, labelled_rows
-from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES, ShapeRetrieval, medoid, nearest_by_feature
 from ffd_lightning.evaluation.samples import (
     Journal,
@@ -89,7 +89,7 @@ class EvaluationOptions:
         seed: decides the points that are drawn.
         workers: threads; the numbers do not depend on it.
         progress: show on stderr how far it is.
-        restart: do not go on from what is there.
+        restart: do not resume what is there.
     """
 
     references: bool = True
@@ -137,7 +137,8 @@ def evaluate(
         "seed": options.seed,
     }
     key = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
-    finished = _read_summary(folder, key)
+    description = ProtocolDescription.of(protocol).to_json()
+    finished = _read_summary(folder, key, description)
     if finished is not None and not options.restart:
         return finished
     evaluated = with_labels(evaluated, protocol, options.references)
@@ -151,10 +152,11 @@ def evaluate(
             journal.close()
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
-        ranking = template_ranking(evaluated.bank.ids, counts, prediction.weights.mean(0))
+        ranking = template_ranking(evaluated.bank, counts, prediction.weights.mean(0))
         content = {
             **summary,
             **by_category(table),
+            "protocol": description,
             "definitions": {m.name: m.definition for m in protocol.measures} | SHAPES,
             "unit": protocol.note,
             "step": evaluated.step,
@@ -310,19 +312,20 @@ def selection_summary(counts: NDArray[np.int64]) -> dict[str, float]:
 
 
 def template_ranking(
-    ids: Sequence[str], counts: NDArray[np.int64], mean_weights: NDArray[np.float32]
+    bank: TemplateBank, counts: NDArray[np.int64], mean_weights: NDArray[np.float32]
 ) -> list[Row]:
     """Return a row per template, the most selected first; of equals the one of greater weight.
 
     Args:
-        ids: T templates.
+        bank: T templates.
         counts: how often each was selected, (T,).
         mean_weights: of each, over the samples, (T,).
     """
     return [
         {
             "rank": rank + 1,
-            "id": ids[t],
+            "id": bank.ids[t],
+            "family": bank.families[t],
             "count": int(counts[t]),
             "share": float(counts[t] / counts.sum()),
             "mean_weight": float(mean_weights[t]),
@@ -337,7 +340,7 @@ def rank_templates(
     """Return `template_ranking` of a network's selections on the first images of some shapes."""
     prediction = predict(network, shapes.prepared, shapes.samples(all_views=False), workers)
     counts = np.bincount(prediction.selected, minlength=len(bank))
-    return template_ranking(bank.ids, counts, prediction.weights.mean(0))
+    return template_ranking(bank, counts, prediction.weights.mean(0))
 
 
 def protocol_key(protocol: EvaluationProtocol) -> str:
@@ -356,11 +359,16 @@ def _weights_digest(network: TemplateFfdNetwork) -> str:
     return digest.hexdigest()
 
 
-def _read_summary(folder: Path, key: str) -> dict[str, float] | None:
-    """Return the numbers of a finished evaluation of this key, None if there is none."""
+def _read_summary(folder: Path, key: str, description: dict[str, Any]) -> dict[str, float] | None:
+    """Return the numbers of a finished evaluation of this key, None if there is none.
+
+    One that describes its protocol in other words, or not at all, is none either.
+    """
     try:
         content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        if content["key"] != key or not all((folder / name).is_file() for name in TABLES):
+        if content["key"] != key or content["protocol"] != description:
+            return None
+        if not all((folder / name).is_file() for name in TABLES):
             return None
         return {name: value for name, value in content.items() if isinstance(value, float)}
     except (OSError, ValueError, KeyError, TypeError):

@@ -15,10 +15,10 @@ from ffd_lightning.geometry.chamfer import chamfer_distance
 SHAPES = {
     "": "the model: selected template, deformed",
     "undeformed": "selected template as it is",
-    "best_deformed": "best of its templates deformed, knowing the truth",
-    "best_undeformed": "best of its templates as it is, knowing the truth",
+    "best_deformed": "best of its templates deformed, an oracle",
+    "best_undeformed": "best of its templates as it is, an oracle",
     "feature_retrieval": "training shape of the most similar image (encoder)",
-    "retrieval": "nearest training shape, knowing the truth",
+    "retrieval": "nearest training shape, an oracle",
     "medoid": "most central training shape, always",
     "floor": "the truth itself, sampled again",
 }

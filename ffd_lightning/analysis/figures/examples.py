@@ -5,8 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
-from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,27 +13,17 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.analysis.figures.drawing import Picture, View
-from ffd_lightning.analysis.runs import load_samples
-from ffd_lightning.app.config import ProtocolKind
-from ffd_lightning.app.open_run import OpenRun, open_run, read_config
-from ffd_lightning.app.prepare import build_preparations
+from ffd_lightning.analysis.runs import described_protocols, load_samples, own_protocol
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure
+from ffd_lightning.evaluation.opened import OpenRun, RunOpener
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
 from ffd_lightning.run_folder import RunFolder
 
-
-class Pick(StrEnum):
-    """Which test images to show, of those that are sorted by their scores."""
-
-    best = "best"
-    median = "median"
-    worst = "worst"
-    spread = "spread"
-    """Evenly from the best to the worst."""
-    random = "random"
-    """Whatever their scores, which need not be known."""
+PICKS = ("spread", "best", "median", "worst", "random")
+"""Which test images to show, of those sorted by their scores: `spread` takes them evenly from the
+best to the worst; `random` needs no scores."""
 
 
 @dataclass(frozen=True)
@@ -44,15 +33,15 @@ class Choice:
     Attributes:
         models: ids of models, whose first images are shown; by `pick` where there are none.
         number: images at most, of `pick`.
-        pick: see there.
+        pick: one of `PICKS`.
         protocol: whose scores decide; that of each run's training where it is None.
         seed: of random choice.
     """
 
     models: tuple[str, ...] = ()
     number: int = 6
-    pick: Pick = Pick.spread
-    protocol: ProtocolKind | None = None
+    pick: str = "spread"
+    protocol: str | None = None
     seed: int = 0
 
 
@@ -106,7 +95,7 @@ class Example:
 
     def view(self, width: int) -> View:
         """Return the camera that rendered the image, for pictures of this width."""
-        camera = self.run.config.data.render
+        camera = self.run.render
         _, rows, columns, _ = self.run.data.prepared.image_shape
         azimuth = camera.azimuths[min(self.sample.view, len(camera.azimuths) - 1)]
         return View(camera.elevation, azimuth, round(width * rows / columns), width)
@@ -117,9 +106,20 @@ class Example:
         return np.asarray(seen.resize((view.width, view.height), Image.Resampling.LANCZOS))
 
 
-def collect(
-    runs: Sequence[RunFolder], choice: Choice, data_root: Path | None = None
-) -> list[list[Example]]:
+class _Scores(NamedTuple):
+    """A run's samples under a protocol."""
+
+    table: pd.DataFrame
+    protocol: ProtocolDescription
+
+    @property
+    def definition(self) -> str:
+        """What the main measure is, with its unit and points."""
+        measure = self.protocol.main_measure
+        return f"{measure.name}: {measure.definition}; {self.protocol.note}"
+
+
+def collect(runs: Sequence[RunFolder], choice: Choice, open_run: RunOpener) -> list[list[Example]]:
     """Choose images of each run and predict them.
 
     Runs that have the first run's images among their test images show the same ones, so that they
@@ -128,7 +128,7 @@ def collect(
     Args:
         runs: with their checkpoints.
         choice: which images.
-        data_root: where the prepared data is, if not where the runs had it.
+        open_run: opens a run.
 
     Returns:
         The examples of each run.
@@ -139,36 +139,37 @@ def collect(
             and not there, or of other weights.
     """
     if choice.number < 1:
-        raise ConfigError(f"--number={choice.number}: at least one image must be shown")
+        raise ConfigError(f"number={choice.number}: at least one image must be shown")
+    if choice.pick not in PICKS:
+        raise ConfigError(f"pick={choice.pick}: choose one of {', '.join(PICKS)}")
     result: list[list[Example]] = []
     first: list[tuple[str, int]] = []
     for run in runs:
-        opened = _open(run, data_root)
-        protocol = PROTOCOLS[choice.protocol or opened.config.evaluation.protocol]
-        measure = next((m for m in protocol.measures if "chamfer" in m.name), protocol.measures[0])
-        table = _samples(run, protocol.name)
+        opened = open_run(run)
+        name = choice.protocol or own_protocol(run)
+        scores = _scores(run, name)
         if choice.models:
             images = [(model, 0) for model in choice.models]
         elif first and {model for model, _ in first} <= set(opened.data.split.test):
             images = first
-        elif choice.pick is Pick.random:
+        elif choice.pick == "random":
             images = _random(opened, choice)
-        elif table is None:
+        elif scores is None:
             raise DataError(
-                f"{run.path} has not been evaluated under protocol {protocol.name}, so there are "
-                f"no scores to choose by: python evaluate.py run={run.path} "
-                f"protocol={protocol.name}, or choose with --pick random or --models ID,ID"
+                f"{run.path} has not been evaluated under protocol {name}, so there are no scores "
+                f"to choose by: ffd evaluate run={run.path} protocol={name}, or choose with "
+                "pick=random or models=[ID,ID]"
             )
         else:
-            images = pick_images(table, measure, choice.pick, choice.number)
+            measure = scores.protocol.main_measure
+            images = pick_images(scores.table, measure, choice.pick, choice.number)
         first = first or images
-        definition = f"{measure.name}: {measure.definition}; {protocol.note}"
-        result.append(_examples(run, opened, images, table, (measure, definition)))
+        result.append(_examples(opened, images, scores))
     return result
 
 
 def pick_images(
-    table: pd.DataFrame, measure: Measure, pick: Pick, number: int
+    table: pd.DataFrame, measure: Measure, pick: str, number: int
 ) -> list[tuple[str, int]]:
     """Return the ids and views of images, the better first, but for `worst`.
 
@@ -183,11 +184,11 @@ def pick_images(
     )
     count = len(order)
     number = min(number, count)
-    if pick is Pick.spread and number > 1:
+    if pick == "spread" and number > 1:
         places = np.linspace(0, count - 1, number).round().astype(int)
-    elif pick is Pick.worst:
+    elif pick == "worst":
         places = np.arange(count)[::-1][:number]
-    elif pick is Pick.best:
+    elif pick == "best":
         places = np.arange(number)
     else:
         places = (count - number) // 2 + np.arange(number)
@@ -195,22 +196,12 @@ def pick_images(
     return [(str(i), int(view)) for i, view in zip(chosen["id"], chosen["view"], strict=True)]
 
 
-def _open(run: RunFolder, data_root: Path | None) -> OpenRun:
-    """Open a run whose data is there: a figure must not begin to prepare any."""
-    for preparation in build_preparations(read_config(run, data_root)):
-        if not preparation.target.exists():
-            raise DataError(
-                f"the prepared data of {run.path} is not there: {preparation.target}. --data-root "
-                "DIR names the folder it is in; prepare.py makes it"
-            )
-    return open_run(run, data_root)
-
-
-def _samples(run: RunFolder, protocol: str) -> pd.DataFrame | None:
-    """Return a run's table of samples, None where it was not evaluated under the protocol."""
-    if not (run.evaluation(protocol) / "samples.csv").is_file():
+def _scores(run: RunFolder, name: str) -> _Scores | None:
+    """Return a run's scores under a protocol, None where it was not evaluated under it."""
+    protocol = described_protocols(run).get(name)
+    if protocol is None or not (run.evaluation(name) / "samples.csv").is_file():
         return None
-    return load_samples([run], protocol)
+    return _Scores(load_samples([run], name), protocol)
 
 
 def _random(opened: OpenRun, choice: Choice) -> list[tuple[str, int]]:
@@ -222,32 +213,30 @@ def _random(opened: OpenRun, choice: Choice) -> list[tuple[str, int]]:
 
 
 def _examples(
-    run: RunFolder,
-    opened: OpenRun,
-    images: Sequence[tuple[str, int]],
-    table: pd.DataFrame | None,
-    scored: tuple[Measure, str],
+    opened: OpenRun, images: Sequence[tuple[str, int]], scores: _Scores | None
 ) -> list[Example]:
-    """Predict images, and look up their scores, by a measure and its definition."""
-    data, (measure, definition) = opened.data, scored
+    """Predict images, and look up their scores."""
+    data, path = opened.data, opened.folder.path
     for model, _ in images:
         if model not in data.prepared.ids:
             close = difflib.get_close_matches(model, data.prepared.ids, 3)
             hint = f"; close to it: {', '.join(close)}" if close else ""
-            raise DataError(f"there is no model {model!r} in the data of {run.path}{hint}")
+            raise DataError(f"there is no model {model!r} in the data of {path}{hint}")
     samples = [Sample(data.prepared.index(model), view) for model, view in images]
     prediction = predict(opened.network, data.prepared, samples)
-    known = {} if table is None else table.set_index(["id", "view"]).to_dict("index")
+    known = {} if scores is None else scores.table.set_index(["id", "view"]).to_dict("index")
     result = []
     for k, image in enumerate(images):
-        row = known.get(image)
-        selected = data.bank.ids[int(prediction.selected[k])]
-        if row is not None and row["template"] != selected:
-            raise DataError(
-                f"the checkpoint of {run.path} selects template {selected} for {image[0]}, "
-                f"samples.csv says {row['template']}: evaluate the run again (evaluate.py)"
-            )
-        score = "" if row is None else score_text(measure, row[measure.name])
+        score = definition = ""
+        if scores is not None and (row := known.get(image)):
+            selected = data.bank.ids[int(prediction.selected[k])]
+            if row["template"] != selected:
+                raise DataError(
+                    f"the checkpoint of {path} selects template {selected} for {image[0]}, "
+                    f"samples.csv says {row['template']}: evaluate the run again (ffd evaluate)"
+                )
+            measure, definition = scores.protocol.main_measure, scores.definition
+            score = score_text(measure, row[measure.name])
         weights, offsets = prediction.weights[k], prediction.offsets[k]
         result.append(Example(opened, samples[k], weights, offsets, score, definition))
     return result

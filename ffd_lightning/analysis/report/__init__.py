@@ -1,1 +1,1 @@
-"""The page that `analysis.report` fills: its frame, style, script, and fragments of HTML."""
+"""The page about a folder of runs: its data, and the templates that show them."""

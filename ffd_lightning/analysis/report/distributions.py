@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
 
 import pandas as pd
-from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning.analysis import plots
-from ffd_lightning.analysis.plots import measure_title, to_svg
-from ffd_lightning.analysis.report import fragments as html
+from ffd_lightning.analysis.plots import measure_title
+from ffd_lightning.analysis.report.elements import NOTHING, Plot, Table, cell, plot
 from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, plain, told_apart, varying
-from ffd_lightning.analysis.selection import run_families, selection_stability, selection_table
+from ffd_lightning.analysis.selection import (
+    Families,
+    run_families,
+    selection_stability,
+    selection_table,
+)
 from ffd_lightning.analysis.tables import number
-from ffd_lightning.errors import DataError, UserError
+from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure
 
 _SELECTION = {
@@ -31,32 +37,69 @@ _SELECTION = {
 }
 
 
-def curves(sweep: Sweep) -> str:
-    """Return how scores are distributed, and what the number of templates does to them."""
+@dataclass(frozen=True)
+class Curves:
+    """How scores are distributed, and what the number of templates does to them."""
+
+    key: ClassVar[str] = "curves"
+    title: ClassVar[str] = "Distribution of scores"
+
+    plots: Sequence[Plot]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which templates are selected.
+
+    Attributes:
+        plots: histograms.
+        table: a row per run.
+        same: the settings that all rows have.
+        measure: of the regret.
+        no_families: why there is nothing of the templates' families, "" where there is no reason.
+        seeds, same_of_seeds: how alike seeds select, and the settings that all rows of it have;
+            None where there is one seed.
+        not_held: why seeds cannot be held against each other, "" where they can.
+    """
+
+    key: ClassVar[str] = "selection"
+    title: ClassVar[str] = "Template selection"
+
+    plots: Sequence[Plot]
+    table: Table
+    same: str
+    measure: Measure
+    no_families: str
+    seeds: Table | None
+    same_of_seeds: str
+    not_held: str
+
+
+def curves(sweep: Sweep) -> Curves | None:
+    """Return the curves of scores, None without any."""
     if sweep.samples.empty:
-        return ""
-    measures, protocol = sweep.protocol.measures, sweep.protocol.name
-    main = sweep.main_measure
-    shown = [main, *[m for m in measures if m.higher_is_better != main.higher_is_better][:1]]
-    figures = []
+        return None
+    protocol, main = sweep.protocol, sweep.protocol.main_measure
+    others = [m for m in protocol.measures if m.higher_is_better != main.higher_is_better]
+    shown = [main, *others[:1]]
+    found = []
     if sweep.scored["templates"].nunique() > 1 and "setup" not in sweep.keys:
         for measure in shown:
-            figure = plots.template_count_curves(sweep.scored, measure.name)
-            title = measure_title(measure.name)
-            figures.append(html.plot(to_svg(figure), f"{title} against T", f"{title} against T."))
+            title = f"{measure_title(measure.name)} against T"
+            figure = plots.template_count_curves(sweep.scored, protocol, measure.name)
+            found.append(plot(figure, title, f"{title}."))
     for category, samples in sweep.samples.groupby("category", sort=False):
         for measure in shown:
-            figure = plots.cumulative_curves(samples, measure.name, protocol)
             title = measure_title(measure.name)
-            figures.append(
-                html.plot(
-                    to_svg(figure),
+            found.append(
+                plot(
+                    plots.cumulative_curves(samples, protocol, measure.name),
                     f"Cumulative {title} curves of {category}. {_medians(sweep, samples, measure)}",
                     f"{title} of the selected template on category {category}: deformed (solid) "
                     "and as it is (dotted). Further up is better.",
                 )
             )
-    return html.section("curves", "Distribution of scores", html.plots(figures))
+    return Curves(found)
 
 
 def _medians(sweep: Sweep, samples: pd.DataFrame, measure: Measure) -> str:
@@ -68,21 +111,18 @@ def _medians(sweep: Sweep, samples: pd.DataFrame, measure: Measure) -> str:
     return f"Medians of the deformed templates: {'; '.join(values)}."
 
 
-def selection(sweep: Sweep, data_root: Path | None = None) -> str:
-    """Return which templates are selected: histograms, metrics, agreement between seeds.
-
-    Args:
-        sweep: the runs.
-        data_root: where their prepared data is, which knows the templates' families.
-    """
+def selection(sweep: Sweep) -> Selection | None:
+    """Return which templates are selected: histograms, metrics, agreement between seeds."""
     if sweep.samples.empty:
-        return ""
-    main = sweep.main_measure
+        return None
+    main = sweep.protocol.main_measure
+    families: Families = {}
+    no_families = ""
     try:
-        families = run_families(sweep.runs, data_root)
-    except (UserError, OSError, OmegaConfBaseException):
-        families = {}  # told with the examples, which need that data too
-    table = selection_table(sweep.samples, families, main.name, sweep.protocol.name)
+        families = run_families(sweep.runs)
+    except DataError as error:
+        no_families = str(error)
+    table = selection_table(sweep.samples, sweep.protocol, families, main.name)
     columns = {k: v for k, v in _SELECTION.items() if k in table and table[k].notna().any()}
     table = table.merge(sweep.table[["run", "setup"]], on="run")
     keys, same = told_apart(table, [*sweep.keys, "seed"])
@@ -90,46 +130,44 @@ def selection(sweep: Sweep, data_root: Path | None = None) -> str:
         [*(str(row[key]) for key in keys), *(_cell(row[k], k, main) for k in columns)]
         for row in table.to_dict("records")
     ]
-    title = measure_title(main.name)
-    told = (
-        "Effective templates: exp(entropy) of the shares. Regret: how much worse "
-        f"{title} is than with the best of the network's own templates"
-        + (f", x {main.factor:g}" if main.factor != 1 else "")
-        + "; best selected: how often that one is the selected one; both also of the templates as "
-        "they are. Same family: how often the selected template is of the query's structural "
-        "family, how often it would be if the same templates were dealt out at random, and how "
-        "often there is one of it."
+    seeds, same_of_seeds, not_held = None, "", ""
+    if varying(sweep.scored, ["seed"]):
+        try:
+            seeds, same_of_seeds = _stability(sweep)
+        except DataError as error:
+            not_held = str(error)
+    return Selection(
+        _histograms(sweep, table),
+        Table("Template selection", [*map(plain, keys), *columns.values()], rows),
+        same,
+        main,
+        no_families,
+        seeds,
+        same_of_seeds,
+        not_held,
     )
-    figures = []
+
+
+def _histograms(sweep: Sweep, table: pd.DataFrame) -> list[Plot]:
+    """Return a figure per category, of how often each template was selected."""
+    found = []
     for category, samples in sweep.samples.groupby("category", sort=False):
         of_category = table[table["run"].isin(samples["run"])]
-        effective = "; ".join(
-            f"{sweep.labels[run]} {value:.1f}"
-            for run, value in zip(
-                of_category["run"], of_category["effective_templates"], strict=True
-            )
-        )
-        figures.append(
-            html.plot(
-                to_svg(plots.selection_histograms(samples)),
+        numbers = zip(of_category["run"], of_category["effective_templates"], strict=True)
+        effective = "; ".join(f"{sweep.labels[run]} {value:.1f}" for run, value in numbers)
+        found.append(
+            plot(
+                plots.selection_histograms(samples),
                 f"Selection histograms of {category}. Effective templates: {effective}.",
                 f"How often each template was selected on category {category}. Dotted: all alike.",
             )
         )
-    return html.section(
-        "selection",
-        "Template selection",
-        html.plots(figures),
-        html.paragraph(f"How templates were selected over the test samples of each run{same}."),
-        html.table("Template selection", [*map(plain, keys), *columns.values()], rows),
-        html.paragraph(told, "note"),
-        _stability(sweep) if varying(sweep.scored, ["seed"]) else "",
-    )
+    return found
 
 
 def _cell(value: float, column: str, measure: Measure) -> str:
     if pd.isna(value):
-        return html.NOTHING
+        return NOTHING
     if "regret" in column:
         return number(measure.factor * value)
     if "share" in column or "family" in column:
@@ -137,31 +175,21 @@ def _cell(value: float, column: str, measure: Measure) -> str:
     return f"{value:.0f}" if column == "templates_used" else f"{value:.1f}"
 
 
-def _stability(sweep: Sweep) -> str:
-    """Return how alike the seeds of a setting select."""
-    try:
-        table = selection_stability(sweep.samples)
-    except DataError as error:
-        return html.paragraph(f"Seeds are not held against each other: {error}", "note")
-    told = (
-        "Means over pairs of seeds, on the samples that both have{}. Adjusted Rand index: how "
-        "alike they group the samples by their template, 1 for the same groups, 0 for chance. Same "
-        "template: share of samples for which both select the very same."
-    )
+def _stability(sweep: Sweep) -> tuple[Table | None, str]:
+    """Return how alike the seeds of a setting select, and the settings that all rows have."""
+    table = selection_stability(sweep.samples)
     table = table[table["num_pairs"] > 0]
     if table.empty:
-        return ""
+        return None, ""
     keys, same = told_apart(table, SETTINGS)
     rows = [
         [
             *(str(row[key]) for key in keys),
-            *(html.cell(row[key]) for key in ("num_seeds", "num_samples")),
+            *(cell(row[key]) for key in ("num_seeds", "num_samples")),
             f"{row['adjusted_rand']:.2f}",
             f"{row['same_template']:.0%}",
         ]
         for row in table.to_dict("records")
     ]
     head = [*map(plain, keys), "seeds", "test\nsamples", "adjusted\nRand index", "same\ntemplate"]
-    return f"<h3>Agreement of seeds</h3>{html.paragraph(told.format(same))}" + html.table(
-        "Agreement of seeds", head, rows
-    )
+    return Table("Agreement of seeds", head, rows), same

@@ -2,50 +2,114 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, NamedTuple
 
-from ffd_lightning.analysis.gallery import ExampleMaker, choose_runs, meshes_json
+import pandas as pd
+
+from ffd_lightning.analysis.gallery import Example, choose_runs, make_examples, meshes_json
 from ffd_lightning.analysis.plots import measure_title
-from ffd_lightning.analysis.report import fragments as html
+from ffd_lightning.analysis.report.elements import data_uri
 from ffd_lightning.analysis.report.sweep import Sweep
+from ffd_lightning.analysis.tables import number
 from ffd_lightning.errors import UserError
+from ffd_lightning.evaluation.opened import RunOpener
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 
 _MESH_BYTES = 2_600_000  # of all meshes before base64: a page of some 4 MB
 
 
-def gallery(sweep: Sweep, data_root: Path | None, limit: int) -> tuple[str, str]:
-    """Return the examples, and the meshes that they show as JSON."""
+class Card(NamedTuple):
+    """An example: what the network saw, the template it took, and the names of both meshes."""
+
+    rank: str
+    id: str
+    template: str
+    image: str
+    template_image: str
+    deformed: str
+    truth: str
+    azimuth: str
+    elevation: str
+    scores: Sequence[tuple[str, str]]
+
+
+class RunExamples(NamedTuple):
+    """The examples of a run, or why there are none."""
+
+    title: str
+    cards: Sequence[Card] = ()
+    error: str = ""
+
+
+@dataclass(frozen=True)
+class Examples:
+    """Test samples to be looked at.
+
+    Attributes:
+        measure: that orders them.
+        runs: whose samples are shown.
+        available: how many runs have samples.
+        limit: of how many runs samples are shown at most.
+        meshes: that they show, by name.
+    """
+
+    key: ClassVar[str] = "examples"
+    title: ClassVar[str] = "Examples"
+
+    measure: Measure
+    runs: Sequence[RunExamples]
+    available: int
+    limit: int
+    meshes: Mapping[str, Mapping[str, str | float]]
+
+
+def gallery(sweep: Sweep, open_run: RunOpener, limit: int) -> Examples | None:
+    """Return the examples of at most `limit` runs, None where there are none to show."""
     scored = sweep.scored
     if scored.empty or limit < 1:
-        return "", "{}"
+        return None
     chosen = choose_runs(scored, limit, sweep.keys)
-    measure = sweep.main_measure
-    maker = ExampleMaker(measure, data_root, _MESH_BYTES // (6 * len(chosen)))
+    measure = sweep.protocol.main_measure
     runs = {str(run.path): run for run in sweep.runs}
-    parts: list[str] = []
-    meshes: dict[str, Any] = {}
+    shown: list[RunExamples] = []
+    meshes: dict[str, Mapping[str, str | float]] = {}
     for name in chosen:
         samples = sweep.samples[sweep.samples["run"] == name]
         try:
-            shown = maker.examples(runs[name], samples)
+            opened = open_run(runs[name])
+            examples = make_examples(opened, samples, measure, _MESH_BYTES // (6 * len(chosen)))
         except (UserError, OSError) as error:
-            parts.append(
-                html.paragraph(f"{sweep.labels[name]}: no examples, since {error}", "note")
-            )
+            shown.append(RunExamples(sweep.labels[name], error=str(error)))
             continue
-        meshes |= meshes_json(shown)
-        parts.append(html.examples(sweep.title(name), shown, sweep.protocol))
-    told = f"Best, median and worst test sample of each run by {measure_title(measure.name)}."
-    if len(chosen) < len(scored):
-        told += (
-            f" Shown are {len(chosen)} of {len(scored)} runs: the first seed of each setting, and "
-            f"of more than {limit} settings a spread at even distances (gallery=N shows more)."
-        )
-    if meshes:
-        told += (
-            " Meshes are simplified to travel in this page. Drag to turn them; pinch, or click and "
-            "use the wheel, to zoom. Keys: arrows turn, + and - zoom, 0 resets."
-        )
-    return html.section("examples", "Examples", html.paragraph(told), *parts), json.dumps(meshes)
+        meshes |= meshes_json(examples)
+        cards = [_card(example, sweep.protocol) for example in examples]
+        shown.append(RunExamples(sweep.title(name), cards))
+    return Examples(measure, shown, len(scored), limit, meshes)
+
+
+def _card(example: Example, protocol: ProtocolDescription) -> Card:
+    return Card(
+        example.rank,
+        str(example.row["id"]),
+        str(example.row["template"]),
+        data_uri(example.image, "image/png"),
+        data_uri(example.template_image, "image/png"),
+        example.deformed.name,
+        example.truth.name,
+        f"{example.azimuth:g}",
+        f"{example.elevation:g}",
+        _scores(example.row, protocol),
+    )
+
+
+def _scores(row: pd.Series, protocol: ProtocolDescription) -> list[tuple[str, str]]:
+    """Return names and numbers: the first measures, and the first of the template as it is."""
+    shown = [(m, "") for m in protocol.measures[:3]]
+    shown += [(m, "undeformed_") for m in protocol.measures[:1] if f"undeformed_{m.name}" in row]
+    result = [
+        (f"{prefix.rstrip('_')} {measure_title(m.name)}", number(m.factor * row[prefix + m.name]))
+        for m, prefix in shown
+    ]
+    return [*result, ("template weight", f"{row['weight']:.2f}")] if "weight" in row else result

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from ffd_lightning.analysis.report import fragments as html
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ffd_lightning.analysis.report.elements import Table, cell
 from ffd_lightning.analysis.report.sweep import Sweep, varying
 
 _MANY = 12  # rows that are shown unasked
@@ -23,42 +27,59 @@ _MACHINE = (
 )
 
 
-def settings(sweep: Sweep) -> str:
+@dataclass(frozen=True)
+class Settings:
+    """The settings of the runs.
+
+    Attributes:
+        different: names of those in which runs differ.
+        table: of those, a row per run.
+        many: so many rows that they are shown when they are asked for.
+        shared: the others, as on the command line.
+    """
+
+    key: ClassVar[str] = "settings"
+    title: ClassVar[str] = "Settings"
+
+    different: Sequence[str]
+    table: Table
+    many: bool
+    shared: Sequence[str]
+
+
+@dataclass(frozen=True)
+class Missing:
+    """The runs that are not in the results, and why."""
+
+    key: ClassVar[str] = "missing"
+    title: ClassVar[str] = "Runs without results"
+
+    table: Table
+
+
+def settings(sweep: Sweep) -> Settings:
     """Return the settings in which runs differ, and those that all share."""
     table = sweep.settings
     kept = [k for k in table if not any(k == m or k.startswith(m) for m in _MACHINE)]
-    shown = table[kept].map(html.cell)
+    shown = table[kept].map(cell)
     different = varying(shown, kept)
-    shared = [f"{key}={shown[key].iloc[0]}" for key in sorted(set(kept) - set(different))]
     rows = [
         [sweep.name(str(run)), *(row[key] for key in different)] for run, row in shown.iterrows()
     ]
-    main = (
-        html.table("Settings that differ", ["run", *different], rows)
-        if different
-        else html.paragraph("All runs have the same settings.")
-    )
-    if len(rows) > _MANY:
-        main = html.details(f"{len(rows)} runs differ in {', '.join(different)}", main)
-    return html.section(
-        "settings",
-        "Settings",
-        main,
-        html.details(f"{len(shared)} settings that all runs share", html.items(shared)),
+    return Settings(
+        different,
+        Table("Settings that differ", ["run", *different], rows),
+        len(rows) > _MANY,
+        [f"{key}={shown[key].iloc[0]}" for key in sorted(set(kept) - set(different))],
     )
 
 
-def missing(sweep: Sweep) -> str:
-    """Return the runs that are not in the results, and why."""
+def missing(sweep: Sweep) -> Missing | None:
+    """Return the runs that are not in the results, None where all are."""
     rows = [
         [sweep.name(row["run"]), row["state"], str(row["reason"])]
         for row in sweep.unscored.to_dict("records")
     ]
     rows += [[name, "damaged", why] for name, why in sweep.damaged.items()]
-    if not rows:
-        return ""
-    return html.section(
-        "missing",
-        "Runs without results",
-        html.table("Runs without results", ["run", "state", "reason"], rows, text=["reason"]),
-    )
+    head = ["run", "state", "reason"]
+    return Missing(Table("Runs without results", head, rows, text=["reason"])) if rows else None

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import pandas as pd
 
 from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs
 from ffd_lightning.analysis.plots import measure_title
-from ffd_lightning.analysis.report import fragments as html
+from ffd_lightning.analysis.report.elements import NOTHING, Statement, Table, cell, statements
 from ffd_lightning.analysis.report.sweep import Sweep, plain, told_apart, varying
 from ffd_lightning.analysis.tables import number
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import Measure
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 
 _SAME_FOR_ALL = {
@@ -30,21 +32,73 @@ _MANY_SETUPS = 8
 _MANY = 12  # comparisons that are shown unasked
 
 
-def results(sweep: Sweep) -> str:
+@dataclass(frozen=True)
+class Results:
+    """The table of scores, with what they mean.
+
+    Attributes:
+        protocol: of the scores.
+        table: of them; None where no run has any.
+        note: what a number is the mean of.
+        lacking: how many runs have no results.
+        beside, below: names of the references beside the model and below all, and what they are.
+        several_categories: what is below is a mean over categories.
+    """
+
+    key: ClassVar[str] = "results"
+    title: ClassVar[str] = "Results"
+
+    protocol: ProtocolDescription
+    table: Table | None = None
+    note: str = ""
+    lacking: int = 0
+    beside: Sequence[tuple[str, str]] = ()
+    below: Sequence[tuple[str, str]] = ()
+    several_categories: bool = False
+
+
+@dataclass(frozen=True)
+class Block:
+    """What a measure says of the differences between groups of runs.
+
+    Attributes:
+        title: what is compared, by what.
+        first: of several measures; the others are shown when they are asked for.
+        error: why nothing is compared, "" where it is.
+        shown: sentences.
+        folded, summary: more of them, and what is said in their place.
+    """
+
+    title: str
+    first: bool = True
+    error: str = ""
+    shown: Sequence[Statement] = ()
+    folded: Sequence[Statement] = ()
+    summary: str = ""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What can be said of differences; nothing where there are `too_many` groups."""
+
+    key: ClassVar[str] = "comparison"
+    title: ClassVar[str] = "What differs"
+
+    blocks: Sequence[Block] = field(default_factory=list)
+    too_many: bool = False
+
+
+def results(sweep: Sweep) -> Results:
     """Return the table of scores, with what they mean."""
     scored, protocol = sweep.scored, sweep.protocol
     if scored.empty:
-        return html.section(
-            "results", "Results", html.paragraph("No run has results yet: see the end of the page.")
-        )
+        return Results(protocol)
     first = protocol.measures[0]
     beside = {k: title for k, title in _BESIDE.items() if f"{k}_{first.name}" in scored}
     columns = {m.name: (_heading(m), m.factor) for m in protocol.measures}
     for key, title in beside.items():
         columns[f"{key}_{first.name}"] = f"{title}\n{_title(first)}", first.factor
     columns["effective_templates"] = "effective\ntemplates", 1.0
-    lacking = len(sweep.unscored) + len(sweep.damaged)
-    without = f" {lacking} more runs have no results (end of the page)." if lacking else ""
     head, rows, note = _result_rows(sweep, {name: factor for name, (_, factor) in columns.items()})
     head += [title for title, _ in columns.values()] + ["test\nsamples"]
     below = [
@@ -56,28 +110,15 @@ def results(sweep: Sweep) -> str:
         for shape, title in _SAME_FOR_ALL.items()
         if f"{shape}_{first.name}" in scored
     ]
-    told = [f"{title.capitalize()}: {SHAPES[k]}." for k, title in beside.items()]
-    told.append("Effective templates: exp(entropy) of how often each was selected, from 1 to T.")
-    if below:
-        over = ", means over categories" if scored["category"].nunique() > 1 else ""
-        what = ", ".join(f"{title} ({SHAPES[shape]})" for shape, title in _SAME_FOR_ALL.items())
-        told.append(f"Below the line, what no network has a part in{over}: {what}.")
-    return html.section(
-        "results",
-        "Results",
-        html.paragraph(
-            f"The selected template, deformed: {note}. Arrows point to what is better.{without}"
-        ),
-        html.table("Results", head, rows, below),
-        html.paragraph(f"{definitions(sweep)} {' '.join(told)}", "note"),
+    return Results(
+        protocol,
+        Table("Results", head, rows, below),
+        note,
+        len(sweep.unscored) + len(sweep.damaged),
+        [(title, SHAPES[shape]) for shape, title in beside.items()],
+        [(title, SHAPES[shape]) for shape, title in _SAME_FOR_ALL.items()],
+        scored["category"].nunique() > 1,
     )
-
-
-def definitions(sweep: Sweep) -> str:
-    """Return the protocol's measures in words, with their units."""
-    protocol = sweep.protocol
-    measures = "; ".join(f"{measure_title(m.name)}: {m.definition}" for m in protocol.measures)
-    return f"Protocol {protocol.name}: {protocol.note}. {measures}."
 
 
 def _result_rows(sweep: Sweep, factors: dict[str, float]) -> tuple[list[str], list[list[str]], str]:
@@ -91,7 +132,7 @@ def _result_rows(sweep: Sweep, factors: dict[str, float]) -> tuple[list[str], li
             [
                 *(str(row[key]) for key in (*keys, "num_seeds")),
                 *(_over_seeds(row, name, factor) for name, factor in factors.items()),
-                html.cell(row["num_samples"]),
+                cell(row["num_samples"]),
             ]
             for row in means.to_dict("records")
         ]
@@ -102,7 +143,7 @@ def _result_rows(sweep: Sweep, factors: dict[str, float]) -> tuple[list[str], li
         [
             *(str(row[key]) for key in keys),
             *(_scaled(row[name], factor) for name, factor in factors.items()),
-            html.cell(row["num_samples"]),
+            cell(row["num_samples"]),
         ]
         for row in scored.to_dict("records")
     ]
@@ -115,59 +156,50 @@ def _over_seeds(row: dict[Any, Any], name: str, factor: float) -> str:
     return _scaled(row.get(name), factor) + spread
 
 
-def comparisons(sweep: Sweep) -> str:
+def comparisons(sweep: Sweep) -> Comparison | None:
     """Return what can be said of differences between regimes, and between numbers of templates.
 
-    Where runs differ in other settings too, all that they differ in is compared at once.
+    Where runs differ in other settings too, all that they differ in is compared at once. None where
+    there is nothing to compare.
     """
-    scored, parts = sweep.scored, []
+    scored = sweep.scored
     if scored.empty:
-        return ""
+        return None
     compared = varying(scored, ["setup"] if "setup" in sweep.keys else ["regime", "templates"])
     if compared == ["setup"] and scored["setup"].nunique() > _MANY_SETUPS:
-        told = "Too many settings to hold each against each other: see the tables."
-        return html.section("comparison", "What differs", html.paragraph(told))
+        return Comparison(too_many=True)
     samples = sweep.samples.merge(scored[["run", "setup"]], on="run")
-    for by in compared:
-        word = _COMPARED[by]
-        for k, measure in enumerate(sweep.protocol.measures):
-            try:
-                table = compare_runs(
-                    samples,
-                    measure.name,
-                    by,
-                    protocol=sweep.protocol.name,
-                    settings=sweep.settings,
-                )
-            except DataError as error:
-                parts.append(html.paragraph(f"{word} are not compared: {error}", "note"))
-                break
-            statements = _statements(table)
-            title = f"{word}, by {measure_title(measure.name)}"
-            parts.append(
-                html.details(title, statements) if k else f"<h3>{title}</h3>\n{statements}"
-            )
-    if not parts:
-        return ""
-    told = (
-        "Runs are compared on the same test models: the mean difference, its 95% interval "
-        "(bootstrap over models), and p of Wilcoxon's signed-rank test, corrected for the number "
-        "of comparisons (Holm)."
-    )
-    return html.section("comparison", "What differs", html.paragraph(told), *parts)
+    blocks = [block for by in compared for block in _blocks(sweep, samples, by)]
+    return Comparison(blocks) if blocks else None
 
 
-def _statements(table: pd.DataFrame) -> str:
-    """Return sentences; of many those over all categories, and the rest when it is asked for."""
-    over_all = table["category"].str.startswith("mean of ")
+def _blocks(sweep: Sweep, samples: pd.DataFrame, by: str) -> list[Block]:
+    """Return a block for each measure, up to one that cannot be compared."""
+    blocks: list[Block] = []
+    for measure in sweep.protocol.measures:
+        try:
+            table = compare_runs(samples, sweep.protocol, measure.name, by, settings=sweep.settings)
+        except DataError as error:
+            return [*blocks, Block(_COMPARED[by], error=str(error))]
+        title = f"{_COMPARED[by]}, by {measure_title(measure.name)}"
+        blocks.append(_block(title, not blocks, table))
+    return blocks
+
+
+def _block(title: str, first: bool, table: pd.DataFrame) -> Block:
+    """Show all sentences; of many those over all categories, and the rest when it is asked for."""
     if len(table) <= _MANY:
-        return html.statements(table["statement"])
+        return Block(title, first, shown=statements(table["statement"]))
+    over_all = table["category"].str.startswith("mean of ")
     rest = table.loc[~over_all, "statement"]
     shown = rest.str.contains(" beats ", regex=False).sum()
     where = " within categories" if over_all.any() else ""
-    summary = f"{len(rest)} comparisons{where}, {shown} of them show a difference"
-    return html.statements(table.loc[over_all, "statement"]) + html.details(
-        summary, html.statements(rest)
+    return Block(
+        title,
+        first,
+        shown=statements(table.loc[over_all, "statement"]),
+        folded=statements(rest),
+        summary=f"{len(rest)} comparisons{where}, {shown} of them show a difference",
     )
 
 
@@ -180,7 +212,7 @@ def _heading(measure: Measure) -> str:
 
 
 def _scaled(value: Any, factor: float) -> str:
-    return html.NOTHING if value is None or pd.isna(value) else number(factor * value)
+    return NOTHING if value is None or pd.isna(value) else number(factor * value)
 
 
 def _mean(scored: pd.DataFrame, name: str) -> float:

@@ -9,13 +9,22 @@ from functools import cached_property
 from pathlib import Path
 
 import pandas as pd
-from omegaconf import OmegaConf
 
-from ffd_lightning.analysis.plots import find_protocol, run_labels
-from ffd_lightning.analysis.runs import find_runs, load_runs, load_samples, load_settings
+from ffd_lightning.analysis.plots import run_labels
+from ffd_lightning.analysis.runs import (
+    COLUMN_KEYS,
+    described_protocols,
+    find_protocol,
+    find_runs,
+    load_runs,
+    load_samples,
+    load_settings,
+    own_protocol,
+    select,
+)
 from ffd_lightning.analysis.status import run_status
-from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, EvaluationProtocol, Measure
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.run_folder import RunFolder
@@ -46,7 +55,7 @@ class Sweep:
     runs: list[RunFolder]
     table: pd.DataFrame
     samples: pd.DataFrame
-    protocol: EvaluationProtocol
+    protocol: ProtocolDescription
     damaged: dict[str, str]
 
     @classmethod
@@ -55,10 +64,10 @@ class Sweep:
 
         Args:
             folder: runs are at any depth below it.
-            protocol: the name of one; that of most samples where it is None.
+            protocol: the name of one; that of most runs where it is None.
 
         Raises:
-            ConfigError: no such protocol.
+            ConfigError: no run was evaluated under this protocol.
             DataError: no run.
         """
         found = find_runs(folder)
@@ -70,7 +79,10 @@ class Sweep:
                 + "".join(f" ({path}: {why})" for path, why in list(damaged.items())[:1])
                 + ": name the folder of a run, or of a sweep (runs/NAME)"
             )
-        chosen = find_protocol(protocol or _most_used(runs))
+        try:
+            chosen = find_protocol(runs, protocol)
+        except DataError:  # none has come to its evaluation
+            chosen = ProtocolDescription(protocol or own_protocol(runs[0]))
         table = load_runs(runs)[["run", *SETTINGS, "seed", "state", "reason"]]
         order = table.sort_values([*SETTINGS, "seed"], key=_in_order, kind="stable").index
         table, runs = table.loc[order].reset_index(drop=True), [runs[k] for k in order]
@@ -96,12 +108,6 @@ class Sweep:
     def scored(self) -> pd.DataFrame:
         """The rows of the table that have scores."""
         return self.table[self.table["run"].isin(self.samples["run"])]
-
-    @property
-    def main_measure(self) -> Measure:
-        """The measure that examples are ordered by: the first distance."""
-        measures = self.protocol.measures
-        return next((m for m in measures if not m.higher_is_better), measures[0])
 
     @cached_property
     def labels(self) -> dict[str, str]:
@@ -179,30 +185,14 @@ def _in_order(column: pd.Series) -> pd.Series:
 def _damage(run: RunFolder) -> str:
     """Return why a run's configuration cannot be read, "" where it can."""
     try:
-        config = OmegaConf.load(run.config)
-        named = all(
-            OmegaConf.select(config, key) is not None
-            for key in ("category.name", "regime.name", "templates.count", "seed")
-        )
-        return "" if named else "config.yaml names no category, regime, templates or seed"
-    except Exception as error:  # a YAML parser meets anything in a damaged file
-        return f"config.yaml is damaged: {str(error).splitlines()[0]}"
+        settings = run.settings
+    except ConfigError as error:
+        return str(error)
+    named = all(select(settings, key) is not None for key in COLUMN_KEYS.values())
+    return "" if named else "config.yaml names no category, regime, templates or seed"
 
 
-def _evaluated(run: RunFolder) -> list[str]:
-    """Return the protocols that a run has samples of."""
-    return [
-        kind.value for kind in PROTOCOLS if (run.evaluation(kind.value) / "samples.csv").is_file()
-    ]
-
-
-def _most_used(runs: Sequence[RunFolder]) -> str:
-    """Return the protocol of most samples; the first of equals."""
-    found = [name for run in runs for name in _evaluated(run)]
-    return max((kind.value for kind in PROTOCOLS), key=found.count)
-
-
-def _scores(run: RunFolder, state: str, protocol: EvaluationProtocol) -> pd.DataFrame:
+def _scores(run: RunFolder, state: str, protocol: ProtocolDescription) -> pd.DataFrame:
     """Return a run's samples.
 
     Raises:
@@ -210,14 +200,16 @@ def _scores(run: RunFolder, state: str, protocol: EvaluationProtocol) -> pd.Data
     """
     if state != "finished":
         # Samples may be there from before: they would not be of the run as it is now.
-        on = "it is at work" if state == "running" else "start its command again to go on"
+        on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
-    others = _evaluated(run)
-    if protocol.name not in others:
-        said = f"under protocol {' and '.join(others)} only" if others else "but has no samples"
-        raise DataError(
-            f"evaluated {said}: python evaluate.py run={run.path} protocol={protocol.name}"
-        )
+    found = described_protocols(run)
+    again = f"ffd evaluate run={run.path} protocol={protocol.name}"
+    if not found:
+        raise DataError(f"it has no evaluation of this version: {again}")
+    if protocol.name not in found:
+        raise DataError(f"evaluated under protocol {' and '.join(found)} only: {again}")
+    if found[protocol.name] != protocol:
+        raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
     try:
         samples = load_samples([run], protocol.name)
         if samples.empty:
@@ -230,10 +222,7 @@ def _scores(run: RunFolder, state: str, protocol: EvaluationProtocol) -> pd.Data
         if wrong:
             raise ValueError(f"{wrong[0]} is not a finite number everywhere")
     except ValueError as error:
-        raise DataError(
-            f"its samples.csv is damaged ({error}): python evaluate.py run={run.path} "
-            f"protocol={protocol.name} restart=true"
-        ) from None
+        raise DataError(f"its samples.csv is damaged ({error}): {again} restart=true") from None
     return samples
 
 
@@ -242,7 +231,7 @@ def _all_finite(values: pd.Series) -> bool:
     return bool(numbers.notna().all() and (numbers.abs() < float("inf")).all())
 
 
-def _means(samples: pd.DataFrame, protocol: EvaluationProtocol) -> pd.DataFrame:
+def _means(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
     """Return a row per run: means of its measures, and how it selects templates."""
     names = [f"{s}_{m.name}" if s else m.name for s in SHAPES for m in protocol.measures]
     groups = samples.groupby("run", sort=False)

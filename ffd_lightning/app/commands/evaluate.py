@@ -56,7 +56,8 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
 
     run = RunFolder(Path(cfg.run))
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
-    _, network, data, step = open_run(run, cfg.data_root, checkpoint)
+    opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
+    data = opened.data
     subset = cfg.evaluation.subset
     ids = data.split.test if subset is Subset.test else data.split.val
     if not ids:
@@ -70,11 +71,11 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
     if device == "auto":
         device = "cuda" if torch.cuda.is_available() else "cpu"
     evaluated = EvaluatedNetwork(
-        network.to(device),
+        opened.network.to(device),
         data.bank,
         Shapes(data.prepared, data.rows(data.split.train)),
         tested_on,
-        step,
+        opened.step,
     )
     options = EvaluationOptions(
         references=cfg.evaluation.references,

@@ -1,0 +1,101 @@
+"""The paper's qualitative figures, of any run, and what to say below them."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+from PIL import Image
+
+from ffd_lightning.analysis.figures import sheets
+from ffd_lightning.analysis.figures.drawing import Picture
+from ffd_lightning.analysis.figures.examples import Choice, Example
+from ffd_lightning.analysis.runs import COLUMN_KEYS, select
+from ffd_lightning.errors import DataError
+from ffd_lightning.files import write_bytes_atomic
+from ffd_lightning.imaging.rendering import contact_sheet
+
+FIGURES: dict[str, Callable[[Sequence[Example], int], Picture]] = {
+    "overview": sheets.overview,
+    "subdivision": sheets.subdivision,
+    "voxels": sheets.voxels,
+    "labels": sheets.labels,
+    "candidates": sheets.candidates,
+}
+
+_PAPER = "1,024 points, in units of the hemisphere of radius 3.2 around the truth"
+_CAPTIONS = {
+    "overview": "Input image, selected template (and its weight), the template deformed: its "
+    "cloud, its voxels (32^3) and its subdivided mesh; the true mesh.",
+    "subdivision": "Input image; the selected template's mesh, the same deformed; the mesh with "
+    "its edges subdivided, the same deformed by the same offsets; the true mesh.",
+    "voxels": "Input image; deformed mesh; true mesh; their voxels (32^3, conservative and filled, "
+    "as in protocol paper): grey in both, red only in the truth, green only in the prediction.",
+    "labels": "Input image; the selected template's cloud by its parts; cloud and mesh deformed, "
+    "with the template's parts; the true mesh by its own. Part IoU: protocol parts.",
+    "candidates": "Input image and true mesh; the templates of the greatest weights, above as they "
+    f"are, below deformed. Chamfer distance and IoU of protocol paper ({_PAPER}; 32^3 voxels).",
+}
+
+
+def paper_figure(
+    name: str,
+    runs: Sequence[Sequence[Example]],
+    size: int = sheets.SIZE,
+    templates: int = sheets.CANDIDATES,
+) -> Picture:
+    """Draw one of the paper's figures.
+
+    Args:
+        name: a key of `FIGURES`.
+        runs: examples of each run, as `collect` gives them; shown side by side.
+        size: width of a cell in pixels.
+        templates: of each image, in `candidates`.
+
+    Returns:
+        RGB image, (H, W, 3) uint8.
+
+    Raises:
+        DataError: `labels` of data without part labels.
+    """
+    draw = FIGURES[name]
+    if name == "candidates":
+        draw = partial(sheets.candidates, count=templates)
+    pictures = [draw(examples, size) for examples in runs]
+    if len(pictures) == 1:
+        return pictures[0]
+    titles = [_title(examples[0]) for examples in runs]
+    return contact_sheet(pictures, len(pictures), headings=titles, font_size=round(size / 16))
+
+
+def caption(name: str, runs: Sequence[Sequence[Example]], choice: Choice) -> str:
+    """Return what a figure shows, in words; see `paper_figure`."""
+    first = runs[0][0]
+    count = len(runs[0])
+    which = f"{count} image{'s' if count > 1 else ''}"
+    if not choice.models:
+        which += f" of {len(first.run.data.split.test)} for testing ({choice.pick})"
+    scored = f" {first.definition}." if name == "overview" and first.score else ""
+    return f"{_CAPTIONS[name]} {which}.{scored}"
+
+
+def _title(example: Example) -> str:
+    settings = example.run.folder.settings
+    category, regime, templates, _ = (select(settings, key) for key in COLUMN_KEYS.values())
+    return f"{category}, regime {regime}, T = {templates}"
+
+
+def write_png(picture: Picture, path: Path) -> None:
+    """Write a picture, whole or not at all.
+
+    Raises:
+        DataError: it cannot be written.
+    """
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, "PNG", optimize=True)
+    try:
+        write_bytes_atomic(path, buffer.getvalue())
+    except OSError as error:
+        raise DataError(f"cannot write {path}: {error.strerror or error}") from None

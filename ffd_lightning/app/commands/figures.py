@@ -1,0 +1,132 @@
+"""Draw the paper's figures of runs.
+
+    ffd figures figure=overview runs/demo/table/e/t16/seed0
+    ffd figures figure=voxels runs=[DIR,DIR] number=3 pick=worst out=voxels.png
+
+overview     the paper's figure 3: input, template, deformed cloud, voxels and mesh, truth
+subdivision  its figure 2: what a deformation makes of long edges, and of short ones
+voxels       its figure 4: where the voxels of prediction and truth agree
+labels       its figure 7: part labels that a template brings along
+candidates   the templates of the greatest weights, each of them deformed
+
+The picture is written to FIGURE.png in the run's folder; of several runs, side by side, to the
+folder that holds them all. What it shows is printed, for the caption.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from ffd_lightning.app.settings import MISSING
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.run_folder import RunFolder
+
+MAIN = "runs"
+_SMALLEST, _LARGEST = 64, 2048  # pixels
+
+
+@dataclass
+class Settings:
+    """Which figure, of which runs and images.
+
+    Attributes:
+        figure: overview, subdivision, voxels, labels or candidates.
+        runs: a run's folder, or several: [DIR,DIR].
+        models: ids of models that are shown, in this order: [ID,ID]; by default those of `pick`.
+        number: images at most.
+        pick: which test images, by their first distance: spread (evenly from the best to the
+            worst), best, median, worst, or random, which needs no scores.
+        seed: of pick=random.
+        protocol: whose scores sort the images; by default the one that the run's training ended
+            with.
+        size: width of a cell in pixels.
+        top: templates of an image in figure=candidates.
+        out: where to write, a .png.
+        data_root: where the runs' prepared data is, if not where they left it.
+    """
+
+    figure: str = MISSING
+    runs: Any = MISSING
+    models: Any = None
+    number: int = 6
+    pick: str = "spread"
+    seed: int = 0
+    protocol: str | None = None
+    size: int = 256
+    top: int = 4
+    out: str | None = None
+    data_root: str | None = None
+
+
+def main(settings: Settings) -> int:
+    """Draw the figure, and print what it shows and where it is."""
+    from ffd_lightning.analysis.figures.examples import Choice, collect
+    from ffd_lightning.analysis.figures.figure import FIGURES, caption, paper_figure, write_png
+    from ffd_lightning.app.open_run import open_run
+
+    figure = settings.figure
+    if figure not in FIGURES:
+        raise ConfigError(f"figure={figure}: choose one of {', '.join(FIGURES)}")
+    if not _SMALLEST <= settings.size <= _LARGEST:
+        raise ConfigError(f"size={settings.size}: choose {_SMALLEST} to {_LARGEST} pixels")
+    if settings.top < 1:
+        raise ConfigError(f"top={settings.top}: at least one template must be shown")
+    runs = [_run(Path(path)) for path in _several(settings.runs)]
+    target = _target(settings.out, runs, figure)
+    choice = Choice(
+        models=tuple(_several(settings.models)),
+        number=settings.number,
+        pick=settings.pick,
+        protocol=settings.protocol,
+        seed=settings.seed,
+    )
+    examples = collect(runs, choice, partial(open_run, data_root=settings.data_root))
+    write_png(paper_figure(figure, examples, settings.size, settings.top), target)
+    print(caption(figure, examples, choice))
+    print(target)
+    return 0
+
+
+def _several(value: Any) -> list[str]:
+    """Return what was given as a list, as one value, or not at all."""
+    if value is None:
+        return []
+    return [str(each) for each in value] if isinstance(value, list) else [str(value)]
+
+
+def _run(path: Path) -> RunFolder:
+    """Return a run's folder; point to the runs below one that is not.
+
+    Raises:
+        ConfigError: it is none.
+    """
+    from ffd_lightning.analysis.runs import find_runs
+
+    run = RunFolder(path)
+    if not run.config.is_file():
+        below = find_runs(path)
+        hint = f", but holds {len(below)}: give {below[0].path}, say" if below else ""
+        raise ConfigError(f"{path} is not a run folder{hint or ': it has no config.yaml'}")
+    return run
+
+
+def _target(out: str | None, runs: Sequence[RunFolder], figure: str) -> Path:
+    """Return where to write.
+
+    Raises:
+        ConfigError: no PNG.
+    """
+    if not runs:
+        raise ConfigError("runs=[]: at least one run must be shown")
+    if out is None:
+        folder = os.path.commonpath([run.path.resolve() for run in runs])
+        # As the user wrote it where there is one run.
+        return (runs[0].path if len(runs) == 1 else Path(folder)) / f"{figure}.png"
+    if Path(out).suffix.lower() != ".png":
+        raise ConfigError(f"out={out}: figures are written as .png")
+    return Path(out)

@@ -1,0 +1,49 @@
+"""Write one page about all runs of a folder.
+
+    ffd report runs/demo
+    ffd report runs=runs/demo protocol=modern data_root=data gallery=4
+
+The page, report.html in that folder, holds everything that it shows and opens from disk, without a
+network. Scores are shown under the protocol that most runs were evaluated under, unless one is
+named.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from ffd_lightning.app.settings import MISSING
+from ffd_lightning.errors import ConfigError
+
+MAIN = "runs"
+
+
+@dataclass
+class Settings:
+    """Which runs, and what is shown of them.
+
+    Attributes:
+        runs: a folder that holds runs, at any depth.
+        protocol: whose scores are shown; by default that of most runs.
+        data_root: where the runs' prepared data is, if not where they left it.
+        gallery: of how many runs examples are shown, 0 for none.
+    """
+
+    runs: str = MISSING
+    protocol: str | None = None
+    data_root: str | None = None
+    gallery: int = 12
+
+
+def main(settings: Settings) -> int:
+    """Write the page and print where it is."""
+    from ffd_lightning.analysis.report.write import write_report
+    from ffd_lightning.app.open_run import open_run
+
+    if settings.gallery < 0:
+        raise ConfigError(f"gallery={settings.gallery}: give a number of runs, 0 for none")
+    opener = partial(open_run, data_root=settings.data_root)
+    print(write_report(Path(settings.runs), opener, settings.protocol, settings.gallery))
+    return 0

@@ -1,0 +1,42 @@
+"""Say what the runs of a folder are doing.
+
+    ffd status runs/demo
+
+A run is finished, failed, running, or interrupted: begun, but no process has it. The same command
+that began it resumes it. The exit code is 1 if a run has failed.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from ffd_lightning.app.settings import MISSING
+
+MAIN = "runs"
+
+
+@dataclass
+class Settings:
+    """Which runs.
+
+    Attributes:
+        runs: a folder that holds runs, at any depth.
+    """
+
+    runs: str = MISSING
+
+
+def main(settings: Settings) -> int:
+    """Print a table of the runs; 1 if one has failed."""
+    from rich.console import Console
+
+    from ffd_lightning.analysis.status import printed, status_table
+
+    folder = Path(settings.runs)
+    rows = status_table(folder)
+    Console(width=None if sys.stdout.isatty() else 160).print(printed(rows, folder))
+    counts = rows["state"].value_counts()
+    print(", ".join(f"{count} {state}" for state, count in counts.items()))
+    return int((rows["state"] == "failed").any())
