@@ -57,24 +57,33 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from ffd_lightning.app.regimes import regime
-    from ffd_lightning.data.datamodule import FfdDataModule
-    from ffd_lightning.data.preparation.prepared import PreparedSet
-    from ffd_lightning.data.sources.base import Source, SourceModel, Survey
-    from ffd_lightning.data.splits import SplitInput
-    from ffd_lightning.data.templates.bank import TemplateBank
-    from ffd_lightning.evaluation.protocols.base import EvaluationProtocol, Measure
-    from ffd_lightning.evaluation.shapes import ModelShape, Shape
-    from ffd_lightning.geometry.chamfer import chamfer_distance
-    from ffd_lightning.geometry.deformation import deform, deformation_matrix, fit_offsets
-    from ffd_lightning.geometry.lattice import Lattice
-    from ffd_lightning.geometry.mesh import Mesh
-    from ffd_lightning.imaging.render_settings import RenderSettings
-    from ffd_lightning.inference.predictor import Predictor
-    from ffd_lightning.losses.objective import Objective
-    from ffd_lightning.losses.selection import Teaching
-    from ffd_lightning.losses.terms import StepInput
-    from ffd_lightning.nn.encoders.base import ImageEncoder
-    from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
-    from ffd_lightning.registry import part, register, setting
-    from ffd_lightning.training.module import FfdModule
+    from ffd_lightning.app.regimes import regime as regime
+    from ffd_lightning.data.datamodule import FfdDataModule as FfdDataModule
+    from ffd_lightning.data.preparation.prepared import PreparedSet as PreparedSet
+    from ffd_lightning.data.sources.base import Source as Source
+    from ffd_lightning.data.sources.base import SourceModel as SourceModel
+    from ffd_lightning.data.sources.base import Survey as Survey
+    from ffd_lightning.data.splits import SplitInput as SplitInput
+    from ffd_lightning.data.templates.bank import TemplateBank as TemplateBank
+    from ffd_lightning.evaluation.protocols.base import EvaluationProtocol as EvaluationProtocol
+    from ffd_lightning.evaluation.protocols.base import Measure as Measure
+    from ffd_lightning.evaluation.shapes import ModelShape as ModelShape
+    from ffd_lightning.evaluation.shapes import Shape as Shape
+    from ffd_lightning.geometry.chamfer import chamfer_distance as chamfer_distance
+    from ffd_lightning.geometry.deformation import deform as deform
+    from ffd_lightning.geometry.deformation import deformation_matrix as deformation_matrix
+    from ffd_lightning.geometry.deformation import fit_offsets as fit_offsets
+    from ffd_lightning.geometry.lattice import Lattice as Lattice
+    from ffd_lightning.geometry.mesh import Mesh as Mesh
+    from ffd_lightning.imaging.render_settings import RenderSettings as RenderSettings
+    from ffd_lightning.inference.predictor import Predictor as Predictor
+    from ffd_lightning.losses.objective import Objective as Objective
+    from ffd_lightning.losses.selection import Teaching as Teaching
+    from ffd_lightning.losses.terms import StepInput as StepInput
+    from ffd_lightning.nn.encoders.base import ImageEncoder as ImageEncoder
+    from ffd_lightning.nn.network import FfdPrediction as FfdPrediction
+    from ffd_lightning.nn.network import TemplateFfdNetwork as TemplateFfdNetwork
+    from ffd_lightning.registry import part as part
+    from ffd_lightning.registry import register as register
+    from ffd_lightning.registry import setting as setting
+    from ffd_lightning.training.module import FfdModule as FfdModule

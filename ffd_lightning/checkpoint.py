@@ -97,8 +97,8 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
     state = read_checkpoint(checkpoint)
     if _ENTRY not in state or "network" not in state[_ENTRY]:
         raise ConfigError(
-            f"the checkpoint {checkpoint} holds no templates: an earlier version made it, or it was "
-            "trained without FfdDataModule. The command of its training, with restart=true, "
+            f"the checkpoint {checkpoint} holds no templates: an earlier version made it, or "
+            "it was trained without FfdDataModule. The command of its training, with restart=true, "
             "trains it again"
         )
     content = state[_ENTRY]

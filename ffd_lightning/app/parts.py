@@ -380,8 +380,11 @@ def pix3d(settings: Pix3d, image_size: tuple[int, int]) -> Any:
     """Build the source."""
     from ffd_lightning.data.sources.pix3d import Pix3dSource
 
-    up, left_out = settings.up.value, tuple(settings.leave_out)
-    return Pix3dSource(_path(settings.root), *image_size, left_out, up, settings.yaw)
+    height, width = image_size
+    left_out = tuple(settings.leave_out)
+    return Pix3dSource(
+        _path(settings.root), height, width, left_out, settings.up.value, settings.yaw
+    )
 
 
 @dataclass

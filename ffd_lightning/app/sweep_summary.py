@@ -114,12 +114,13 @@ def _clear(notes: Path) -> None:
 def report_quietly(folder: Path) -> None:
     """Write the report of a sweep and print where it is; what fails in it stops nothing."""
     from ffd_lightning.analysis.report.write import write_report
+    from ffd_lightning.app.open_run import open_run
 
     try:
-        print(f"\n{write_report(folder)}")
+        print(f"\n{write_report(folder, open_run)}")
     except Exception as error:
         print(
             f"no report of {folder} ({type(error).__name__}: {error}); the runs are not affected, "
-            f"and python -m ffd_lightning.analysis.report.write {folder} tries again",
+            f"and ffd report {folder} tries again",
             file=sys.stderr,
         )

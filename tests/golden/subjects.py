@@ -13,21 +13,21 @@ from typing import Any
 
 import numpy as np
 import torch
+from ffd_lightning.cli import register
+from ffd_lightning.config import ProtocolKind, TrainConfig, typed_config
+from ffd_lightning.data.prepared import PreparedSet
+from ffd_lightning.data.run import build_preparations
+from ffd_lightning.evaluation.checkpoint import build_network
+from ffd_lightning.evaluation.loading import build_data
 from hydra import compose, initialize_config_dir
 from lightning import Callback, Trainer, seed_everything
 from torch import nn
 
-from ffd_lightning.cli import register
-from ffd_lightning.config import ProtocolKind, TrainConfig, typed_config
 from ffd_lightning.data.preparation import FORMAT_VERSION as PREPARATION_VERSION
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.run import build_preparations
 from ffd_lightning.data.sources.procedural import source
 from ffd_lightning.data.templates import TemplateBank
-from ffd_lightning.evaluation.checkpoint import build_network
 from ffd_lightning.evaluation.evaluator import FORMAT_VERSION as EVALUATION_VERSION
 from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
-from ffd_lightning.evaluation.loading import build_data
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction

@@ -45,6 +45,8 @@ class PatchEncoder(ffd.ImageEncoder):
 
 
 @ffd.register("encoder", "patches", Patches)
-def patches(settings: Patches, image_size: tuple[int, int], batch_norm_momentum: float) -> nn.Module:
+def patches(
+    settings: Patches, image_size: tuple[int, int], batch_norm_momentum: float
+) -> nn.Module:
     """Build the encoder."""
     return PatchEncoder(settings.channels, settings.size)

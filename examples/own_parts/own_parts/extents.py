@@ -38,7 +38,9 @@ class ExtentsProtocol(ffd.EvaluationProtocol):
         """Return the sides of the ground truth, (3,)."""
         return np.ptp(shape.cloud(self.points, rng), axis=0)
 
-    def score(self, shape: ffd.Shape, truth: np.ndarray, rng: np.random.Generator) -> dict[str, float]:
+    def score(
+        self, shape: ffd.Shape, truth: np.ndarray, rng: np.random.Generator
+    ) -> dict[str, float]:
         """Return each measure of a shape."""
         sides = np.ptp(shape.cloud(self.points, rng), axis=0)
         return {"side_error": float(np.abs(sides - truth).mean())}

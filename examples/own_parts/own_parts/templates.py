@@ -26,7 +26,9 @@ def by_height(settings: ByHeight) -> Callable[[ffd.PreparedSet, int], Sequence[s
     """Return the strategy."""
 
     def choose(prepared: ffd.PreparedSet, count: int) -> list[str]:
-        heights = [np.ptp(prepared.cloud(row, settings.points)[:, 1]) for row in range(len(prepared))]
+        heights = [
+            np.ptp(prepared.cloud(row, settings.points)[:, 1]) for row in range(len(prepared))
+        ]
         order = np.argsort(heights, kind="stable")
         return [prepared.ids[order[k]] for k in np.linspace(0, len(order) - 1, count).astype(int)]
 

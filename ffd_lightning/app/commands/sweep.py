@@ -161,8 +161,8 @@ def _help() -> str:
     listed = [f"  {name:<17}{_summary(folder / f'{name}.yaml')}" for name in _studies()]
     return "\n".join(
         [
-            "Run a study: all its sweeps of train.py, then a report. The same command again resumes",
-            "where it was interrupted, and tries again what failed.",
+            "Run a study: all its sweeps of train.py, then a report. The same command again",
+            "resumes where it was interrupted, and tries again what failed.",
             "",
             "  python sweep.py template_counts --quick",
             "  python sweep.py regimes category=chair,lamp 'seed=range(5)'",

@@ -198,7 +198,9 @@ def _farthest_points(
     if not chosen:
         # The most central shape: the least total distance to a spread of others.
         spread = points[np.linspace(0, len(points) - 1, min(len(points), _SPREAD)).astype(int)]
-        chosen = [int(torch.stack([chamfer_distance(p, points, "mean") for p in spread]).sum(0).argmin())]
+        chosen = [
+            int(torch.stack([chamfer_distance(p, points, "mean") for p in spread]).sum(0).argmin())
+        ]
     distance = torch.stack([chamfer_distance(points[c], points, "mean") for c in chosen]).amin(0)
     while len(chosen) < count:
         distance[chosen] = -1
