@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import textwrap
 from enum import Enum
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 from omegaconf import MISSING, OmegaConf
 
 from ffd_lightning import registry
-from ffd_lightning.app.config import GROUPS
+from ffd_lightning.app.config import COMMON, GROUPS
 from ffd_lightning.app.settings import settings_help
 from ffd_lightning.registry import Entry
 
@@ -65,13 +67,17 @@ def _groups(fields: list[str], folders: list[Path]) -> list[str]:
 
 def _group(group: str, folders: list[Path]) -> str:
     kind = "term" if group == "regime.terms" else GROUPS.get(group)
-    files = sorted(p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml"))
+    files = [p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml")]
+    # t2 before t16
+    files.sort(key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
     lines = [_line(p.stem, _first_comment(p)) for p in files]
     meaning = ""
     if kind is not None:
         meaning = registry.KINDS[kind]
         for entry in registry.entries(kind):
             lines += _entry_lines(entry)
+        if kind in COMMON:
+            lines.append(_line("(all of them)", _told(COMMON[kind])))
     title = f"{group.replace('.', '/')}=" if kind != "term" else "regime.terms.<label>.term="
     return "\n".join([f"{title}{f'    {meaning}' if meaning else ''}", *lines]) if lines else ""
 
@@ -79,11 +85,12 @@ def _group(group: str, folders: list[Path]) -> str:
 def _entry_lines(entry: Entry) -> list[str]:
     from_where = "" if entry.provider == "ffd_lightning" else f" ({entry.provider})"
     lines = [_line(entry.name, f"{entry.summary}{from_where}")]
-    told = " ".join(f"{f.name}={_value(f)}" for f in dataclasses.fields(entry.settings))
-    if told:
-        indent = " " * (_NAME + 4)
-        lines += textwrap.wrap(told, _WIDTH, initial_indent=indent, subsequent_indent=indent)
-    return lines
+    told = _told(entry.settings)
+    return [*lines, _line("", told)] if told else lines
+
+
+def _told(settings: type[Any]) -> str:
+    return " ".join(f"{f.name}={_value(f)}" for f in dataclasses.fields(settings))
 
 
 def _line(name: str, text: str) -> str:
@@ -105,9 +112,11 @@ def _value(f: dataclasses.Field[Any]) -> str:
         return "|".join([str(value.value), *(str(v.value) for v in type(value) if v != value)])
     if isinstance(value, bool):
         return str(value).lower()
+    if dataclasses.is_dataclass(value):
+        return "(" + " ".join(f"{x.name}={_value(x)}" for x in dataclasses.fields(value)) + ")"
     return str(value).replace("'", "").replace(" ", "")
 
 
 def _first_comment(file: Path) -> str:
-    lines = file.read_text(encoding="utf-8").splitlines()
-    return lines[0].lstrip("# ") if lines and lines[0].startswith("#") else ""
+    lines = takewhile(lambda x: x.startswith("#"), file.read_text("utf-8").splitlines())
+    return " ".join(line.lstrip("# ") for line in lines)

@@ -147,7 +147,7 @@ def run_suffix(root: DictConfig) -> str:
     words = []
     for group, choice in choices.items():
         prefix = group.replace("/", ".") + "."
-        if any(key.startswith(prefix) for key in _changed(default, option)):
+        if group not in placed and any(key.startswith(prefix) for key in _changed(default, option)):
             words.append(choice)
     own = identity(config)
     changed = {key: own.get(key) for key in _changed(option, own) if key not in _PLACED}

@@ -329,7 +329,7 @@ def folder(settings: Folder, image_size: tuple[int, int] | None = None) -> Any:
 
 @dataclass
 class ModelNet:
-    """ModelNet40 or ModelNet10, unpacked or not; split=published is its own split.
+    """ModelNet40 or ModelNet10, unpacked or not.
 
     Attributes:
         root: with <category>/{train,test}/*.off, or an archive.
@@ -356,7 +356,7 @@ def modelnet(settings: ModelNet, image_size: tuple[int, int] | None = None) -> A
 
 @dataclass
 class Pix3d:
-    """Pix3D's photographs; split=published keeps photographs of one shape together.
+    """Pix3D's photographs, cut out by their masks.
 
     Attributes:
         root: with pix3d.json beside img, mask and model.
@@ -461,6 +461,29 @@ def hash_split(settings: Hash) -> Any:
 
 
 @dataclass
+class Auto:
+    """The data set's own (modelnet, pix3d), else by the hash of the id.
+
+    Attributes:
+        train_fraction: share that is trained on, where the hash decides.
+    """
+
+    train_fraction: float = 0.8
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        Hash(self.train_fraction).check()
+
+
+@register("split", "auto", Auto)
+def auto_split(settings: Auto) -> Any:
+    """Build the rule."""
+    from ffd_lightning.data.splits import AutoSplit
+
+    return AutoSplit(settings.train_fraction)
+
+
+@dataclass
 class R2n2:
     """3D-R2N2's: the first 80% of the sorted ids are trained on."""
 
@@ -475,7 +498,7 @@ def r2n2_split(settings: R2n2) -> Any:
 
 @dataclass
 class Published:
-    """The data set's own, of modelnet and pix3d."""
+    """The data set's own, and nothing else."""
 
 
 @register("split", "published", Published)

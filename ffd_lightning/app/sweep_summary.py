@@ -16,7 +16,6 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 
-from ffd_lightning.analysis.runs import load_runs
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.run_folder import RunFolder
 
@@ -91,7 +90,7 @@ class SummaryTable(Callback):
         if not runs:
             return
         console = Console(width=None if sys.stdout.isatty() else 120)
-        for table in summary_tables(load_runs(runs)):
+        for table in summary_tables(runs):
             console.print(table)
         for run in runs:
             if run.finished:

@@ -111,6 +111,21 @@ class PublishedSplit:
         return shapes.published
 
 
+class AutoSplit:
+    """The data set's own split where it has one, else by the hash of the id.
+
+    Args:
+        train_fraction: see `HashSplit`.
+    """
+
+    def __init__(self, train_fraction: float = 0.8) -> None:
+        self.train_fraction = train_fraction
+
+    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
+        """See `SplitRule`."""
+        return shapes.published or HashSplit(self.train_fraction)(shapes)
+
+
 class ListedSplit:
     """A split that is read from a file.
 
