@@ -1,7 +1,6 @@
 """A tiny configuration, and a tiny prepared set shared by the tests that need one."""
 
 import os
-from pathlib import Path
 
 # Before torch is loaded, as train.py does it: waiting threads must not take the others' cores.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
@@ -9,15 +8,12 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 import jaxtyping
 import pytest
 import torch
-from ffd_lightning.app.cli import register
-from hydra import compose, initialize_config_dir
 
 from ffd_lightning.app.config import TrainConfig, typed_config
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.imaging.render_settings import RenderSettings
 
-ROOT = Path(__file__).parents[1]
 TINY = (
     "category=table",
     "templates=t2",
@@ -67,11 +63,8 @@ def tiny_config(data_root):
     """Return a function from overrides to a typed, tiny configuration."""
 
     def make(*overrides):
-        register()
-        with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-            return typed_config(
-                compose("train", [*TINY, f"paths.data={data_root}", *overrides]), TrainConfig
-            )
+        given = [*TINY, f"paths.data={data_root}", *overrides]
+        return typed_config(compose_config("train", TrainConfig, given), TrainConfig)
 
     return make
 
@@ -91,8 +84,7 @@ def tiny_run(tiny_config, tmp_path_factory):
 
     After so few steps moving averages would be of the first weights and features vanish.
     """
-    from ffd_lightning.app.train import train
-
+    from ffd_lightning.app.training_run import train
     from ffd_lightning.run_folder import RunFolder
 
     run = RunFolder(tmp_path_factory.mktemp("runs") / "run")

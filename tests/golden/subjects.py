@@ -13,27 +13,28 @@ from typing import Any
 
 import numpy as np
 import torch
-from ffd_lightning.cli import register
-from ffd_lightning.config import ProtocolKind, TrainConfig, typed_config
-from ffd_lightning.data.prepared import PreparedSet
-from ffd_lightning.data.run import build_preparations
-from ffd_lightning.evaluation.checkpoint import build_network
-from ffd_lightning.evaluation.loading import build_data
-from hydra import compose, initialize_config_dir
 from lightning import Callback, Trainer, seed_everything
 from torch import nn
 
-from ffd_lightning.data.preparation import FORMAT_VERSION as PREPARATION_VERSION
-from ffd_lightning.data.sources.procedural import source
-from ffd_lightning.data.templates import TemplateBank
+from ffd_lightning import shapes
+from ffd_lightning.app.build import build_data, build_module, build_network, build_preparations
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.data.preparation.preparation import FORMAT_VERSION as PREPARATION_VERSION
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.evaluator import FORMAT_VERSION as EVALUATION_VERSION
-from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
+from ffd_lightning.evaluation.evaluator import (
+    EvaluatedNetwork,
+    EvaluationOptions,
+    Shapes,
+    evaluate,
+)
 from ffd_lightning.evaluation.protocols import PROTOCOLS
-from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction
-from ffd_lightning.training.module import FfdModule
 
-ROOT = Path(__file__).parents[2]
 REGIMES = ("b", "w", "e", "r")
 STEPS = 3
 _SETTINGS = (
@@ -50,6 +51,7 @@ _SETTINGS = (
     "schedule.batch_size=4",
     "schedule.num_points=64",
     "schedule.annealing_steps=2",  # so few that the steps' terms fade visibly
+    "split.val_fraction=0",
     "preparation.workers=1",
     "trainer=cpu",
     "trainer.progress_bar=false",
@@ -61,7 +63,7 @@ _TEMPLATES = ("table-000008", "table-000003")  # of the evaluation: the second f
 def versions() -> dict[str, int]:
     """Return the versions that go up when results are meant to change."""
     return {
-        "generators": source.GENERATOR_VERSION,
+        "generators": shapes.GENERATOR_VERSION,
         "preparation": PREPARATION_VERSION,
         "evaluation": EVALUATION_VERSION,
     }
@@ -69,13 +71,12 @@ def versions() -> dict[str, int]:
 
 def families() -> dict[str, tuple[str, ...]]:
     """Return the structural families of each category."""
-    names = source.ProceduralSource(1).categories()
-    return {name: source.families(name) for name in names}
+    return {name: shapes.families(name) for name in ProceduralSource(1).categories()}
 
 
 def shape(category: str, model_id: str) -> dict[str, Any]:
     """Return one procedural model as its generator draws it."""
-    model = source.ProceduralSource(1).load(category, model_id)
+    model = ProceduralSource(1).load(category, model_id)
     mesh = model.mesh
     textured = mesh.face_textures is not None
     return {
@@ -146,26 +147,13 @@ def training(regime: str, folder: Path, double: bool) -> dict[str, Any]:
         _draw_weights(network)
         # Images are bytes, and would be standardised in float32.
         network.register_forward_pre_hook(lambda _, images: (images[0].double(),))
-    module = FfdModule(
-        network,
-        Objective(
-            weighting=cfg.regime.weighting,
-            entropy_weight=cfg.regime.entropy_weight,
-            offset_weight=cfg.regime.offset_weight,
-            annealing_steps=cfg.schedule.annealing_steps,
-        ),
-        learning_rate=cfg.schedule.learning_rate,
-        learning_rate_decay=cfg.schedule.learning_rate_decay,
-        steps=cfg.schedule.steps,
-        seed=cfg.seed,
-    )
+    module = build_module(cfg, network, {})
     terms = _Terms()
     trainer = Trainer(
         accelerator="cpu",
         devices=1,
         precision="64-true" if double else "32-true",
         max_steps=STEPS,
-        max_epochs=1,
         limit_val_batches=0,
         logger=False,
         callbacks=[terms],
@@ -193,16 +181,16 @@ def evaluation(folder: Path) -> dict[str, float]:
     found = _prepared(folder)
     bank = TemplateBank.of(found, _TEMPLATES)
     rows = np.array([row for row, name in enumerate(found.ids) if name not in _TEMPLATES])
-    subject = Subject(
+    evaluated = EvaluatedNetwork(
         _FixedOutputs(*bank.control_points.shape[:2]),  # type: ignore[arg-type]
         bank,
-        trained_on=Models(found, rows[:-3]),
-        tested_on=Models(found, rows[-3:]),
+        trained_on=Shapes(found, rows[:-3]),
+        tested_on=Shapes(found, rows[-3:]),
         step=0,
     )
-    protocol = PROTOCOLS[ProtocolKind.paper]
-    options = Options(references=True, progress=False, restart=True)
-    return evaluate(subject, protocol, folder / "evaluation", options)
+    protocol = PROTOCOLS["paper"]
+    options = EvaluationOptions(references=True, progress=False, restart=True)
+    return evaluate(evaluated, protocol, folder / "evaluation", options)
 
 
 def _draw_weights(network: nn.Module) -> None:
@@ -221,8 +209,10 @@ class _Terms(Callback):
         self.steps: list[dict[str, float]] = []
 
     def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
-        logged = trainer.callback_metrics
-        self.steps.append({name: float(value) for name, value in sorted(logged.items())})
+        logged = {name: float(value) for name, value in trainer.callback_metrics.items()}
+        # As it was called, and counted, when the digests were recorded.
+        logged["train/entropy"] = -logged.pop("train/negative_entropy")
+        self.steps.append(dict(sorted(logged.items())))
 
 
 class _FixedOutputs(nn.Module):
@@ -248,9 +238,9 @@ class _FixedOutputs(nn.Module):
 
 
 def _config(folder: Path, *overrides: str) -> TrainConfig:
-    register()
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        composed = compose("train", [*_SETTINGS, f"paths.data={folder}", *overrides])
+    composed = compose_config(
+        "train", TrainConfig, [*_SETTINGS, f"paths.data={folder}", *overrides]
+    )
     return typed_config(composed, TrainConfig)
 
 
