@@ -9,7 +9,9 @@ import jaxtyping
 import pytest
 import torch
 
-from ffd_lightning.app.config import TrainConfig, typed_config
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.schema import typed_config
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.imaging.render_settings import RenderSettings
