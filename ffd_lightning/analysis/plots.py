@@ -20,6 +20,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from ffd_lightning.analysis.wording import measure_title
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
@@ -47,16 +48,6 @@ _DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
     ("", "deformed", "-"),
     ("undeformed_", "undeformed", ":"),
 )  # prefix of the columns, name, line style
-_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
-
-
-def measure_title(name: str) -> str:
-    """Return how a measure is written for people.
-
-    >>> measure_title("iou"), measure_title("fscore_1")
-    ('IoU', 'fscore_1')
-    """
-    return _TITLES.get(name, name)
 
 
 def run_labels(table: pd.DataFrame) -> dict[str, str]:
