@@ -7,8 +7,8 @@ import pytest
 from omegaconf import OmegaConf
 
 from ffd_lightning.analysis.paper import MEASURES, comparison_table, paper_table
-from ffd_lightning.analysis.paper import to_latex as latex
-from ffd_lightning.analysis.paper import to_markdown as markdown
+from ffd_lightning.analysis.paper_text import to_latex as latex
+from ffd_lightning.analysis.paper_text import to_markdown as markdown
 from ffd_lightning.analysis.runs import load_runs
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription

@@ -9,9 +9,9 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.colors import to_hex
 
+from ffd_lightning.analysis.plot_layout import run_labels
 from ffd_lightning.analysis.plots import (
     cumulative_curves,
-    run_labels,
     selection_histograms,
     template_count_curves,
     to_svg,
