@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.paired import LEVEL, Comparison, holm, resampled_means
-from ffd_lightning.analysis.tables import number
+from ffd_lightning.analysis.paired import Comparison, holm, resampled_means
+from ffd_lightning.analysis.sentences import group_label, statement
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
@@ -20,7 +20,6 @@ REGIMES = ("b", "w", "e", "r")  # in the paper's order
 _HELD = ("regime", "templates")  # what is the same in a comparison unless it is what is compared
 _SEEDS_SHARE = ("category", "regime", "templates")
 _SETTINGS = ("data.", "network.", "encoder.", "schedule.", "regime.", "templates.")
-_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
 
 
 def aggregate_seeds(
@@ -150,7 +149,7 @@ def compare_runs(
             "seeds_a": c.seeds[0],
             "seeds_b": c.seeds[1],
             "agreement": c.agreement,
-            "statement": _statement(c, held, judged, measure, p, len(found)),
+            "statement": statement(c, held, judged, measure, p, len(found)),
         }
         for c, p in zip(found, corrected, strict=True)
     ]
@@ -210,7 +209,7 @@ def _compare(
     groups: dict[str, list[str]] = {}
     for values, group in sorted(runs.groupby(names), key=lambda g: [_order(v) for v in g[0]]):
         check_seeds(group)
-        groups[_label(names, values)] = group.sort_values("seed")["run"].tolist()
+        groups[group_label(names, values)] = group.sort_values("seed")["run"].tolist()
     if len(groups) < 2:
         return []
     # Trained together with other categories, a model is called <category>/<id>.
@@ -261,53 +260,6 @@ def _over_categories(found: list[Comparison]) -> list[Comparison]:
         for (held, a, b), parts in same.items()
         if len(parts) > 1
     ]
-
-
-def _statement(
-    c: Comparison, held: list[str], judged: Measure, measure: str, p: float, count: int
-) -> str:
-    """Say in a sentence what a comparison shows."""
-    where = ("the " if len(c.differences) > 1 else "") + c.category
-    if held:
-        where += f" ({_label(held, c.held)})"
-    shape = measure.removesuffix(judged.name).replace("_", " ")
-    title = f"{shape}{_TITLES.get(judged.name, judged.name)}"
-    models = f"{c.num_samples} models"
-    if not any(d.any() for d in c.differences):
-        return f"no difference between {c.a} and {c.b} on {where}: same {title} on all {models}"
-    corrected = f", Holm over {count} comparisons" if count > 1 else ""
-    seeds = "one training each: says nothing of other seeds"
-    if max(c.seeds) > 1:
-        seeds = f"{c.seeds[0]} and {c.seeds[1]} seeds, {c.agreement:.0%} of their pairs agree"
-    chance = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
-    facts = f"({models}, {chance}{corrected}; {seeds})"
-    sign = 1 if c.difference > 0 else -1
-    apart, low_p, one_way = min(sign * x for x in c.interval) > 0, p < LEVEL, sign * c.z > 0
-    shown = apart and low_p and one_way
-
-    def size(sign: int) -> str:
-        low, high = sorted(sign * judged.factor * x for x in c.interval)
-        unit = "" if judged.factor == 1 else f" x {judged.factor:g}"
-        mean = number(sign * judged.factor * c.difference)
-        return f"{mean} [{number(low)}, {number(high)}]{unit}"
-
-    if shown:
-        winner, loser = (c.a, c.b) if (sign > 0) == judged.higher_is_better else (c.b, c.a)
-        word = "higher" if judged.higher_is_better else "lower"
-        return f"{winner} beats {loser} on {where}: {title} {word} by {size(sign)} {facts}"
-    why = ""
-    if apart and low_p:
-        why = ", mean and ranks disagree"
-    elif apart or low_p:
-        why = f", only the {'mean' if apart else 'ranks'} would show one"
-    text = f"no difference shown between {c.a} and {c.b} on {where}{why}: "
-    return f"{text}{title} {c.a} - {c.b} = {size(1)} {facts}"
-
-
-def _label(names: Sequence[str], values: Sequence[Any]) -> str:
-    """Return what a group is called: "w T=16"."""
-    short = {"regime": "", "run": "", "setup": "", "templates": "T=", "seed": "seed "}
-    return " ".join(f"{short.get(n, f'{n}=')}{v}" for n, v in zip(names, values, strict=True))
 
 
 def _order(value: Any) -> tuple[int, float, str]:

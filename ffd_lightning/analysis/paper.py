@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -113,55 +112,11 @@ def comparison_table(runs: pd.DataFrame) -> pd.DataFrame:
     shared = _shared_categories(ours)
     if len(shared) > 1:
         table = pd.concat([table, _means(table, shared)], ignore_index=True)
-    table = table.sort_values(["source", "category", "method"], key=_order, ignore_index=True)
+    table = table.sort_values(
+        ["source", "category", "method"], key=in_paper_order, ignore_index=True
+    )
     table.attrs["caption"] = _caption(usable, mine, shared, protocol, load_settings(folders))
     return table
-
-
-def to_markdown(table: pd.DataFrame) -> str:
-    """Return a comparison as a Markdown table: categories by methods, the caption below it.
-
-    Args:
-        table: as `comparison_table` gives it.
-    """
-    head, rows = _layout(table)
-    names = [f"{source} {method}" for source, method in head]
-    lines = [["category", *names], ["---", *["---:"] * len(names)], *rows]
-    text = "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
-    return re.sub(r"([_*])", r"\\\1", f"{text}\n\n{_caption_of(table)}\n")
-
-
-def to_latex(table: pd.DataFrame) -> str:
-    r"""Return a comparison as a LaTeX table, for `\usepackage{booktabs,graphicx}`.
-
-    Args:
-        table: as `comparison_table` gives it.
-    """
-    head, rows = _layout(table)
-    sources = [source for source, _ in head]
-    groups, rules, start = [], [], 2
-    for source in dict.fromkeys(sources):
-        end = start + sources.count(source) - 1
-        groups.append(rf"\multicolumn{{{end - start + 1}}}{{c}}{{{source}}}")
-        rules.append(rf"\cmidrule(lr){{{start}-{end}}}")
-        start = end + 1
-    lines = [
-        r"\begin{table}",
-        r"\centering",
-        r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
-        rf"\begin{{tabular}}{{l{'c' * len(head)}}}",
-        r"\toprule",
-        " & ".join(["", *groups]) + r" \\",
-        " ".join(rules),
-        " & ".join(["category", *(_escape(method) for _, method in head)]) + r" \\",
-        r"\midrule",
-        *(" & ".join(map(_escape, row)) + r" \\" for row in rows),
-        r"\bottomrule",
-        r"\end{tabular}}",
-        rf"\caption{{{_escape(_caption_of(table))}}}",
-        r"\end{table}",
-    ]
-    return "\n".join(lines) + "\n"
 
 
 def _methods(mine: pd.DataFrame) -> pd.Series:
@@ -192,7 +147,7 @@ def _means(table: pd.DataFrame, shared: list[str]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _order(column: pd.Series) -> pd.Series:
+def in_paper_order(column: pd.Series) -> pd.Series:
     """Return sort keys: ours before the paper, categories and methods in the paper's order."""
     known = ("ours", "paper", *PAPER_CATEGORIES, *REGIMES, "DN", "PSGN")
 
@@ -204,23 +159,6 @@ def _order(column: pd.Series) -> pd.Series:
         return f"{place:03} {int(first[1]):06}" if len(first) > 1 else f"{place:03} {value}"
 
     return column.map(key)
-
-
-def _layout(table: pd.DataFrame) -> tuple[list[tuple[str, str]], list[list[str]]]:
-    """Return (source, method) of each column, and rows of a category's name and its cells."""
-    if table.empty:
-        raise DataError("the comparison has no rows")
-    cells = {
-        (row["source"], row["method"], row["category"]): "/".join(
-            "-" if pd.isna(row[m]) else f"{row[m]:.0f}" for m in MEASURES
-        )
-        for row in table.to_dict("records")
-    }
-    pairs = table[["source", "method"]].drop_duplicates()
-    pairs = pairs.sort_values(["source", "method"], key=_order)
-    head = list(pairs.itertuples(index=False, name=None))
-    categories = table["category"].drop_duplicates().sort_values(key=_order)
-    return head, [[c, *(cells.get((*h, c), "-") for h in head)] for c in categories]
 
 
 def _caption(
@@ -284,19 +222,3 @@ def _value(row: pd.Series, key: str) -> str:
 def _range(values: pd.Series) -> str:
     low, high = int(values.min()), int(values.max())
     return str(low) if low == high else f"{low} to {high}"
-
-
-def _caption_of(table: pd.DataFrame) -> str:
-    try:
-        return str(table.attrs["caption"])
-    except KeyError:
-        raise DataError(
-            "the comparison has lost its caption, which says in what the experiments differ: take "
-            "the table as comparison_table gives it, or copy its attrs"
-        ) from None
-
-
-def _escape(text: str) -> str:
-    """Return text as LaTeX prints it."""
-    special = {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
-    return "".join(special.get(c, f"\\{c}" if c in "&%$#_{}" else c) for c in text)

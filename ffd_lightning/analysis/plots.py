@@ -7,67 +7,29 @@ drawn for a width of about 400 pixels: text stays readable on a telephone.
 from __future__ import annotations
 
 import io
-import textwrap
-from collections.abc import Sequence
-from os.path import commonpath, relpath
-from typing import Any, Literal
 
 import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from ffd_lightning.analysis.plot_layout import (
+    DASHES,
+    STYLE,
+    add_legend,
+    axis_label,
+    colors_of,
+    panels_of,
+    run_labels,
+    series_of,
+)
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
 
-# Okabe and Ito's palette, told apart by all kinds of colour vision; without its yellow, which is
-# lost on white. Regimes keep their colour in every figure.
-_REGIMES = {"b": "#0072B2", "w": "#D55E00", "e": "#009E73", "r": "#CC79A7"}
-_PALETTE = (*_REGIMES.values(), "#E69F00", "#56B4E9", "#000000")
-_STYLE: Any = {
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.labelsize": 8.5,
-    "legend.fontsize": 8.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": "#e3e3e3",
-    "grid.linewidth": 0.6,
-    "svg.hashsalt": "ffd_lightning",  # else the names of clip paths are drawn anew each time
-    "svg.fonttype": "path",
-}
 _WIDTH = 4.2  # inches
-_DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
-    ("", "deformed", "-"),
-    ("undeformed_", "undeformed", ":"),
-)  # prefix of the columns, name, line style
-_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
-
-
-def measure_title(name: str) -> str:
-    """Return how a measure is written for people.
-
-    >>> measure_title("iou"), measure_title("fscore_1")
-    ('IoU', 'fscore_1')
-    """
-    return _TITLES.get(name, name)
-
-
-def run_labels(table: pd.DataFrame) -> dict[str, str]:
-    """Return a short label for each run, made of what differs between the runs.
-
-    Args:
-        table: of runs or samples, with columns `run`, `category`, `regime`, `templates`, `seed`.
-    """
-    settings = _settings(table)
-    shown = [name for name in settings if settings[name].nunique() > 1]
-    return _labels(settings, shown or ["regime", "templates"])
 
 
 def cumulative_curves(
@@ -89,14 +51,14 @@ def cumulative_curves(
         DataError: the samples lack the measure, or hold values that are not finite.
     """
     chosen = protocol.measure(measure)
-    with matplotlib.rc_context(_STYLE):
-        series, colors = _series(samples)
+    with matplotlib.rc_context(STYLE):
+        series, colors = series_of(samples)
         categories = series["category"].unique()
-        figure, panels = _panels(len(categories), columns=2, width=_WIDTH, height=2.7)
+        figure, panels = panels_of(len(categories), columns=2, width=_WIDTH, height=2.7)
         for category, panel in zip(categories, panels, strict=True):
             for run in series.index[series["category"] == category]:
                 of_run = samples[samples["run"] == run]
-                for prefix, _, dash in _DASHES:
+                for prefix, _, dash in DASHES:
                     if (name := prefix + measure) in of_run or not prefix:
                         panel.ecdf(
                             chosen.factor * _finite(of_run, name, run),
@@ -110,10 +72,10 @@ def cumulative_curves(
             if not chosen.higher_is_better:
                 panel.set_xscale("log")
             panel.set_ylim(0, 1.02)
-        _legend(figure, colors)
+        add_legend(figure, colors)
         word = "above" if chosen.higher_is_better else "below"
         figure.supylabel(f"share of test samples {word} the score", fontsize=8.5)
-        figure.supxlabel(_axis_label(chosen, protocol), fontsize=8.5)
+        figure.supxlabel(axis_label(chosen, protocol), fontsize=8.5)
     return figure
 
 
@@ -129,9 +91,9 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     Raises:
         DataError: a run selects more templates than it has.
     """
-    with matplotlib.rc_context(_STYLE):
-        labels, (series, colors) = run_labels(samples), _series(samples)
-        figure, panels = _panels(len(labels), columns=2, width=_WIDTH, height=1.5)
+    with matplotlib.rc_context(STYLE):
+        labels, (series, colors) = run_labels(samples), series_of(samples)
+        figure, panels = panels_of(len(labels), columns=2, width=_WIDTH, height=1.5)
         for (run, label), panel in zip(labels.items(), panels, strict=True):
             of_run = samples[samples["run"] == run]
             share = _shares(of_run, run)
@@ -183,10 +145,10 @@ def template_count_curves(
             f"all runs have T = {table['templates'].iloc[0]}: a curve against the number of "
             "templates needs two or more (templates=t1,t4,t16)"
         )
-    with matplotlib.rc_context(_STYLE):
-        colors = _colors(list(dict.fromkeys(table["regime"])))
+    with matplotlib.rc_context(STYLE):
+        colors = colors_of(list(dict.fromkeys(table["regime"])))
         categories = table["category"].unique()
-        figure, panels = _panels(len(categories), columns=2, width=_WIDTH, height=2.7)
+        figure, panels = panels_of(len(categories), columns=2, width=_WIDTH, height=2.7)
         for category, panel in zip(categories, panels, strict=True):
             of_category = table[table["category"] == category]
             for regime, part in of_category.groupby("regime", sort=False):
@@ -198,9 +160,9 @@ def template_count_curves(
             panel.set_ylim(bottom=0)
             if len(categories) > 1:
                 panel.set_title(category)
-        _legend(figure, colors, title="regime")
+        add_legend(figure, colors, title="regime")
         several = table.groupby(["category", "regime", "templates"]).size().max() > 1
-        title, told = _axis_label(chosen, protocol).split("\n", 1)
+        title, told = axis_label(chosen, protocol).split("\n", 1)
         seeds = "mean ± standard deviation over seeds" if several else "one seed"
         figure.supylabel(title, fontsize=8.5)
         figure.supxlabel(f"number of templates T\n{told}\n{seeds}", fontsize=8.5)
@@ -210,66 +172,9 @@ def template_count_curves(
 def to_svg(figure: Figure) -> bytes:
     """Return a figure as SVG, the same bytes each time; letters are paths, so no font is needed."""
     buffer = io.BytesIO()
-    with matplotlib.rc_context(_STYLE):
+    with matplotlib.rc_context(STYLE):
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
     return buffer.getvalue()
-
-
-# --- what is drawn -------------------------------------------------------------------------------
-
-
-def _settings(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a row per run (index): category, regime, templates, seed."""
-    groups = table.groupby("run", sort=False)
-    settings = groups[["regime", "templates", "seed"]].first()
-    names = groups["category"].unique()
-    one = names.map(lambda found: str(found[0]) if len(found) == 1 else f"{len(found)} categories")
-    settings.insert(0, "category", one)
-    return settings
-
-
-def _labels(settings: pd.DataFrame, shown: Sequence[str]) -> dict[str, str]:
-    """Return a label for each run: the settings `shown`, or its folder where that is not enough."""
-    form = {"category": "{}", "regime": "{}", "templates": "T = {}", "seed": "seed {}"}
-    labels = {
-        str(run): ", ".join(form[name].format(row[name]) for name in shown)
-        for run, row in settings.iterrows()
-    }
-    alike = settings.reset_index().groupby(list(settings), dropna=False)["run"]
-    for _, runs in alike:
-        if len(runs) > 1:
-            root = commonpath(list(runs))
-            labels |= {run: f"{labels[run]}, {relpath(run, root)}" for run in runs}
-    return labels
-
-
-def _series(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """Return a row per run (index) with `category` and `series`, and the colour of each series."""
-    settings = _settings(table)
-    shown = [name for name in ("regime", "templates") if settings[name].nunique() > 1]
-    settings["series"] = pd.Series(_labels(settings, shown or ["regime"]))
-    names = list(dict.fromkeys(settings["series"]))
-    if shown == ["templates"]:
-        # Ordered by number, in colours that have an order.
-        names = list(dict.fromkeys(settings.sort_values("templates", kind="stable")["series"]))
-        return settings, _scale(names)
-    return settings, _colors(names)
-
-
-def _colors(names: Sequence[str]) -> dict[str, str]:
-    """Return a colour for each name; a regime's own where all are regimes."""
-    if set(names) <= set(_REGIMES):
-        return {name: _REGIMES[name] for name in names}
-    if len(names) > len(_PALETTE):
-        return _scale(names)
-    return dict(zip(names, _PALETTE, strict=False))
-
-
-def _scale(names: Sequence[str]) -> dict[str, str]:
-    """Return colours from dark to light; the lightest of viridis would be lost on white."""
-    places = np.linspace(0, 0.85, len(names))
-    colors = matplotlib.colormaps["viridis"](places)
-    return {n: matplotlib.colors.to_hex(c) for n, c in zip(names, colors, strict=True)}
 
 
 def _finite(samples: pd.DataFrame, name: str, run: str) -> NDArray[np.float64]:
@@ -304,7 +209,7 @@ def _shares(samples: pd.DataFrame, run: str) -> NDArray[np.float64]:
 
 def _count_lines(panel: Axes, runs: pd.DataFrame, measure: Measure, color: str) -> None:
     """Draw one regime's lines into a panel."""
-    for prefix, _, dash in _DASHES:
+    for prefix, _, dash in DASHES:
         if (name := prefix + measure.name) not in runs:
             continue
         over_seeds = (measure.factor * runs.set_index("templates")[name]).groupby(level=0)
@@ -322,36 +227,3 @@ def _count_lines(panel: Axes, runs: pd.DataFrame, measure: Measure, color: str) 
         )
         for line in bars[2]:
             line.set_linewidth(0.9)
-
-
-# --- how it is laid out --------------------------------------------------------------------------
-
-
-def _panels(count: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure of `count` panels that share their axes' labels; one panel is wider."""
-    columns = min(columns, count)
-    rows = -(-count // columns)
-    figure = Figure(figsize=(width, 0.75 + rows * height), layout="constrained", facecolor="white")
-    axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
-    for unused in axes.flat[count:]:
-        unused.set_visible(False)
-    return figure, list(axes.flat[:count])
-
-
-def _legend(figure: Figure, colors: dict[str, str], title: str | None = None) -> None:
-    handles = [Line2D([], [], color=color, label=name) for name, color in colors.items()]
-    handles += [
-        Line2D([], [], color="#444444", linestyle=dash, label=name) for _, name, dash in _DASHES
-    ]
-    longest = max(len(str(handle.get_label())) for handle in handles)
-    columns = min(len(handles), max(1, 54 // (longest + 7)))
-    figure.legend(
-        handles=handles, loc="outside upper center", ncols=columns, frameon=False, title=title
-    )
-
-
-def _axis_label(measure: Measure, protocol: ProtocolDescription, width: int = 56) -> str:
-    """Return a measure with its factor, definition and units, over several lines."""
-    factor = "" if measure.factor == 1 else f" x {measure.factor:g}"
-    told = f"{measure.definition}; {protocol.note}; protocol {protocol.name}"
-    return f"{measure_title(measure.name)}{factor}\n" + "\n".join(textwrap.wrap(told, width))

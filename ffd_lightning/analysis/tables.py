@@ -8,6 +8,7 @@ import pandas as pd
 from rich.table import Table
 
 from ffd_lightning.analysis.runs import find_protocol, load_runs
+from ffd_lightning.analysis.wording import number
 from ffd_lightning.errors import UserError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
@@ -85,12 +86,3 @@ def _caption(protocol: ProtocolDescription, others: Sequence[tuple[str, str, str
     ).replace("\n", " ")
     factors = {m.factor for m in protocol.measures} - {1.0}
     return f"{told}. {protocol.note}." + "".join(f" All x {f:g}." for f in factors)
-
-
-def number(value: float) -> str:
-    """Return a number for a table: one place after the point, more where it is small.
-
-    >>> number(1234.56), number(0.00345)
-    ('1234.6', '0.00345')
-    """
-    return f"{value:.1f}" if abs(value) >= 10 else f"{value + 0.0:.3g}"  # no -0

@@ -8,14 +8,29 @@ from hydra.core.utils import JobReturn, JobStatus
 from omegaconf import OmegaConf
 from rich.console import Console
 
-from ffd_lightning.analysis import status
-from ffd_lightning.analysis.runs import find_runs, load_runs, load_samples, load_settings
+from ffd_lightning.analysis.runs import (
+    described_protocols,
+    find_protocol,
+    find_runs,
+    load_runs,
+    load_samples,
+    load_settings,
+    own_protocol,
+)
 from ffd_lightning.analysis.status import status_table
 from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.app.commands import status
 from ffd_lightning.app.sweep_summary import SummaryTable
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
+PAPER = ProtocolDescription(
+    "paper",
+    "1,024 points",
+    (Measure("chamfer", "squared"), Measure("emd", "exact"), Measure("iou", "32^3", True)),
+)
+OWN = ProtocolDescription("own", "no unit", (Measure("warmth", "degrees", True, 1.0),))
 SUMMARY = {
     "chamfer": 0.0321,
     "emd": 0.552,
@@ -29,9 +44,9 @@ SUMMARY = {
 
 
 def write_summary(run, protocol, numbers):
-    run.evaluation(protocol).mkdir(parents=True)
-    content = {**numbers, "settings": {"seed": 0}, "unit": "none"}
-    (run.evaluation(protocol) / "summary.json").write_text(json.dumps(content))
+    run.evaluation(protocol.name).mkdir(parents=True)
+    content = {**numbers, "settings": {"seed": 0}, "protocol": protocol.to_json()}
+    (run.evaluation(protocol.name) / "summary.json").write_text(json.dumps(content))
 
 
 @pytest.fixture
@@ -46,7 +61,7 @@ def runs(tmp_path):
         )
         result.append(run)
     result[0].set_status("finished", summary={"chamfer": 9.9, "seconds_per_step": 0.5})
-    write_summary(result[0], "paper", SUMMARY)
+    write_summary(result[0], PAPER, SUMMARY)
     result[1].set_status("failed", reason="the disk is full")
     return result
 
@@ -64,20 +79,67 @@ def test_runs_are_found_and_read(runs, tmp_path):
     assert table["state"].tolist() == ["finished", "failed"]
     assert table.loc[0, "chamfer"] == SUMMARY["chamfer"]
     assert table.loc[0, "seconds_per_step"] == 0.5
-    assert "unit" not in table
+    assert "settings" not in table
 
 
 def test_runs_are_read_under_the_protocol_that_is_asked_for(runs):
-    write_summary(runs[0], "modern", {"fscore_1": 0.5})
-    table = load_runs(runs, "modern")
-    assert table.loc[0, "fscore_1"] == 0.5
-    assert table["protocol"].tolist() == ["modern"] * 2
-    runs[0].set_status("finished", evaluation={"protocol": "modern", "references": True})
-    assert load_runs(runs)["protocol"].tolist() == ["modern", "paper"]
+    write_summary(runs[0], OWN, {"warmth": 0.5})
+    table = load_runs(runs, "own")
+    assert table.loc[0, "warmth"] == 0.5
+    assert table["protocol"].tolist() == ["own"] * 2
+    runs[0].set_status("finished", evaluation={"protocol": "own", "references": True})
+    assert load_runs(runs)["protocol"].tolist() == ["own", "paper"]
+
+
+def test_protocols_are_known_from_the_runs_alone(runs):
+    """That of another package, say, which is not here."""
+    assert find_protocol(runs) == PAPER
+    write_summary(runs[0], OWN, {"warmth": 0.5})
+    assert find_protocol(runs, "own") == OWN
+    assert list(described_protocols(runs[0])) == ["paper", "own"], "that of its training first"
+    with pytest.raises(ConfigError, match=r"under protocol 'mine': choose one of paper, own, or"):
+        find_protocol(runs, "mine")
+    with pytest.raises(
+        DataError, match=r"no run was evaluated.*ffd evaluate run=\S*e protocol=own"
+    ):
+        find_protocol(runs[1:], "own")
+    write_summary(runs[1], OWN, {"warmth": 0.7})
+    assert find_protocol(runs) == OWN, "that of most runs"
+    runs[1].config.write_text(runs[1].config.read_text() + "evaluation: {protocol: own}\n")
+    assert own_protocol(runs[1]) == "own"
+    runs[1].set_status("finished")
+    shown = text(summary_tables(runs[1:]))
+    assert "protocol own" in shown
+    assert "warmth ↑" in shown
+    assert "0.7" in shown
+
+
+def test_descriptions_that_are_damaged_are_none(runs):
+    file = runs[0].evaluation("paper") / "summary.json"
+    content = json.loads(file.read_text())
+    for damaged in (
+        "{",
+        "[]",
+        json.dumps({k: v for k, v in content.items() if k != "protocol"}),
+        json.dumps(content | {"protocol": {"name": "paper", "note": "", "measures": []}}),
+        json.dumps(content | {"protocol": {"name": "paper", "note": "", "measures": [{}]}}),
+        json.dumps(content | {"protocol": "paper"}),
+    ):
+        file.write_text(damaged)
+        assert described_protocols(runs[0]) == {}, damaged
+
+
+def test_settings_that_are_damaged_are_said(runs, tmp_path):
+    for damaged in ("seed: [", "seed", "", "\x00"):
+        runs[0].config.write_text(damaged)
+        with pytest.raises(ConfigError, match=r"b/config\.yaml is damaged"):
+            load_runs(runs)
+    with pytest.raises(ConfigError, match="is not a run folder"):
+        load_settings([RunFolder(tmp_path / "no")])
 
 
 def test_the_table_shows_numbers_and_failures(runs, tmp_path):
-    shown = text(summary_tables(load_runs(runs)))
+    shown = text(summary_tables(runs))
     for word in ("32.1", "552.0", "189.0", "5.8", "2.5", "93", "failed", "the disk is full", "emd"):
         assert word in shown
 
@@ -174,7 +236,7 @@ def test_settings_are_named_as_on_the_command_line(runs):
     assert set(settings) == {"category.name", "regime.name", "templates.count", "seed"}
 
 
-def test_the_status_of_runs(runs, tmp_path, monkeypatch, capsys):
+def test_the_status_of_runs(runs, tmp_path, capsys):
     third, fourth = RunFolder(tmp_path / "f"), RunFolder(tmp_path / "g")
     for run in (third, fourth):
         run.path.mkdir()
@@ -187,10 +249,7 @@ def test_the_status_of_runs(runs, tmp_path, monkeypatch, capsys):
     journal.write_text("{}\n" * 3)
     with third.lock():
         table = status_table(tmp_path).set_index("run")
-        monkeypatch.setattr("sys.argv", ["status", str(tmp_path)])
-        with pytest.raises(SystemExit) as ended:
-            status.main()
-    assert ended.value.code == 1
+        assert status.main(status.Settings(str(tmp_path))) == 1
     shown = capsys.readouterr().out
     for word in ("30% training", "1.1 h", "25% evaluating", "the disk is full", "1 interrupted"):
         assert word in shown

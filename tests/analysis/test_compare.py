@@ -10,6 +10,9 @@ from ffd_lightning.analysis import paired
 from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs, measure_of
 from ffd_lightning.analysis.paired import holm
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+
+PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 
 
 def run_samples(scores, regime="b", *, seed=0, category="table", templates=16, **columns):
@@ -50,7 +53,7 @@ def test_interval_and_p_value_match_scipy(seed, monkeypatch):
     monkeypatch.setattr(paired, "RESAMPLES", 50_000)
     b, w = skewed(seed)
     w[:5] = b[:5]  # the very same shape
-    row = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer").iloc[0]
+    row = compare_runs(joined(run_samples(b), run_samples(w, "w")), PAPER, "chamfer").iloc[0]
     oracle = stats.bootstrap(
         (w - b,), np.mean, n_resamples=50_000, method="BCa", rng=np.random.default_rng(1)
     ).confidence_interval
@@ -69,7 +72,9 @@ def test_interval_and_p_value_match_scipy(seed, monkeypatch):
 )
 def test_p_values_of_few_models_are_exact(differences):
     row = compare_runs(
-        joined(run_samples(np.zeros(len(differences))), run_samples(differences, "w")), "chamfer"
+        joined(run_samples(np.zeros(len(differences))), run_samples(differences, "w")),
+        PAPER,
+        "chamfer",
     ).iloc[0]
     d = np.array(differences)
     below = [(np.abs(d) < abs(x)).sum() for x in d]
@@ -93,7 +98,7 @@ def test_fewer_than_six_models_never_show_a_difference():
 def test_the_interval_leans_to_the_long_tail():
     rng = np.random.default_rng(0)
     w = rng.exponential(size=40) ** 2
-    row = compare_runs(joined(run_samples(0 * w), run_samples(w, "w")), "chamfer").iloc[0]
+    row = compare_runs(joined(run_samples(0 * w), run_samples(w, "w")), PAPER, "chamfer").iloc[0]
     assert row["high"] - row["difference"] > 1.2 * (row["difference"] - row["low"])
 
 
@@ -103,23 +108,25 @@ def test_intervals_hold_the_true_mean_as_often_as_they_say(monkeypatch):
     held = []
     for _ in range(100):
         w = rng.gamma(1.0, size=40) - 1
-        row = compare_runs(joined(run_samples(0 * w), run_samples(w, "w")), "chamfer").iloc[0]
+        row = compare_runs(joined(run_samples(0 * w), run_samples(w, "w")), PAPER, "chamfer").iloc[
+            0
+        ]
         held.append(row["low"] <= 0 <= row["high"])
     assert 0.86 <= np.mean(held) <= 0.99
 
 
 def test_models_are_paired_by_id_not_by_row():
     b, w = skewed(0)
-    in_order = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer")
+    in_order = compare_runs(joined(run_samples(b), run_samples(w, "w")), PAPER, "chamfer")
     shuffled = joined(run_samples(b), run_samples(w, "w")).sample(frac=1, random_state=0)
-    pd.testing.assert_frame_equal(compare_runs(shuffled, "chamfer"), in_order)
+    pd.testing.assert_frame_equal(compare_runs(shuffled, PAPER, "chamfer"), in_order)
 
 
 def test_pairing_finds_what_the_spread_over_models_would_hide():
     rng = np.random.default_rng(0)
     b = rng.gamma(2.0, size=50)
     w = b - 0.01 - 0.001 * rng.random(50)
-    row = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer").iloc[0]
+    row = compare_runs(joined(run_samples(b), run_samples(w, "w")), PAPER, "chamfer").iloc[0]
     assert stats.ranksums(b, w).pvalue > 0.5, "unpaired, nothing is seen"
     assert row["high"] < 0
     assert row["p"] < 1e-6
@@ -128,7 +135,7 @@ def test_pairing_finds_what_the_spread_over_models_would_hide():
 def test_only_models_that_all_runs_have_count():
     b, w = skewed(0)
     few = run_samples(w, "w").iloc[10:]
-    row = compare_runs(joined(run_samples(b), few), "chamfer").iloc[0]
+    row = compare_runs(joined(run_samples(b), few), PAPER, "chamfer").iloc[0]
     assert row["num_samples"] == 50
     assert row["difference"] == pytest.approx(np.mean((w - b)[10:]))
 
@@ -138,8 +145,8 @@ def test_views_of_a_model_are_one_sample():
     views = [
         run_samples(x + k, r).assign(view=k) for k in range(3) for x, r in ((b, "b"), (w, "w"))
     ]
-    single = compare_runs(joined(run_samples(b), run_samples(w, "w")), "chamfer").iloc[0]
-    row = compare_runs(joined(*views), "chamfer").iloc[0]
+    single = compare_runs(joined(run_samples(b), run_samples(w, "w")), PAPER, "chamfer").iloc[0]
+    row = compare_runs(joined(*views), PAPER, "chamfer").iloc[0]
     for name in ("num_samples", "difference", "low", "high", "p"):
         assert row[name] == pytest.approx(single[name]), name
 
@@ -149,7 +156,7 @@ def test_seeds_of_a_group_are_averaged_first():
     b, w = rng.random((3, 30)), rng.random((2, 30)) + 0.2
     parts = [run_samples(x, "b", seed=k) for k, x in enumerate(b)]
     parts += [run_samples(x, "w", seed=k) for k, x in enumerate(w)]
-    row = compare_runs(joined(*parts), "chamfer").iloc[0]
+    row = compare_runs(joined(*parts), PAPER, "chamfer").iloc[0]
     differences = w.mean(0) - b.mean(0)
     assert row["difference"] == pytest.approx(differences.mean())
     assert row["p"] == pytest.approx(stats.wilcoxon(differences).pvalue)
@@ -160,7 +167,7 @@ def test_seeds_of_a_group_are_averaged_first():
 
 def test_all_pairs_of_regimes_in_the_papers_order():
     parts = [run_samples(np.arange(9.0) ** k, r) for k, r in enumerate("rewb")]
-    table = compare_runs(joined(*parts), "chamfer")
+    table = compare_runs(joined(*parts), PAPER, "chamfer")
     assert list(zip(table["a"], table["b"], strict=True)) == [
         ("w", "b"), ("e", "b"), ("r", "b"), ("e", "w"), ("r", "w"), ("r", "e")
     ]  # fmt: skip
@@ -195,7 +202,7 @@ def test_each_category_counts_the_same_in_the_mean():
         run_samples(b2, category="chair"),
         run_samples(w2, "w", category="chair"),
     )
-    table = compare_runs(samples, "chamfer").set_index("category")
+    table = compare_runs(samples, PAPER, "chamfer").set_index("category")
     row = table.loc["mean of 2"]
     oracle = stats.bootstrap(
         (w1 - b1, w2 - b2),
@@ -225,7 +232,7 @@ def test_categories_are_resampled_independently():
         run_samples(0 * x, category="chair"),
         run_samples(-x, "w", category="chair"),
     )
-    row = compare_runs(samples, "chamfer").set_index("category").loc["mean of 2"]
+    row = compare_runs(samples, PAPER, "chamfer").set_index("category").loc["mean of 2"]
     spread = np.sqrt(2 * x.var() / 30) / 2
     assert row["high"] - row["low"] == pytest.approx(2 * 1.96 * spread, rel=0.1)
 
@@ -235,7 +242,7 @@ def test_a_category_in_which_a_group_is_missing_is_left_out_of_the_mean():
     samples = joined(*(run_samples(x, r) for x, r in ((b, "b"), (w, "w"), (b + w, "e"))))
     other = joined(run_samples(w, "b", category="chair"), run_samples(b, "w", category="chair"))
     alone = run_samples(b, "b", category="lamp")
-    table = compare_runs(joined(samples, other, alone), "chamfer")
+    table = compare_runs(joined(samples, other, alone), PAPER, "chamfer")
     assert table["category"].tolist() == ["table"] * 3 + ["chair", "mean of 2"]
     assert tuple(table.iloc[-1][["a", "b"]]) == ("w", "b")
     assert table.iloc[-1]["difference"] == pytest.approx(0, abs=1e-12)
@@ -249,13 +256,13 @@ def test_numbers_of_templates_are_held_apart_or_compared():
     samples = joined(
         *(run_samples(x * t + k, r, templates=t) for t in (2, 16) for k, r in enumerate("bw"))
     )
-    table = compare_runs(samples, "chamfer")
+    table = compare_runs(samples, PAPER, "chamfer")
     assert table["templates"].tolist() == [2, 16]
     assert table["difference"].tolist() == [1.0, 1.0]
-    table = compare_runs(samples, "chamfer", by="templates")
+    table = compare_runs(samples, PAPER, "chamfer", by="templates")
     assert table["regime"].tolist() == ["b", "w"]
     assert (table["a"] + table["b"]).tolist() == ["T=16T=2", "T=16T=2"]
-    table = compare_runs(samples, "chamfer", by=["regime", "templates"])
+    table = compare_runs(samples, PAPER, "chamfer", by=["regime", "templates"])
     assert len(table) == 6
     assert tuple(table.iloc[0][["a", "b"]]) == ("b T=16", "b T=2")
 
@@ -271,14 +278,14 @@ def test_other_settings_must_be_equal():
     samples = joined(run_samples(x), run_samples(x + 1, "w"))
     same = settings(samples, {"regime.name": "b", "seed": 0}, {"regime.name": "w", "seed": 0})
     same.iloc[0, same.columns.get_loc("data.residency")] = "disk"  # where, not what
-    assert len(compare_runs(samples, "chamfer", settings=same)) == 1
+    assert len(compare_runs(samples, PAPER, "chamfer", settings=same)) == 1
     other = settings(samples, {"schedule.steps": 1000}, {})
     with pytest.raises(DataError, match=r"schedule\.steps \(1000, 300\).* regime"):
-        compare_runs(samples, "chamfer", settings=other)
-    table = compare_runs(samples, "chamfer", by=["regime", "schedule.steps"], settings=other)
+        compare_runs(samples, PAPER, "chamfer", settings=other)
+    table = compare_runs(samples, PAPER, "chamfer", by=["regime", "schedule.steps"], settings=other)
     assert tuple(table.iloc[0][["a", "b"]]) == ("w schedule.steps=300", "b schedule.steps=1000")
     with pytest.raises(DataError, match="no settings of"):
-        compare_runs(samples, "chamfer", settings=other.iloc[:1])
+        compare_runs(samples, PAPER, "chamfer", settings=other.iloc[:1])
 
 
 def test_a_regime_whose_seeds_have_other_weights_is_refused():
@@ -286,7 +293,7 @@ def test_a_regime_whose_seeds_have_other_weights_is_refused():
     samples = joined(run_samples(x), run_samples(x, "e"), run_samples(x, "e", seed=1))
     weights = settings(samples, *({"regime.entropy_weight": v} for v in (0.0, 100.0, 10.0)))
     with pytest.raises(DataError, match=r"entropy_weight \(10\.0, 100\.0\)"):
-        compare_runs(samples, "chamfer", settings=weights)
+        compare_runs(samples, PAPER, "chamfer", settings=weights)
 
 
 def test_runs_of_a_group_with_one_seed_are_not_taken_for_two_seeds():
@@ -294,14 +301,18 @@ def test_runs_of_a_group_with_one_seed_are_not_taken_for_two_seeds():
     twin = run_samples(x).assign(run="elsewhere")
     samples = joined(run_samples(x), twin, run_samples(x, "w"))
     with pytest.raises(DataError, match=r"elsewhere .*another setting differs"):
-        compare_runs(samples, "chamfer")
-    assert len(compare_runs(samples, "chamfer", by="run")) == 1, "runs are compared within a regime"
-    assert len(compare_runs(samples, "chamfer", by=["run", "regime"])) == 3
+        compare_runs(samples, PAPER, "chamfer")
+    assert len(compare_runs(samples, PAPER, "chamfer", by="run")) == 1, (
+        "runs are compared within a regime"
+    )
+    assert len(compare_runs(samples, PAPER, "chamfer", by=["run", "regime"])) == 3
 
 
 def test_single_seeds_can_be_compared():
     b, w = skewed(0)
-    table = compare_runs(joined(run_samples(b), run_samples(w, seed=1)), "chamfer", by="seed")
+    table = compare_runs(
+        joined(run_samples(b), run_samples(w, seed=1)), PAPER, "chamfer", by="seed"
+    )
     assert tuple(table.iloc[0][["a", "b", "regime"]]) == ("seed 1", "seed 0", "b")
 
 
@@ -323,18 +334,17 @@ def test_single_seeds_can_be_compared():
 )
 def test_what_cannot_be_compared_is_said(samples, measure, message):
     with pytest.raises(DataError, match=message):
-        compare_runs(samples, measure)
+        compare_runs(samples, PAPER, measure)
 
 
 def test_measures_are_known_by_protocol_and_shape():
-    assert measure_of("best_deformed_emd").name == "emd"
-    assert not measure_of("chamfer").higher_is_better
-    assert measure_of("undeformed_fscore_1", "modern").higher_is_better
-    assert measure_of("Chamfer", "mesh_rcnn").factor == 1
-    with pytest.raises(DataError, match=r"fscore_1 is no measure of .* paper.*modern: fscore"):
-        measure_of("fscore_1")
-    with pytest.raises(DataError, match="no protocol mine"):
-        measure_of("chamfer", "mine")
+    modern, mesh_rcnn = (ProtocolDescription.of(PROTOCOLS[p]) for p in ("modern", "mesh_rcnn"))
+    assert measure_of("best_deformed_emd", PAPER).name == "emd"
+    assert not measure_of("chamfer", PAPER).higher_is_better
+    assert measure_of("undeformed_fscore_1", modern).higher_is_better
+    assert measure_of("Chamfer", mesh_rcnn).factor == 1
+    with pytest.raises(DataError, match=r"fscore_1 is no measure of .* paper: it has chamfer, emd"):
+        measure_of("fscore_1", PAPER)
 
 
 # --- sentences ------------------------------------------------------------------------------------
@@ -342,7 +352,7 @@ def test_measures_are_known_by_protocol_and_shape():
 
 def sentence(b, w, measure="chamfer"):
     samples = joined(run_samples({measure: b}), run_samples({measure: w}, "w"))
-    return compare_runs(samples, measure).iloc[0]["statement"]
+    return compare_runs(samples, PAPER, measure).iloc[0]["statement"]
 
 
 def test_the_better_one_wins_whichever_way_is_better():
@@ -362,7 +372,7 @@ def test_no_difference_is_no_win():
     x = np.sin(np.arange(30.0))
     assert sentence(x, x[::-1]).startswith("no difference shown between w and b on table (T=16): ")
     samples = joined(run_samples(x), run_samples(x, "w"))
-    row = compare_runs(samples, "chamfer").iloc[0]
+    row = compare_runs(samples, PAPER, "chamfer").iloc[0]
     assert (row["difference"], row["low"], row["high"], row["p"]) == (0, 0, 0, 1)
     assert row["statement"].endswith("same Chamfer on all 30 models")
 
@@ -378,7 +388,9 @@ def test_mean_and_ranks_must_agree():
 
 def test_equal_shifts_of_all_models_have_no_interval():
     row = compare_runs(
-        joined(run_samples(np.arange(20.0)), run_samples(np.arange(20.0) + 0.5, "w")), "chamfer"
+        joined(run_samples(np.arange(20.0)), run_samples(np.arange(20.0) + 0.5, "w")),
+        PAPER,
+        "chamfer",
     ).iloc[0]
     assert (row["low"], row["high"]) == (0.5, 0.5)
     assert row["statement"].startswith("b beats w")
@@ -389,7 +401,7 @@ def test_seeds_and_comparisons_are_told():
     samples = joined(
         run_samples(b), run_samples(b + 0.1, seed=1), run_samples(w, "w"), run_samples(b - 1, "e")
     )
-    text = compare_runs(samples, "chamfer").iloc[0]["statement"]
+    text = compare_runs(samples, PAPER, "chamfer").iloc[0]["statement"]
     assert "Holm over 3 comparisons; 1 and 2 seeds, 100% of their pairs agree" in text
 
 
@@ -398,7 +410,7 @@ def test_many_models_need_little_memory(monkeypatch):
     rng = np.random.default_rng(0)
     samples = joined(run_samples(rng.random(10_000)), run_samples(rng.random(10_000), "w"))
     tracemalloc.start()
-    compare_runs(samples, "chamfer")
+    compare_runs(samples, PAPER, "chamfer")
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 40e6
@@ -473,18 +485,20 @@ def test_setups_may_differ_in_anything_and_models_of_joint_runs_are_the_same_mod
     settings = pd.DataFrame(
         {"schedule.steps": [100, 200]}, index=pd.Index([alone["run"][0], "joint"], name="run")
     )
-    (row,) = compare_runs(samples, "chamfer", by="setup", settings=settings).to_dict("records")
+    (row,) = compare_runs(samples, PAPER, "chamfer", by="setup", settings=settings).to_dict(
+        "records"
+    )
     assert (row["category"], row["a"], row["b"]) == ("table", "table alone", "joint")
     assert row["num_samples"] == 20
     assert row["difference"] == pytest.approx(0.5)
     with pytest.raises(DataError, match=r"schedule\.steps"):
-        compare_runs(samples, "chamfer", by="templates", settings=settings)
+        compare_runs(samples, PAPER, "chamfer", by="templates", settings=settings)
 
 
 def test_seeds_of_a_setup_are_averaged():
     x = np.linspace(1, 2, 20)
     seeds = [run_samples(x + s, seed=s).assign(setup="long") for s in (0, 1)]
     other = run_samples(x, templates=2).assign(setup="short")
-    (row,) = compare_runs(joined(*seeds, other), "chamfer", by="setup").to_dict("records")
+    (row,) = compare_runs(joined(*seeds, other), PAPER, "chamfer", by="setup").to_dict("records")
     assert (row["seeds_a"], row["seeds_b"]) == (1, 2)
     assert row["difference"] == pytest.approx(-0.5)

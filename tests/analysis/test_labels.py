@@ -1,14 +1,10 @@
-import sys
-
 import numpy as np
 import pandas as pd
 import pytest
 import torch
-from ffd_lightning.app.evaluate import evaluate_run
 from omegaconf import OmegaConf
 from scipy import stats
 
-from ffd_lightning.analysis import labels
 from ffd_lightning.analysis.compare import compare_runs
 from ffd_lightning.analysis.labels import (
     family_table,
@@ -17,10 +13,14 @@ from ffd_lightning.analysis.labels import (
     transfer_table,
 )
 from ffd_lightning.analysis.runs import find_runs, load_samples
-from ffd_lightning.app.config import EvaluateConfig, ProtocolKind
+from ffd_lightning.app.commands import labels
+from ffd_lightning.app.config import EvaluateConfig
+from ffd_lightning.app.evaluate import evaluate_run
 from ffd_lightning.app.open_run import build_data, build_network
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.files import write_csv
 from ffd_lightning.run_folder import RunFolder
 
 
@@ -136,7 +136,7 @@ def test_families_that_are_not_known_or_never_met():
 
 def test_what_is_no_measure():
     for wrong in ("part_iou_wing", "chamfer"):
-        with pytest.raises(DataError, match=f"{wrong} is no measure of protocol parts"):
+        with pytest.raises(DataError, match=f"the table has no column {wrong}"):
             transfer_table(run_samples(), wrong)
 
 
@@ -157,27 +157,31 @@ def sweep(tiny_config, tmp_path_factory):
         torch.save({"state_dict": weights, "global_step": 0}, run.checkpoint)
         data = build_data(cfg)
         data.setup()
-        (run.path / "template_ranking.csv").write_text("id\n" + "\n".join(data.bank.ids) + "\n")
+        write_csv(
+            run.path / "template_ranking.csv",
+            [
+                {"id": i, "family": f}
+                for i, f in zip(data.bank.ids, data.bank.families, strict=True)
+            ],
+        )
         run.set_status("finished")
     return folder
 
 
 def evaluated(sweep):
     for run in find_runs(sweep):
-        evaluate_run(
-            EvaluateConfig(run=str(run.path), protocol=ProtocolKind.parts, progress_bar=False)
-        )
+        evaluate_run(EvaluateConfig(run=str(run.path), protocol="parts", progress_bar=False))
     return find_runs(sweep)
 
 
-def test_what_has_to_be_evaluated_first_is_said(sweep, tmp_path, monkeypatch, capsys):
+def test_what_has_to_be_evaluated_first_is_said(sweep, tmp_path):
     evaluated(sweep)
     one = sweep.parent / "one"
     (one / "b").mkdir(parents=True, exist_ok=True)
     for name in ("config.yaml", "status.json"):
         (one / "b" / name).write_text((sweep / "b" / name).read_text())
     run = RunFolder(one / "b")
-    with pytest.raises(DataError, match=f"python evaluate.py run={run.path} protocol=parts"):
+    with pytest.raises(DataError, match=f"ffd evaluate run={run.path} protocol=parts"):
         label_samples([run, *find_runs(sweep)])
     run.set_status("failed")
     assert set(label_samples([run, *find_runs(sweep)])["run"]) == {
@@ -185,30 +189,29 @@ def test_what_has_to_be_evaluated_first_is_said(sweep, tmp_path, monkeypatch, ca
         str(sweep / "e"),
     }
     for folder, word in ((one, "protocol=parts"), (tmp_path, "no run in")):
-        monkeypatch.setattr(sys, "argv", ["labels", str(folder)])
-        with pytest.raises(SystemExit, match=word):
-            labels.main()
-    assert "Traceback" not in capsys.readouterr().err
+        with pytest.raises(DataError, match=word):
+            labels.main(labels.Settings(str(folder)))
 
 
 def test_runs_are_compared_by_their_labels(sweep):
     samples = load_samples(evaluated(sweep), "parts")
-    row = compare_runs(samples, "part_iou", protocol="parts").iloc[0]
+    protocol = ProtocolDescription.of(PROTOCOLS["parts"])
+    row = compare_runs(samples, protocol, "part_iou").iloc[0]
     e, b = (samples[samples["regime"] == name]["part_iou"].mean() for name in "eb")
     assert row["difference"] == pytest.approx(e - b)
     assert "part_iou" in row["statement"]
     assert "x 100 (" in row["statement"] or "no difference" in row["statement"]
 
 
-def test_what_is_printed(sweep, monkeypatch, capsys):
+def test_what_is_printed(sweep, capsys):
     samples = load_samples(evaluated(sweep), "parts")
-    monkeypatch.setattr(sys, "argv", ["labels", str(sweep)])
-    labels.main()
+    assert labels.main(labels.Settings(str(sweep))) == 0
     out = capsys.readouterr().out
     for column in [f"{shape}_part_iou".removeprefix("_") for shape in SHAPES]:
         assert f"{100 * samples[samples['regime'] == 'b'][column].mean():.1f}" in out, column
     for word in ("shelf", "same - other", "floor", "95% interval"):
         assert word in out
-    monkeypatch.setattr(labels, "run_families", lambda *arguments: {})
-    labels.main()
-    assert "--data=DIR" in capsys.readouterr().out
+    for file in sweep.rglob("template_ranking.csv"):
+        file.unlink()
+    labels.main(labels.Settings(str(sweep)))
+    assert "families: none are known" in capsys.readouterr().out

@@ -7,10 +7,11 @@ import pytest
 from omegaconf import OmegaConf
 
 from ffd_lightning.analysis.paper import MEASURES, comparison_table, paper_table
-from ffd_lightning.analysis.paper import to_latex as latex
-from ffd_lightning.analysis.paper import to_markdown as markdown
+from ffd_lightning.analysis.paper_text import to_latex as latex
+from ffd_lightning.analysis.paper_text import to_markdown as markdown
 from ffd_lightning.analysis.runs import load_runs
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
 SETTINGS = """
@@ -48,6 +49,7 @@ def make(tmp_path):
             f"templates: {{count: {templates}, strategy: auto}}\nseed: {seed}\n{settings}"
         )
         summary = dict(zip(("chamfer", "emd", "iou"), values, strict=True))
+        summary |= {"protocol": ProtocolDescription.of(PROTOCOLS["paper"]).to_json()}
         folder.set_status("finished")
         place = folder.evaluation("paper")
         place.mkdir(parents=True)
@@ -216,7 +218,7 @@ def test_what_cannot_be_set_beside_the_paper_is_said(make):
         comparison_table(runs.drop(columns="protocol"))
     table = comparison_table(runs)
     run.config.unlink()
-    with pytest.raises(DataError, match=r"config\.yaml is not there"):
+    with pytest.raises(ConfigError, match=r"it has no config\.yaml"):
         comparison_table(runs)
     table.attrs.clear()
     with pytest.raises(DataError, match="lost its caption"):

@@ -1,17 +1,15 @@
 import itertools
-import runpy
 import shutil
-import sys
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
-from ffd_lightning.app.train import train
 from PIL import Image
 from scipy.spatial import cKDTree
 
-from ffd_lightning.analysis.figures import command as paper_figures
+from ffd_lightning.analysis.figures import examples as figure_examples
+from ffd_lightning.analysis.figures import figure as paper_figures
 from ffd_lightning.analysis.figures import sheets as paper_figures_sheets
 from ffd_lightning.analysis.figures.drawing import (
     View,
@@ -24,16 +22,19 @@ from ffd_lightning.analysis.figures.drawing import (
     with_bars,
     with_rims,
 )
-from ffd_lightning.analysis.figures.examples import Choice, Pick, collect, pick_images
+from ffd_lightning.analysis.figures.examples import Choice, collect, pick_images
 from ffd_lightning.analysis.figures.sheets import (
     AGREEMENT,
     DEFORMED,
     TRUTH,
     voxel_agreement,
 )
-from ffd_lightning.app.config import ProtocolKind
+from ffd_lightning.app.commands import figures
+from ffd_lightning.app.open_run import open_run
+from ffd_lightning.app.settings import read_settings
+from ffd_lightning.app.train import train
 from ffd_lightning.data.preparation.part_labels import part_colors
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.run_folder import RunFolder
@@ -47,7 +48,7 @@ def run(tiny_config, tmp_path_factory):
     """A tiny run of 2 steps, evaluated with fewer points."""
     run = RunFolder(tmp_path_factory.mktemp("sweep") / "run")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
+        patch.setitem(PROTOCOLS, "paper", PaperProtocol(points=64))
         train(tiny_config("regime=e", "schedule.steps=2"), run)
     return run
 
@@ -55,7 +56,7 @@ def run(tiny_config, tmp_path_factory):
 @pytest.fixture(scope="module")
 def examples(run):
     """Two images, with deformations that can be seen."""
-    (found,) = collect([run], Choice(number=2))
+    (found,) = collect([run], Choice(number=2), open_run)
     rng = np.random.default_rng(0)
     return [
         replace(e, offsets=e.offsets + rng.normal(0, 0.1, e.offsets.shape).astype(np.float32))
@@ -92,7 +93,7 @@ def samples_of(run):
 
 def test_the_iou_of_the_voxels_is_that_of_the_evaluation(run, drawn):
     table = samples_of(run)
-    (found,) = collect([run], Choice(number=3))
+    (found,) = collect([run], Choice(number=3), open_run)
     paper_figures_sheets.voxels(found, 64)
     rows, texts = drawn
     assert len(rows) == 3
@@ -272,7 +273,7 @@ def test_data_without_parts_is_refused(examples, monkeypatch):
 
 def test_candidates_are_ordered_and_scored_as_the_evaluation_does(run, drawn, monkeypatch):
     monkeypatch.setattr(paper_figures_sheets, "_PAPER", PaperProtocol(points=64))
-    (found,) = collect([run], Choice(number=1))
+    (found,) = collect([run], Choice(number=1), open_run)
     paper_figures_sheets.candidates(found, 64, count=5)
     (row,), texts = drawn
     weights = np.sort(found[0].weights)[::-1]
@@ -342,17 +343,17 @@ def test_images_are_picked_by_their_scores():
         images = pick_images(table, Measure("x", "", higher), pick, number)
         return "".join(model for model, _ in images)
 
-    assert picked(Pick.best, 2) == "ed"
-    assert picked(Pick.best, 2, higher=True) == "ab"
-    assert picked(Pick.worst, 2) == "ba"
-    assert picked(Pick.median, 1) == picked(Pick.spread, 1) == "c"
-    assert picked(Pick.median, 3) == "dca"
-    assert picked(Pick.spread, 3) == "ecb"
-    assert picked(Pick.spread, 9) == "edcab"
+    assert picked("best", 2) == "ed"
+    assert picked("best", 2, higher=True) == "ab"
+    assert picked("worst", 2) == "ba"
+    assert picked("median", 1) == picked("spread", 1) == "c"
+    assert picked("median", 3) == "dca"
+    assert picked("spread", 3) == "ecb"
+    assert picked("spread", 9) == "edcab"
 
 
 def test_runs_side_by_side_show_the_same_images(run, drawn):
-    first, second = collect([run, run], Choice(number=2, pick=Pick.worst))
+    first, second = collect([run, run], Choice(number=2, pick="worst"), open_run)
     assert [e.name for e in first] == [e.name for e in second]
     order = samples_of(run)["chamfer"].sort_values(ascending=False)
     assert [e.name for e in first] == list(order.index[:2])
@@ -363,9 +364,9 @@ def test_runs_side_by_side_show_the_same_images(run, drawn):
 
 
 def test_images_of_training_are_said_to_be(run):
-    data = collect([run], Choice(number=1))[0][0].run.data
+    data = collect([run], Choice(number=1), open_run)[0][0].run.data
     models = (data.split.test[0], data.split.train[0], data.bank.ids[0])
-    (found,) = collect([run], Choice(models=models))
+    (found,) = collect([run], Choice(models=models), open_run)
     assert [e.name.partition("\n")[2] for e in found] == ["", "(trained on)", "(a template)"]
     assert [bool(e.score) for e in found] == [True, False, False]
 
@@ -375,12 +376,12 @@ def test_random_images_need_no_scores(run, tmp_path):
     shutil.rmtree(tmp_path / "run" / "evaluation")
     bare = RunFolder(tmp_path / "run")
     names = [
-        [e.name for e in collect([bare], Choice(number=2, pick=Pick.random, seed=s))[0]]
+        [e.name for e in collect([bare], Choice(number=2, pick="random", seed=s), open_run)[0]]
         for s in (0, 0, 1)
     ]
     assert names[0] == names[1] != names[2]
     with pytest.raises(DataError, match=r"not been evaluated.*evaluate\.py run="):
-        collect([bare], Choice())
+        collect([bare], Choice(), open_run)
 
 
 def test_scores_of_other_weights_are_refused(run, tmp_path):
@@ -391,18 +392,22 @@ def test_scores_of_other_weights_are_refused(run, tmp_path):
     table["template"] = "table-x"
     table.to_csv(file)
     with pytest.raises(DataError, match="evaluate the run again"):
-        collect([other], Choice(number=1))
+        collect([other], Choice(number=1), open_run)
 
 
-# --- command line --------------------------------------------------------------------------------
+# --- the command ---------------------------------------------------------------------------------
+
+
+def draw(*arguments):
+    return figures.main(read_settings(figures.Settings, arguments, figures.MAIN))
 
 
 @pytest.mark.parametrize("figure", list(paper_figures.FIGURES))
 def test_the_command_writes_a_picture(run, examples, tmp_path, capsys, monkeypatch, figure):
-    monkeypatch.setattr(paper_figures, "collect", lambda *_: [examples[:1]])  # opened before
+    monkeypatch.setattr(figure_examples, "collect", lambda *_: [examples[:1]])  # opened before
     file = tmp_path / "new" / "a.png"
-    paper_figures.main(
-        [figure, str(run.path), "--number=1", "--size=64", "--top=1", f"--out={file}"]
+    assert (
+        draw(f"figure={figure}", str(run.path), "number=1", "size=64", "top=1", f"out={file}") == 0
     )
     *_, said, path = capsys.readouterr().out.splitlines()
     assert path == str(file)
@@ -416,13 +421,14 @@ def test_the_command_writes_a_picture(run, examples, tmp_path, capsys, monkeypat
 
 
 def test_a_picture_goes_into_the_run_s_folder(run, capsys):
-    paper_figures.main(["overview", str(run.path), "--number=1", "--size=64"])
+    model = samples_of(run).index[1]
+    draw("figure=overview", f"runs=[{run.path},{run.path}]", f"models={model}", "size=64")
     file = run.path / "overview.png"
     assert capsys.readouterr().out.splitlines()[-1] == str(file)
     file.unlink()
     picture = np.zeros((2, 2, 3), np.uint8)
     with pytest.raises(DataError, match="cannot write"):
-        paper_figures._write(picture, run.config / "a.png")
+        paper_figures.write_png(picture, run.config / "a.png")
 
 
 @pytest.mark.parametrize(
@@ -430,28 +436,23 @@ def test_a_picture_goes_into_the_run_s_folder(run, capsys):
     [
         (["{run}/.."], "is not a run folder, but holds 1"),
         (["{run}/nothing"], "is not a run folder: it has no config.yaml"),
-        (["{run}", "--data-root={run}"], "the prepared data of .* is not there"),
-        (["{run}", "--protocol=modern"], r"python evaluate.py run=.* protocol=modern"),
-        (["{run}", "--models=table-00001"], "there is no model 'table-00001'.*table-0000"),
-        (["{run}", "--number=0"], "--number=0"),
-        (["{run}", "--size=9"], "--size=9"),
-        (["{run}", "--top=0"], "--top=0"),
-        (["{run}", "--out=a.jpg"], "written as .png"),
+        (["runs=[]"], "at least one run"),
+        (["{run}", "figure=overvew"], "figure= is given twice"),
+        (["{run}", "data_root={run}"], "the prepared data of .* is not there.*data_root=DIR"),
+        (["{run}", "protocol=modern"], r"ffd evaluate run=.* protocol=modern"),
+        (["{run}", "models=[table-00001]"], "there is no model 'table-00001'.*table-0000"),
+        (["{run}", "number=0"], "number=0"),
+        (["{run}", "pick=good"], "pick=good: choose one of spread, best"),
+        (["{run}", "size=9"], "size=9"),
+        (["{run}", "top=0"], "top=0"),
+        (["{run}", "out=a.jpg"], "written as .png"),
     ],
 )
 def test_mistakes_are_named(run, options, message):
-    arguments = [option.format(run=run.path) for option in options]
-    with pytest.raises(SystemExit, match=f"error: .*{message}"):
-        paper_figures.main(["overview", *arguments])
-
-
-@pytest.mark.filterwarnings("ignore:.*found in sys.modules")
-def test_the_exit_code_of_a_mistake_is_1(tmp_path, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["paper_figures", "voxels", str(tmp_path)])
-    with pytest.raises(SystemExit) as stopped:
-        runpy.run_module(paper_figures.__name__, run_name="__main__")
-    # Python prints what is no number and returns 1.
-    assert stopped.value.code == f"error: {tmp_path} is not a run folder: it has no config.yaml"
+    with pytest.raises(UserError, match=message):
+        draw("figure=overview", *(option.format(run=run.path) for option in options))
+    with pytest.raises(UserError, match="choose one of overview, subdivision"):
+        draw("figure=overvew", str(run.path))
 
 
 def test_colours_are_opaque():

@@ -9,14 +9,17 @@ import pytest
 from matplotlib import pyplot
 from matplotlib.colors import to_hex
 
+from ffd_lightning.analysis.plot_layout import run_labels
 from ffd_lightning.analysis.plots import (
     cumulative_curves,
-    run_labels,
     selection_histograms,
     template_count_curves,
     to_svg,
 )
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+
+PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 
 
 @pytest.fixture(autouse=True)
@@ -87,7 +90,7 @@ def height(line, x):
 @pytest.mark.parametrize("measure", ["chamfer", "iou"])
 def test_a_curve_is_the_share_of_samples_that_are_better(measure):
     table = samples(("sofa", "b", 4, 0), ("sofa", "e", 4, 0))
-    (axes,) = cumulative_curves(table, measure).axes
+    (axes,) = cumulative_curves(table, PAPER, measure).axes
     drawn = [line for line in axes.lines if len(line.get_xdata()) > 2]
     assert [line.get_linestyle() for line in drawn] == ["-", ":", "-", ":"]
     columns = [f"{prefix}{measure}" for prefix in ("", "undeformed_")] * 2
@@ -100,7 +103,7 @@ def test_a_curve_is_the_share_of_samples_that_are_better(measure):
 
 def test_axes_say_what_is_measured_and_which_way():
     table = samples(("sofa", "b", 4, 0))
-    distance, overlap = cumulative_curves(table), cumulative_curves(table, "iou")
+    distance, overlap = cumulative_curves(table, PAPER), cumulative_curves(table, PAPER, "iou")
     assert distance.axes[0].get_xscale() == "log"
     assert overlap.axes[0].get_xscale() == "linear"
     for part in ("Chamfer x 1000", "squared", "both ways", "1,024 points", "protocol paper"):
@@ -111,21 +114,23 @@ def test_axes_say_what_is_measured_and_which_way():
 
 
 def test_seeds_share_a_colour_and_regimes_keep_theirs():
-    both = cumulative_curves(samples(("sofa", "b", 4, 0), ("sofa", "w", 4, 0), ("sofa", "w", 4, 1)))
+    both = cumulative_curves(
+        samples(("sofa", "b", 4, 0), ("sofa", "w", 4, 0), ("sofa", "w", 4, 1)), PAPER
+    )
     colors = [to_hex(line.get_color()) for line in both.axes[0].lines]
     assert colors[2:4] == colors[4:6] != colors[:2]
     assert list(legend(both)) == ["b", "w", "deformed", "undeformed"]
-    alone = cumulative_curves(samples(("sofa", "w", 4, 0)))
+    alone = cumulative_curves(samples(("sofa", "w", 4, 0)), PAPER)
     assert to_hex(alone.axes[0].lines[0].get_color()) == colors[2]
 
 
 def test_numbers_of_templates_are_ordered_by_size():
     table = samples(*(("sofa", "e", count, 0) for count in (1, 16, 2)))
-    assert list(legend(cumulative_curves(table)))[:3] == ["T = 1", "T = 2", "T = 16"]
+    assert list(legend(cumulative_curves(table, PAPER)))[:3] == ["T = 1", "T = 2", "T = 16"]
 
 
 def test_a_panel_for_each_category():
-    figure = cumulative_curves(samples(("sofa", "b", 4, 0), ("table", "b", 4, 0)))
+    figure = cumulative_curves(samples(("sofa", "b", 4, 0), ("table", "b", 4, 0)), PAPER)
     assert [axes.get_title() for axes in visible(figure)] == ["sofa", "table"]
     assert [len(axes.lines) for axes in visible(figure)] == [2, 2]
 
@@ -148,19 +153,19 @@ def test_bars_are_the_sorted_counts_of_all_templates():
 def test_points_are_means_over_seeds_and_bars_their_deviations():
     scores = {1: [0.3, 0.4, 0.35], 4: [0.2, 0.25, 0.1], 16: [0.15, 0.1, 0.2]}
     table = runs(*(("sofa", "e", t, k, v) for t, vs in scores.items() for k, v in enumerate(vs)))
-    (axes,) = template_count_curves(table).axes
+    (axes,) = template_count_curves(table, PAPER).axes
     for container, factor in zip(axes.containers, (1000, 3000), strict=True):
         line, _, (bars,) = container
         assert line.get_xdata().tolist() == [1, 4, 16]
         assert line.get_ydata() == pytest.approx([factor * mean(v) for v in scores.values()])
         spans = [segment[1, 1] - segment[0, 1] for segment in bars.get_segments()]
         assert spans == pytest.approx([2 * factor * stdev(v) for v in scores.values()])
-    assert "standard deviation over seeds" in words(template_count_curves(table))
+    assert "standard deviation over seeds" in words(template_count_curves(table, PAPER))
 
 
 def test_one_seed_has_no_bars():
     table = runs(("sofa", "e", 1, 0, 0.3), ("sofa", "e", 4, 0, 0.2), ("sofa", "b", 1, 0, 0.4))
-    figure = template_count_curves(table)
+    figure = template_count_curves(table, PAPER)
     assert all(not container.has_yerr for container in figure.axes[0].containers)
     assert len(figure.axes[0].containers) == 4
     assert "one seed" in words(figure)
@@ -176,8 +181,8 @@ def test_labels_say_what_differs():
 
 def test_pictures_are_the_same_bytes_each_time_and_need_nothing():
     table = samples(("sofa", "b", 4, 0), ("sofa", "e", 4, 0))
-    first = to_svg(cumulative_curves(table))
-    assert to_svg(cumulative_curves(table)) == first
+    first = to_svg(cumulative_curves(table, PAPER))
+    assert to_svg(cumulative_curves(table, PAPER)) == first
     root = ElementTree.fromstring(first)
     links = [v for e in root.iter() for k, v in e.attrib.items() if k.endswith("href")]
     assert all(link.startswith("#") for link in links)
@@ -192,11 +197,18 @@ def changed(**columns):
 @pytest.mark.parametrize(
     ("make", "error", "message"),
     [
-        (lambda: cumulative_curves(changed(), "fscore"), ConfigError, "choose one of chamfer, emd"),
-        (lambda: cumulative_curves(changed(), protocol="new"), ConfigError, "choose one of paper"),
-        (lambda: cumulative_curves(changed(), "emd"), DataError, "hold no emd: they have run"),
         (
-            lambda: cumulative_curves(changed(chamfer=[1.0] * 6 + [np.nan])),
+            lambda: cumulative_curves(changed(), PAPER, "fscore"),
+            ConfigError,
+            "choose one of chamfer, emd",
+        ),
+        (
+            lambda: cumulative_curves(changed(), PAPER, "emd"),
+            DataError,
+            "hold no emd: they have run",
+        ),
+        (
+            lambda: cumulative_curves(changed(chamfer=[1.0] * 6 + [np.nan]), PAPER),
             DataError,
             "1 of 7 values of chamfer are not finite",
         ),
@@ -206,7 +218,7 @@ def changed(**columns):
             "has 4 templates, but its samples select 7",
         ),
         (
-            lambda: template_count_curves(runs(("sofa", "b", 4, 0, 0.1))),
+            lambda: template_count_curves(runs(("sofa", "b", 4, 0, 0.1)), PAPER),
             DataError,
             "all runs have T = 4",
         ),
@@ -214,12 +226,13 @@ def changed(**columns):
             lambda: template_count_curves(
                 runs(("sofa", "b", 4, 0, 0.1), ("sofa", "b", 1, 0, 0.1)).assign(
                     protocol=["paper", "modern"]
-                )
+                ),
+                PAPER,
             ),
             DataError,
-            "one protocol, not of paper, modern",
+            "all runs have T = 4",
         ),
-        (lambda: template_count_curves(runs(), "iou"), DataError, "no finished run has iou"),
+        (lambda: template_count_curves(runs(), PAPER, "iou"), DataError, "no finished run has iou"),
     ],
 )
 def test_what_cannot_be_drawn_is_said(make, error, message):

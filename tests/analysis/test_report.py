@@ -17,31 +17,37 @@ from statistics import mean, stdev
 import numpy as np
 import pandas as pd
 import pytest
-from ffd_lightning.app.train import train
 from PIL import Image
 from scipy.spatial import cKDTree
 
-from ffd_lightning.analysis.gallery import ExampleMaker, choose_examples, choose_runs
-from ffd_lightning.analysis.report import distributions
-from ffd_lightning.analysis.report import write as report
+from ffd_lightning.analysis.gallery import choose_examples, choose_runs, make_examples
+from ffd_lightning.analysis.report import elements
 from ffd_lightning.analysis.report.meshes import lighten, pack, size
 from ffd_lightning.analysis.report.write import write_report
 from ffd_lightning.analysis.runs import load_samples
-from ffd_lightning.app.config import ProtocolKind
-from ffd_lightning.app.open_run import build_data
+from ffd_lightning.app.commands import report
+from ffd_lightning.app.open_run import build_data, open_run
+from ffd_lightning.app.settings import read_settings
+from ffd_lightning.app.train import train
 from ffd_lightning.checkpoint import build_network, load_weights
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
+from ffd_lightning.evaluation.protocols import (
+    PROTOCOLS,
+    Measure,
+    PaperProtocol,
+    ProtocolDescription,
+)
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import TemplateShape
 from ffd_lightning.run_folder import RunFolder
 
 EVIL = "<script>alert('x')</script>&"
 MEASURES = ("chamfer", "emd", "iou")
+PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 CHAMFER, IOU = Measure("chamfer", ""), Measure("iou", "", higher_is_better=True)
 
 
-def make_run(folder, regime="b", templates=4, seed=0, protocol="paper", count=8):
+def make_run(folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8):
     """Write a finished run by hand, without a checkpoint."""
     run = RunFolder(folder)
     run.path.mkdir(parents=True)
@@ -56,8 +62,9 @@ def make_run(folder, regime="b", templates=4, seed=0, protocol="paper", count=8)
         | {f"{p}{m}": float(rng.random()) for p in ("", "undeformed_", "floor_") for m in MEASURES}
         for k in range(count)
     ]
-    path = run.evaluation(protocol) / "samples.csv"
+    path = run.evaluation(protocol.name) / "samples.csv"
     path.parent.mkdir(parents=True)
+    (path.parent / "summary.json").write_text(json.dumps({"protocol": protocol.to_json()}))
     with path.open("w", newline="") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
@@ -116,7 +123,7 @@ def two_regimes(folder):
 @pytest.fixture
 def blank(monkeypatch):
     """Do not draw figures, which takes most of the time: for tests of the words."""
-    monkeypatch.setattr(distributions, "to_svg", lambda figure: b"<svg/>")
+    monkeypatch.setattr(elements, "to_svg", lambda figure: b"<svg/>")
 
 
 @pytest.fixture
@@ -129,7 +136,7 @@ def sweep(tmp_path, blank):
 def written(tmp_path_factory):
     """Two regimes, finished, and the path of their report."""
     folder = tmp_path_factory.mktemp("written")
-    return two_regimes(folder), write_report(folder)
+    return two_regimes(folder), write_report(folder, open_run)
 
 
 def test_the_table_holds_the_means_in_the_paper_s_order(written):
@@ -151,7 +158,7 @@ def test_the_table_holds_the_means_in_the_paper_s_order(written):
 
 def test_seeds_become_a_mean_and_a_deviation(tmp_path, blank):
     runs = [make_run(tmp_path / str(seed), seed=seed) for seed in range(3)]
-    page = Page(write_report(tmp_path))
+    page = Page(write_report(tmp_path, open_run))
     head, row = page.tables[0][:2]
     assert row[:2] == ["b", "3"]
     assert head[1] == "seeds"
@@ -197,7 +204,7 @@ def test_what_comes_from_outside_is_escaped(tmp_path, blank):
     (tmp_path / "study.yaml").write_text(
         json.dumps({"study": EVIL, "question": EVIL, "command": EVIL})
     )
-    path = write_report(tmp_path)
+    path = write_report(tmp_path, open_run)
     assert EVIL not in path.read_text()
     page = Page(path)
     assert page.text.count(EVIL) == 5, "title twice, question, command, reason"
@@ -206,7 +213,7 @@ def test_what_comes_from_outside_is_escaped(tmp_path, blank):
 
 def test_the_same_runs_give_the_same_bytes(written):
     first = written[1].read_bytes()
-    assert write_report(written[1].parent).read_bytes() == first
+    assert write_report(written[1].parent, open_run).read_bytes() == first
 
 
 def damage(run):
@@ -223,11 +230,11 @@ ODD = {
     "failed": (lambda run: run.set_status("failed", reason="disk full"), "failed", "disk full"),
     "killed": (lambda run: run.set_status("running"), "interrupted", "begun and is not finished"),
     "new": (lambda run: (run.path / "status.json").unlink(), "interrupted", "is not finished"),
-    "no samples": (lambda run: shutil.rmtree(run.path / "evaluation"), "finished", "no samples"),
+    "none": (lambda run: shutil.rmtree(run.path / "evaluation"), "finished", "no evaluation"),
     "modern": (
         lambda run: run.evaluation("paper").rename(run.evaluation("modern")),
         "finished",
-        "under protocol modern only: python evaluate.py run=",
+        "under protocol modern only: ffd evaluate run=",
     ),
     "empty": (damage, "finished", "samples.csv is damaged"),
     "words": (spoil, "finished", "chamfer is not a finite number"),
@@ -242,7 +249,7 @@ def test_runs_without_results_are_told_and_break_nothing(sweep, tmp_path):
     busy = make_run(tmp_path / "busy", "e", seed=len(ODD))
     busy.set_status("running")
     with busy.lock():
-        page = Page(write_report(tmp_path))
+        page = Page(write_report(tmp_path, open_run))
     found = {row[0]: row[1:] for row in page.tables[-1][1:]}
     assert set(found) == {*ODD, "busy"}
     for name, (_, state, reason) in ODD.items():
@@ -255,35 +262,46 @@ def test_runs_without_results_are_told_and_break_nothing(sweep, tmp_path):
         assert words in page.text
 
 
-def test_a_sweep_without_any_result(tmp_path):
-    make_run(tmp_path / "a").set_status("failed", reason="no memory")
-    page = Page(write_report(tmp_path))
+@pytest.mark.parametrize("evaluated", [True, False])
+def test_a_sweep_without_any_result(tmp_path, evaluated):
+    run = make_run(tmp_path / "a")
+    run.set_status("failed", reason="no memory")
+    if not evaluated:
+        shutil.rmtree(run.path / "evaluation")
+    page = Page(write_report(tmp_path, open_run))
     assert "No run has results yet" in page.text
     assert "no memory" in page.text
 
 
 def test_the_protocol_is_that_of_most_runs_unless_it_is_named(tmp_path, blank):
-    measures = ("fscore_1", "fscore_2", "chamfer_l1", "chamfer_l2", "normal_consistency")
-    measures += ("hausdorff90", "iou_32", "iou_128")
+    warmth, weight = Measure("warmth", "of the shape", True, 1.0), Measure("weight_of", "grams")
+    own = ProtocolDescription("own", "a protocol that is not installed here", (warmth, weight))
     for regime in "bwe":
-        run = make_run(tmp_path / regime, regime, protocol="modern")
-        file = run.evaluation("modern") / "samples.csv"
-        table = pd.read_csv(file)
-        for k, name in enumerate(measures):
-            table[name] = 0.1 * (k + 1)
-        table.to_csv(file, index=False)
+        run = make_run(tmp_path / regime, regime, protocol=own)
+        file = run.evaluation("own") / "samples.csv"
+        pd.read_csv(file).assign(warmth=20.5, weight_of=0.3).to_csv(file, index=False)
     make_run(tmp_path / "r", "r")
-    page = Page(write_report(tmp_path))
-    assert "longest side of the truth 1" in page.text
-    assert page.tables[0][1][:4] == ["b", "100.0", "200.0", "300.0"]
-    page = Page(write_report(tmp_path, protocol="paper"))
+    page = Page(write_report(tmp_path, open_run))
+    assert "a protocol that is not installed here. warmth: of the shape;" in page.text
+    assert page.tables[0][0][:3] == ["regime", "warmth ↑", "weight_of ↓ x 1000"]
+    assert page.tables[0][1][:3] == ["b", "20.5", "300.0"]
+    page = Page(write_report(tmp_path, open_run, "paper"))
     assert [row[0] for row in page.tables[0][1:-1]] == ["r"]
     assert "3 more runs have no results" in page.text
 
 
+def test_another_protocol_of_the_same_name_is_told_apart(sweep, tmp_path):
+    file = make_run(tmp_path / "few", "e").evaluation("paper") / "summary.json"
+    few = ProtocolDescription.of(PaperProtocol(points=64))
+    file.write_text(json.dumps({"protocol": few.to_json()}))
+    page = Page(write_report(tmp_path, open_run))
+    assert [row[0] for row in page.tables[0][1:3]] == ["b", "w"]
+    assert "evaluated under another protocol of this name" in page.text
+
+
 def test_settings_that_differ_are_told_but_not_those_of_the_machine(sweep, tmp_path):
     make_run(tmp_path / "e2", "e", seed=2)
-    page = Page(write_report(tmp_path))
+    page = Page(write_report(tmp_path, open_run))
     table = page.tables[-1]
     assert sorted(table[0]) == ["regime.name", "run", "seed"]
     assert "templates.count=4" in page.text
@@ -295,7 +313,7 @@ def test_regimes_and_numbers_of_templates_are_compared(tmp_path):
     for regime in "be":
         for templates in (4, 8):
             make_run(tmp_path / f"{regime}{templates}", regime, templates, count=12)
-    page = Page(write_report(tmp_path))
+    page = Page(write_report(tmp_path, open_run))
     assert "Regimes, by Chamfer" in page.text
     assert "Numbers of templates, by Chamfer" in page.text
     alts = [v for t, k, v in page.attributes if (t, k) == ("img", "alt")]
@@ -304,12 +322,12 @@ def test_regimes_and_numbers_of_templates_are_compared(tmp_path):
 
 def test_the_study_s_question_is_asked(sweep, tmp_path):
     (tmp_path / "study.yaml").write_text("study: Entropy\nquestion: Does it help?\ncommand: make\n")
-    page = Page(write_report(tmp_path))
+    page = Page(write_report(tmp_path, open_run))
     for words in ("Entropy", "Does it help?", "make"):
         assert words in page.text
     (tmp_path / "study.yaml").write_text("study: [")
     with pytest.raises(ConfigError, match=r"study.yaml cannot be read .*: mend or remove it"):
-        write_report(tmp_path)
+        write_report(tmp_path, open_run)
 
 
 def test_no_examples_without_a_checkpoint(written):
@@ -319,19 +337,22 @@ def test_no_examples_without_a_checkpoint(written):
 
 
 def test_the_command(sweep, tmp_path, capsys):
-    assert report.main([str(tmp_path), "protocol=paper", "gallery=0"]) == 0
+    def run(*arguments):
+        return report.main(read_settings(report.Settings, arguments, report.MAIN))
+
+    assert run(str(tmp_path), "protocol=paper", "gallery=0") == 0
     assert capsys.readouterr().out == f"{tmp_path / 'report.html'}\n"
     assert "Examples" not in Page(tmp_path / "report.html").text
-    assert report.main([]) == 2
     for arguments, error, message in (
-        ([str(tmp_path / "no")], DataError, "holds no run that can be read"),
-        ([str(tmp_path), "protocol=papre"], ConfigError, "choose one of paper, modern"),
-        ([str(tmp_path), "protocl=paper"], ConfigError, "there is no protocl="),
-        ([str(tmp_path), "gallery=all"], ConfigError, "must be a number"),
-        ([str(tmp_path), str(tmp_path)], ConfigError, "2 folders are named"),
+        ([f"runs={tmp_path / 'no'}"], DataError, "holds no run that can be read"),
+        ([str(tmp_path), "protocol=papre"], ConfigError, "choose one of paper"),
+        ([str(tmp_path), "protocl=paper"], ConfigError, "Did you mean protocol"),
+        ([str(tmp_path), "gallery=all"], ConfigError, "gallery=all cannot be used"),
+        ([str(tmp_path), "gallery=-1"], ConfigError, "gallery=-1: give a number"),
+        ([str(tmp_path), str(tmp_path)], ConfigError, "is no setting"),
     ):
         with pytest.raises(error, match=message):
-            report.main(arguments)
+            run(*arguments)
 
 
 # --- examples ------------------------------------------------------------------------------------
@@ -426,16 +447,16 @@ def trained(tiny_config, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sweep")
     cfg = tiny_config("regime=e", "schedule.steps=2")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
+        patch.setitem(PROTOCOLS, "paper", PaperProtocol(points=64))
         train(cfg, RunFolder(folder / "run"))
-    return folder, cfg, write_report(folder)
+    return folder, cfg, write_report(folder, open_run)
 
 
 def test_examples_are_the_network_s_own(trained):
     folder, cfg, _ = trained
     run = RunFolder(folder / "run")
     samples = load_samples([run])
-    examples = ExampleMaker(CHAMFER).examples(run, samples)
+    examples = make_examples(open_run(run), samples, CHAMFER)
     order = sorted(read_rows(run), key=lambda row: float(row["chamfer"]))
     expected = [order[0], order[(len(order) - 1) // 2], order[-1]]
     assert [e.rank for e in examples] == ["best", "median", "worst"]
@@ -468,7 +489,7 @@ def test_the_page_shows_them(trained):
     for row in read_rows(RunFolder(folder / "run"))[:1]:
         assert row["template"] in page.text
     assert len(text) < 1_000_000
-    assert write_report(folder).read_text() == text
+    assert write_report(folder, open_run).read_text() == text
 
 
 @pytest.mark.parametrize(
@@ -485,14 +506,15 @@ def test_the_page_shows_them(trained):
 def test_why_there_are_no_examples(trained, tmp_path, change, reason, blank):
     shutil.copytree(trained[0], tmp_path / "copy")
     change(RunFolder(tmp_path / "copy" / "run"))
-    page = Page(write_report(tmp_path / "copy"))
+    page = Page(write_report(tmp_path / "copy", open_run))
     assert reason in page.text
     assert page.tags["canvas"] == 0
 
 
 def test_a_report_prepares_no_data(trained, tmp_path, blank):
-    page = Page(write_report(shutil.copytree(trained[0], tmp_path / "c"), data_root=tmp_path / "d"))
-    assert "is not there (data_root=DIR names it)" in page.text
+    shutil.copytree(trained[0], tmp_path / "c")
+    report.main(report.Settings(str(tmp_path / "c"), data_root=str(tmp_path / "d")))
+    assert "data_root=DIR names the folder" in Page(tmp_path / "c" / "report.html").text
     assert not (tmp_path / "d").exists()
 
 
@@ -502,7 +524,7 @@ def test_samples_of_other_weights_are_noticed(trained, tmp_path, blank):
     table = pd.read_csv(file)
     table["template"] = [sorted(set(read_ranking(run)) - {t})[0] for t in table["template"]]
     table.to_csv(file, index=False)
-    assert "evaluate the run again" in Page(write_report(tmp_path / "copy")).text
+    assert "evaluate the run again" in Page(write_report(tmp_path / "copy", open_run)).text
 
 
 def read_ranking(run):

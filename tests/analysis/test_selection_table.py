@@ -5,11 +5,13 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 import pytest
-from omegaconf import OmegaConf
 
 from ffd_lightning.analysis.selection import run_families, selection_stability, selection_table
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
+
+PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 
 
 def run_samples(templates, *, run="a", seed=0, regime="b", **columns):
@@ -34,7 +36,7 @@ def run_samples(templates, *, run="a", seed=0, regime="b", **columns):
 
 def test_counts_of_the_selected_templates():
     samples = pd.concat([run_samples("xxxyyz"), run_samples("xxxxxx", run="b", regime="w")])
-    table = selection_table(samples).set_index("run")
+    table = selection_table(samples, PAPER).set_index("run")
     shares = np.array([3, 2, 1]) / 6
     assert table.loc["a", "entropy"] == pytest.approx(-(shares * np.log(shares)).sum())
     assert table.loc["b", "entropy"] == 0
@@ -62,11 +64,11 @@ def with_references(**changes):
 
 
 def test_regret_is_what_a_better_choice_would_have_saved():
-    row = selection_table(with_references()).iloc[0]
+    row = selection_table(with_references(), PAPER).iloc[0]
     assert row["regret"] == pytest.approx((1 + 0 + 0) / 3)
     assert row["undeformed_regret"] == pytest.approx((6 + 1 + 0) / 3)
     assert row["best_share"] == pytest.approx(2 / 3)
-    row = selection_table(with_references(), measure="iou").iloc[0]
+    row = selection_table(with_references(), PAPER, measure="iou").iloc[0]
     assert row["regret"] == pytest.approx(0.3 / 3), "of IoU more is better"
     # Equal IoU of 0 does not make two shapes one: all measures must be equal.
     assert row["undeformed_best_share"] == pytest.approx(1 / 3)
@@ -74,23 +76,23 @@ def test_regret_is_what_a_better_choice_would_have_saved():
 
 def test_runs_without_references_have_no_regret():
     without = run_samples("xyz", run="b", seed=1, iou=0.0)
-    table = selection_table(pd.concat([with_references(), without])).set_index("run")
+    table = selection_table(pd.concat([with_references(), without]), PAPER).set_index("run")
     assert table["regret"].notna().tolist() == [True, False]
     with pytest.raises(DataError, match="no column emd"):
-        selection_table(with_references(), measure="emd")
+        selection_table(with_references(), PAPER, measure="emd")
     with pytest.raises(DataError, match="no measure"):
-        selection_table(with_references(), measure="weight")
+        selection_table(with_references(), PAPER, measure="weight")
 
 
 def test_families_beside_chance_and_what_can_be_reached():
     samples = run_samples("xyyxx", family=["desk", "desk", "bar", "round", "kitchen"])
     families = {"a": {"x": "table/desk", "y": "table/bar", "z": "table/round"}}
-    row = selection_table(samples, families).iloc[0]
+    row = selection_table(samples, PAPER, families).iloc[0]
     assert row["family_agreement"] == pytest.approx(2 / 5)
     assert row["family_chance"] == pytest.approx(2 / 5 * 3 / 5 + 1 / 5 * 2 / 5)
     assert row["family_reachable"] == pytest.approx(4 / 5), "z too, which was never selected"
     # For which samples templates are selected does not change what chance is.
-    other = selection_table(samples.assign(template=list("yxxxy")), families).iloc[0]
+    other = selection_table(samples.assign(template=list("yxxxy")), PAPER, families).iloc[0]
     assert other["family_agreement"] == pytest.approx(1 / 5)
     assert other["family_chance"] == row["family_chance"]
 
@@ -98,49 +100,53 @@ def test_families_beside_chance_and_what_can_be_reached():
 def test_unknown_families_are_left_out():
     families = {"a": {"x": "table/desk", "y": "table/bar"}}
     samples = run_samples("xyyx", family=["desk", None, "desk", ""])
-    assert selection_table(samples, families).iloc[0]["family_agreement"] == 0.5
-    assert "family_agreement" not in selection_table(samples.assign(family=None), families)
-    assert "family_agreement" not in selection_table(samples, {"another": families["a"]})
-    assert "family_agreement" not in selection_table(samples, {"a": {"x": "", "y": ""}})
+    assert selection_table(samples, PAPER, families).iloc[0]["family_agreement"] == 0.5
+    assert "family_agreement" not in selection_table(samples.assign(family=None), PAPER, families)
+    assert "family_agreement" not in selection_table(samples, PAPER, {"another": families["a"]})
+    assert "family_agreement" not in selection_table(samples, PAPER, {"a": {"x": "", "y": ""}})
     with pytest.raises(DataError, match="a selects y"):
-        selection_table(samples, {"a": {"x": "table/desk"}})
+        selection_table(samples, PAPER, {"a": {"x": "table/desk"}})
 
 
 def test_a_family_of_another_category_is_another_family():
     samples = run_samples("xyy", family="plain", category=["table", "table", "chair"])
-    row = selection_table(samples, {"a": {"x": "table/plain", "y": "chair/plain"}}).iloc[0]
+    row = selection_table(samples, PAPER, {"a": {"x": "table/plain", "y": "chair/plain"}}).iloc[0]
     assert row["category"] == "table, chair"
     assert row["family_agreement"] == pytest.approx(2 / 3)
 
 
-def trained(cfg, folder, templates):
+def ranked(folder, families, config="category: {name: table}\n"):
     """A run folder as training leaves it, as far as these tests look."""
     run = RunFolder(folder)
     run.path.mkdir()
-    run.config.write_text(OmegaConf.to_yaml(OmegaConf.structured(cfg)))
-    (run.path / "template_ranking.csv").write_text("rank,id\n1," + "\n2,".join(templates) + "\n")
+    run.config.write_text(config)
+    rows = [f"{k},{i},{family}" for k, (i, family) in enumerate(families.items())]
+    (run.path / "template_ranking.csv").write_text("\n".join(["rank,id,family", *rows, ""]))
     return run
 
 
-def test_families_come_from_the_runs_prepared_data(tiny_config, prepared, data_root, tmp_path):
-    cfg, ids = tiny_config(), prepared.ids[3:5]
-    run = trained(cfg, tmp_path / "run", ids)
-    families = [f"table/{family}" for family in prepared.families[3:5]]
-    assert "table/" not in families
-    expected = {str(run.path): dict(zip(ids, families, strict=True))}
-    assert run_families([run]) == expected
-    assert run_families([run], tmp_path / "nowhere") == {}
-    assert not (tmp_path / "nowhere").exists(), "nothing is prepared for this"
-    cfg.paths.data = "lost"
-    moved = trained(cfg, tmp_path / "moved", ids)
-    assert run_families([moved]) == {}
-    assert run_families([moved], data_root)[str(moved.path)] == expected[str(run.path)]
-    joint = tiny_config("category.members=[table,table]")  # once prepared, twice a member
-    run = trained(joint, tmp_path / "joint", [f"table/{i}" for i in ids])
-    assert list(run_families([run])[str(run.path)].values()) == families
-    strange = trained(tiny_config(), tmp_path / "strange", ["no-such-model"])
-    with pytest.raises(DataError, match="no-such-model"):
-        run_families([strange])
+def test_families_come_with_the_ranking_of_the_templates(tmp_path):
+    run = ranked(tmp_path / "run", {"001": "desk", "2": "", "NA": "nan"})
+    expected = {"001": "table/desk", "2": "", "NA": "table/nan"}
+    assert run_families([run]) == {str(run.path): expected}
+    members = "category: {name: two, members: [table, lamp]}\n"
+    joint = ranked(tmp_path / "joint", {"lamp/1": "desk", "table/1": "desk"}, members)
+    assert run_families([joint]) == {
+        str(joint.path): {"lamp/1": "lamp/desk", "table/1": "table/desk"}
+    }
+    alone = ranked(tmp_path / "alone", {"1": "desk"}, "category: {name: table, members: [table]}\n")
+    assert run_families([alone]) == {str(alone.path): {"1": "table/desk"}}
+
+
+def test_runs_without_families_are_left_out(tmp_path):
+    unknown = ranked(tmp_path / "unknown", {"a": "", "b": ""})
+    new = ranked(tmp_path / "new", {})
+    (new.path / "template_ranking.csv").unlink()
+    assert run_families([unknown, new]) == {}
+    for damaged in ("", "rank,id\n1,a\n"):
+        (unknown.path / "template_ranking.csv").write_text(damaged)
+        with pytest.raises(DataError, match=r"template_ranking\.csv is damaged or of another"):
+            run_families([unknown])
 
 
 def naive_rand(a, b):

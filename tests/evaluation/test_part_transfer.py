@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from ffd_lightning.app.evaluate import evaluate_run
 from omegaconf import OmegaConf
 
-from ffd_lightning.app.config import EvaluateConfig, ProtocolKind
+from ffd_lightning.app.config import EvaluateConfig
+from ffd_lightning.app.evaluate import evaluate_run
 from ffd_lightning.app.open_run import build_data, build_network
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART
@@ -32,7 +32,7 @@ from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.run_folder import RunFolder
 
-PARTS = PROTOCOLS[ProtocolKind.parts]
+PARTS = PROTOCOLS["parts"]
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float) - 0.5
 CUBE_FACES = np.array(
     [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
@@ -212,9 +212,7 @@ def copy(trained, tmp_path):
 
 def evaluate(run, **settings):
     return evaluate_run(
-        EvaluateConfig(
-            run=str(run.path), protocol=ProtocolKind.parts, progress_bar=False, **settings
-        )
+        EvaluateConfig(run=str(run.path), protocol="parts", progress_bar=False, **settings)
     )
 
 
@@ -349,11 +347,11 @@ def test_models_without_labels_are_left_out(copy, trained, monkeypatch):
 
 def test_other_protocols_are_known_as_before(trained):
     """Their finished evaluations are told by this text: another one would throw them away."""
-    assert repr(PROTOCOLS[ProtocolKind.modern]) == (
+    assert repr(PROTOCOLS["modern"]) == (
         "ModernProtocol(name='modern', points=10000, quality=True)"
     )
-    assert repr(PROTOCOLS[ProtocolKind.occnet]) == "ScaledProtocol(name='occnet', quality=False)"
-    assert repr(PROTOCOLS[ProtocolKind.paper]) == (
+    assert repr(PROTOCOLS["occnet"]) == "ScaledProtocol(name='occnet', quality=False)"
+    assert repr(PROTOCOLS["paper"]) == (
         "PaperProtocol(name='paper', points=1024, resolution=32, half_size=0.51, quality=False)"
     )
 

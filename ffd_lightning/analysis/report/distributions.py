@@ -9,7 +9,6 @@ from typing import ClassVar
 import pandas as pd
 
 from ffd_lightning.analysis import plots
-from ffd_lightning.analysis.plots import measure_title
 from ffd_lightning.analysis.report.elements import NOTHING, Plot, Table, cell, plot
 from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, plain, told_apart, varying
 from ffd_lightning.analysis.selection import (
@@ -18,7 +17,7 @@ from ffd_lightning.analysis.selection import (
     selection_stability,
     selection_table,
 )
-from ffd_lightning.analysis.tables import number
+from ffd_lightning.analysis.wording import measure_title, number
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure
 

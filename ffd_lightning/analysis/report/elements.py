@@ -13,7 +13,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from ffd_lightning.analysis.plots import to_svg
-from ffd_lightning.analysis.tables import number
+from ffd_lightning.analysis.wording import number
 
 NOTHING = "-"
 """What stands in a table where there is no value."""

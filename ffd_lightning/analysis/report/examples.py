@@ -9,10 +9,9 @@ from typing import ClassVar, NamedTuple
 import pandas as pd
 
 from ffd_lightning.analysis.gallery import Example, choose_runs, make_examples, meshes_json
-from ffd_lightning.analysis.plots import measure_title
 from ffd_lightning.analysis.report.elements import data_uri
 from ffd_lightning.analysis.report.sweep import Sweep
-from ffd_lightning.analysis.tables import number
+from ffd_lightning.analysis.wording import measure_title, number
 from ffd_lightning.errors import UserError
 from ffd_lightning.evaluation.opened import RunOpener
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription

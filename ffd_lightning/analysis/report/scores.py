@@ -9,10 +9,9 @@ from typing import Any, ClassVar
 import pandas as pd
 
 from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs
-from ffd_lightning.analysis.plots import measure_title
 from ffd_lightning.analysis.report.elements import NOTHING, Statement, Table, cell, statements
 from ffd_lightning.analysis.report.sweep import Sweep, plain, told_apart, varying
-from ffd_lightning.analysis.tables import number
+from ffd_lightning.analysis.wording import measure_title, number
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from ffd_lightning.analysis.plots import run_labels
+from ffd_lightning.analysis.plot_layout import run_labels
 from ffd_lightning.analysis.runs import (
     COLUMN_KEYS,
     described_protocols,

@@ -11,9 +11,9 @@ import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
-from ffd_lightning.analysis.plots import measure_title
 from ffd_lightning.analysis.report import distributions, examples, listings, scores
 from ffd_lightning.analysis.report.sweep import Sweep
+from ffd_lightning.analysis.wording import measure_title
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.opened import RunOpener
 from ffd_lightning.files import write_atomic

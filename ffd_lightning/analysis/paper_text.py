@@ -1,0 +1,89 @@
+"""Our results beside the paper's, as text: Markdown and LaTeX."""
+
+from __future__ import annotations
+
+import re
+
+import pandas as pd
+
+from ffd_lightning.analysis.paper import MEASURES, in_paper_order
+from ffd_lightning.errors import DataError
+
+
+def to_markdown(table: pd.DataFrame) -> str:
+    """Return a comparison as a Markdown table: categories by methods, the caption below it.
+
+    Args:
+        table: as `comparison_table` gives it.
+    """
+    head, rows = _layout(table)
+    names = [f"{source} {method}" for source, method in head]
+    lines = [["category", *names], ["---", *["---:"] * len(names)], *rows]
+    text = "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
+    return re.sub(r"([_*])", r"\\\1", f"{text}\n\n{_caption_of(table)}\n")
+
+
+def to_latex(table: pd.DataFrame) -> str:
+    r"""Return a comparison as a LaTeX table, for `\usepackage{booktabs,graphicx}`.
+
+    Args:
+        table: as `comparison_table` gives it.
+    """
+    head, rows = _layout(table)
+    sources = [source for source, _ in head]
+    groups, rules, start = [], [], 2
+    for source in dict.fromkeys(sources):
+        end = start + sources.count(source) - 1
+        groups.append(rf"\multicolumn{{{end - start + 1}}}{{c}}{{{source}}}")
+        rules.append(rf"\cmidrule(lr){{{start}-{end}}}")
+        start = end + 1
+    lines = [
+        r"\begin{table}",
+        r"\centering",
+        r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
+        rf"\begin{{tabular}}{{l{'c' * len(head)}}}",
+        r"\toprule",
+        " & ".join(["", *groups]) + r" \\",
+        " ".join(rules),
+        " & ".join(["category", *(_escape(method) for _, method in head)]) + r" \\",
+        r"\midrule",
+        *(" & ".join(map(_escape, row)) + r" \\" for row in rows),
+        r"\bottomrule",
+        r"\end{tabular}}",
+        rf"\caption{{{_escape(_caption_of(table))}}}",
+        r"\end{table}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _layout(table: pd.DataFrame) -> tuple[list[tuple[str, str]], list[list[str]]]:
+    """Return (source, method) of each column, and rows of a category's name and its cells."""
+    if table.empty:
+        raise DataError("the comparison has no rows")
+    cells = {
+        (row["source"], row["method"], row["category"]): "/".join(
+            "-" if pd.isna(row[m]) else f"{row[m]:.0f}" for m in MEASURES
+        )
+        for row in table.to_dict("records")
+    }
+    pairs = table[["source", "method"]].drop_duplicates()
+    pairs = pairs.sort_values(["source", "method"], key=in_paper_order)
+    head = list(pairs.itertuples(index=False, name=None))
+    categories = table["category"].drop_duplicates().sort_values(key=in_paper_order)
+    return head, [[c, *(cells.get((*h, c), "-") for h in head)] for c in categories]
+
+
+def _caption_of(table: pd.DataFrame) -> str:
+    try:
+        return str(table.attrs["caption"])
+    except KeyError:
+        raise DataError(
+            "the comparison has lost its caption, which says in what the experiments differ: take "
+            "the table as comparison_table gives it, or copy its attrs"
+        ) from None
+
+
+def _escape(text: str) -> str:
+    """Return text as LaTeX prints it."""
+    special = {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
+    return "".join(special.get(c, f"\\{c}" if c in "&%$#_{}" else c) for c in text)

@@ -1,0 +1,89 @@
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ffd_lightning.app.open_run import open_run
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.evaluation import evaluator
+from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluate
+from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
+
+
+@pytest.mark.parametrize("name", list(PROTOCOLS))
+def test_a_description_travels_through_json(name):
+    protocol = PROTOCOLS[name]
+    description = ProtocolDescription.of(protocol)
+    again = ProtocolDescription.from_json(json.loads(json.dumps(description.to_json())))
+    assert again == description
+    assert hash(again) == hash(description)
+    assert again.name == protocol.name == name
+    for measure, original in zip(again.measures, protocol.measures, strict=True):
+        assert measure.factor == original.factor
+        assert measure.arrow == original.arrow
+        assert again.measure(measure.name) == original
+
+
+def test_the_main_measure_is_the_first_distance():
+    measures = [Measure("a", "", True), Measure("b", ""), Measure("c", "")]
+    assert ProtocolDescription("mine", "", tuple(measures)).main_measure.name == "b"
+    assert ProtocolDescription("mine", "", tuple(measures[:1])).main_measure.name == "a"
+    with pytest.raises(ConfigError, match="mine has no measure 'd': choose one of a, b, c"):
+        ProtocolDescription("mine", "", tuple(measures)).measure("d")
+
+
+class Warmth:
+    """A protocol of another package, as small as one can be."""
+
+    name, note, quality, needs_parts = "warmth", "no unit", False, False
+    measures = (Measure("warmth", "how warm it is", True, 1.0),)
+
+    def __repr__(self):
+        return "Warmth()"
+
+    def truth(self, shape, rng):
+        return 20.0
+
+    def score(self, shape, truth, rng):
+        return {"warmth": truth}
+
+
+def test_results_say_what_they_were_measured_with(tiny_run, tmp_path, monkeypatch):
+    run = open_run(tiny_run)
+    subsets = run.data.split.train, run.data.split.test
+    models = [Models(run.data.prepared, run.data.rows(ids)) for ids in subsets]
+    subject = Subject(run.network, run.data.bank, *models, run.step)
+    protocol, options = Warmth(), Options(references=False, progress=False)
+    summary = evaluate(subject, protocol, tmp_path, options)
+    assert summary["warmth"] == 20
+    content = json.loads((tmp_path / "summary.json").read_text())
+    assert content["protocol"] == {
+        "name": "warmth",
+        "note": "no unit",
+        "measures": [
+            {
+                "name": "warmth",
+                "definition": "how warm it is",
+                "higher_is_better": True,
+                "factor": 1.0,
+            }
+        ],
+    }
+    with (tmp_path / "template_ranking.csv").open() as file:
+        ranking = list(csv.DictReader(file))
+    prepared = run.data.prepared
+    assert len(ranking) == len(run.data.bank)
+    for row in ranking:
+        assert row["family"] == prepared.families[prepared.index(row["id"])] != ""
+
+    counted = []
+    predict = evaluator.predict
+    monkeypatch.setattr(evaluator, "predict", lambda *a: (counted.append(1), predict(*a))[1])
+    assert evaluate(subject, protocol, tmp_path, options) == summary
+    assert counted == [], "read back"
+    protocol.measures = (replace(protocol.measures[0], definition="how warm it feels"),)
+    assert evaluate(subject, protocol, tmp_path, options) == summary
+    assert counted == [1], "what is said of it has changed"
+    assert np.isfinite(list(summary.values())).all()
