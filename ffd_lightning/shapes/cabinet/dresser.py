@@ -27,9 +27,8 @@ def dresser(rng: Rng) -> Builder:
     columns = int(np.clip(columns, *limits[4]))
     base = stand(b, rng, style.body, (width, depth), STANDS, 0.22)
     bay = carcass(b, style, (width, height, depth), bottom=base)
-    add_top(
-        b, rng, style.body if rng.random() < 0.6 else style.front, (width, base + height, depth)
-    )
+    size = (width, base + height, depth)
+    add_top(b, rng, style.body if rng.random() < 0.6 else style.front, size)
     graded = np.linspace(rng.uniform(1.0, 1.7), 1.0, rows)
     levels = bay.split(graded, across=False)
     dividers(b, style, levels, across=False)

@@ -280,9 +280,8 @@ def grip(b: Builder, style: Joinery, at: Triple, length: float, upright: bool) -
     elif style.grip == "bow":
         ends = center - 0.35 * length * along, center + 0.35 * length * along
         corner = [ends[0] + 0.035 * out, ends[1] + 0.035 * out]
-        b.tube(
-            "handle", style.handle, bend([ends[0], *corner, ends[1]], 0.03, 2), 0.006, segments=6
-        )
+        path = bend([ends[0], *corner, ends[1]], 0.03, 2)
+        b.tube("handle", style.handle, path, 0.006, segments=6)
     elif style.grip == "bar":
         for t in (-0.36, 0.36):
             foot = center + t * length * along

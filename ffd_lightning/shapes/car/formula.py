@@ -47,22 +47,14 @@ def formula(rng: Rng) -> Builder:
                 _oval(rear, y + 0.2, 0.12, 0.16),
             ],
         )
-        _wing(
-            b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=(0.94 * width, 0.32), count=1
-        )
+        block = (0.94 * width, 0.32)
+        _wing(b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=block, count=1)
         count = int(rng.integers(1, 4))
         high = y + rng.uniform(0.3, 0.55)
         _wing(b, second, paint, rear + 0.45, high, (rng.uniform(0.5, 0.62) * width, 0.3), count)
         for side in (-0.1, 0.1):
-            beam(
-                b,
-                "trim",
-                BLACK,
-                (side, y - 0.05, rear + 0.3),
-                (side, high, rear + 0.48),
-                0.03,
-                0.14,
-            )
+            start = (side, y - 0.05, rear + 0.3)
+            beam(b, "trim", BLACK, start, (side, high, rear + 0.48), 0.03, 0.14)
     else:
         for side in (-0.5 * bulk, 0.5 * bulk):
             b.cylinder("trim", BLACK, (side, y, seat), (side, y - 0.05, length / 2), 0.05)
@@ -103,16 +95,11 @@ def _pods(
             )
         b.loft("body", paint, rings)
         x = side * (0.2 * bulk + 0.5 * out)
-        b.box(
-            "body",
-            BLACK,
-            (x + 0.08 * side, y - 0.02, front - 0.004),
-            (0.55 * out, 0.6 * tall, 0.02),
-        )
+        center = (x + 0.08 * side, y - 0.02, front - 0.004)
+        b.box("body", BLACK, center, (0.55 * out, 0.6 * tall, 0.02))
     floor = y - 0.02 - tall / 2
-    b.box(
-        "body", BLACK, (0, floor, (front + rear) / 2), (0.4 * bulk + 2.1 * out, 0.03, rear - front)
-    )
+    size = (0.4 * bulk + 2.1 * out, 0.03, rear - front)
+    b.box("body", BLACK, (0, floor, (front + rear) / 2), size)
 
 
 def _wing(

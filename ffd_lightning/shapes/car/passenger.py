@@ -54,19 +54,11 @@ def _spoiler(b: Builder, rng: Rng, stance: Stance, paint: Material) -> None:
     """Add a wing on two struts over the tail."""
     z, rise = stance.length / 2 - 0.2, rng.uniform(0.08, 0.28)
     y, half = stance.top(z), 0.9 * stance.half_width(z)
-    b.rounded_box(
-        "trim", paint, (0, y + rise, z + 0.04), (2 * half, 0.045, 0.26), radius=0.06, edge=0.02
-    )
+    center = (0, y + rise, z + 0.04)
+    b.rounded_box("trim", paint, center, (2 * half, 0.045, 0.26), radius=0.06, edge=0.02)
     for side in (-0.7, 0.7):
-        beam(
-            b,
-            "trim",
-            paint,
-            (side * half, y - 0.03, z),
-            (side * half, y + rise, z + 0.03),
-            0.04,
-            0.12,
-        )
+        end = (side * half, y + rise, z + 0.03)
+        beam(b, "trim", paint, (side * half, y - 0.03, z), end, 0.04, 0.12)
 
 
 def estate(rng: Rng) -> Builder:
@@ -166,13 +158,6 @@ def off_roader(rng: Rng) -> Builder:
     for side in (-1, 1):
         z = np.array(stance.axles) + np.array([1, -1]) * 1.2 * stance.radius
         x = side * (stance.width / 2 + 0.02)
-        beam(
-            b,
-            "trim",
-            paint if rng.random() < 0.3 else BLACK,
-            (x, stance.clearance, z[0]),
-            (x, stance.clearance, z[1]),
-            0.14,
-            0.06,
-        )
+        material, start = paint if rng.random() < 0.3 else BLACK, (x, stance.clearance, z[0])
+        beam(b, "trim", material, start, (x, stance.clearance, z[1]), 0.14, 0.06)
     return b

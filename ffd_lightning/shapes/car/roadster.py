@@ -71,9 +71,8 @@ def _cockpit(b: Builder, rng: Rng, stance: Stance, ends: Pair, floor: float, bel
     for row in range(count):
         z = rear - 0.25 - 0.8 * row
         for side in (-spread, spread):
-            b.rounded_box(
-                "seat", cover, (side, floor + 0.12, z - 0.22), (0.46, 0.2, 0.5), 0.08, segments=2
-            )
+            center = (side, floor + 0.12, z - 0.22)
+            b.rounded_box("seat", cover, center, (0.46, 0.2, 0.5), 0.08, segments=2)
             back = (side, floor + 0.38, z + 0.06)
             turn = lean(14)
             b.rounded_box("seat", cover, back, (0.46, 0.62, 0.16), 0.07, turn=turn, segments=2)

@@ -98,11 +98,6 @@ def slider(rng: Rng) -> Builder:
 
 def _side_keys(b: Builder, rng: Rng, finish: Finish, body: Body, share: float) -> None:
     """Fill the strip `share` of the width that a lid slid aside leaves free with small keys."""
-    strip = Body(
-        body.at(-0.5 + share / 2, 0, -body.depth / 2),
-        share * body.width,
-        body.height,
-        body.depth,
-        body.turn,
-    )
+    center = body.at(-0.5 + share / 2, 0, -body.depth / 2)
+    strip = Body(center, share * body.width, body.height, body.depth, body.turn)
     keypad(b, rng, finish, strip, (-0.44, 0.44, 0.84), (int(rng.integers(9, 12)), 4))

@@ -23,14 +23,9 @@ def barrel(
 ) -> None:
     """Add a barrel from `start` forward to `end`, with a dark bore in its muzzle."""
     tip = at(end, up, side)
+    origin = at(start, up, side)
     b.cylinder(
-        "barrel",
-        material,
-        at(start, up, side),
-        tip,
-        radius=radius,
-        radius_end=taper * radius,
-        segments=16,
+        "barrel", material, origin, tip, radius=radius, radius_end=taper * radius, segments=16
     )
     b.cylinder("barrel", BLACK, at(end - 0.01, up, side), at(end + 0.002, up, side), 0.6 * radius)
 

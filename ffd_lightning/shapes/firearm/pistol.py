@@ -16,20 +16,13 @@ def _slide(b: Builder, rng: Rng, steel: Material, length: float, tall: float, wi
     rows = [(0, low, high, wide), (length - 0.06, low, high, wide)]
     rows += [(length, low + nose, high, 0.9 * wide)]
     bar(b, "body", steel, rows, rng.uniform(0.75, 0.95))
-    barrel(
-        b,
-        steel,
-        start=length - 0.05,
-        end=length + rng.uniform(0.005, 0.05),
-        up=0.1 * tall,
-        radius=0.26 * tall,
-    )
+    end = length + rng.uniform(0.005, 0.05)
+    barrel(b, steel, start=length - 0.05, end=end, up=0.1 * tall, radius=0.26 * tall)
     for f in np.linspace(0.04, rng.uniform(0.12, 0.2), int(rng.integers(4, 8))):
         b.box("body", BLACK, at(f, 0), (1.02 * wide, 0.7 * tall, 0.008))
     port = rng.uniform(0.14, 0.2)
-    b.box(
-        "body", BLACK, at(0.52 * length, 0.3 * tall, 0.2 * wide), (0.64 * wide, 0.42 * tall, port)
-    )
+    center = at(0.52 * length, 0.3 * tall, 0.2 * wide)
+    b.box("body", BLACK, center, (0.64 * wide, 0.42 * tall, port))
     iron_sights(
         b, BLACK, rear=0.04, front=length - 0.04, base=high, height=rng.uniform(0.025, 0.045)
     )
@@ -45,15 +38,8 @@ def _open_slide(
     rows += [(back, low, high, wide), (back + 0.05, low, 0.6 * high, 0.7 * wide)]
     bar(b, "body", steel, rows, 0.7)
     radius = rng.uniform(0.24, 0.34) * tall
-    barrel(
-        b,
-        steel,
-        start=back,
-        end=length + rng.uniform(0, 0.25),
-        up=0.05 * tall,
-        radius=radius,
-        taper=0.75,
-    )
+    end = length + rng.uniform(0, 0.25)
+    barrel(b, steel, start=back, end=end, up=0.05 * tall, radius=radius, taper=0.75)
     for side in (-1, 1):
         knob = at(0.3 * back, 0.3 * tall)
         b.cylinder("body", steel, knob, knob + at(0, 0.02, 0.62 * side * wide), 0.25 * tall)
@@ -109,14 +95,8 @@ def pistol(rng: Rng) -> Builder:
     if rng.random() < 0.55:
         add_hammer(b, steel, forward=-0.01, up=-0.1 * tall, size=rng.uniform(0.07, 0.1))
     if not opened and rng.random() < 0.2:
-        barrel(
-            b,
-            BLACK,
-            start=length,
-            end=length + rng.uniform(0.4, 0.7),
-            up=0.1 * tall,
-            radius=rng.uniform(0.06, 0.08),
-        )
+        target = length + rng.uniform(0.4, 0.7)
+        barrel(b, BLACK, start=length, end=target, up=0.1 * tall, radius=rng.uniform(0.06, 0.08))
     elif not opened and front > 0.8 * length and rng.random() < 0.25:
         light = rng.uniform(0.16, 0.22)
         rows = [(f, under - 0.09, under + 0.03, 0.1) for f in (front - light, front)]

@@ -55,12 +55,8 @@ def revolver(rng: Rng) -> Builder:
             (back, -1.45 * radius, 1.1 * strap, wide),
         ],
     )
-    bar(
-        b,
-        "body",
-        steel,
-        [(front, -1.45 * radius, 1.1 * strap, wide), (front + 0.06, -0.5 * radius, top, wide)],
-    )
+    rows = [(front, -1.45 * radius, 1.1 * strap, wide), (front + 0.06, -0.5 * radius, top, wide)]
+    bar(b, "body", steel, rows)
     for low, high in ((-1.5 * radius, -0.98 * radius), (0.98 * radius, 1.1 * strap + 0.01)):
         bar(b, "body", steel, [(f, low, high, 0.8 * wide) for f in (back - 0.02, front + 0.02)])
     _revolver_barrel(b, rng, steel, (front, front + 0.05 + length), bore, thick)

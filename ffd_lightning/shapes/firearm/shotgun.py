@@ -38,9 +38,8 @@ def shotgun(rng: Rng) -> Builder:
             buttstock(b, rng, wood, -0.05, (low, high), {"tube": 0.4, "wire": 0.35, "frame": 0.25})
     else:
         straight_stock(b, rng, wood, (low, high), wide)
-    b.ellipsoid(
-        "sight", _bead(steel), at(end - 0.015, radius + 0.002), (0.004, 0.005, 0.004), segments=8
-    )
+    center = at(end - 0.015, radius + 0.002)
+    b.ellipsoid("sight", _bead(steel), center, (0.004, 0.005, 0.004), segments=8)
     return b
 
 

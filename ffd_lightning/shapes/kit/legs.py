@@ -83,11 +83,8 @@ def add_leg(
     else:
         ring = circle(count=16, radius=1.0, height=0.0)[:, [0, 2]]
     ring = ring * np.asarray(stretch) * style.thickness / 2
-    builder.loft(
-        part,
-        material,
-        [np.insert(scale * ring, 1, 0, axis=1) + a + t * (b - a) for t, scale in style.profile],
-    )
+    rings = [np.insert(scale * ring, 1, 0, axis=1) + a + t * (b - a) for t, scale in style.profile]
+    builder.loft(part, material, rings)
 
 
 def add_legs(

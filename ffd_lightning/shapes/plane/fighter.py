@@ -125,14 +125,9 @@ def _nozzles(b: Builder, rng: Rng, wide: float, tall: float, twin: bool) -> None
     """Add the exhausts: flared steel rings, dark inside."""
     r, end = min(0.42 * tall, 0.24 * wide if twin else 1.0), 0.4 + rng.uniform(0.03, 0.08)
     for x in (-0.23 * wide, 0.23 * wide) if twin else (0.0,):
+        start = (x, 0, 0.33)
         b.cylinder(
-            "engine",
-            STEEL,
-            (x, 0, 0.33),
-            (x, 0, end),
-            radius=1.08 * r,
-            radius_end=0.82 * r,
-            segments=16,
+            "engine", STEEL, start, (x, 0, end), radius=1.08 * r, radius_end=0.82 * r, segments=16
         )
         b.cylinder("engine", BLACK, (x, 0, end - 0.01), (x, 0, end + 0.002), 0.7 * r, segments=16)
 

@@ -59,13 +59,9 @@ def airliner(rng: Rng) -> Builder:
         for x in (-0.07, 0.07):
             undercarriage(b, STEEL, (x, y + 0.01, lead + 0.7 * root), drop, r, 2)
         front = -0.38
+        top = (0, height_at(rows, front, -0.9), front)
         undercarriage(
-            b,
-            STEEL,
-            (0, height_at(rows, front, -0.9), front),
-            drop=drop + height_at(rows, front, -0.9) - y - 0.01,
-            radius=r,
-            wheels=2,
+            b, STEEL, top, drop=drop + height_at(rows, front, -0.9) - y - 0.01, radius=r, wheels=2
         )
     return b
 
@@ -102,13 +98,9 @@ def _jets(b: Builder, rng: Rng, paint: Material, rows: Array, edge: Array, rear:
         x, y = 0.5 * width_at(rows, z) + 1.25 * radius, height_at(rows, z, 0.35)
         for side in (-x, x):
             nacelle(b, paint, (side, y, z), radius, length)
+        chords = (0.6 * length,) * 2
         pair(
-            b,
-            "engine",
-            paint,
-            [(0, y, z - 0.25 * length), (x, y, z - 0.25 * length)],
-            (0.6 * length,) * 2,
-            0.12,
+            b, "engine", paint, [(0, y, z - 0.25 * length), (x, y, z - 0.25 * length)], chords, 0.12
         )
         return
     for t in (0.36,) if rng.random() < 0.7 else (0.3, 0.62):
@@ -117,14 +109,8 @@ def _jets(b: Builder, rng: Rng, paint: Material, rows: Array, edge: Array, rear:
         for side in (-1, 1):
             nacelle(b, paint, center * vec(side, 1, 1), radius, length)
             foot, head = center + vec(0, 0.7 * radius, -0.2 * length), hold + vec(0, 0.002, 0.02)
-            surface(
-                b,
-                "engine",
-                paint,
-                np.array([foot, head]) * vec(side, 1, 1),
-                (0.9 * length, 0.08),
-                0.08,
-            )
+            chords = (0.9 * length, 0.08)
+            surface(b, "engine", paint, np.array([foot, head]) * vec(side, 1, 1), chords, 0.08)
 
 
 def turboprop(rng: Rng) -> Builder:

@@ -36,12 +36,8 @@ def warbird(rng: Rng) -> Builder:
     )
     fuselage(b, "body", paint, rows)
     if radial:
-        fuselage(
-            b,
-            "engine",
-            accent,
-            [(-0.5, 0, 0.98 * wide, 0.98 * tall), (-0.4, 0, 1.06 * wide, 1.06 * tall)],
-        )
+        stations = [(-0.5, 0, 0.98 * wide, 0.98 * tall), (-0.4, 0, 1.06 * wide, 1.06 * tall)]
+        fuselage(b, "engine", accent, stations)
         b.loft("engine", BLACK, [oval((z, 0, 0.85 * wide, 0.85 * tall)) for z in (-0.503, -0.49)])
     span, root, lead = rng.uniform(0.48, 0.62), rng.uniform(0.22, 0.28), rng.uniform(-0.24, -0.18)
     y, rise = -0.36 * tall, rng.uniform(0.03, 0.08)

@@ -52,9 +52,8 @@ def stage(rng: Rng) -> Builder:
             at = vec(side * x, low + 0.7 * tall, middle)
             out = vec(side * 0.05, 0, 0)
             ends = at - 0.09 * UP, at + 0.09 * UP
-            path = bend(
-                [ends[0], ends[0] + out + 0.02 * UP, ends[1] + out - 0.02 * UP, ends[1]], 0.03
-            )
+            points = [ends[0], ends[0] + out + 0.02 * UP, ends[1] + out - 0.02 * UP, ends[1]]
+            path = bend(points, 0.03)
             b.tube("handle", finish.rim, path, 0.013, segments=8)
     if rng.random() < 0.15:
         add_grille(b, draw_cloth(rng), cabinet)
@@ -88,9 +87,8 @@ def amplifier(rng: Rng) -> Builder:
     turn = case.turn @ FORWARD
     b.rounded_box("panel", panel, case.world((0, y, 0)), plate, 0.008, turn=turn)
     x = 0.38 * case.width
-    add_knobs(
-        b, knob, case.world([(-x, y, -0.006), (x, y, -0.006)]), 0.016, int(rng.integers(4, 9))
-    )
+    ends = case.world([(-x, y, -0.006), (x, y, -0.006)])
+    add_knobs(b, knob, ends, 0.016, int(rng.integers(4, 9)))
     top = [
         case.world((side * 0.2 * case.width, case.height / 2 - 0.004, 0.5 * deep))
         for side in (-1, 1)

@@ -62,9 +62,8 @@ def rectangular_top(
     else:
         radius = rounding * rng.choice([0.05, 0.3, 1.0]) * depth
         edge = rng.uniform(0.1, 0.5) * thickness
-        b.rounded_box(
-            "top", material, center, (width, thickness, depth), radius=radius, edge=edge, segments=4
-        )
+        block = (width, thickness, depth)
+        b.rounded_box("top", material, center, block, radius=radius, edge=edge, segments=4)
 
 
 def round_top(

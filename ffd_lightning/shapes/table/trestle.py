@@ -47,12 +47,5 @@ def _trestle_end(
     if kind in ("h", "t"):
         b.rounded_box("leg", material, (x, side / 2, 0), head, 0.2 * side)
     if kind == "a":
-        beam(
-            b,
-            "support",
-            material,
-            (x, 0.3 * top, -0.75 * spread),
-            (x, 0.3 * top, 0.75 * spread),
-            0.5 * side,
-            0.7 * side,
-        )
+        start = (x, 0.3 * top, -0.75 * spread)
+        beam(b, "support", material, start, (x, 0.3 * top, 0.75 * spread), 0.5 * side, 0.7 * side)

@@ -53,12 +53,8 @@ def speedboat(rng: Rng) -> Builder:
     front, back = rng.uniform(0.36, 0.48), rng.uniform(0.86, 0.94)
     y, z = hull.top(front), (hull.z(front), hull.z(back))
     wide = 1.5 * hull.half(front)
-    b.box(
-        "deck",
-        tint(rng, "dark", "teak"),
-        (0, hull.top(0.7) + 0.005, (z[0] + z[1]) / 2),
-        (wide, 0.012, z[1] - z[0]),
-    )
+    center = (0, hull.top(0.7) + 0.005, (z[0] + z[1]) / 2)
+    b.box("deck", tint(rng, "dark", "teak"), center, (wide, 0.012, z[1] - z[0]))
     bulwark(b, hull, paint, rng.uniform(0.03, 0.06), (front - 0.05, 1.0), 0.03)
     cover = pick_material(rng, draw(rng, ["leather", "fabric"]))
     kind = draw(rng, ["screen", "console", "hardtop"], [0.5, 0.25, 0.25])
@@ -152,9 +148,8 @@ def motor_yacht(rng: Rng) -> Builder:
     _arch(b, rng, white, y=y, z=(z0 + z1) / 2 + 0.03, width=0.8 * width)
     _sports_deck(b, rng, hull)
     swim = (1.6 * hull.half(1.0), 0.02, 0.09)
-    b.rounded_box(
-        "deck", plank(rng), (0, 0.5 * depth, hull.z(1.0, 0.5 * depth) + 0.035), swim, 0.02
-    )
+    center = (0, 0.5 * depth, hull.z(1.0, 0.5 * depth) + 0.035)
+    b.rounded_box("deck", plank(rng), center, swim, 0.02)
     railing(b, hull, tint(rng, "grey"), 0.05, (0.02, rng.uniform(0.3, 0.5)), 8)
     return b
 
@@ -173,13 +168,8 @@ def _arch(b: Builder, rng: Rng, paint: Material, y: float, z: float, width: floa
     ]
     b.tube("mast", paint, bend(ends, 0.04), 0.016, segments=8)
     for x in (-0.35, 0.35) if rng.random() < 0.6 else (0.0,):
-        b.ellipsoid(
-            "mast",
-            paint,
-            (x * width, y + rise + 0.025, z + 0.06),
-            (0.026, 0.03, 0.026),
-            segments=12,
-        )
+        center = (x * width, y + rise + 0.025, z + 0.06)
+        b.ellipsoid("mast", paint, center, (0.026, 0.03, 0.026), segments=12)
 
 
 def _sports_deck(b: Builder, rng: Rng, hull: Hull) -> None:

@@ -88,13 +88,8 @@ def add_jibs(b: Builder, rng: Rng, cloth: Material, bow: Array, foot: Array, hei
     head = foot + vec(0, rng.uniform(0.75, 0.95) * height, -0.02)
     add_rope(b, bow, head)
     if rng.random() < 0.2:
-        b.tube(
-            "sail",
-            cloth,
-            [bow + t * (head - bow) for t in (0.04, 0.2, 0.9)],
-            (0.01, 0.018, 0.01),
-            segments=8,
-        )
+        path = [bow + t * (head - bow) for t in (0.04, 0.2, 0.9)]
+        b.tube("sail", cloth, path, (0.01, 0.018, 0.01), segments=8)
         return
     side = rng.choice([-1.0, 1.0])
     overlap, count = rng.uniform(-0.1, 0.25), 1 if rng.random() < 0.75 else 2

@@ -41,9 +41,8 @@ def rowboat(rng: Rng) -> Builder:
     bulwark(b, hull, trim, 0.01, thickness=0.022, part="rail")
     for t in np.linspace(0.3, 0.85, int(rng.integers(2, 5))):
         low, width = hull.top(t) - 0.25 * depth, 1.9 * hull.half(t)
-        b.rounded_box(
-            "seat", trim, (0, low, hull.z(t)), (width, 0.016, rng.uniform(0.06, 0.1)), 0.01
-        )
+        size = (width, 0.016, rng.uniform(0.06, 0.1))
+        b.rounded_box("seat", trim, (0, low, hull.z(t)), size, 0.01)
     _floor(b, hull, trim)
     if kind == "dinghy" and rng.random() < 0.35:
         cowl = tint(rng, "black", "white", "dark", "blue")

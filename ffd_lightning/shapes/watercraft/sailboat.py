@@ -59,9 +59,8 @@ def sailboat(rng: Rng) -> Builder:
     bow = hull.edge(0.01, 0, up=0.02) * vec(0, 1, 1)
     if rng.random() < 0.3:
         tip = bow + vec(0, 0.03, -rng.uniform(0.1, 0.22))
-        b.cylinder(
-            "mast", spar, bow + vec(0, -0.01, 0.1), tip, radius=0.013, radius_end=0.009, segments=8
-        )
+        start = bow + vec(0, -0.01, 0.1)
+        b.cylinder("mast", spar, start, tip, radius=0.013, radius_end=0.009, segments=8)
         bow = tip
     add_jibs(b, rng, cloth, bow, foot, height)
     stern = hull.edge(0.98, 0) * vec(0, 1, 1)
@@ -101,9 +100,8 @@ def _cockpit(b: Builder, rng: Rng, hull: Hull, front: float, wall: Material) -> 
     middle, long = (front + end) / 2, end - front
     b.box("deck", tint(rng, "dark", "teak"), (0, y + 0.004, middle), (width, 0.012, long))
     for side in (-1, 1):
-        b.rounded_box(
-            "deck", wall, (side * width / 2, y + 0.015, middle), (0.025, 0.04, long), 0.01
-        )
+        center = (side * width / 2, y + 0.015, middle)
+        b.rounded_box("deck", wall, center, (0.025, 0.04, long), 0.01)
     metal, at = tint(rng, "grey"), vec(0, y + 0.07, front + 0.65 * long)
     if rng.random() < 0.5:
         a = np.linspace(0, 2 * np.pi, 15)
@@ -111,9 +109,8 @@ def _cockpit(b: Builder, rng: Rng, hull: Hull, front: float, wall: Material) -> 
         b.tube("deck", metal, wheel, 0.005, segments=6)
         b.cylinder("deck", metal, at + vec(0, 0, 0.01), at + vec(0, -0.07, 0.01), 0.01, segments=8)
     else:
-        b.cylinder(
-            "deck", metal, (0, y + 0.05, end - 0.4 * long), (0, y + 0.02, end), 0.007, segments=8
-        )
+        start = (0, y + 0.05, end - 0.4 * long)
+        b.cylinder("deck", metal, start, (0, y + 0.02, end), 0.007, segments=8)
 
 
 def catamaran(rng: Rng) -> Builder:
@@ -142,9 +139,8 @@ def catamaran(rng: Rng) -> Builder:
         solid_hull(b, replace(shape, x=side * gap), paint, lower, 0.4 * depth, wall)
     front, back = shape.z(rng.uniform(0.3, 0.38)), shape.z(0.9)
     y = depth - 0.01
-    b.rounded_box(
-        "deck", wall, (0, y - 0.02, (front + back) / 2), (2 * gap, 0.06, back - front), 0.03
-    )
+    center = (0, y - 0.02, (front + back) / 2)
+    b.rounded_box("deck", wall, center, (2 * gap, 0.06, back - front), 0.03)
     saloon = rng.random() < 0.75
     foot = vec(0, y, front + 0.12 * length)
     if saloon:

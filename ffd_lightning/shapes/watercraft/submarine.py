@@ -30,9 +30,8 @@ def submarine(rng: Rng) -> Builder:
     b.lathe("hull", paint, profile, turn=forward, segments=28)
     if rng.random() < 0.5:
         size = (1.1 * radius, 0.25 * radius, rng.uniform(0.5, 0.65) * length)
-        b.rounded_box(
-            "deck", dark, (0, 0.95 * radius, -0.05 * length), size, radius=0.4 * radius, edge=0.02
-        )
+        center = (0, 0.95 * radius, -0.05 * length)
+        b.rounded_box("deck", dark, center, size, radius=0.4 * radius, edge=0.02)
     z, tall = rng.uniform(-0.2, 0.02) * length, rng.uniform(0.1, 0.19)
     long = rng.uniform(0.16, 0.3)
     _fin(
@@ -100,24 +99,13 @@ def _fin(
 
 def _screw(b: Builder, metal: Material, z: float, radius: float, blades: int) -> None:
     """Add a hub and twisted blades about the z axis."""
+    start, end = (0, 0, z - 0.02), (0, 0, z + 0.03)
     b.cylinder(
-        "engine",
-        metal,
-        (0, 0, z - 0.02),
-        (0, 0, z + 0.03),
-        radius=0.25 * radius,
-        radius_end=0.08 * radius,
-        segments=10,
+        "engine", metal, start, end, radius=0.25 * radius, radius_end=0.08 * radius, segments=10
     )
     for k in range(blades):
         spin = about_z(360 * k / blades)
         turn = spin @ about_y(145)
         center = spin @ vec(0, 0.55 * radius, 0) + vec(0, 0, z)
-        b.ellipsoid(
-            "engine",
-            metal,
-            center,
-            (0.22 * radius, 0.45 * radius, 0.04 * radius),
-            segments=10,
-            turn=turn,
-        )
+        radii = (0.22 * radius, 0.45 * radius, 0.04 * radius)
+        b.ellipsoid("engine", metal, center, radii, segments=10, turn=turn)

@@ -47,9 +47,8 @@ def tall_ship(rng: Rng) -> Builder:
         add_house(b, poop, paint, tint(rng, "window", "orange"), "panes", 0.01)
     bow = hull.edge(0.0, 0) * vec(0, 1, 1)
     tip = bow + vec(0, 0.1, -rng.uniform(0.22, 0.35))
-    b.cylinder(
-        "mast", spar, bow + vec(0, -0.03, 0.12), tip, radius=0.018, radius_end=0.008, segments=8
-    )
+    start = bow + vec(0, -0.03, 0.12)
+    b.cylinder("mast", spar, start, tip, radius=0.018, radius_end=0.008, segments=8)
     masts, height = int(rng.integers(2, 5)), length * rng.uniform(0.65, 0.85)
     places = np.linspace(0.2, 0.8, masts) if masts > 2 else np.array([0.3, 0.62])
     cloth, furled = draw_cloth(rng), rng.random() < 0.15
@@ -99,9 +98,8 @@ def _square_rig(
     furled: bool,
 ) -> None:
     """Add a mast with yards and square sails, each narrower than the one below."""
-    b.cylinder(
-        "mast", spar, foot, foot + vec(0, height, 0), radius=0.018, radius_end=0.008, segments=10
-    )
+    end = foot + vec(0, height, 0)
+    b.cylinder("mast", spar, foot, end, radius=0.018, radius_end=0.008, segments=10)
     levels = np.linspace(0.16, 0.95, tiers + 1) * height
     ahead = vec(0, 0, -0.028)
     halves = 0.5 * width * np.linspace(1.0, 0.5, tiers + 1)

@@ -100,17 +100,15 @@ def _turret(
     """Add a gun turret that points forward, or aft."""
     way = 1.0 if aft else -1.0
     base = np.array(foot)
-    b.cylinder(
-        "gun", paint, base - vec(0, 0.05, 0), base + vec(0, 0.02, 0), 0.05 * size, segments=16
-    )
+    origin = base - vec(0, 0.05, 0)
+    b.cylinder("gun", paint, origin, base + vec(0, 0.02, 0), 0.05 * size, segments=16)
     middle = base + vec(0, 0.02 + 0.025 * size, 0)
     b.box("gun", paint, middle, vec(0.1, 0.05, 0.13) * size, taper=0.8)
     for x in (np.arange(barrels) - (barrels - 1) / 2) * 0.028 * size:
         start = middle + vec(x, 0, way * 0.05 * size)
         end = start + vec(0, 0.03, way * 0.17) * size
-        b.cylinder(
-            "gun", paint, start, end, radius=0.009 * size, radius_end=0.007 * size, segments=10
-        )
+        radius = 0.009 * size
+        b.cylinder("gun", paint, start, end, radius=radius, radius_end=0.007 * size, segments=10)
 
 
 def carrier(rng: Rng) -> Builder:

@@ -74,30 +74,16 @@ def _gear(b: Builder, rng: Rng, hull: Hull, start: float, ahead: bool) -> None:
     z = hull.z(t)
     y, steel = hull.top(t), tint(rng, "orange", "grey", "cream")
     foot = vec(0, y, z if ahead else max(z, start + 0.06))
-    b.cylinder(
-        "mast",
-        steel,
-        foot,
-        foot + vec(0, rng.uniform(0.3, 0.5), 0),
-        radius=0.018,
-        radius_end=0.012,
-        segments=10,
-    )
+    end = foot + vec(0, rng.uniform(0.3, 0.5), 0)
+    b.cylinder("mast", steel, foot, end, radius=0.018, radius_end=0.012, segments=10)
     way = -1 if ahead else 1
     boom = foot + vec(0, rng.uniform(0.22, 0.34), way * 0.24)
     b.cylinder("mast", steel, foot + vec(0, 0.07, 0), boom, 0.011, segments=8)
     b.cylinder("mast", steel, boom, foot + vec(0, 0.29, 0), 0.004, segments=5)
     winch = foot + vec(0, 0.035, 0.07 * way)
-    b.cylinder(
-        "cargo",
-        tint(rng, "dark"),
-        winch - vec(0.08, 0, 0),
-        winch + vec(0.08, 0, 0),
-        0.03,
-        segments=14,
-    )
+    origin = winch - vec(0.08, 0, 0)
+    b.cylinder("cargo", tint(rng, "dark"), origin, winch + vec(0.08, 0, 0), 0.03, segments=14)
     crate = pick_material(rng, "plastic")
     for x in np.linspace(-0.25, 0.25, int(rng.integers(0, 4))) * hull.beam:
-        b.rounded_box(
-            "cargo", crate, (x, y + 0.025, foot[2] + 0.16 * way), (0.07, 0.05, 0.06), 0.008
-        )
+        center = (x, y + 0.025, foot[2] + 0.16 * way)
+        b.rounded_box("cargo", crate, center, (0.07, 0.05, 0.06), 0.008)
