@@ -8,7 +8,7 @@ from ffd_lightning.shapes.car.body import BLACK, draw_paint
 from ffd_lightning.shapes.car.wheels import wheel
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import beam
-from ffd_lightning.shapes.kit.sections import superellipse
+from ffd_lightning.shapes.kit.sections import Section, superellipse
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 
@@ -27,13 +27,15 @@ def formula(rng: Rng) -> Builder:
     modern = rng.random() < 0.7
     bulk, y = rng.uniform(0.55, 0.8), rng.uniform(0.36, 0.42)
     seat = front + rng.uniform(0.42, 0.55) * (rear - front)
-    stations = [(-length / 2, y - 0.12, 0.16, 0.1), (-length / 2 + 0.35, y - 0.07, 0.24, 0.17)]
-    stations += [
-        (front, y, 0.36, 0.3),
-        (seat - 0.4, y + 0.04, bulk, 0.46),
-        (seat + 0.45, y + 0.06, bulk, 0.54),
+    stations = [
+        Section(z=-length / 2, lift=y - 0.12, width=0.16, height=0.1),
+        Section(z=-length / 2 + 0.35, lift=y - 0.07, width=0.24, height=0.17),
+        Section(z=front, lift=y, width=0.36, height=0.3),
+        Section(z=seat - 0.4, lift=y + 0.04, width=bulk, height=0.46),
+        Section(z=seat + 0.45, lift=y + 0.06, width=bulk, height=0.54),
+        Section(z=rear, lift=y, width=0.42, height=0.36),
+        Section(z=rear + 0.4, lift=y, width=0.2, height=0.2),
     ]
-    stations += [(rear, y, 0.42, 0.36), (rear + 0.4, y, 0.2, 0.2)]
     b.loft("body", paint, [_oval(*row) for row in stations])
     _driver(b, rng, second, seat, y + 0.28)
     if modern:

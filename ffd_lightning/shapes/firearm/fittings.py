@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.swept import BLACK, at, bar, sweep
+from ffd_lightning.shapes.firearm.swept import BLACK, Cut, at, bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
@@ -107,7 +107,10 @@ def drum(b: Builder, material: Material, center: Pair, radius: float, depth: flo
     f, up = center
     rim = 0.12 * depth
     profile = [(0.9, -depth / 2), (1, -depth / 2 + rim), (1, depth / 2 - rim), (0.9, depth / 2)]
-    rows = [(forward, up - radius * r, up + radius * r, 2 * radius * r) for r, forward in profile]
+    rows = [
+        Cut(forward=forward, low=up - radius * r, high=up + radius * r, width=2 * radius * r)
+        for r, forward in profile
+    ]
     bar(b, "magazine", material, np.array(rows) + np.array([f, 0, 0, 0]), 0.0)
 
 

@@ -12,7 +12,7 @@ from ffd_lightning.shapes.firearm.fittings import (
     trigger,
 )
 from ffd_lightning.shapes.firearm.stocks import bipod, buttstock, handguard, jacket
-from ffd_lightning.shapes.firearm.swept import BLACK, IRON, at, bar, draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import BLACK, IRON, Cut, at, bar, draw_furniture, draw_steel
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import vec
@@ -24,7 +24,13 @@ def submachine_gun(rng: Rng) -> Builder:
     tall, length = rng.uniform(0.055, 0.085), rng.uniform(0.26, 0.38)
     round_ = rng.random() < 0.45
     high, low, wide = tall / 2, -tall / 2, tall * (1.0 if round_ else rng.uniform(0.55, 0.75))
-    bar(b, "body", steel, [(f, low, high, wide) for f in (0, length)], 0.0 if round_ else 0.85)
+    bar(
+        b,
+        "body",
+        steel,
+        [Cut(forward=f, low=low, high=high, width=wide) for f in (0, length)],
+        0.0 if round_ else 0.85,
+    )
     reach = rng.uniform(0.08, 0.22)
     end = length + rng.uniform(0.03, 0.12)
     if rng.random() < 0.5:
@@ -71,8 +77,12 @@ def machine_gun(rng: Rng) -> Builder:
     b, steel, furniture = Builder(), draw_steel(rng), draw_furniture(rng, wood=0.4)
     tall, wide, length = rng.uniform(0.08, 0.11), rng.uniform(0.05, 0.065), rng.uniform(0.3, 0.42)
     high, low = 0.45 * tall, -0.55 * tall
-    rows = [(0, low + 0.01, high - 0.015, wide), (0.04, low, high, wide)]
-    rows += [(0.7 * length, low, high, wide), (length, low + 0.01, high - 0.02, 0.9 * wide)]
+    rows = [
+        Cut(forward=0, low=low + 0.01, high=high - 0.015, width=wide),
+        Cut(forward=0.04, low=low, high=high, width=wide),
+        Cut(forward=0.7 * length, low=low, high=high, width=wide),
+        Cut(forward=length, low=low + 0.01, high=high - 0.02, width=0.9 * wide),
+    ]
     bar(b, "body", steel, rows, 0.85)
     end, guard = length + rng.uniform(0.3, 0.5), length + rng.uniform(0.0, 0.2)
     if rng.random() < 0.4:

@@ -16,6 +16,7 @@ from ffd_lightning.shapes.firearm.stocks import buttstock, handguard, sporting_s
 from ffd_lightning.shapes.firearm.swept import (
     BLACK,
     IRON,
+    Cut,
     at,
     bar,
     draw_furniture,
@@ -58,8 +59,11 @@ def assault_rifle(rng: Rng) -> Builder:
     length = rng.uniform(0.24, 0.34) + 0.12 * bullpup
     high, low = 0.35 * tall, -0.65 * tall
     body = furniture if bullpup or rng.random() < 0.2 else steel
-    rows = [(0, low + 0.015, high - 0.008, wide), (0.05, low, high, wide)]
-    rows += [(length, low + 0.006, high, wide)]
+    rows = [
+        Cut(forward=0, low=low + 0.015, high=high - 0.008, width=wide),
+        Cut(forward=0.05, low=low, high=high, width=wide),
+        Cut(forward=length, low=low + 0.006, high=high, width=wide),
+    ]
     bar(b, "body", body, rows, 0.8)
     grip_at = length - 0.12 if bullpup else 0.06
     top = (grip_at, low + 0.02)
@@ -93,7 +97,10 @@ def assault_rifle(rng: Rng) -> Builder:
     muzzle(b, rng, steel, end, 0.0)
     _top(b, rng, steel, 0.04, length, high)
     front = guard + rng.uniform(0.01, 0.03)
-    stations = [(front + 0.012, -0.018, 0.06, 0.014), (front + 0.032, -0.018, 0.04, 0.014)]
+    stations = [
+        Cut(forward=front + 0.012, low=-0.018, high=0.06, width=0.014),
+        Cut(forward=front + 0.032, low=-0.018, high=0.04, width=0.014),
+    ]
     bar(b, "sight", steel, stations)
     kinds = {"solid": 0.35, "tube": 0.3, "frame": 0.2, "wire": 0.15}
     kinds = {"solid": 1.0} if bullpup else kinds
@@ -146,6 +153,9 @@ def hunting_rifle(rng: Rng) -> Builder:
         iron_sights(b, steel, rear=0.26, front=end - 0.02, base=0.012, height=0.014)
     if rng.random() < 0.3:
         bands = rng.uniform(0.5, 0.95)
-        rows = [(bands * front + d, -0.8 * fore, 0.016, 0.95 * wide) for d in (-0.01, 0.01)]
+        rows = [
+            Cut(forward=bands * front + d, low=-0.8 * fore, high=0.016, width=0.95 * wide)
+            for d in (-0.01, 0.01)
+        ]
         bar(b, "body", steel, rows, 0.3)
     return b

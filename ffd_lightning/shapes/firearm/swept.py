@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +16,22 @@ BLACK = Material((0.03, 0.03, 0.03))
 
 
 IRON = Material((0.14, 0.14, 0.15))
+
+
+class Cut(NamedTuple):
+    """Where a body that runs along the barrel is cut across.
+
+    Attributes:
+        forward: the cut's place, towards the muzzle.
+        low: height of the section's lower end.
+        high: height of its upper end.
+        width: across.
+    """
+
+    forward: float
+    low: float
+    high: float
+    width: float
 
 
 def at(forward: float, up: float, side: float = 0.0) -> Array:

@@ -2,9 +2,27 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ffd_lightning.shapes.kit.vectors import Array
+
+
+class Section(NamedTuple):
+    """Where a body that runs along z is cut across, in the body's own unit of length.
+
+    Attributes:
+        z: the cut's place; the front is -z.
+        lift: height of the section's middle.
+        width: overall, along x.
+        height: overall, along y.
+    """
+
+    z: float
+    lift: float
+    width: float
+    height: float
 
 
 def superellipse(boxiness: float, count: int = 16) -> Array:

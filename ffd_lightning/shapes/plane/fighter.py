@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, Triple, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
@@ -25,11 +26,17 @@ def fighter(rng: Rng) -> Builder:
     wide, tall = rng.uniform(0.08, 0.11) * (1.5 if twin else 1), rng.uniform(0.085, 0.115)
     rows = np.array(
         [
-            (-0.5, -0.1 * tall, 0.004, 0.004),
-            (-0.38, -0.05 * tall, 0.4 * min(wide, 0.12), 0.5 * tall),
+            Section(z=-0.5, lift=-0.1 * tall, width=0.004, height=0.004),
+            Section(z=-0.38, lift=-0.05 * tall, width=0.4 * min(wide, 0.12), height=0.5 * tall),
         ]
-        + [(-0.24, 0.0, 0.7 * min(wide, 0.12), 0.9 * tall), (-0.08, 0.0, wide, tall)]
-        + [(0.25, 0, wide, 0.9 * tall), (0.4, 0, 0.85 * wide, 0.75 * tall)]
+        + [
+            Section(z=-0.24, lift=0.0, width=0.7 * min(wide, 0.12), height=0.9 * tall),
+            Section(z=-0.08, lift=0.0, width=wide, height=tall),
+        ]
+        + [
+            Section(z=0.25, lift=0, width=wide, height=0.9 * tall),
+            Section(z=0.4, lift=0, width=0.85 * wide, height=0.75 * tall),
+        ]
     )
     fuselage(b, "body", paint, rows, rng.uniform(0.2, 0.5))
     b.cylinder("body", STEEL, (0, -0.1 * tall, -0.56), (0, -0.1 * tall, -0.49), 0.003, segments=6)
@@ -109,14 +116,14 @@ def _intakes(b: Builder, rng: Rng, paint: Material, rows: Array, wide: float, ta
         x = side * 0.5 * max(width_at(rows, start), 0.6 * wide)
         y = -0.45 * tall if chin else -0.05 * tall
         body = [
-            (start, y, *size),
-            (start + 0.15, y, *size),
-            (0.28, 0.5 * y, 0.5 * size[0], 0.7 * size[1]),
+            Section(start, y, *size),
+            Section(start + 0.15, y, *size),
+            Section(z=0.28, lift=0.5 * y, width=0.5 * size[0], height=0.7 * size[1]),
         ]
         fuselage(b, "engine", paint, body, 0.7, x)
         mouth = [
-            (start - 0.002, y, 0.82 * size[0], 0.82 * size[1]),
-            (start + 0.01, y, 0.82 * size[0], 0.82 * size[1]),
+            Section(z=start - 0.002, lift=y, width=0.82 * size[0], height=0.82 * size[1]),
+            Section(z=start + 0.01, lift=y, width=0.82 * size[0], height=0.82 * size[1]),
         ]
         fuselage(b, "engine", BLACK, mouth, 0.7, x)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import BLACK, STEEL, canopy, draw_livery, fuselage
@@ -28,12 +29,12 @@ def flying_wing(rng: Rng) -> Builder:
     wide, tall = rng.uniform(0.16, 0.26), rng.uniform(0.09, 0.13)
     rows = np.array(
         [
-            (lead - 0.03, 0, 0.02, 0.01),
-            (lead + 0.05, 0.01, 0.4 * wide, 0.5 * tall),
-            (lead + 0.18, 0.015, 0.85 * wide, tall),
-            (lead + 0.3, 0.01, wide, 0.95 * tall),
-            (lead + 0.9 * chord, 0, 0.5 * wide, 0.3 * tall),
-            (lead + chord, 0, 0.3 * wide, 0.06 * tall),
+            Section(z=lead - 0.03, lift=0, width=0.02, height=0.01),
+            Section(z=lead + 0.05, lift=0.01, width=0.4 * wide, height=0.5 * tall),
+            Section(z=lead + 0.18, lift=0.015, width=0.85 * wide, height=tall),
+            Section(z=lead + 0.3, lift=0.01, width=wide, height=0.95 * tall),
+            Section(z=lead + 0.9 * chord, lift=0, width=0.5 * wide, height=0.3 * tall),
+            Section(z=lead + chord, lift=0, width=0.3 * wide, height=0.06 * tall),
         ]
     )
     fuselage(b, "body", paint, rows)
@@ -61,8 +62,11 @@ def _buried_engines(
     )
     for x in xs:
         z = lead + slope * abs(x) + 0.1
-        pod = [(z, 0.035, 0.075, 0.05), (z + 0.12, 0.035, 0.08, 0.055)]
-        pod += [(z + 0.26, 0.02, 0.05, 0.025)]
+        pod = [
+            Section(z=z, lift=0.035, width=0.075, height=0.05),
+            Section(z=z + 0.12, lift=0.035, width=0.08, height=0.055),
+            Section(z=z + 0.26, lift=0.02, width=0.05, height=0.025),
+        ]
         fuselage(b, "engine", colors[len(xs) // 4], pod, 0.5, x)
-        mouth = [(z + d, 0.035, 0.06, 0.035) for d in (-0.003, 0.01)]
+        mouth = [Section(z=z + d, lift=0.035, width=0.06, height=0.035) for d in (-0.003, 0.01)]
         fuselage(b, "engine", BLACK, mouth, 0.5, x)

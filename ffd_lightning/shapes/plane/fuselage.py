@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.sections import superellipse
+from ffd_lightning.shapes.kit.sections import Section, superellipse
 from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 BLACK = Material((0.05, 0.05, 0.055))
@@ -88,12 +88,17 @@ def canopy(
     swell = np.sqrt(np.clip(1 - (2 * t**0.8 - 1) ** 2, 0.02, 1))
     base = [height_at(rows, at, 1) for at in z]
     sections = [
-        (at, low - 0.3 * width, (0.25 + 0.75 * s) * width, 0.6 * width + 2 * rise * s)
+        Section(
+            z=at,
+            lift=low - 0.3 * width,
+            width=(0.25 + 0.75 * s) * width,
+            height=0.6 * width + 2 * rise * s,
+        )
         for at, low, s in zip(z, base, swell, strict=True)
     ]
     fuselage(b, "window", GLASS, sections, 0.1)
     for i in (2, 4):
-        rings = [oval((z[i] + d, *sections[i][1:]), 0.1, 1.02) for d in (-0.004, 0.004)]
+        rings = [oval(Section(z[i] + d, *sections[i][1:]), 0.1, 1.02) for d in (-0.004, 0.004)]
         b.loft("body", frames, rings)
 
 

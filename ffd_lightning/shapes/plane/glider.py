@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import STEEL, canopy, draw_livery, fuselage, height_at
@@ -17,17 +18,13 @@ def glider(rng: Rng) -> Builder:
     wide, tall = rng.uniform(0.08, 0.11), rng.uniform(0.1, 0.14)
     boom = rng.uniform(0.26, 0.4)
     rows = [
-        (-0.5, -0.2 * tall, 0.06 * wide, 0.06 * tall),
-        (-0.47, -0.18 * tall, 0.45 * wide, 0.42 * tall),
-    ]
-    rows += [
-        (-0.38, -0.1 * tall, 0.85 * wide, 0.8 * tall),
-        (-0.25, 0, wide, tall),
-        (-0.1, 0.06 * tall, 0.85 * wide, 0.85 * tall),
-    ]
-    rows += [
-        (0.08, 0.18 * tall, boom * wide, boom * tall),
-        (0.5, 0.2 * tall, 0.6 * boom * wide, 0.6 * boom * tall),
+        Section(z=-0.5, lift=-0.2 * tall, width=0.06 * wide, height=0.06 * tall),
+        Section(z=-0.47, lift=-0.18 * tall, width=0.45 * wide, height=0.42 * tall),
+        Section(z=-0.38, lift=-0.1 * tall, width=0.85 * wide, height=0.8 * tall),
+        Section(z=-0.25, lift=0, width=wide, height=tall),
+        Section(z=-0.1, lift=0.06 * tall, width=0.85 * wide, height=0.85 * tall),
+        Section(z=0.08, lift=0.18 * tall, width=boom * wide, height=boom * tall),
+        Section(z=0.5, lift=0.2 * tall, width=0.6 * boom * wide, height=0.6 * boom * tall),
     ]
     shape = np.array(rows)
     fuselage(b, "body", paint, shape)

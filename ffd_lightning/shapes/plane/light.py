@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 from ffd_lightning.shapes.plane.engines import propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
@@ -22,15 +23,15 @@ from ffd_lightning.shapes.plane.wings import pair, tail
 def _slim(rng: Rng, wide: float, tall: float) -> Array:
     """Draw the fuselage rows of a single-engined aeroplane, its cowling at the front."""
     cowl, cabin = rng.uniform(0.65, 0.9), rng.uniform(-0.22, -0.1)
-    rows = [(-0.5, 0.0, 0.55 * wide, 0.5 * tall), (-0.49, 0.0, cowl * wide, 0.68 * tall)]
-    rows += [(-0.36, 0.0, cowl * wide, 0.76 * tall), (cabin - 0.06, 0.0, wide, 0.85 * tall)]
-    rows += [
-        (cabin + 0.2, 0.02 * tall, wide, 0.9 * tall),
-        (cabin + 0.36, 0.1 * tall, 0.7 * wide, 0.62 * tall),
-    ]
-    rows += [
-        (0.47, 0.22 * tall, 0.18 * wide, 0.3 * tall),
-        (0.5, 0.24 * tall, 0.08 * wide, 0.16 * tall),
+    rows = [
+        Section(z=-0.5, lift=0.0, width=0.55 * wide, height=0.5 * tall),
+        Section(z=-0.49, lift=0.0, width=cowl * wide, height=0.68 * tall),
+        Section(z=-0.36, lift=0.0, width=cowl * wide, height=0.76 * tall),
+        Section(z=cabin - 0.06, lift=0.0, width=wide, height=0.85 * tall),
+        Section(z=cabin + 0.2, lift=0.02 * tall, width=wide, height=0.9 * tall),
+        Section(z=cabin + 0.36, lift=0.1 * tall, width=0.7 * wide, height=0.62 * tall),
+        Section(z=0.47, lift=0.22 * tall, width=0.18 * wide, height=0.3 * tall),
+        Section(z=0.5, lift=0.24 * tall, width=0.08 * wide, height=0.16 * tall),
     ]
     return np.array(rows)
 
@@ -121,7 +122,10 @@ def biplane(rng: Rng) -> Builder:
     rows = _slim(rng, wide, tall)
     fuselage(b, "body", paint, rows, rng.uniform(0.1, 0.6))
     if rng.random() < 0.5:
-        stations = [(-0.5, 0, 1.02 * wide, 0.86 * tall), (-0.41, 0, 1.05 * wide, 0.9 * tall)]
+        stations = [
+            Section(z=-0.5, lift=0, width=1.02 * wide, height=0.86 * tall),
+            Section(z=-0.41, lift=0, width=1.05 * wide, height=0.9 * tall),
+        ]
         fuselage(b, "engine", STEEL, stations)
     count = 3 if rng.random() < 0.2 else 2
     span, chord = rng.uniform(0.5, 0.72), rng.uniform(0.13, 0.19)

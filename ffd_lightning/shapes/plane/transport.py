@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.plane.engines import nacelle, propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
@@ -44,10 +45,11 @@ def airliner(rng: Rng) -> Builder:
     if rng.random() < 0.5:
         end = edge[-1] + vec(0.02, 0.06, 0.05)
         pair(b, "wing", accent, [edge[-1], end], (tip, 0.5 * tip), 0.1)
-    belly = [(lead - 0.04, y, 0.3 * wide, 0.2 * wide), (lead + 0.06, y, 0.9 * wide, 0.5 * wide)]
-    belly += [
-        (lead + 0.9 * root, y, 0.9 * wide, 0.5 * wide),
-        (lead + 1.25 * root, y, 0.3 * wide, 0.2 * wide),
+    belly = [
+        Section(z=lead - 0.04, lift=y, width=0.3 * wide, height=0.2 * wide),
+        Section(z=lead + 0.06, lift=y, width=0.9 * wide, height=0.5 * wide),
+        Section(z=lead + 0.9 * root, lift=y, width=0.9 * wide, height=0.5 * wide),
+        Section(z=lead + 1.25 * root, lift=y, width=0.3 * wide, height=0.2 * wide),
     ]
     fuselage(b, "body", paint, belly)
     rear_engines = rng.random() < 0.35
@@ -79,12 +81,10 @@ def _cabin(
             b.box("body", colors[1], (x, height_at(rows, 0, -0.12), -0.08), (0.01, 0.014, 0.62))
     if rng.random() < 0.2:
         hump = [
-            (-0.42, 0.2 * wide, 0.4 * wide, 0.3 * wide),
-            (-0.34, 0.38 * wide, 0.72 * wide, 0.6 * wide),
-        ]
-        hump += [
-            (-0.12, 0.38 * wide, 0.72 * wide, 0.6 * wide),
-            (0.0, 0.2 * wide, 0.4 * wide, 0.3 * wide),
+            Section(z=-0.42, lift=0.2 * wide, width=0.4 * wide, height=0.3 * wide),
+            Section(z=-0.34, lift=0.38 * wide, width=0.72 * wide, height=0.6 * wide),
+            Section(z=-0.12, lift=0.38 * wide, width=0.72 * wide, height=0.6 * wide),
+            Section(z=0.0, lift=0.2 * wide, width=0.4 * wide, height=0.3 * wide),
         ]
         fuselage(b, "body", colors[0], hump)
 
@@ -139,10 +139,11 @@ def turboprop(rng: Rng) -> Builder:
     for t in (0.33,) if rng.random() < 0.6 else (0.28, 0.58):
         for side in (-1, 1):
             hub = (on_wing(edge, t) + vec(0, 0.0, -0.08)) * vec(side, 1, 1)
-            pod = [(hub[2] + 0.005, hub[1], 0.03, 0.035), (hub[2] + 0.04, hub[1], 0.044, 0.052)]
-            pod += [
-                (lead + 0.5 * root, hub[1], 0.044, 0.052),
-                (lead + 1.15 * root, hub[1], 0.015, 0.02),
+            pod = [
+                Section(z=hub[2] + 0.005, lift=hub[1], width=0.03, height=0.035),
+                Section(z=hub[2] + 0.04, lift=hub[1], width=0.044, height=0.052),
+                Section(z=lead + 0.5 * root, lift=hub[1], width=0.044, height=0.052),
+                Section(z=lead + 1.15 * root, lift=hub[1], width=0.015, height=0.02),
             ]
             fuselage(b, "engine", cowl, pod, 0.2, hub[0])
             propeller(b, rng, hub, radius, blades, STEEL)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import vec
 from ffd_lightning.shapes.plane.engines import propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
@@ -26,19 +27,35 @@ def warbird(rng: Rng) -> Builder:
     radial = rng.random() < 0.45
     front = 0.95 if radial else 0.5
     rows = np.array(
-        [(-0.5, 0, 0.9 * front * wide, 0.8 * front * tall), (-0.48, 0, front * wide, front * tall)]
-        + [(-0.36, 0, max(front, 0.8) * wide, max(front, 0.85) * tall), (-0.1, 0.0, wide, tall)]
-        + [
-            (0.1, 0.03 * tall, 0.85 * wide, 0.85 * tall),
-            (0.46, 0.15 * tall, 0.2 * wide, 0.3 * tall),
+        [
+            Section(z=-0.5, lift=0, width=0.9 * front * wide, height=0.8 * front * tall),
+            Section(z=-0.48, lift=0, width=front * wide, height=front * tall),
         ]
-        + [(0.5, 0.16 * tall, 0.06 * wide, 0.12 * tall)]
+        + [
+            Section(z=-0.36, lift=0, width=max(front, 0.8) * wide, height=max(front, 0.85) * tall),
+            Section(z=-0.1, lift=0.0, width=wide, height=tall),
+        ]
+        + [
+            Section(z=0.1, lift=0.03 * tall, width=0.85 * wide, height=0.85 * tall),
+            Section(z=0.46, lift=0.15 * tall, width=0.2 * wide, height=0.3 * tall),
+        ]
+        + [Section(z=0.5, lift=0.16 * tall, width=0.06 * wide, height=0.12 * tall)]
     )
     fuselage(b, "body", paint, rows)
     if radial:
-        stations = [(-0.5, 0, 0.98 * wide, 0.98 * tall), (-0.4, 0, 1.06 * wide, 1.06 * tall)]
+        stations = [
+            Section(z=-0.5, lift=0, width=0.98 * wide, height=0.98 * tall),
+            Section(z=-0.4, lift=0, width=1.06 * wide, height=1.06 * tall),
+        ]
         fuselage(b, "engine", accent, stations)
-        b.loft("engine", BLACK, [oval((z, 0, 0.85 * wide, 0.85 * tall)) for z in (-0.503, -0.49)])
+        b.loft(
+            "engine",
+            BLACK,
+            [
+                oval(Section(z=z, lift=0, width=0.85 * wide, height=0.85 * tall))
+                for z in (-0.503, -0.49)
+            ],
+        )
     span, root, lead = rng.uniform(0.48, 0.62), rng.uniform(0.22, 0.28), rng.uniform(-0.24, -0.18)
     y, rise = -0.36 * tall, rng.uniform(0.03, 0.08)
     t = np.linspace(0, 1, 7)
