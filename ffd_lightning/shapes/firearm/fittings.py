@@ -107,11 +107,8 @@ def drum(b: Builder, material: Material, center: Pair, radius: float, depth: flo
     f, up = center
     rim = 0.12 * depth
     profile = [(0.9, -depth / 2), (1, -depth / 2 + rim), (1, depth / 2 - rim), (0.9, depth / 2)]
-    rows = [
-        Cut(forward=forward, low=up - radius * r, high=up + radius * r, width=2 * radius * r)
-        for r, forward in profile
-    ]
-    bar(b, "magazine", material, np.array(rows) + np.array([f, 0, 0, 0]), 0.0)
+    rows = [Cut(t + f, up - radius * r, up + radius * r, 2 * radius * r) for r, t in profile]
+    bar(b, "magazine", material, rows, 0.0)
 
 
 def scope(b: Builder, rng: Rng, material: Material, middle: float, base: float) -> None:

@@ -12,7 +12,16 @@ from ffd_lightning.shapes.firearm.fittings import (
     trigger,
 )
 from ffd_lightning.shapes.firearm.stocks import bipod, buttstock, handguard, jacket
-from ffd_lightning.shapes.firearm.swept import BLACK, IRON, Cut, at, bar, draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import (
+    BLACK,
+    IRON,
+    Cut,
+    at,
+    bar,
+    draw_furniture,
+    draw_steel,
+    even_bar,
+)
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import vec
@@ -24,13 +33,7 @@ def submachine_gun(rng: Rng) -> Builder:
     tall, length = rng.uniform(0.055, 0.085), rng.uniform(0.26, 0.38)
     round_ = rng.random() < 0.45
     high, low, wide = tall / 2, -tall / 2, tall * (1.0 if round_ else rng.uniform(0.55, 0.75))
-    bar(
-        b,
-        "body",
-        steel,
-        [Cut(forward=f, low=low, high=high, width=wide) for f in (0, length)],
-        0.0 if round_ else 0.85,
-    )
+    even_bar(b, "body", steel, (0, length), low, high, wide, 0.0 if round_ else 0.85)
     reach = rng.uniform(0.08, 0.22)
     end = length + rng.uniform(0.03, 0.12)
     if rng.random() < 0.5:

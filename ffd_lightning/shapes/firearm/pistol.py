@@ -12,6 +12,7 @@ from ffd_lightning.shapes.firearm.swept import (
     bar,
     draw_furniture,
     draw_steel,
+    even_bar,
     sweep,
 )
 from ffd_lightning.shapes.kit import Builder, Material, Rng
@@ -118,9 +119,6 @@ def pistol(rng: Rng) -> Builder:
         barrel(b, BLACK, start=length, end=target, up=0.1 * tall, radius=rng.uniform(0.06, 0.08))
     elif not opened and front > 0.8 * length and rng.random() < 0.25:
         light = rng.uniform(0.16, 0.22)
-        rows = [
-            Cut(forward=f, low=under - 0.09, high=under + 0.03, width=0.1)
-            for f in (front - light, front)
-        ]
-        bar(b, "sight", BLACK, rows)
+        ends = (front - light, front)
+        even_bar(b, "sight", BLACK, ends, low=under - 0.09, high=under + 0.03, width=0.1)
     return b

@@ -21,6 +21,7 @@ from ffd_lightning.shapes.firearm.swept import (
     bar,
     draw_furniture,
     draw_steel,
+    even_bar,
     sweep,
 )
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
@@ -145,17 +146,14 @@ def hunting_rifle(rng: Rng) -> Builder:
         ]
         sweep(b, "body", steel, bend(path, 0.03, 3), 0.009, 0.016)
     if rng.random() < 0.5:
-        top = (0.16, belly + 0.02)
-        magazine(b, steel, top, length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03)
+        well = (0.16, belly + 0.02)
+        magazine(b, steel, well, length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03)
     if rng.random() < 0.65:
         scope(b, rng, IRON, rng.uniform(0.06, 0.12), radius)
     else:
         iron_sights(b, steel, rear=0.26, front=end - 0.02, base=0.012, height=0.014)
     if rng.random() < 0.3:
         bands = rng.uniform(0.5, 0.95)
-        rows = [
-            Cut(forward=bands * front + d, low=-0.8 * fore, high=0.016, width=0.95 * wide)
-            for d in (-0.01, 0.01)
-        ]
-        bar(b, "body", steel, rows, 0.3)
+        band = (bands * front - 0.01, bands * front + 0.01)
+        even_bar(b, "body", steel, band, -0.8 * fore, 0.016, 0.95 * wide, boxiness=0.3)
     return b

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.swept import BLACK, IRON, Cut, at, bar, sweep
+from ffd_lightning.shapes.firearm.swept import BLACK, IRON, Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
@@ -22,16 +22,11 @@ def buttstock(
     if kind == "solid":
         neck = 0.7 * start + 0.3 * end
         rows = [
-            Cut(forward=f, low=low + 0.003, high=high - 0.01, width=wide)
-            for f in (start + 0.02, neck)
+            Cut(forward=start + 0.02, low=low + 0.003, high=high - 0.01, width=wide),
+            Cut(forward=neck, low=low + 0.003, high=high - 0.01, width=wide),
+            Cut(forward=end, low=heel - butt, high=heel, width=wide),
         ]
-        bar(
-            b,
-            "stock",
-            material,
-            [*rows, Cut(forward=end, low=heel - butt, high=heel, width=wide)],
-            0.55,
-        )
+        bar(b, "stock", material, rows, 0.55)
         _butt_pad(b, end, (heel - butt, heel), wide, 0.55)
     elif kind == "tube":
         _tube_stock(b, material, (start, end), (low + high) / 2, butt, wide)
@@ -69,11 +64,8 @@ def _tube_stock(
 def _butt_pad(b: Builder, end: float, span: Pair, wide: float, boxiness: float) -> None:
     """Cover a stock's rear face at `end`, which spans the heights `span`, with rubber."""
     low, high = span
-    rows = [
-        Cut(forward=f, low=low - 0.002, high=high + 0.002, width=1.03 * wide)
-        for f in (end + 0.004, end - 0.016)
-    ]
-    bar(b, "stock", BLACK, rows, boxiness)
+    faces = (end + 0.004, end - 0.016)
+    even_bar(b, "stock", BLACK, faces, low - 0.002, high + 0.002, 1.03 * wide, boxiness)
 
 
 def sporting_stock(
@@ -131,10 +123,8 @@ def handguard(
     back, front = ends
     taper, boxiness = rng.uniform(0.75, 1.05), rng.uniform(0.1, 0.9)
     rows = [
-        Cut(forward=back, low=up - tall / 2, high=up + tall / 2, width=wide),
-        Cut(
-            forward=front, low=up - taper * tall / 2, high=up + taper * tall / 2, width=taper * wide
-        ),
+        Cut(back, up - tall / 2, up + tall / 2, wide),
+        Cut(front, up - taper * tall / 2, up + taper * tall / 2, taper * wide),
     ]
     bar(b, "body", material, rows, boxiness)
     style = draw(rng, ["plain", "ribs", "slots"])
@@ -142,16 +132,8 @@ def handguard(
         swell = tall * (1 + (taper - 1) * (f - back) / (front - back))
         across = wide * swell / tall
         if style == "ribs":
-            rows = [
-                Cut(
-                    forward=f + d,
-                    low=up - 0.54 * swell,
-                    high=up + 0.54 * swell,
-                    width=1.08 * across,
-                )
-                for d in (-0.006, 0.006)
-            ]
-            bar(b, "body", material, rows, boxiness)
+            ends, rib = (f - 0.006, f + 0.006), 0.54 * swell
+            even_bar(b, "body", material, ends, up - rib, up + rib, 1.08 * across, boxiness)
         elif style == "slots":
             b.box("body", BLACK, at(f, up), (1.02 * across, 0.3 * swell, 0.022))
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.sections import superellipse
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 BLACK = Material((0.03, 0.03, 0.03))
 
@@ -63,6 +63,20 @@ def bar(b: Builder, part: str, material: Material, rows: ArrayLike, boxiness: fl
         y = (low + high) / 2 + ring[:, 1] * (high - low) / 2
         sections.append(np.column_stack([ring[:, 0] * width / 2, y, np.full(len(y), -forward)]))
     b.loft(part, material, sections)
+
+
+def even_bar(
+    b: Builder,
+    part: str,
+    material: Material,
+    ends: Pair,
+    low: float,
+    high: float,
+    width: float,
+    boxiness: float = 0.7,
+) -> None:
+    """Add a body of one section, between the two places along the barrel in `ends`."""
+    bar(b, part, material, [Cut(f, low, high, width) for f in ends], boxiness)
 
 
 def sweep(

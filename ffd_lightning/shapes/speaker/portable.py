@@ -73,8 +73,8 @@ def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
     center = (0, y - 0.08 * tall, 0)
     b.rounded_box("panel", metal, center, size, radius=0.01, edge=0.004, turn=FORWARD)
     window = (0.8 * size[0], 0.012, 0.5 * size[2])
-    center = (0, y - 0.08 * tall, -0.008)
-    b.rounded_box("panel", finish.rim, center, window, radius=0.006, edge=0.003, turn=FORWARD)
+    pane = (0, y - 0.08 * tall, -0.008)
+    b.rounded_box("panel", finish.rim, pane, window, radius=0.006, edge=0.003, turn=FORWARD)
     ends = [(x * tall, y + 0.38 * tall, -0.002) for x in (-0.3, 0.3)]
     add_knobs(b, metal, ends, 0.05 * tall, int(rng.integers(2, 6)))
     reach = rng.uniform(0.3, 0.46) * wide
