@@ -7,10 +7,9 @@ from itertools import pairwise
 import numpy as np
 
 from ffd_lightning.shapes.bench.boards import draw_bench_size
-from ffd_lightning.shapes.bench.plank import STRAIGHT
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg
+from ffd_lightning.shapes.kit.legs import STRAIGHT, LegStyle, add_leg
 from ffd_lightning.shapes.kit.sheets import arc
 from ffd_lightning.shapes.kit.vectors import UP, vec
 

@@ -8,14 +8,8 @@ from ffd_lightning.shapes.car.body import BLACK, draw_paint
 from ffd_lightning.shapes.car.wheels import wheel
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import beam
-from ffd_lightning.shapes.kit.sections import Section, superellipse
-from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
-
-
-def _oval(z: float, y: float, width: float, height: float) -> Array:
-    """Return a rounded section (16, 3) about (0, y, z)."""
-    flat = superellipse(0.5) * np.array([width, height]) / 2
-    return np.column_stack([flat[:, 0], y + flat[:, 1], np.full(16, z)])
+from ffd_lightning.shapes.kit.sections import Section
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 
 
 def formula(rng: Rng) -> Builder:
@@ -36,19 +30,16 @@ def formula(rng: Rng) -> Builder:
         Section(z=rear, lift=y, width=0.42, height=0.36),
         Section(z=rear + 0.4, lift=y, width=0.2, height=0.2),
     ]
-    b.loft("body", paint, [_oval(*row) for row in stations])
+    b.loft("body", paint, [row.ring(0.5, 16) for row in stations])
     _driver(b, rng, second, seat, y + 0.28)
     if modern:
         _pods(b, rng, second, (seat - 0.25, rear - 0.25), y, bulk, width)
-        b.loft(
-            "hood",
-            paint,
-            [
-                _oval(seat + 0.3, y + 0.42, 0.26, 0.42),
-                _oval(seat + 0.6, y + 0.4, 0.22, 0.4),
-                _oval(rear, y + 0.2, 0.12, 0.16),
-            ],
-        )
+        airbox = [
+            Section(z=seat + 0.3, lift=y + 0.42, width=0.26, height=0.42),
+            Section(z=seat + 0.6, lift=y + 0.4, width=0.22, height=0.4),
+            Section(z=rear, lift=y + 0.2, width=0.12, height=0.16),
+        ]
+        b.loft("hood", paint, [row.ring(0.5, 16) for row in airbox])
         block = (0.94 * width, 0.32)
         _wing(b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=block, count=1)
         count = int(rng.integers(1, 4))
@@ -92,9 +83,8 @@ def _pods(
         rings = []
         for z, w, h in ((front, 1.0, 1.0), (front + 0.5, 1.0, 1.0), (rear, 0.45, 0.55)):
             x = side * (0.2 * bulk + 0.5 * out * w)
-            rings.append(
-                _oval(z, y - 0.02 - 0.5 * tall * (1 - h), out * w, tall * h) + vec(x, 0, 0)
-            )
+            cut = Section(z, y - 0.02 - 0.5 * tall * (1 - h), width=out * w, height=tall * h)
+            rings.append(cut.ring(0.5, 16, side=x))
         b.loft("body", paint, rings)
         x = side * (0.2 * bulk + 0.5 * out)
         center = (x + 0.08 * side, y - 0.02, front - 0.004)

@@ -33,15 +33,12 @@ def saloon(rng: Rng) -> Builder:
     )
     belt = stance.top(cowl)
     high = belt + (rng.uniform(0.34, 0.42) if sporty else rng.uniform(0.42, 0.58))
-    roof = (cowl + rng.uniform(0.5, 0.85), rear - rng.uniform(0.4, 1.0))
-    widths = (0.86 * stance.width, rng.uniform(0.62, 0.72) * stance.width)
-    pillars = (0.55,) if sporty or rng.random() < 0.3 else (0.42, 0.74)
     shape = Cabin(
         belt=(cowl, rear),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.5, 0.85), rear - rng.uniform(0.4, 1.0)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.86 * stance.width, rng.uniform(0.62, 0.72) * stance.width),
+        pillars=(0.55,) if sporty or rng.random() < 0.3 else (0.42, 0.74),
         pillar=rng.uniform(0.05, 0.08),
     )
     paint = closed_car(b, rng, stance, shape)
@@ -80,15 +77,12 @@ def estate(rng: Rng) -> Builder:
     )
     belt = stance.top(cowl)
     high = belt + rng.uniform(0.45, 0.72)
-    roof = (cowl + rng.uniform(0.4, 0.9), rear - rng.uniform(0.08, 0.5))
-    widths = (0.87 * stance.width, rng.uniform(0.66, 0.76) * stance.width)
-    pillars = (0.36, 0.66) if stance.length > 3.9 else (0.5,)
     shape = Cabin(
         belt=(cowl, rear),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.4, 0.9), rear - rng.uniform(0.08, 0.5)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.87 * stance.width, rng.uniform(0.66, 0.76) * stance.width),
+        pillars=(0.36, 0.66) if stance.length > 3.9 else (0.5,),
         pillar=rng.uniform(0.06, 0.1),
     )
     closed_car(b, rng, stance, shape)
@@ -128,15 +122,12 @@ def off_roader(rng: Rng) -> Builder:
     )
     belt = stance.top(cowl)
     high = belt + rng.uniform(0.5, 0.72)
-    roof = (cowl + rng.uniform(0.12, 0.5), rear - rng.uniform(0.03, 0.25))
-    widths = (0.88 * stance.width, rng.uniform(0.74, 0.84) * stance.width)
-    pillars = (0.36, 0.68) if rng.random() < 0.65 else (0.45,)
     shape = Cabin(
         belt=(cowl, rear),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.12, 0.5), rear - rng.uniform(0.03, 0.25)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.88 * stance.width, rng.uniform(0.74, 0.84) * stance.width),
+        pillars=(0.36, 0.68) if rng.random() < 0.65 else (0.45,),
         pillar=rng.uniform(0.07, 0.11),
     )
     paint = closed_car(b, rng, stance, shape)

@@ -32,15 +32,12 @@ def vintage(rng: Rng) -> Builder:
     tail = min(axles[1] + rng.uniform(0.1, 0.9) * radius, length / 2)
     _body(b, rng, paint, (axles[0] - 0.3 * radius, cowl, tail), (0.32, belt), width)
     high = belt + rng.uniform(0.45, 0.7)
-    roof = (cowl + rng.uniform(0.02, 0.2), tail - rng.uniform(0.02, 0.3))
-    pillars = (0.36, 0.7) if tail - cowl > 1.8 else (0.55,)
-    widths = (0.74 * width, rng.uniform(0.64, 0.72) * width)
     shape = Cabin(
         belt=(cowl + 0.02, tail - 0.02),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.02, 0.2), tail - rng.uniform(0.02, 0.3)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.74 * width, rng.uniform(0.64, 0.72) * width),
+        pillars=(0.36, 0.7) if tail - cowl > 1.8 else (0.55,),
         pillar=0.09,
     )
     cabin(b, paint, draw_glass(rng), shape, dark if rng.random() < 0.6 else paint)

@@ -64,14 +64,8 @@ def keypad(
             if shape in ("square", "flush"):
                 lying = (size[0], height, size[1])
                 turn = body.turn @ lean(-90)
-                b.box(
-                    "key",
-                    material,
-                    place,
-                    lying,
-                    turn=turn,
-                    taper=0.85 if shape == "square" else 0.97,
-                )
+                taper = 0.85 if shape == "square" else 0.97
+                b.box("key", material, place, lying, turn=turn, taper=taper)
             else:
                 square = min(size[:2])
                 flat = (square, square, height) if shape == "round" else size

@@ -128,16 +128,8 @@ def _feed(b: Builder, rng: Rng, steel: Material, middle: float, low: float, high
         radius = rng.uniform(0.06, 0.085)
         drum(b, steel, (middle, low - 0.8 * radius), radius, rng.uniform(0.06, 0.09))
     elif kind == "top":
-        magazine(
-            b,
-            steel,
-            (middle, high - 0.02),
-            length=rng.uniform(0.16, 0.24),
-            depth=0.06,
-            width=0.03,
-            degrees=180,
-            curl=-rng.uniform(10, 35),
-        )
+        top, length, curl = (middle, high - 0.02), rng.uniform(0.16, 0.24), -rng.uniform(10, 35)
+        magazine(b, steel, top, length=length, depth=0.06, width=0.03, degrees=180, curl=curl)
     else:
         radius = rng.uniform(0.09, 0.13)
         profile = [(0.0, 0), (radius, 0), (radius, 0.025), (0.6 * radius, 0.035), (0.0, 0.035)]

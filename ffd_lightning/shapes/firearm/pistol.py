@@ -59,14 +59,8 @@ def _open_slide(
     for side in (-1, 1):
         knob = at(0.3 * back, 0.3 * tall)
         b.cylinder("body", steel, knob, knob + at(0, 0.02, 0.62 * side * wide), 0.25 * tall)
-    iron_sights(
-        b,
-        steel,
-        rear=0.3 * back,
-        front=length - 0.03,
-        base=0.3 * tall,
-        height=rng.uniform(0.03, 0.05),
-    )
+    height = rng.uniform(0.03, 0.05)
+    iron_sights(b, steel, rear=0.3 * back, front=length - 0.03, base=0.3 * tall, height=height)
 
 
 def pistol(rng: Rng) -> Builder:

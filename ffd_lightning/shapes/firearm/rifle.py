@@ -77,15 +77,8 @@ def assault_rifle(rng: Rng) -> Builder:
         depth=0.045,
         width=0.034,
     )
-    trigger(
-        b,
-        steel,
-        back=grip_at + 0.015,
-        front=grip_at + 0.085,
-        top=low + 0.005,
-        drop=0.04,
-        width=0.014,
-    )
+    back = grip_at + 0.015
+    trigger(b, steel, back=back, front=grip_at + 0.085, top=low + 0.005, drop=0.04, width=0.014)
     well = rng.uniform(0.04, 0.1) if bullpup else rng.uniform(0.62, 0.75) * length
     curl = rng.uniform(8, 45) if rng.random() < 0.7 else 0.0
     size = (rng.uniform(0.13, 0.24), rng.uniform(0.05, 0.07))

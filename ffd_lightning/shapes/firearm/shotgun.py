@@ -33,15 +33,8 @@ def shotgun(rng: Rng) -> Builder:
     fore_end(b, rng, wood, steel, kind, radius, end)
     trigger(b, steel, back=-0.05, front=0.045, top=low + 0.004, drop=0.04, width=0.014)
     if kind == "pump" and rng.random() < 0.4:
-        grip(
-            b,
-            wood,
-            (-0.055, low + 0.025),
-            length=rng.uniform(0.1, 0.13),
-            degrees=rng.uniform(15, 35),
-            depth=0.05,
-            width=0.035,
-        )
+        top, length = (-0.055, low + 0.025), rng.uniform(0.1, 0.13)
+        grip(b, wood, top, length=length, degrees=rng.uniform(15, 35), depth=0.05, width=0.035)
         if rng.random() < 0.7:
             buttstock(b, rng, wood, -0.05, (low, high), {"tube": 0.4, "wire": 0.35, "frame": 0.25})
     else:

@@ -17,6 +17,10 @@ from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
 Profile = tuple[Pair, ...]
 
 
+STRAIGHT: Profile = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
+"""The profile of a leg that is equally thick all along."""
+
+
 @dataclass(frozen=True)
 class LegStyle:
     """The look of a leg.
@@ -35,6 +39,11 @@ class LegStyle:
     def plain(self) -> bool:
         """Whether rails can be joined to the leg."""
         return self.section != "hairpin"
+
+
+def square_post(thickness: float) -> LegStyle:
+    """Return a square leg that is equally thick all along."""
+    return LegStyle("square", thickness, STRAIGHT)
 
 
 def draw_leg_style(rng: Rng, thickness: Pair, hairpin: float = 0.1) -> LegStyle:

@@ -24,6 +24,13 @@ class Section(NamedTuple):
     width: float
     height: float
 
+    def ring(
+        self, boxiness: float = 0.0, count: int = 20, grow: float = 1.0, side: float = 0.0
+    ) -> Array:
+        """Return the outline (count, 3) of a superellipse, `grow` times as large, at x = `side`."""
+        flat = superellipse(boxiness, count) * np.array([self.width, self.height]) / 2 * grow
+        return np.column_stack([side + flat[:, 0], self.lift + flat[:, 1], np.full(count, self.z)])
+
 
 def superellipse(boxiness: float, count: int = 16) -> Array:
     """Return a ring (count, 2) that fills the square [-1, 1]^2: boxiness 0 is round, 1 square.

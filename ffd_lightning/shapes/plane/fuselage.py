@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.sections import Section, superellipse
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 BLACK = Material((0.05, 0.05, 0.055))
@@ -31,13 +31,6 @@ def draw_livery(rng: Rng, drab: float = 0.0) -> tuple[Material, Material]:
     return pick_material(rng, "paint"), accent
 
 
-def oval(row: ArrayLike, boxiness: float = 0.0, grow: float = 1.0, side: float = 0.0) -> Array:
-    """Return the section (20, 3) of a row (z, middle's height, width, height) at x = `side`."""
-    z, y, width, height = np.asarray(row, float)
-    flat = superellipse(boxiness, 20) * np.array([width, height]) / 2 * grow
-    return np.column_stack([side + flat[:, 0], y + flat[:, 1], np.full(20, z)])
-
-
 def fuselage(
     b: Builder,
     part: str,
@@ -47,7 +40,9 @@ def fuselage(
     side: float = 0.0,
 ) -> None:
     """Add a body along z, at x = `side`, from rows (z, height of its middle, width, height)."""
-    b.loft(part, material, [oval(row, boxiness, 1.0, side) for row in np.asarray(rows, float)])
+    b.loft(
+        part, material, [Section(*row).ring(boxiness, side=side) for row in np.asarray(rows, float)]
+    )
 
 
 def tapered(
@@ -98,7 +93,7 @@ def canopy(
     ]
     fuselage(b, "window", GLASS, sections, 0.1)
     for i in (2, 4):
-        rings = [oval(Section(z[i] + d, *sections[i][1:]), 0.1, 1.02) for d in (-0.004, 0.004)]
+        rings = [Section(z[i] + d, *sections[i][1:]).ring(0.1, grow=1.02) for d in (-0.004, 0.004)]
         b.loft("body", frames, rings)
 
 

@@ -15,7 +15,6 @@ from ffd_lightning.shapes.plane.fuselage import (
     draw_livery,
     fuselage,
     height_at,
-    oval,
 )
 from ffd_lightning.shapes.plane.wings import pair, tail
 
@@ -48,14 +47,8 @@ def warbird(rng: Rng) -> Builder:
             Section(z=-0.4, lift=0, width=1.06 * wide, height=1.06 * tall),
         ]
         fuselage(b, "engine", accent, stations)
-        b.loft(
-            "engine",
-            BLACK,
-            [
-                oval(Section(z=z, lift=0, width=0.85 * wide, height=0.85 * tall))
-                for z in (-0.503, -0.49)
-            ],
-        )
+        mouth = [Section(z, 0, width=0.85 * wide, height=0.85 * tall) for z in (-0.503, -0.49)]
+        fuselage(b, "engine", BLACK, mouth)
     span, root, lead = rng.uniform(0.48, 0.62), rng.uniform(0.22, 0.28), rng.uniform(-0.24, -0.18)
     y, rise = -0.36 * tall, rng.uniform(0.03, 0.08)
     t = np.linspace(0, 1, 7)

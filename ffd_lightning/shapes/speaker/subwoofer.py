@@ -18,13 +18,8 @@ def subwoofer(rng: Rng) -> Builder:
     low, size = rng.uniform(0.02, 0.06), rng.uniform(0.3, 0.5)
     if rng.random() < 0.2:
         return _drum(b, rng, finish, 0.5 * size, low)
-    cabinet = draw_cabinet(
-        rng,
-        width=(0.8 * size, 1.2 * size),
-        height=(0.8 * size, 1.3 * size),
-        depth=(0.7, 1.1),
-        foot=(0, low, 0),
-    )
+    width, height = (0.8 * size, 1.2 * size), (0.8 * size, 1.3 * size)
+    cabinet = draw_cabinet(rng, width=width, height=height, depth=(0.7, 1.1), foot=(0, low, 0))
     cabinet = replace(cabinet, depth=cabinet.depth * size, back=max(cabinet.back, 0.75))
     units: Units = [("woofer", size * rng.uniform(0.3, 0.5))]
     if rng.random() < 0.45:

@@ -34,16 +34,8 @@ def submarine(rng: Rng) -> Builder:
         b.rounded_box("deck", dark, center, size, radius=0.4 * radius, edge=0.02)
     z, tall = rng.uniform(-0.2, 0.02) * length, rng.uniform(0.1, 0.19)
     long = rng.uniform(0.16, 0.3)
-    _fin(
-        b,
-        "cabin",
-        paint,
-        vec(0, 0.8 * radius, z),
-        (0, tall + 0.2 * radius, 0),
-        chord=long,
-        thickness=0.06,
-        tip=0.88,
-    )
+    root = vec(0, 0.8 * radius, z)
+    _fin(b, "cabin", paint, root, (0, tall + 0.2 * radius, 0), chord=long, thickness=0.06, tip=0.88)
     roof = vec(0, radius + tall - 0.01, z)
     for i in range(int(rng.integers(1, 5))):
         foot = roof + vec(0, 0, (-0.25 + 0.15 * i) * long)
@@ -56,23 +48,10 @@ def submarine(rng: Rng) -> Builder:
     turn = 45.0 if rng.random() < 0.25 else 0.0
     for k in range(4):
         way = about_z(turn + 90 * k) @ vec(rng.uniform(1.1, 1.6) * radius, 0, 0)
-        _fin(
-            b,
-            "keel",
-            paint,
-            vec(0, 0, 0.44 * length),
-            way + vec(0, 0, 0.02),
-            chord=0.13,
-            thickness=0.018,
-            tip=0.65,
-        )
-    _screw(
-        b,
-        tint(rng, "orange", "grey"),
-        z=0.5 * length,
-        radius=0.75 * radius,
-        blades=int(rng.integers(3, 8)),
-    )
+        root = vec(0, 0, 0.44 * length)
+        _fin(b, "keel", paint, root, way + vec(0, 0, 0.02), chord=0.13, thickness=0.018, tip=0.65)
+    metal = tint(rng, "orange", "grey")
+    _screw(b, metal, z=0.5 * length, radius=0.75 * radius, blades=int(rng.integers(3, 8)))
     return b
 
 
