@@ -38,7 +38,8 @@ def dresser(rng: Rng) -> Builder:
     limits = _LIMITS[kind]
     width, height, depth = (rng.uniform(*limit) for limit in limits[:3])
     fewest, most = limits.rows
-    rows, columns = int(rng.integers(fewest, most + 1)), rng.integers(limits.columns[0], most) % 4
+    rows = int(rng.integers(fewest, most + 1))
+    columns = int(rng.integers(limits.columns[0], most)) % 4
     columns = int(np.clip(columns, *limits.columns))
     base = stand(b, rng, style.body, (width, depth), STANDS, 0.22)
     bay = carcass(b, style, (width, height, depth), bottom=base)

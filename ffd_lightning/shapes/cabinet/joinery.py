@@ -15,8 +15,6 @@ from ffd_lightning.shapes.kit.vectors import UP, Pair, Triple, lean, vec
 
 BOARD = 0.02
 """Thickness of fronts and inner boards."""
-
-
 _KNOB = ((0.005, -0.004), (0.005, 0.01), (0.015, 0.017), (0.013, 0.027), (0.004, 0.031))
 
 

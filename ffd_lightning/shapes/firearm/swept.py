@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +14,6 @@ from ffd_lightning.shapes.kit.sections import superellipse
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 BLACK = Material((0.03, 0.03, 0.03))
-
-
 IRON = Material((0.14, 0.14, 0.15))
 
 
@@ -55,8 +54,10 @@ def draw_furniture(rng: Rng, wood: float = 0.5) -> Material:
     return Material(color, pattern, 3.0, seed=int(rng.integers(1 << 30)))
 
 
-def bar(b: Builder, part: str, material: Material, rows: ArrayLike, boxiness: float = 0.7) -> None:
-    """Add a body along z from rows (forward, lower end, upper end, width)."""
+def bar(
+    b: Builder, part: str, material: Material, rows: Sequence[Cut], boxiness: float = 0.7
+) -> None:
+    """Add a body along the barrel through the sections `rows`; `boxiness` is from 0 to 1."""
     ring = superellipse(boxiness)
     sections = []
     for forward, low, high, width in np.asarray(rows, float):

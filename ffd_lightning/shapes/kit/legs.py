@@ -15,8 +15,6 @@ from ffd_lightning.shapes.kit.paths import bend, circle
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
 
 Profile = tuple[Pair, ...]
-
-
 STRAIGHT: Profile = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
 """The profile of a leg that is equally thick all along."""
 

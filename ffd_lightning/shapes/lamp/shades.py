@@ -13,8 +13,6 @@ from ffd_lightning.shapes.lamp.bodies import draw_metal, outline, rings_along
 
 FLIP = lean(180)
 """Turns a shade that hangs into one that opens upward."""
-
-
 _GLOW = Material((1.0, 0.95, 0.75))
 
 
@@ -152,8 +150,6 @@ def add_harp(b: Builder, metal: Material, low: float, high: float, reach: float)
 
 
 CLOTH = {"drum": 0.3, "empire": 0.35, "cone": 0.1, "bell": 0.2, "dome": 0.05}
-
-
 HEADS = {"empire": 0.25, "cone": 0.25, "bell": 0.15, "dome": 0.35}
 
 

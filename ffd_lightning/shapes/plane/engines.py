@@ -40,14 +40,8 @@ def propeller(
         spin = about_z(start + 360 * i / blades)
         rings = []
         for t, w, twist in ((0.05, 0.5, 50), (0.35, 1.0, 35), (0.8, 0.9, 20), (1.0, 0.45, 15)):
-            flat = np.array(
-                [
-                    (-w * wide, 0, 0),
-                    (0, 0, -0.012 * radius),
-                    (w * wide, 0, 0),
-                    (0, 0, 0.012 * radius),
-                ]
-            )
+            half, thin = vec(w * wide, 0, 0), vec(0, 0, 0.012 * radius)
+            flat = np.array([-half, -thin, half, thin])
             rings.append((flat @ about_y(twist).T + vec(0, t * radius, 0)) @ spin.T + c)
         b.loft("engine", BLACK, rings)
     cone = [(r, -0.6 * r), (r, 0.2 * r), (0.75 * r, 1.0 * r), (0.1 * r, 1.7 * r)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
@@ -24,20 +26,14 @@ def fighter(rng: Rng) -> Builder:
     b, (paint, accent) = Builder(), draw_livery(rng, 0.85)
     twin = rng.random() < 0.5
     wide, tall = rng.uniform(0.08, 0.11) * (1.5 if twin else 1), rng.uniform(0.085, 0.115)
-    rows = np.array(
-        [
-            Section(z=-0.5, lift=-0.1 * tall, width=0.004, height=0.004),
-            Section(z=-0.38, lift=-0.05 * tall, width=0.4 * min(wide, 0.12), height=0.5 * tall),
-        ]
-        + [
-            Section(z=-0.24, lift=0.0, width=0.7 * min(wide, 0.12), height=0.9 * tall),
-            Section(z=-0.08, lift=0.0, width=wide, height=tall),
-        ]
-        + [
-            Section(z=0.25, lift=0, width=wide, height=0.9 * tall),
-            Section(z=0.4, lift=0, width=0.85 * wide, height=0.75 * tall),
-        ]
-    )
+    rows = [
+        Section(z=-0.5, lift=-0.1 * tall, width=0.004, height=0.004),
+        Section(z=-0.38, lift=-0.05 * tall, width=0.4 * min(wide, 0.12), height=0.5 * tall),
+        Section(z=-0.24, lift=0.0, width=0.7 * min(wide, 0.12), height=0.9 * tall),
+        Section(z=-0.08, lift=0.0, width=wide, height=tall),
+        Section(z=0.25, lift=0, width=wide, height=0.9 * tall),
+        Section(z=0.4, lift=0, width=0.85 * wide, height=0.75 * tall),
+    ]
     fuselage(b, "body", paint, rows, rng.uniform(0.2, 0.5))
     b.cylinder("body", STEEL, (0, -0.1 * tall, -0.56), (0, -0.1 * tall, -0.49), 0.003, segments=6)
     canopy(b, rows, (-0.36, rng.uniform(-0.14, -0.06)), 0.055, rng.uniform(0.02, 0.032), paint)
@@ -49,9 +45,8 @@ def fighter(rng: Rng) -> Builder:
     if rng.random() < 0.6:
         for side in (-1, 1):
             for t in (1.0, 0.6, 0.4)[: int(rng.integers(1, 4))]:
-                hold = (edge[0] + t * (edge[-1] - edge[0]) - vec(0, 0.018 * (t < 1), 0)) * vec(
-                    side, 1, 1
-                )
+                hold = edge[0] + t * (edge[-1] - edge[0]) - vec(0, 0.018 * (t < 1), 0)
+                hold *= vec(side, 1, 1)
                 z = hold[2] + 0.25 * (chord + t * (tip - chord))
                 _missile(b, (hold[0], hold[1], z), rng.uniform(0.13, 0.17))
     if rng.random() < 0.4:
@@ -108,7 +103,9 @@ def _fighter_tail(
         pair(b, "tail", paint, plane, (0.17, 0.07), 0.05)
 
 
-def _intakes(b: Builder, rng: Rng, paint: Material, rows: Array, wide: float, tall: float) -> None:
+def _intakes(
+    b: Builder, rng: Rng, paint: Material, rows: Sequence[Section], wide: float, tall: float
+) -> None:
     """Add air intakes at both flanks, or one under the chin."""
     start, chin = rng.uniform(-0.2, -0.12), rng.random() < 0.3
     size = (0.55 * wide, 0.5 * tall) if chin else (0.42 * wide, 0.72 * tall)

@@ -18,25 +18,18 @@ def flying_wing(rng: Rng) -> Builder:
     span, slope = rng.uniform(0.7, 1.1), rng.uniform(0.5, 0.8)
     chord, tip = rng.uniform(0.5, 0.65), rng.uniform(0.06, 0.12)
     lead, knee = -0.4, rng.uniform(0.25, 0.42)
-    edge = np.array(
-        [
-            (0, 0, lead),
-            (knee * span, 0, lead + slope * knee * span),
-            (span, 0.02, lead + slope * span),
-        ]
-    )
+    bend = (knee * span, 0, lead + slope * knee * span)
+    edge = np.array([(0, 0, lead), bend, (span, 0.02, lead + slope * span)])
     pair(b, "wing", paint, edge, (chord, rng.uniform(0.24, 0.34) * 0.9, tip), 0.1)
     wide, tall = rng.uniform(0.16, 0.26), rng.uniform(0.09, 0.13)
-    rows = np.array(
-        [
-            Section(z=lead - 0.03, lift=0, width=0.02, height=0.01),
-            Section(z=lead + 0.05, lift=0.01, width=0.4 * wide, height=0.5 * tall),
-            Section(z=lead + 0.18, lift=0.015, width=0.85 * wide, height=tall),
-            Section(z=lead + 0.3, lift=0.01, width=wide, height=0.95 * tall),
-            Section(z=lead + 0.9 * chord, lift=0, width=0.5 * wide, height=0.3 * tall),
-            Section(z=lead + chord, lift=0, width=0.3 * wide, height=0.06 * tall),
-        ]
-    )
+    rows = [
+        Section(z=lead - 0.03, lift=0, width=0.02, height=0.01),
+        Section(z=lead + 0.05, lift=0.01, width=0.4 * wide, height=0.5 * tall),
+        Section(z=lead + 0.18, lift=0.015, width=0.85 * wide, height=tall),
+        Section(z=lead + 0.3, lift=0.01, width=wide, height=0.95 * tall),
+        Section(z=lead + 0.9 * chord, lift=0, width=0.5 * wide, height=0.3 * tall),
+        Section(z=lead + chord, lift=0, width=0.3 * wide, height=0.06 * tall),
+    ]
     fuselage(b, "body", paint, rows)
     canopy(b, rows, (lead + 0.06, lead + 0.22), 0.5 * wide, 0.015, paint)
     _buried_engines(b, rng, (paint, accent), wide, (lead, slope))
@@ -55,11 +48,8 @@ def _buried_engines(
     """Add two or four humps on a wing whose leading edge is (z at the middle, slope)."""
     lead, slope = edge
     apart = rng.uniform(1.3, 1.7) * wide
-    xs = (
-        np.linspace(-0.5, 0.5, 2) * apart
-        if rng.random() < 0.67
-        else np.linspace(-0.7, 0.7, 4) * apart
-    )
+    reach, count = (0.5, 2) if rng.random() < 0.67 else (0.7, 4)
+    xs = np.linspace(-reach, reach, count) * apart
     for x in xs:
         z = lead + slope * abs(x) + 0.1
         pod = [

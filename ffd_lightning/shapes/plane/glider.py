@@ -26,11 +26,10 @@ def glider(rng: Rng) -> Builder:
         Section(z=0.08, lift=0.18 * tall, width=boom * wide, height=boom * tall),
         Section(z=0.5, lift=0.2 * tall, width=0.6 * boom * wide, height=0.6 * boom * tall),
     ]
-    shape = np.array(rows)
-    fuselage(b, "body", paint, shape)
+    fuselage(b, "body", paint, rows)
     span, root = rng.uniform(0.85, 1.35), rng.uniform(0.1, 0.14)
     lead, rise = rng.uniform(-0.2, -0.12), rng.uniform(0.03, 0.09) * span
-    y = height_at(shape, lead + 0.05, rng.choice([0.35, 0.75]))
+    y = height_at(rows, lead + 0.05, rng.choice([0.35, 0.75]))
     t = np.array([0, 0.5, 0.85, 1.0])
     edge = vec(0, y, lead) + np.column_stack([span * t, rise * t**2, 0.035 * t**2])
     chords = root * np.array([1.0, 0.85, 0.55, 0.25])
@@ -38,14 +37,8 @@ def glider(rng: Rng) -> Builder:
     if rng.random() < 0.4:
         end = edge[-1] + vec(0.01, 0.045, 0.02)
         pair(b, "wing", accent, [edge[-1], end], (0.25 * root, 0.12 * root), 0.1)
-    canopy(b, shape, (-0.44, rng.uniform(-0.22, -0.12)), 0.78 * wide, 0.022, paint)
-    tail(
-        b,
-        rng,
-        accent if rng.random() < 0.5 else paint,
-        shape,
-        rng.uniform(0.12, 0.16),
-        draw(rng, ["tee", "low", "cross"], [0.6, 0.25, 0.15]),
-    )
-    undercarriage(b, STEEL, (0, height_at(shape, -0.2, -0.6), -0.2), 0.035 + 0.2 * tall, 0.024)
+    canopy(b, rows, (-0.44, rng.uniform(-0.22, -0.12)), 0.78 * wide, 0.022, paint)
+    color, size = accent if rng.random() < 0.5 else paint, rng.uniform(0.12, 0.16)
+    tail(b, rng, color, rows, size, draw(rng, ["tee", "low", "cross"], [0.6, 0.25, 0.15]))
+    undercarriage(b, STEEL, (0, height_at(rows, -0.2, -0.6), -0.2), 0.035 + 0.2 * tall, 0.024)
     return b

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.sections import Section
-from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.engines import propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
     BLACK,
@@ -20,8 +22,8 @@ from ffd_lightning.shapes.plane.fuselage import (
 from ffd_lightning.shapes.plane.wings import pair, tail
 
 
-def _slim(rng: Rng, wide: float, tall: float) -> Array:
-    """Draw the fuselage rows of a single-engined aeroplane, its cowling at the front."""
+def _slim(rng: Rng, wide: float, tall: float) -> list[Section]:
+    """Draw the fuselage's sections of a single-engined aeroplane, its cowling at the front."""
     cowl, cabin = rng.uniform(0.65, 0.9), rng.uniform(-0.22, -0.1)
     rows = [
         Section(z=-0.5, lift=0.0, width=0.55 * wide, height=0.5 * tall),
@@ -33,11 +35,17 @@ def _slim(rng: Rng, wide: float, tall: float) -> Array:
         Section(z=0.47, lift=0.22 * tall, width=0.18 * wide, height=0.3 * tall),
         Section(z=0.5, lift=0.24 * tall, width=0.08 * wide, height=0.16 * tall),
     ]
-    return np.array(rows)
+    return rows
 
 
 def _ground(
-    b: Builder, rng: Rng, paint: Material, rows: Array, reach: float, z: float, nose: bool
+    b: Builder,
+    rng: Rng,
+    paint: Material,
+    rows: Sequence[Section],
+    reach: float,
+    z: float,
+    nose: bool,
 ) -> None:
     """Add sprung main legs with spats or bare wheels, and a nose or tail wheel."""
     r, drop = rng.uniform(0.03, 0.042), rng.uniform(0.07, 0.11)
@@ -59,7 +67,9 @@ def _ground(
         undercarriage(b, STEEL, top, 0.05, 0.013)
 
 
-def _cab(b: Builder, rows: Array, paint: Material, front: float, top: float, wide: float) -> None:
+def _cab(
+    b: Builder, rows: Sequence[Section], paint: Material, front: float, top: float, wide: float
+) -> None:
     """Add an upright cabin with glass all around below a high wing at height `top`."""
     low = height_at(rows, front, 0.4)
     sections = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
@@ -69,7 +71,7 @@ def airliner(rng: Rng) -> Builder:
 
 
 def _cabin(
-    b: Builder, rng: Rng, colors: tuple[Material, Material], rows: Array, wide: float
+    b: Builder, rng: Rng, colors: tuple[Material, Material], rows: Sequence[Section], wide: float
 ) -> None:
     """Add the cockpit's and the cabin's windows, perhaps a stripe, perhaps an upper deck."""
     windscreen(b, rows, -0.5 + 0.38 * wide, 0.32 * wide)
@@ -89,7 +91,9 @@ def _cabin(
         fuselage(b, "body", colors[0], hump)
 
 
-def _jets(b: Builder, rng: Rng, paint: Material, rows: Array, edge: Array, rear: bool) -> None:
+def _jets(
+    b: Builder, rng: Rng, paint: Material, rows: Sequence[Section], edge: Array, rear: bool
+) -> None:
     """Hang two or four turbofans below the wing, or mount two or three at the tail."""
     radius = rng.uniform(0.024, 0.042)
     length = radius * rng.uniform(3.0, 4.2)

@@ -25,21 +25,15 @@ def warbird(rng: Rng) -> Builder:
     wide, tall = rng.uniform(0.09, 0.12), rng.uniform(0.13, 0.16)
     radial = rng.random() < 0.45
     front = 0.95 if radial else 0.5
-    rows = np.array(
-        [
-            Section(z=-0.5, lift=0, width=0.9 * front * wide, height=0.8 * front * tall),
-            Section(z=-0.48, lift=0, width=front * wide, height=front * tall),
-        ]
-        + [
-            Section(z=-0.36, lift=0, width=max(front, 0.8) * wide, height=max(front, 0.85) * tall),
-            Section(z=-0.1, lift=0.0, width=wide, height=tall),
-        ]
-        + [
-            Section(z=0.1, lift=0.03 * tall, width=0.85 * wide, height=0.85 * tall),
-            Section(z=0.46, lift=0.15 * tall, width=0.2 * wide, height=0.3 * tall),
-        ]
-        + [Section(z=0.5, lift=0.16 * tall, width=0.06 * wide, height=0.12 * tall)]
-    )
+    rows = [
+        Section(z=-0.5, lift=0, width=0.9 * front * wide, height=0.8 * front * tall),
+        Section(z=-0.48, lift=0, width=front * wide, height=front * tall),
+        Section(z=-0.36, lift=0, width=max(front, 0.8) * wide, height=max(front, 0.85) * tall),
+        Section(z=-0.1, lift=0.0, width=wide, height=tall),
+        Section(z=0.1, lift=0.03 * tall, width=0.85 * wide, height=0.85 * tall),
+        Section(z=0.46, lift=0.15 * tall, width=0.2 * wide, height=0.3 * tall),
+        Section(z=0.5, lift=0.16 * tall, width=0.06 * wide, height=0.12 * tall),
+    ]
     fuselage(b, "body", paint, rows)
     if radial:
         stations = [

@@ -12,8 +12,6 @@ from ffd_lightning.shapes.kit.vectors import Array, lean, vec
 
 FORWARD = lean(-90)
 """Turns what is upright so that it points to the front."""
-
-
 BLACK = Material((0.06, 0.06, 0.07))
 
 

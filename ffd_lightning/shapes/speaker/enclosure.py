@@ -14,8 +14,6 @@ from ffd_lightning.shapes.speaker.drivers import BLACK, Finish, add_driver, add_
 
 Units = list[tuple[str, float]]
 """What is mounted in a front: (kind, radius) each."""
-
-
 _PER_SIDE = 7  # points on each side of a rectangular ring
 
 

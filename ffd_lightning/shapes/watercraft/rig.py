@@ -13,8 +13,6 @@ from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, tint
 
 _LINE = 0.0035  # radius of ropes
-
-
 _ALLOY = Material((0.55, 0.57, 0.6))
 
 
