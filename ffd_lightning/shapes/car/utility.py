@@ -51,7 +51,7 @@ def van(rng: Rng) -> Builder:
         pillar=rng.uniform(0.08, 0.14),
     )
     paint = closed_car(b, rng, stance, shape)
-    upper_sides(b, paint, shape, 0.3 if panel else None, rng.uniform(0.7, 0.85))
+    upper_sides(b, paint, shape, blind=0.3 if panel else None, lintel=rng.uniform(0.7, 0.85))
     return b
 
 
@@ -93,7 +93,7 @@ def bus(rng: Rng) -> Builder:
             pillar=0.08,
         )
         cabin(b, paint, glass, shape, paint)
-        upper_sides(b, paint, shape, None, lintel)
+        upper_sides(b, paint, shape, blind=None, lintel=lintel)
     face(b, rng, stance, paint)
     wheels(b, rng, stance)
     _livery(b, draw_paint(rng), glass, stance, belt, belt + tall)
@@ -143,7 +143,8 @@ def pickup(rng: Rng) -> Builder:
         size = (stance.width, tall, half - back - 0.12)
         b.rounded_box("body", draw_paint(rng), center, size, 0.04)
         return b
-    walls(b, paint, stance, (back + 0.05, half - 0.01), (floor - 0.2, belt), 0.07)
+    ends = (back + 0.05, half - 0.01)
+    walls(b, paint, stance, ends=ends, span=(floor - 0.2, belt), thickness=0.07)
     if rng.random() < 0.3:
         x, z = 0.46 * stance.width - 0.06, back + 0.2
         hoop = [(-x, belt - 0.05, z), (-0.85 * x, high, z), (0.85 * x, high, z)]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.materials import draw_housing
-from ffd_lightning.shapes.kit.vectors import Array, Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, lean, vec
 
 _FLAT = lean(90)  # rounded_box rounds the edges along its y: this turns y to z
 
@@ -120,7 +120,7 @@ def shell(
     for level, w, d in zip(t, wide, deep, strict=True):
         ring = section * vec(w * body.width / 2, 1, d * body.depth / 2)
         ring[ring[:, 2] > 0, 2] *= 1 + palm * np.sin(np.pi * level)
-        rings.append((ring + vec(0, (level - 0.5) * body.height, 0)) @ body.turn.T + body.center)
+        rings.append((ring + (level - 0.5) * body.height * UP) @ body.turn.T + body.center)
     b.loft(part, material, rings)
 
 

@@ -101,7 +101,9 @@ def _revolver_barrel(
         bar(b, "barrel", steel, rows)
     if rng.random() < 0.5:
         rib = (start, end - 0.01)
-        even_bar(b, "barrel", steel, rib, up, up + 1.25 * thick, 0.7 * thick, boxiness=0.9)
+        even_bar(
+            b, "barrel", steel, rib, low=up, high=up + 1.25 * thick, width=0.7 * thick, boxiness=0.9
+        )
     tall = rng.uniform(0.03, 0.06)
     blade = [
         Cut(forward=end - 0.12, low=up + 0.8 * thick, high=up + 1.1 * thick, width=0.02),

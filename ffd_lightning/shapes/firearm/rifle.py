@@ -148,5 +148,7 @@ def hunting_rifle(rng: Rng) -> Builder:
     if rng.random() < 0.3:
         bands = rng.uniform(0.5, 0.95)
         band = (bands * front - 0.01, bands * front + 0.01)
-        even_bar(b, "body", steel, band, -0.8 * fore, 0.016, 0.95 * wide, boxiness=0.3)
+        even_bar(
+            b, "body", steel, band, low=-0.8 * fore, high=0.016, width=0.95 * wide, boxiness=0.3
+        )
     return b

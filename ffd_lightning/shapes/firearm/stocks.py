@@ -65,7 +65,10 @@ def _butt_pad(b: Builder, end: float, span: Pair, wide: float, boxiness: float) 
     """Cover a stock's rear face at `end`, which spans the heights `span`, with rubber."""
     low, high = span
     faces = (end + 0.004, end - 0.016)
-    even_bar(b, "stock", BLACK, faces, low - 0.002, high + 0.002, 1.03 * wide, boxiness)
+    width = 1.03 * wide
+    even_bar(
+        b, "stock", BLACK, faces, low=low - 0.002, high=high + 0.002, width=width, boxiness=boxiness
+    )
 
 
 def sporting_stock(

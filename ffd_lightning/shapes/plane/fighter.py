@@ -8,7 +8,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.sections import Section
-from ffd_lightning.shapes.kit.vectors import Array, Triple, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
     BLACK,
@@ -36,7 +36,8 @@ def fighter(rng: Rng) -> Builder:
     ]
     fuselage(b, "body", paint, rows, rng.uniform(0.2, 0.5))
     b.cylinder("body", STEEL, (0, -0.1 * tall, -0.56), (0, -0.1 * tall, -0.49), 0.003, segments=6)
-    canopy(b, rows, (-0.36, rng.uniform(-0.14, -0.06)), 0.055, rng.uniform(0.02, 0.032), paint)
+    ends = (-0.36, rng.uniform(-0.14, -0.06))
+    canopy(b, rows, ends=ends, width=0.055, rise=rng.uniform(0.02, 0.032), frames=paint)
     _intakes(b, rng, paint, rows, wide, tall)
     _nozzles(b, rng, wide, tall, twin)
     kind = draw(rng, ["delta", "swept", "trapezoid"])
@@ -45,13 +46,13 @@ def fighter(rng: Rng) -> Builder:
     if rng.random() < 0.6:
         for side in (-1, 1):
             for t in (1.0, 0.6, 0.4)[: int(rng.integers(1, 4))]:
-                hold = edge[0] + t * (edge[-1] - edge[0]) - vec(0, 0.018 * (t < 1), 0)
+                hold = edge[0] + t * (edge[-1] - edge[0]) - 0.018 * (t < 1) * UP
                 hold *= vec(side, 1, 1)
                 z = hold[2] + 0.25 * (chord + t * (tip - chord))
                 _missile(b, (hold[0], hold[1], z), rng.uniform(0.13, 0.17))
     if rng.random() < 0.4:
         for x, z in ((0.0, -0.22), (-0.5 * wide, 0.12), (0.5 * wide, 0.12)):
-            undercarriage(b, STEEL, (x, -0.25 * tall, z), 0.06 + 0.25 * tall, 0.018)
+            undercarriage(b, STEEL, (x, -0.25 * tall, z), drop=0.06 + 0.25 * tall, radius=0.018)
     return b
 
 

@@ -31,14 +31,14 @@ def flying_wing(rng: Rng) -> Builder:
         Section(z=lead + chord, lift=0, width=0.3 * wide, height=0.06 * tall),
     ]
     fuselage(b, "body", paint, rows)
-    canopy(b, rows, (lead + 0.06, lead + 0.22), 0.5 * wide, 0.015, paint)
+    canopy(b, rows, ends=(lead + 0.06, lead + 0.22), width=0.5 * wide, rise=0.015, frames=paint)
     _buried_engines(b, rng, (paint, accent), wide, (lead, slope))
     if rng.random() < 0.45:
         hold = edge[-1] - vec(0.04, 0, 0)
         fin = [hold, hold + vec(0.02, rng.uniform(0.08, 0.16), 0.08)]
         pair(b, "tail", accent, fin, (1.3 * tip, 0.6 * tip), 0.08)
     for x, z in ((0.0, lead + 0.12), (-0.5 * wide, lead + 0.34), (0.5 * wide, lead + 0.34)):
-        undercarriage(b, STEEL, (x, 0.0, z), rng.uniform(0.1, 0.11), 0.022)
+        undercarriage(b, STEEL, (x, 0.0, z), drop=rng.uniform(0.1, 0.11), radius=0.022)
     return b
 
 

@@ -37,8 +37,10 @@ def glider(rng: Rng) -> Builder:
     if rng.random() < 0.4:
         end = edge[-1] + vec(0.01, 0.045, 0.02)
         pair(b, "wing", accent, [edge[-1], end], (0.25 * root, 0.12 * root), 0.1)
-    canopy(b, rows, (-0.44, rng.uniform(-0.22, -0.12)), 0.78 * wide, 0.022, paint)
+    ends = (-0.44, rng.uniform(-0.22, -0.12))
+    canopy(b, rows, ends=ends, width=0.78 * wide, rise=0.022, frames=paint)
     color, size = accent if rng.random() < 0.5 else paint, rng.uniform(0.12, 0.16)
     tail(b, rng, color, rows, size, draw(rng, ["tee", "low", "cross"], [0.6, 0.25, 0.15]))
-    undercarriage(b, STEEL, (0, height_at(rows, -0.2, -0.6), -0.2), 0.035 + 0.2 * tall, 0.024)
+    top = (0, height_at(rows, -0.2, -0.6), -0.2)
+    undercarriage(b, STEEL, top, drop=0.035 + 0.2 * tall, radius=0.024)
     return b

@@ -61,10 +61,10 @@ def _ground(
             b.ellipsoid("gear", paint, center, (0.45 * r, 0.75 * r, 1.7 * r), segments=12)
     if nose:
         top = (0, height_at(rows, -0.42, -0.8), -0.42)
-        undercarriage(b, STEEL, top, top[1] - floor, 0.8 * r)
+        undercarriage(b, STEEL, top, drop=top[1] - floor, radius=0.8 * r)
     else:
         top = (0, height_at(rows, 0.45, -0.8), 0.45)
-        undercarriage(b, STEEL, top, 0.05, 0.013)
+        undercarriage(b, STEEL, top, drop=0.05, radius=0.013)
 
 
 def _cab(
@@ -115,13 +115,17 @@ def light_plane(rng: Rng) -> Builder:
             )
             b.cylinder("wing", paint, foot, head, 0.007, segments=6)
     else:
-        canopy(b, rows, (lead - 0.04, lead + 0.34), 0.72 * wide, rng.uniform(0.05, 0.075), paint)
+        ends = (lead - 0.04, lead + 0.34)
+        canopy(b, rows, ends=ends, width=0.72 * wide, rise=rng.uniform(0.05, 0.075), frames=paint)
     tail(b, rng, accent, rows, rng.uniform(0.15, 0.2), draw(rng, ["low", "tee"], [0.8, 0.2]))
     reach, z = (0.09, 0.13) if high else (0.16, 0.17)
     nose = rng.random() < 0.6
     place = lead + (0.13 if nose else 0.02)
     _ground(b, rng, paint, rows, rng.uniform(reach, z), place, nose)
-    propeller(b, rng, (0, 0, -0.505), rng.uniform(0.11, 0.15), int(rng.integers(2, 4)), accent)
+    hub = (0, 0, -0.505)
+    propeller(
+        b, rng, hub, radius=rng.uniform(0.11, 0.15), blades=int(rng.integers(2, 4)), spinner=accent
+    )
     return b
 
 
@@ -154,7 +158,7 @@ def biplane(rng: Rng) -> Builder:
     )
     tail(b, rng, color, rows, rng.uniform(0.15, 0.18), "low")
     _ground(b, rng, paint, rows, rng.uniform(0.1, 0.14), lead + 0.05, False)
-    propeller(b, rng, (0, 0, -0.515), rng.uniform(0.13, 0.17), 2, accent)
+    propeller(b, rng, (0, 0, -0.515), radius=rng.uniform(0.13, 0.17), blades=2, spinner=accent)
     for z in np.linspace(lead + 0.2, lead + 0.36, int(rng.integers(1, 3))):
         top = height_at(rows, z, 1)
         b.ellipsoid("window", BLACK, (0, top - 0.004, z), (0.33 * wide, 0.015, 0.05), segments=14)

@@ -61,7 +61,7 @@ def airliner(rng: Rng) -> Builder:
     if rng.random() < 0.6:
         drop, r = rng.uniform(0.07, 0.1), rng.uniform(0.013, 0.019)
         for x in (-0.07, 0.07):
-            undercarriage(b, STEEL, (x, y + 0.01, lead + 0.7 * root), drop, r, 2)
+            undercarriage(b, STEEL, (x, y + 0.01, lead + 0.7 * root), drop=drop, radius=r, wheels=2)
         front = -0.38
         top = (0, height_at(rows, front, -0.9), front)
         undercarriage(
@@ -74,9 +74,9 @@ def _cabin(
     b: Builder, rng: Rng, colors: tuple[Material, Material], rows: Sequence[Section], wide: float
 ) -> None:
     """Add the cockpit's and the cabin's windows, perhaps a stripe, perhaps an upper deck."""
-    windscreen(b, rows, -0.5 + 0.38 * wide, 0.32 * wide)
+    windscreen(b, rows, z=-0.5 + 0.38 * wide, depth=0.32 * wide)
     count, size = int(rng.integers(14, 30)), (0.009, 0.016)
-    windows(b, rows, (-0.5 + 1.4 * wide, 0.24), count, 0.2, size)
+    windows(b, rows, ends=(-0.5 + 1.4 * wide, 0.24), count=count, up=0.2, size=size)
     if rng.random() < 0.5:
         for side in (-1, 1):
             x = side * 0.5 * wide * 0.99
@@ -150,14 +150,15 @@ def turboprop(rng: Rng) -> Builder:
                 Section(z=lead + 1.15 * root, lift=hub[1], width=0.015, height=0.02),
             ]
             fuselage(b, "engine", cowl, pod, 0.2, hub[0])
-            propeller(b, rng, hub, radius, blades, STEEL)
-    windscreen(b, rows, -0.5 + 0.36 * wide, 0.3 * wide)
-    windows(b, rows, (-0.5 + 1.4 * wide, 0.18), int(rng.integers(6, 16)), 0.2, (0.014, 0.018))
+            propeller(b, rng, hub, radius=radius, blades=blades, spinner=STEEL)
+    windscreen(b, rows, z=-0.5 + 0.36 * wide, depth=0.3 * wide)
+    ends = (-0.5 + 1.4 * wide, 0.18)
+    windows(b, rows, ends=ends, count=int(rng.integers(6, 16)), up=0.2, size=(0.014, 0.018))
     drop = rng.uniform(0.07, 0.1)
     ground = height_at(rows, 0, -1) - drop
     for x in (-0.3 * wide, 0.3 * wide) if high else (-0.33 * span, 0.33 * span):
         top = height_at(rows, 0, -0.6) if high else y
-        undercarriage(b, STEEL, (x, top, lead + 0.7 * root), top - ground, 0.02)
+        undercarriage(b, STEEL, (x, top, lead + 0.7 * root), drop=top - ground, radius=0.02)
     top = height_at(rows, -0.38, -0.8)
-    undercarriage(b, STEEL, (0, top, -0.38), top - ground, 0.016)
+    undercarriage(b, STEEL, (0, top, -0.38), drop=top - ground, radius=0.016)
     return b

@@ -52,15 +52,17 @@ def warbird(rng: Rng) -> Builder:
     edge = np.column_stack([span * t, y + rise * t, lead + 0.3 * (root - chords)])
     pair(b, "wing", paint, edge, chords, 0.12)
     ends = (rng.uniform(-0.1, -0.05), rng.uniform(0.1, 0.18))
-    canopy(b, rows, ends, 0.62 * wide, rng.uniform(0.025, 0.04), paint)
+    canopy(b, rows, ends=ends, width=0.62 * wide, rise=rng.uniform(0.025, 0.04), frames=paint)
     tail(b, rng, accent if rng.random() < 0.3 else paint, rows, rng.uniform(0.14, 0.18), "low")
     hub = (0, 0, -0.51)
-    propeller(b, rng, hub, rng.uniform(0.15, 0.19), int(rng.integers(2, 6)), accent)
+    propeller(
+        b, rng, hub, radius=rng.uniform(0.15, 0.19), blades=int(rng.integers(2, 6)), spinner=accent
+    )
     if rng.random() < 0.6:
         for side in (-1, 1):
             top = (side * 0.3 * span, y + 0.3 * rise, lead + 0.06)
-            undercarriage(b, STEEL, top, 0.14, 0.035)
-        undercarriage(b, STEEL, (0, height_at(rows, 0.42, -0.7), 0.42), 0.045, 0.013)
+            undercarriage(b, STEEL, top, drop=0.14, radius=0.035)
+        undercarriage(b, STEEL, (0, height_at(rows, 0.42, -0.7), 0.42), drop=0.045, radius=0.013)
     for side in (-1, 1):
         for x in np.linspace(0.4, 0.55, int(rng.integers(0, 4))) * span * side:
             start = (x, y + rise * abs(x) / span, lead + 0.1)

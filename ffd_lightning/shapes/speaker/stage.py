@@ -44,7 +44,8 @@ def stage(rng: Rng) -> Builder:
     if rng.random() < 0.6 and not across:
         add_corners(b, pick_material(rng, "metal"), cabinet)
     if kind == "tripod":
-        add_tripod(b, pick_material(rng, "metal"), low + 0.005, 0.4, vec(0, 0, 0.45 * deep))
+        metal = pick_material(rng, "metal")
+        add_tripod(b, metal, height=low + 0.005, spread=0.4, middle=vec(0, 0, 0.45 * deep))
     if not across:
         middle = 0.45 * cabinet.depth
         x = 0.5 * wide * (1 - (1 - back) * 0.45)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.paths import circle
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, lean, vec
 from ffd_lightning.shapes.speaker.drivers import Finish, add_driver, draw_cloth, draw_finish
 from ffd_lightning.shapes.speaker.enclosure import Units, add_cabinet, draw_cabinet, row_of_bays
 from ffd_lightning.shapes.speaker.fittings import add_feet, add_grille
@@ -46,7 +46,7 @@ def _drum(b: Builder, rng: Rng, finish: Finish, radius: float, low: float) -> Bu
     ]
     b.lathe("body", finish.body, rows, segments=40)
     top = vec(0, low + tall + edge + 0.3 * radius, 0)
-    add_driver(b, finish, "woofer", top - vec(0, 0.2 * radius, 0), 0.0 + 0.8 * radius, lean(90))
+    add_driver(b, finish, "woofer", top - 0.2 * radius * UP, 0.0 + 0.8 * radius, lean(90))
     for x, _, z in circle(count=4, radius=0.7 * radius, height=0, degrees=45):
         b.cylinder("stand", finish.rim, (x, 0, z), (x, low + 0.01, z), 0.08 * radius)
     return b

@@ -55,5 +55,5 @@ def round_table(rng: Rng) -> Builder:
         hub = vec(0, level * under, 0)
         for point in points:
             beam(b, "support", base, point, hub, 0.025, 0.025)
-        b.cylinder("support", base, hub - vec(0, 0.02, 0), hub + 0.02 * UP, 0.045)
+        b.cylinder("support", base, hub - 0.02 * UP, hub + 0.02 * UP, 0.045)
     return b

@@ -8,7 +8,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import UP, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, plank, railing, solid_hull, tint
 from ffd_lightning.shapes.watercraft.rig import add_jibs, add_rig, add_rope, add_stays, draw_cloth
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house
@@ -35,7 +35,7 @@ def sailboat(rng: Rng) -> Builder:
     paint = tint(rng, "white", "white", "navy", "red", "green", "black")
     spar = pick_material(rng, draw(rng, ["wood", "metal"], [0.35, 0.65]))
     solid_hull(b, hull, paint, tint(rng, "red", "navy", "black", "blue"), 0.5 * depth, plank(rng))
-    bulwark(b, hull, wall, rng.uniform(0.008, 0.03))
+    bulwark(b, hull, wall, height=rng.uniform(0.008, 0.03))
     _keel(b, rng, hull)
     deck, roof = hull.top(0.5) - 0.005, rng.uniform(0.05, 0.09)
     front, back = hull.z(rng.uniform(0.27, 0.36)), hull.z(rng.uniform(0.58, 0.68))
@@ -47,7 +47,7 @@ def sailboat(rng: Rng) -> Builder:
         taper=0.25,
         chamfer=0.03,
     )
-    add_house(b, house, wall, tint(rng, "window"), "panes", 0.0, (0.35, 0.75))
+    add_house(b, house, wall, tint(rng, "window"), windows="panes", roof=0.0, band=(0.35, 0.75))
     _cockpit(b, rng, hull, back, wall)
     height = length * rng.uniform(1.0, 1.45)
     ketch = rng.random() < 0.25
@@ -68,9 +68,9 @@ def sailboat(rng: Rng) -> Builder:
         mizzen = vec(0, hull.top(0.78), hull.z(0.78))
         add_rig(b, rng, spar, cloth, mizzen, 0.65 * height, 0.26 * length)
     else:
-        add_rope(b, stern, foot + vec(0, height, 0))
+        add_rope(b, stern, foot + height * UP)
     if rng.random() < 0.5:
-        railing(b, hull, spar, 0.06, (0.02, 0.25), 5)
+        railing(b, hull, spar, height=0.06, span=(0.02, 0.25), posts=5)
     return b
 
 
@@ -149,8 +149,8 @@ def catamaran(rng: Rng) -> Builder:
         house = House(
             width=1.7 * gap, z=z, y=(y, y + roof), slope=(1.2, -0.2), taper=0.35, chamfer=0.06
         )
-        add_house(b, house, wall, glass, "band", 0.0, (0.35, 0.8))
-        foot = foot + vec(0, roof - 0.02, 0)
+        add_house(b, house, wall, glass, windows="band", roof=0.0, band=(0.35, 0.8))
+        foot = foot + (roof - 0.02) * UP
     tip = shape.z(0.04)
     b.cylinder("mast", tint(rng, "grey"), (-gap, depth, tip), (gap, depth, tip), 0.014, segments=10)
     net = np.array(

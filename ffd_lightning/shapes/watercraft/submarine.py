@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
-from ffd_lightning.shapes.kit.vectors import Array, about_y, about_z, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, about_z, lean, vec
 from ffd_lightning.shapes.watercraft.hull import tint
 
 
@@ -39,7 +39,7 @@ def submarine(rng: Rng) -> Builder:
     roof = vec(0, radius + tall - 0.01, z)
     for i in range(int(rng.integers(1, 5))):
         foot = roof + vec(0, 0, (-0.25 + 0.15 * i) * long)
-        b.cylinder("mast", dark, foot, foot + vec(0, rng.uniform(0.03, 0.14), 0), 0.007, segments=8)
+        b.cylinder("mast", dark, foot, foot + rng.uniform(0.03, 0.14) * UP, 0.007, segments=8)
     level = rng.uniform(0.3, 0.7) * tall + radius if rng.random() < 0.6 else 0.0
     at = z if level else -0.3 * length
     for side in (-1, 1):
