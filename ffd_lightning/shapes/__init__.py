@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 GENERATOR_VERSION = 1
 """Goes up when generators change what they draw, so that prepared data is built anew."""
-
 _CATEGORIES = (
     "plane", "bench", "cabinet", "car", "cellphone", "chair", "monitor", "lamp", "speaker",
     "firearm", "sofa", "table", "watercraft",

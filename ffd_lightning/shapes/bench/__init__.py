@@ -11,15 +11,7 @@ from ffd_lightning.shapes.bench.upholstered import upholstered
 from ffd_lightning.shapes.kit import Family
 
 PARTS = ("seat", "back", "arm", "leg", "table")
-
-
 FAMILIES: dict[str, Family] = {
-    "park": park,
-    "plank": plank,
-    "picnic": picnic,
-    "upholstered": upholstered,
-    "settle": settle,
-    "stone": stone,
-    "curved": curved,
-    "spindle": spindle,
-}
+    "park": park, "plank": plank, "picnic": picnic, "upholstered": upholstered, "settle": settle,
+    "stone": stone, "curved": curved, "spindle": spindle,
+}  # fmt: skip

@@ -7,10 +7,9 @@ from itertools import pairwise
 import numpy as np
 
 from ffd_lightning.shapes.bench.boards import draw_bench_size
-from ffd_lightning.shapes.bench.plank import STRAIGHT
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg
+from ffd_lightning.shapes.kit.legs import STRAIGHT, LegStyle, add_leg
 from ffd_lightning.shapes.kit.sheets import arc
 from ffd_lightning.shapes.kit.vectors import UP, vec
 
@@ -42,9 +41,8 @@ def curved(rng: Rng) -> Builder:
             foot = r * out
             add_leg(b, "leg", base, style, foot + (height - thick + 0.003) * UP, foot)
         level = (height - thick - 0.02) * UP
-        beam(
-            b, "leg", base, (inner + 0.03) * out + level, (inner + depth) * out + level, 0.04, 0.04
-        )
+        target = (inner + depth) * out + level
+        beam(b, "leg", base, (inner + 0.03) * out + level, target, 0.04, 0.04)
         if backed:
             foot = (inner + depth - 0.012) * out
             beam(b, "back", base, foot + level, foot + (height + 0.97 * back) * UP, 0.03, 0.025)

@@ -7,11 +7,9 @@ import numpy as np
 from ffd_lightning.shapes.bench.boards import add_boards, draw_bench_size
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam, slats
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg
+from ffd_lightning.shapes.kit.legs import add_leg, square_post
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import Array, Pair, lean, vec
-
-_STRAIGHT = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
 
 
 def _wooden_side(
@@ -20,7 +18,7 @@ def _wooden_side(
     """Add a side frame of square posts: seat (depth, height), back's top, arm's height or 0."""
     depth, height = seat
     front, rear = -0.45 * depth, 0.45 * depth
-    post = LegStyle("square", 0.055, _STRAIGHT)
+    post = square_post(0.055)
     add_leg(b, "leg", material, post, (x, arm or height, front), (x, 0, front))
     add_leg(b, "leg", material, post, (x, height, rear), (x, 0, rear + 0.03))
     low = height - 0.04

@@ -5,11 +5,9 @@ from __future__ import annotations
 from ffd_lightning.shapes.bench.boards import add_boards, draw_bench_size
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam, rails
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style
+from ffd_lightning.shapes.kit.legs import add_leg, add_legs, draw_leg_style, square_post
 from ffd_lightning.shapes.kit.paths import bend, corners
 from ffd_lightning.shapes.kit.vectors import vec
-
-STRAIGHT = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
 
 
 def plank(rng: Rng) -> Builder:
@@ -51,7 +49,7 @@ def _plank_end(
     if kind == "slabs":
         b.rounded_box("leg", base, (x, top / 2, 0), (thick, top, 1.9 * half), 0.01, segments=4)
     elif kind == "cross":
-        post = LegStyle("square", thick, STRAIGHT)
+        post = square_post(thick)
         for sign in (-1, 1):
             high, low = (x, top, -sign * half), (x, 0, sign * half)
             add_leg(b, "leg", base, post, high, low, (0.7 + 0.2 * sign, 1.5))
@@ -74,7 +72,7 @@ def picnic(rng: Rng) -> Builder:
     stretch, boards = length * rng.uniform(0.9, 1.0), int(rng.integers(1, 4))
     for z in (-out, out):
         low = add_boards(b, rng, wood, (stretch, wide, seat), boards, z)
-    post = LegStyle("square", rng.uniform(0.045, 0.07), STRAIGHT)
+    post = square_post(rng.uniform(0.045, 0.07))
     reach = length * rng.uniform(0.3, 0.38)
     for x in (-reach, reach):
         for sign in (-1, 1):

@@ -36,9 +36,8 @@ def stone(rng: Rng) -> Builder:
     stone = Material(color, "speckle", 3.0, seed=int(rng.integers(1 << 30)))
     thick, edge = rng.uniform(0.06, 0.15), rng.uniform(0.008, 0.03)
     slab = (length, thick, depth)
-    b.rounded_box(
-        "seat", stone, (0, height - thick / 2, 0), slab, radius=0.05, edge=edge, segments=6
-    )
+    center = (0, height - thick / 2, 0)
+    b.rounded_box("seat", stone, center, slab, radius=0.05, edge=edge, segments=6)
     under, reach = height - thick + 0.002, length / 2 * rng.uniform(0.6, 0.85)
     kind, wide = draw(rng, ["blocks", "turned", "flared"]), rng.uniform(0.08, 0.2)
     for x in (-reach, reach):

@@ -13,15 +13,7 @@ from ffd_lightning.shapes.cabinet.wardrobe import wardrobe
 from ffd_lightning.shapes.kit import Family
 
 PARTS = ("body", "top", "door", "drawer", "shelf", "handle", "leg")
-
-
 FAMILIES: dict[str, Family] = {
-    "dresser": dresser,
-    "wardrobe": wardrobe,
-    "sideboard": sideboard,
-    "bookcase": bookcase,
-    "hutch": hutch,
-    "filing": filing,
-    "kitchen": kitchen,
-    "bowed": bowed,
-}
+    "dresser": dresser, "wardrobe": wardrobe, "sideboard": sideboard, "bookcase": bookcase,
+    "hutch": hutch, "filing": filing, "kitchen": kitchen, "bowed": bowed,
+}  # fmt: skip

@@ -70,9 +70,8 @@ def _rack(b: Builder, rng: Rng, style: Joinery, size: Triple) -> None:
     metal = pick_material(rng, "metal") if rng.random() < 0.6 else style.body
     feet = corners(width - post, depth - post, 0)
     for x, _, z in feet:
-        b.rounded_box(
-            "leg", metal, (x, height / 2, z), (post, height, post), 0.3 * post, segments=4
-        )
+        block = (post, height, post)
+        b.rounded_box("leg", metal, (x, height / 2, z), block, 0.3 * post, segments=4)
     levels = np.linspace(rng.uniform(0.06, 0.2), 0.985, int(rng.integers(3, 7))) * height
     for y in levels:
         board = (width - 0.4 * post, 0.022, depth - 0.4 * post)

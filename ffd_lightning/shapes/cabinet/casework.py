@@ -28,9 +28,8 @@ def add_top(b: Builder, rng: Rng, material: Material, size: Triple, z: float = 0
     over, thickness = rng.uniform(0.0, 0.04), rng.uniform(0.02, 0.045)
     center = (0, height + thickness / 2 - 0.002, z - over / 2)
     board = (width + 2 * over + 0.004, thickness, depth + over + 0.004)
-    b.rounded_box(
-        "top", material, center, board, radius=0.012, edge=rng.uniform(0.2, 0.45) * thickness
-    )
+    edge = rng.uniform(0.2, 0.45) * thickness
+    b.rounded_box("top", material, center, board, radius=0.012, edge=edge)
 
 
 def add_cornice(b: Builder, material: Material, size: Triple, reach: float, z: float = 0.0) -> None:

@@ -2,12 +2,32 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import STANDS, add_top, stand
 from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery, fronts
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.vectors import Triple, vec
+from ffd_lightning.shapes.kit.vectors import Pair, Triple, vec
+
+
+class _Limits(NamedTuple):
+    """From what to what the sizes (metres) and the numbers of drawers of a kind go."""
+
+    width: Pair
+    height: Pair
+    depth: Pair
+    rows: tuple[int, int]
+    columns: tuple[int, int]
+
+
+_LIMITS = {
+    "night": _Limits((0.38, 0.6), (0.3, 0.6), (0.3, 0.45), rows=(1, 3), columns=(1, 1)),
+    "tall": _Limits((0.4, 0.7), (1.0, 1.5), (0.38, 0.5), rows=(5, 7), columns=(1, 1)),
+    "chest": _Limits((0.75, 1.1), (0.65, 1.1), (0.4, 0.55), rows=(3, 5), columns=(1, 2)),
+    "wide": _Limits((1.2, 1.8), (0.55, 0.9), (0.4, 0.55), rows=(2, 4), columns=(2, 3)),
+}
 
 
 def dresser(rng: Rng) -> Builder:
@@ -15,21 +35,16 @@ def dresser(rng: Rng) -> Builder:
     b = Builder()
     style = draw_joinery(rng)
     kind = draw(rng, ["night", "tall", "chest", "wide"], [0.25, 0.2, 0.25, 0.3])
-    limits = {
-        "night": ((0.38, 0.6), (0.3, 0.6), (0.3, 0.45), (1, 3), (1, 1)),
-        "tall": ((0.4, 0.7), (1.0, 1.5), (0.38, 0.5), (5, 7), (1, 1)),
-        "chest": ((0.75, 1.1), (0.65, 1.1), (0.4, 0.55), (3, 5), (1, 2)),
-        "wide": ((1.2, 1.8), (0.55, 0.9), (0.4, 0.55), (2, 4), (2, 3)),
-    }[kind]
+    limits = _LIMITS[kind]
     width, height, depth = (rng.uniform(*limit) for limit in limits[:3])
-    low, high = limits[3]
-    rows, columns = int(rng.integers(low, high + 1)), int(rng.integers(limits[4][0], high)) % 4
-    columns = int(np.clip(columns, *limits[4]))
+    fewest, most = limits.rows
+    rows = int(rng.integers(fewest, most + 1))
+    columns = int(rng.integers(limits.columns[0], most)) % 4
+    columns = int(np.clip(columns, *limits.columns))
     base = stand(b, rng, style.body, (width, depth), STANDS, 0.22)
     bay = carcass(b, style, (width, height, depth), bottom=base)
-    add_top(
-        b, rng, style.body if rng.random() < 0.6 else style.front, (width, base + height, depth)
-    )
+    size = (width, base + height, depth)
+    add_top(b, rng, style.body if rng.random() < 0.6 else style.front, size)
     graded = np.linspace(rng.uniform(1.0, 1.7), 1.0, rows)
     levels = bay.split(graded, across=False)
     dividers(b, style, levels, across=False)

@@ -15,8 +15,6 @@ from ffd_lightning.shapes.kit.vectors import UP, Pair, Triple, lean, vec
 
 BOARD = 0.02
 """Thickness of fronts and inner boards."""
-
-
 _KNOB = ((0.005, -0.004), (0.005, 0.01), (0.015, 0.017), (0.013, 0.027), (0.004, 0.031))
 
 
@@ -226,7 +224,7 @@ def _panel(b: Builder, style: Joinery, part: str, face: Bay) -> float:
         tall = 2 * inner[1] / count
         for y in (np.arange(count) + 0.5 - count / 2) * tall:
             size = (2 * inner[0] + 0.01, 1.15 * tall, 0.006)
-            b.box(part, style.front, middle + vec(0, y, 0), size, turn=lean(25))
+            b.box(part, style.front, middle + y * UP, size, turn=lean(25))
         return face.front
     low, high = middle - 1.05 * inner - 0.2 * deep, middle + 1.05 * inner + 0.8 * deep
     plank(b, part, style.front, low, high)
@@ -250,7 +248,7 @@ def frame(
         b.box(part, material, middle + vec(x, 0, 0), upright)
         level = (width - 1.8 * border, border, 0.98 * thickness)
         y = side * (height - border) / 2
-        b.box(part, material, middle + vec(0, y, 0), level)
+        b.box(part, material, middle + y * UP, level)
 
 
 def _glazing(b: Builder, style: Joinery, face: Bay) -> float:
@@ -262,7 +260,7 @@ def _glazing(b: Builder, style: Joinery, face: Bay) -> float:
     b.box("door", style.glass, middle, (width, height, 0.005))
     if style.panel in ("frame", "raised"):
         for y in np.linspace(-0.5, 0.5, 2 + round(height / 0.3))[1:-1] * height:
-            b.box("door", style.front, middle + vec(0, y, 0), (width, 0.014, 0.012))
+            b.box("door", style.front, middle + y * UP, (width, 0.014, 0.012))
     if style.panel == "raised":
         b.box("door", style.front, middle, (0.014, height, 0.012))
     return face.front
@@ -280,9 +278,8 @@ def grip(b: Builder, style: Joinery, at: Triple, length: float, upright: bool) -
     elif style.grip == "bow":
         ends = center - 0.35 * length * along, center + 0.35 * length * along
         corner = [ends[0] + 0.035 * out, ends[1] + 0.035 * out]
-        b.tube(
-            "handle", style.handle, bend([ends[0], *corner, ends[1]], 0.03, 2), 0.006, segments=6
-        )
+        path = bend([ends[0], *corner, ends[1]], 0.03, 2)
+        b.tube("handle", style.handle, path, 0.006, segments=6)
     elif style.grip == "bar":
         for t in (-0.36, 0.36):
             foot = center + t * length * along

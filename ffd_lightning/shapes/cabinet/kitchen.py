@@ -30,9 +30,8 @@ def kitchen(rng: Rng) -> Builder:
     _sink(b, rng, steel, spots.pop(int(rng.integers(len(spots)))), level)
     if spots and rng.random() < 0.6:
         x = spots[int(rng.integers(len(spots)))]
-        b.rounded_box(
-            "top", Material((0.08, 0.08, 0.09)), (x, level, 0), (0.44, 0.03, 0.42), 0.02, segments=2
-        )
+        material = Material((0.08, 0.08, 0.09))
+        b.rounded_box("top", material, (x, level, 0), (0.44, 0.03, 0.42), 0.02, segments=2)
         for i, j in ((-1, -1), (1, -1), (-1, 1), (1, 1)):
             ring = [(0.05, 0.015), (0.075, 0.022), (0.05, 0.024), (0.03, 0.018)]
             b.lathe("top", steel, ring, (x + 0.11 * i, level, 0.1 * j), segments=12)
@@ -46,9 +45,8 @@ def _sink(b: Builder, rng: Rng, steel: Material, x: float, level: float) -> None
     size = vec(rng.uniform(0.34, 0.42), 0.024, rng.uniform(0.3, 0.38))
     b.rounded_box("top", steel, (x, level, -0.04), size, 0.04, segments=2)
     bowl = Material((0.35, 0.36, 0.38))
-    b.rounded_box(
-        "top", bowl, (x, level + 0.004, -0.04), size * vec(0.85, 1, 0.8), 0.06, segments=2
-    )
+    center = (x, level + 0.004, -0.04)
+    b.rounded_box("top", bowl, center, size * vec(0.85, 1, 0.8), 0.06, segments=2)
     rise, reach = rng.uniform(0.14, 0.3), rng.uniform(0.12, 0.18)
     path = np.array(
         [

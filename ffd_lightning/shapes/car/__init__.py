@@ -10,16 +10,7 @@ from ffd_lightning.shapes.car.vintage import vintage
 from ffd_lightning.shapes.kit import Family
 
 PARTS = ("body", "roof", "hood", "window", "wheel", "light", "trim", "seat")
-
-
 FAMILIES: dict[str, Family] = {
-    "saloon": saloon,
-    "estate": estate,
-    "off_roader": off_roader,
-    "van": van,
-    "bus": bus,
-    "pickup": pickup,
-    "roadster": roadster,
-    "vintage": vintage,
-    "formula": formula,
-}
+    "saloon": saloon, "estate": estate, "off_roader": off_roader, "van": van, "bus": bus,
+    "pickup": pickup, "roadster": roadster, "vintage": vintage, "formula": formula,
+}  # fmt: skip

@@ -9,14 +9,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 BLACK = Material((0.06, 0.06, 0.065))
-
-
 CHROME = Material((0.75, 0.76, 0.78))
-
-
 LAMP = Material((0.95, 0.93, 0.82))
-
-
 RED = Material((0.75, 0.06, 0.05))
 
 

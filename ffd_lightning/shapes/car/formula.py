@@ -8,14 +8,8 @@ from ffd_lightning.shapes.car.body import BLACK, draw_paint
 from ffd_lightning.shapes.car.wheels import wheel
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import beam
-from ffd_lightning.shapes.kit.sections import superellipse
-from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
-
-
-def _oval(z: float, y: float, width: float, height: float) -> Array:
-    """Return a rounded section (16, 3) about (0, y, z)."""
-    flat = superellipse(0.5) * np.array([width, height]) / 2
-    return np.column_stack([flat[:, 0], y + flat[:, 1], np.full(16, z)])
+from ffd_lightning.shapes.kit.sections import Section
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 
 
 def formula(rng: Rng) -> Builder:
@@ -27,42 +21,33 @@ def formula(rng: Rng) -> Builder:
     modern = rng.random() < 0.7
     bulk, y = rng.uniform(0.55, 0.8), rng.uniform(0.36, 0.42)
     seat = front + rng.uniform(0.42, 0.55) * (rear - front)
-    stations = [(-length / 2, y - 0.12, 0.16, 0.1), (-length / 2 + 0.35, y - 0.07, 0.24, 0.17)]
-    stations += [
-        (front, y, 0.36, 0.3),
-        (seat - 0.4, y + 0.04, bulk, 0.46),
-        (seat + 0.45, y + 0.06, bulk, 0.54),
+    stations = [
+        Section(z=-length / 2, lift=y - 0.12, width=0.16, height=0.1),
+        Section(z=-length / 2 + 0.35, lift=y - 0.07, width=0.24, height=0.17),
+        Section(z=front, lift=y, width=0.36, height=0.3),
+        Section(z=seat - 0.4, lift=y + 0.04, width=bulk, height=0.46),
+        Section(z=seat + 0.45, lift=y + 0.06, width=bulk, height=0.54),
+        Section(z=rear, lift=y, width=0.42, height=0.36),
+        Section(z=rear + 0.4, lift=y, width=0.2, height=0.2),
     ]
-    stations += [(rear, y, 0.42, 0.36), (rear + 0.4, y, 0.2, 0.2)]
-    b.loft("body", paint, [_oval(*row) for row in stations])
+    b.loft("body", paint, [row.ring(0.5, 16) for row in stations])
     _driver(b, rng, second, seat, y + 0.28)
     if modern:
         _pods(b, rng, second, (seat - 0.25, rear - 0.25), y, bulk, width)
-        b.loft(
-            "hood",
-            paint,
-            [
-                _oval(seat + 0.3, y + 0.42, 0.26, 0.42),
-                _oval(seat + 0.6, y + 0.4, 0.22, 0.4),
-                _oval(rear, y + 0.2, 0.12, 0.16),
-            ],
-        )
-        _wing(
-            b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=(0.94 * width, 0.32), count=1
-        )
+        airbox = [
+            Section(z=seat + 0.3, lift=y + 0.42, width=0.26, height=0.42),
+            Section(z=seat + 0.6, lift=y + 0.4, width=0.22, height=0.4),
+            Section(z=rear, lift=y + 0.2, width=0.12, height=0.16),
+        ]
+        b.loft("hood", paint, [row.ring(0.5, 16) for row in airbox])
+        block = (0.94 * width, 0.32)
+        _wing(b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=block, count=1)
         count = int(rng.integers(1, 4))
         high = y + rng.uniform(0.3, 0.55)
         _wing(b, second, paint, rear + 0.45, high, (rng.uniform(0.5, 0.62) * width, 0.3), count)
         for side in (-0.1, 0.1):
-            beam(
-                b,
-                "trim",
-                BLACK,
-                (side, y - 0.05, rear + 0.3),
-                (side, high, rear + 0.48),
-                0.03,
-                0.14,
-            )
+            start = (side, y - 0.05, rear + 0.3)
+            beam(b, "trim", BLACK, start, (side, high, rear + 0.48), 0.03, 0.14)
     else:
         for side in (-0.5 * bulk, 0.5 * bulk):
             b.cylinder("trim", BLACK, (side, y, seat), (side, y - 0.05, length / 2), 0.05)
@@ -98,21 +83,15 @@ def _pods(
         rings = []
         for z, w, h in ((front, 1.0, 1.0), (front + 0.5, 1.0, 1.0), (rear, 0.45, 0.55)):
             x = side * (0.2 * bulk + 0.5 * out * w)
-            rings.append(
-                _oval(z, y - 0.02 - 0.5 * tall * (1 - h), out * w, tall * h) + vec(x, 0, 0)
-            )
+            cut = Section(z, y - 0.02 - 0.5 * tall * (1 - h), width=out * w, height=tall * h)
+            rings.append(cut.ring(0.5, 16, side=x))
         b.loft("body", paint, rings)
         x = side * (0.2 * bulk + 0.5 * out)
-        b.box(
-            "body",
-            BLACK,
-            (x + 0.08 * side, y - 0.02, front - 0.004),
-            (0.55 * out, 0.6 * tall, 0.02),
-        )
+        center = (x + 0.08 * side, y - 0.02, front - 0.004)
+        b.box("body", BLACK, center, (0.55 * out, 0.6 * tall, 0.02))
     floor = y - 0.02 - tall / 2
-    b.box(
-        "body", BLACK, (0, floor, (front + rear) / 2), (0.4 * bulk + 2.1 * out, 0.03, rear - front)
-    )
+    size = (0.4 * bulk + 2.1 * out, 0.03, rear - front)
+    b.box("body", BLACK, (0, floor, (front + rear) / 2), size)
 
 
 def _wing(

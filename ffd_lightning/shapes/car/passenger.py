@@ -33,15 +33,12 @@ def saloon(rng: Rng) -> Builder:
     )
     belt = stance.top(cowl)
     high = belt + (rng.uniform(0.34, 0.42) if sporty else rng.uniform(0.42, 0.58))
-    roof = (cowl + rng.uniform(0.5, 0.85), rear - rng.uniform(0.4, 1.0))
-    widths = (0.86 * stance.width, rng.uniform(0.62, 0.72) * stance.width)
-    pillars = (0.55,) if sporty or rng.random() < 0.3 else (0.42, 0.74)
     shape = Cabin(
         belt=(cowl, rear),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.5, 0.85), rear - rng.uniform(0.4, 1.0)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.86 * stance.width, rng.uniform(0.62, 0.72) * stance.width),
+        pillars=(0.55,) if sporty or rng.random() < 0.3 else (0.42, 0.74),
         pillar=rng.uniform(0.05, 0.08),
     )
     paint = closed_car(b, rng, stance, shape)
@@ -54,19 +51,11 @@ def _spoiler(b: Builder, rng: Rng, stance: Stance, paint: Material) -> None:
     """Add a wing on two struts over the tail."""
     z, rise = stance.length / 2 - 0.2, rng.uniform(0.08, 0.28)
     y, half = stance.top(z), 0.9 * stance.half_width(z)
-    b.rounded_box(
-        "trim", paint, (0, y + rise, z + 0.04), (2 * half, 0.045, 0.26), radius=0.06, edge=0.02
-    )
+    center = (0, y + rise, z + 0.04)
+    b.rounded_box("trim", paint, center, (2 * half, 0.045, 0.26), radius=0.06, edge=0.02)
     for side in (-0.7, 0.7):
-        beam(
-            b,
-            "trim",
-            paint,
-            (side * half, y - 0.03, z),
-            (side * half, y + rise, z + 0.03),
-            0.04,
-            0.12,
-        )
+        end = (side * half, y + rise, z + 0.03)
+        beam(b, "trim", paint, (side * half, y - 0.03, z), end, 0.04, 0.12)
 
 
 def estate(rng: Rng) -> Builder:
@@ -88,15 +77,12 @@ def estate(rng: Rng) -> Builder:
     )
     belt = stance.top(cowl)
     high = belt + rng.uniform(0.45, 0.72)
-    roof = (cowl + rng.uniform(0.4, 0.9), rear - rng.uniform(0.08, 0.5))
-    widths = (0.87 * stance.width, rng.uniform(0.66, 0.76) * stance.width)
-    pillars = (0.36, 0.66) if stance.length > 3.9 else (0.5,)
     shape = Cabin(
         belt=(cowl, rear),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.4, 0.9), rear - rng.uniform(0.08, 0.5)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.87 * stance.width, rng.uniform(0.66, 0.76) * stance.width),
+        pillars=(0.36, 0.66) if stance.length > 3.9 else (0.5,),
         pillar=rng.uniform(0.06, 0.1),
     )
     closed_car(b, rng, stance, shape)
@@ -136,15 +122,12 @@ def off_roader(rng: Rng) -> Builder:
     )
     belt = stance.top(cowl)
     high = belt + rng.uniform(0.5, 0.72)
-    roof = (cowl + rng.uniform(0.12, 0.5), rear - rng.uniform(0.03, 0.25))
-    widths = (0.88 * stance.width, rng.uniform(0.74, 0.84) * stance.width)
-    pillars = (0.36, 0.68) if rng.random() < 0.65 else (0.45,)
     shape = Cabin(
         belt=(cowl, rear),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.12, 0.5), rear - rng.uniform(0.03, 0.25)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.88 * stance.width, rng.uniform(0.74, 0.84) * stance.width),
+        pillars=(0.36, 0.68) if rng.random() < 0.65 else (0.45,),
         pillar=rng.uniform(0.07, 0.11),
     )
     paint = closed_car(b, rng, stance, shape)
@@ -166,13 +149,6 @@ def off_roader(rng: Rng) -> Builder:
     for side in (-1, 1):
         z = np.array(stance.axles) + np.array([1, -1]) * 1.2 * stance.radius
         x = side * (stance.width / 2 + 0.02)
-        beam(
-            b,
-            "trim",
-            paint if rng.random() < 0.3 else BLACK,
-            (x, stance.clearance, z[0]),
-            (x, stance.clearance, z[1]),
-            0.14,
-            0.06,
-        )
+        material, start = paint if rng.random() < 0.3 else BLACK, (x, stance.clearance, z[0])
+        beam(b, "trim", material, start, (x, stance.clearance, z[1]), 0.14, 0.06)
     return b

@@ -40,7 +40,8 @@ def roadster(rng: Rng) -> Builder:
     )
     belt = stance.top(front)
     shell(b, paint, stance)
-    walls(b, paint, stance, (front, rear), (floor - 0.15, belt), 0.09, (False, False))
+    span = (floor - 0.15, belt)
+    walls(b, paint, stance, ends=(front, rear), span=span, thickness=0.09, closed=(False, False))
     hood(b, paint, stance, (-half + 0.2, front - 0.08))
     face(b, rng, stance, paint)
     wheels(b, rng, stance)
@@ -71,9 +72,8 @@ def _cockpit(b: Builder, rng: Rng, stance: Stance, ends: Pair, floor: float, bel
     for row in range(count):
         z = rear - 0.25 - 0.8 * row
         for side in (-spread, spread):
-            b.rounded_box(
-                "seat", cover, (side, floor + 0.12, z - 0.22), (0.46, 0.2, 0.5), 0.08, segments=2
-            )
+            center = (side, floor + 0.12, z - 0.22)
+            b.rounded_box("seat", cover, center, (0.46, 0.2, 0.5), 0.08, segments=2)
             back = (side, floor + 0.38, z + 0.06)
             turn = lean(14)
             b.rounded_box("seat", cover, back, (0.46, 0.62, 0.16), 0.07, turn=turn, segments=2)

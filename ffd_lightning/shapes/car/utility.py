@@ -42,17 +42,16 @@ def van(rng: Rng) -> Builder:
     roof = (cowl + rng.uniform(0.3, 0.8), rear - rng.uniform(0.02, 0.12))
     widths = (0.9 * stance.width, rng.uniform(0.76, 0.88) * stance.width)
     count = 1 if panel else int(rng.integers(2, 5))
-    pillars = tuple(np.linspace(0, 1, count + 2)[1:-1]) if not panel else (0.3,)
     shape = Cabin(
         belt=(cowl, rear),
         roof=roof,
         heights=(belt, high),
         widths=widths,
-        pillars=pillars,
+        pillars=tuple(np.linspace(0, 1, count + 2)[1:-1]) if not panel else (0.3,),
         pillar=rng.uniform(0.08, 0.14),
     )
     paint = closed_car(b, rng, stance, shape)
-    upper_sides(b, paint, shape, 0.3 if panel else None, rng.uniform(0.7, 0.85))
+    upper_sides(b, paint, shape, blind=0.3 if panel else None, lintel=rng.uniform(0.7, 0.85))
     return b
 
 
@@ -85,17 +84,16 @@ def bus(rng: Rng) -> Builder:
                 segments=2,
             )
         ends, widths = (0.04 - half, half - 0.04), (0.97 * width, 0.93 * width)
-        roof = (ends[0] + rake, half - 0.1)
         shape = Cabin(
             belt=ends,
-            roof=roof,
+            roof=(ends[0] + rake, half - 0.1),
             heights=(low, low + tall),
             widths=widths,
             pillars=pillars,
             pillar=0.08,
         )
         cabin(b, paint, glass, shape, paint)
-        upper_sides(b, paint, shape, None, lintel)
+        upper_sides(b, paint, shape, blind=None, lintel=lintel)
     face(b, rng, stance, paint)
     wheels(b, rng, stance)
     _livery(b, draw_paint(rng), glass, stance, belt, belt + tall)
@@ -127,15 +125,12 @@ def pickup(rng: Rng) -> Builder:
     rows += [(back + 0.05, floor), (half, floor)]
     stance = replace(stance, nose=rng.uniform(0.88, 0.96), profile=tuple(rows))
     high = belt + rng.uniform(0.45, 0.7)
-    roof = (cowl + rng.uniform(0.3, 0.6), back - rng.uniform(0.02, 0.2))
-    widths = (0.88 * stance.width, rng.uniform(0.7, 0.82) * stance.width)
-    pillars = (0.5,) if back - cowl > 1.7 else ()
     shape = Cabin(
         belt=(cowl, back),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.3, 0.6), back - rng.uniform(0.02, 0.2)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.88 * stance.width, rng.uniform(0.7, 0.82) * stance.width),
+        pillars=(0.5,) if back - cowl > 1.7 else (),
         pillar=0.08,
     )
     shell(b, paint, stance)
@@ -148,7 +143,8 @@ def pickup(rng: Rng) -> Builder:
         size = (stance.width, tall, half - back - 0.12)
         b.rounded_box("body", draw_paint(rng), center, size, 0.04)
         return b
-    walls(b, paint, stance, (back + 0.05, half - 0.01), (floor - 0.2, belt), 0.07)
+    ends = (back + 0.05, half - 0.01)
+    walls(b, paint, stance, ends=ends, span=(floor - 0.2, belt), thickness=0.07)
     if rng.random() < 0.3:
         x, z = 0.46 * stance.width - 0.06, back + 0.2
         hoop = [(-x, belt - 0.05, z), (-0.85 * x, high, z), (0.85 * x, high, z)]

@@ -32,15 +32,12 @@ def vintage(rng: Rng) -> Builder:
     tail = min(axles[1] + rng.uniform(0.1, 0.9) * radius, length / 2)
     _body(b, rng, paint, (axles[0] - 0.3 * radius, cowl, tail), (0.32, belt), width)
     high = belt + rng.uniform(0.45, 0.7)
-    roof = (cowl + rng.uniform(0.02, 0.2), tail - rng.uniform(0.02, 0.3))
-    pillars = (0.36, 0.7) if tail - cowl > 1.8 else (0.55,)
-    widths = (0.74 * width, rng.uniform(0.64, 0.72) * width)
     shape = Cabin(
         belt=(cowl + 0.02, tail - 0.02),
-        roof=roof,
+        roof=(cowl + rng.uniform(0.02, 0.2), tail - rng.uniform(0.02, 0.3)),
         heights=(belt, high),
-        widths=widths,
-        pillars=pillars,
+        widths=(0.74 * width, rng.uniform(0.64, 0.72) * width),
+        pillars=(0.36, 0.7) if tail - cowl > 1.8 else (0.55,),
         pillar=0.09,
     )
     cabin(b, paint, draw_glass(rng), shape, dark if rng.random() < 0.6 else paint)
@@ -48,9 +45,8 @@ def vintage(rng: Rng) -> Builder:
     wheels(b, rng, stance, inset=0.0)
     _front(b, rng, axles[0] - 0.3 * radius, belt, width)
     for side in (-1, 1):
-        b.ellipsoid(
-            "light", RED, (side * 0.4 * width, 0.75, tail + 0.05), (0.05, 0.05, 0.05), segments=10
-        )
+        middle = (side * 0.4 * width, 0.75, tail + 0.05)
+        b.ellipsoid("light", RED, middle, (0.05, 0.05, 0.05), segments=10)
     if rng.random() < 0.6:
         profile = [
             (0.05, -0.07),
@@ -133,13 +129,8 @@ def _front(b: Builder, rng: Rng, nose: float, belt: float, width: float) -> None
             (size, -0.6 * size),
         ]
         b.lathe("trim", CHROME, bowl, (side, lamp, nose), segments=16, turn=lean(90))
-        b.ellipsoid(
-            "light",
-            LAMP,
-            (side, lamp, nose - 0.55 * size),
-            (0.94 * size, 0.94 * size, 0.05),
-            segments=14,
-        )
+        center = (side, lamp, nose - 0.55 * size)
+        b.ellipsoid("light", LAMP, center, (0.94 * size, 0.94 * size, 0.05), segments=14)
     ends = [
         (x, 0.42, nose - 0.35 + 0.12 * abs(x) ** 2) for x in np.linspace(-0.46, 0.46, 7) * width
     ]

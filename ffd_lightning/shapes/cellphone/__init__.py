@@ -10,14 +10,7 @@ from ffd_lightning.shapes.cellphone.smartphone import smartphone
 from ffd_lightning.shapes.kit import Family
 
 PARTS = ("body", "screen", "key", "button", "camera", "speaker", "antenna", "stand")
-
-
 FAMILIES: dict[str, Family] = {
-    "smartphone": smartphone,
-    "candybar": candybar,
-    "flip": flip,
-    "slider": slider,
-    "keyboard": keyboard,
-    "brick": brick,
-    "docked": docked,
-}
+    "smartphone": smartphone, "candybar": candybar, "flip": flip, "slider": slider,
+    "keyboard": keyboard, "brick": brick, "docked": docked,
+}  # fmt: skip

@@ -8,7 +8,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.materials import draw_housing
-from ffd_lightning.shapes.kit.vectors import Array, Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, lean, vec
 
 _FLAT = lean(90)  # rounded_box rounds the edges along its y: this turns y to z
 
@@ -120,7 +120,7 @@ def shell(
     for level, w, d in zip(t, wide, deep, strict=True):
         ring = section * vec(w * body.width / 2, 1, d * body.depth / 2)
         ring[ring[:, 2] > 0, 2] *= 1 + palm * np.sin(np.pi * level)
-        rings.append((ring + vec(0, (level - 0.5) * body.height, 0)) @ body.turn.T + body.center)
+        rings.append((ring + (level - 0.5) * body.height * UP) @ body.turn.T + body.center)
     b.loft(part, material, rings)
 
 
@@ -129,16 +129,8 @@ def add_half(b: Builder, rng: Rng, finish: Finish, body: Body, radius: float) ->
     size = (body.width, body.height, 0.6 * body.depth)
     edge = 0.2 * body.depth
     tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge)
-    tile(
-        b,
-        "body",
-        finish.back,
-        body,
-        body.at(0, 0, -0.7 * body.depth),
-        (0.99 * size[0], 0.99 * size[1], size[2]),
-        radius,
-        edge,
-    )
+    block = (0.99 * size[0], 0.99 * size[1], size[2])
+    tile(b, "body", finish.back, body, body.at(0, 0, -0.7 * body.depth), block, radius, edge)
 
 
 def lid_at(hinge: Array, tip: Array, width: float, height: float, depth: float) -> Body:

@@ -13,7 +13,7 @@ from ffd_lightning.shapes.cellphone.body import (
 )
 from ffd_lightning.shapes.cellphone.controls import aerial, display, earpiece, keypad, side_buttons
 from ffd_lightning.shapes.kit import Builder, Rng
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, lean, vec
 
 
 def brick(rng: Rng) -> Builder:
@@ -26,9 +26,7 @@ def brick(rng: Rng) -> Builder:
     shell(b, rng, "body", finish.body, body, rng.uniform(-0.04, 0.1), squareness)
     pack = upright(0.92 * width, rng.uniform(0.5, 0.85), 0.4 * body.depth)
     back = (
-        body.behind(0, 0, 0.05 * body.depth) * vec(1, 0, 1)
-        + pack.center * vec(0, 1, 0)
-        + vec(0, 0.04, 0)
+        body.behind(0, 0, 0.05 * body.depth) * vec(1, 0, 1) + pack.center * vec(0, 1, 0) + 0.04 * UP
     )
     tile(b, "body", finish.back, pack, back, (pack.width, pack.height, pack.depth), 0.06, 0.03)
     top = rng.uniform(0.0, 0.12)

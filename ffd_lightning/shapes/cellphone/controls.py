@@ -21,16 +21,8 @@ def display(
     if rng.random() < 0.5:
         rim = (wide + 0.03 * body.width, tall + 0.03 * body.width, 0.02)
         tile(b, "body", finish.trim, body, body.at(0, middle, lift / 2 - 0.008), rim, radius)
-    tile(
-        b,
-        "screen",
-        finish.screen,
-        body,
-        body.at(0, middle, lift - 0.008),
-        (wide, tall, 0.02),
-        radius,
-        0.003,
-    )
+    center = body.at(0, middle, lift - 0.008)
+    tile(b, "screen", finish.screen, body, center, (wide, tall, 0.02), radius, 0.003)
     if not icons:
         return
     columns = int(rng.integers(3, 6))
@@ -72,14 +64,8 @@ def keypad(
             if shape in ("square", "flush"):
                 lying = (size[0], height, size[1])
                 turn = body.turn @ lean(-90)
-                b.box(
-                    "key",
-                    material,
-                    place,
-                    lying,
-                    turn=turn,
-                    taper=0.85 if shape == "square" else 0.97,
-                )
+                taper = 0.85 if shape == "square" else 0.97
+                b.box("key", material, place, lying, turn=turn, taper=taper)
             else:
                 square = min(size[:2])
                 flat = (square, square, height) if shape == "round" else size
@@ -99,9 +85,8 @@ def navigation(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size:
         tile(b, "key", finish.trim, body, center, (0.6 * reach, 0.6 * reach, 0.02), 0.3 * reach)
         rows = [(0.2, 0.0), (0.2, 0.05), (0.15, 0.12), (0.07, 0.16)]
         turn = body.turn @ lean(-90)
-        b.lathe(
-            "key", finish.keys, np.array(rows) * reach, body.at(0, y, 0.008), segments=16, turn=turn
-        )
+        profile = np.array(rows) * reach
+        b.lathe("key", finish.keys, profile, body.at(0, y, 0.008), segments=16, turn=turn)
     else:
         flat = (reach, (1.0 if kind == "square" else 0.5) * reach, 0.02)
         tile(b, "key", finish.trim, body, center, flat, 0.2 * reach)
@@ -156,15 +141,8 @@ def camera(b: Builder, rng: Rng, finish: Finish, body: Body, center: bool = Fals
     raised = rng.uniform(0.005, 0.02)
     if count > 1 or rng.random() < 0.5:
         plate = (sizes[0], sizes[1], 0.012 + raised)
-        tile(
-            b,
-            "camera",
-            finish.trim,
-            body,
-            body.behind(*middle, raised / 2 - 0.006),
-            plate,
-            0.3 * min(sizes),
-        )
+        place = body.behind(*middle, raised / 2 - 0.006)
+        tile(b, "camera", finish.trim, body, place, plate, 0.3 * min(sizes))
     glass = Material((0.05, 0.05, 0.08))
     for column, row in spots:
         x = (x0 + 0.15 * radius + (column + 0.5) * pitch) / body.width
@@ -182,23 +160,12 @@ def aerial(b: Builder, rng: Rng, finish: Finish, body: Body, side: int) -> None:
     start = body.at(x, 0.44, -body.depth / 2)
     along = body.turn @ vec(0, 1, 0)
     rise = rng.uniform(0.1, 0.2) * body.height + 0.06 * body.height
-    b.tube(
-        "antenna",
-        finish.keys,
-        start + np.outer((0, rise, 1.03 * rise), along),
-        (radius, 0.85 * radius, 0.5 * radius),
-        segments=14,
-    )
+    path = start + np.outer((0, rise, 1.03 * rise), along)
+    b.tube("antenna", finish.keys, path, (radius, 0.85 * radius, 0.5 * radius), segments=14)
     if rng.random() < 0.4:
         reach = rise + rng.uniform(0.2, 0.5) * body.height
-        b.cylinder(
-            "antenna",
-            finish.trim,
-            start + rise * along,
-            start + reach * along,
-            0.3 * radius,
-            segments=10,
-        )
+        end = start + reach * along
+        b.cylinder("antenna", finish.trim, start + rise * along, end, 0.3 * radius, segments=10)
         knob = np.outer((reach, reach + 0.02, reach + 0.04), along) + start
         b.tube(
             "antenna", finish.keys, knob, (0.5 * radius, 0.55 * radius, 0.4 * radius), segments=10
@@ -210,15 +177,8 @@ def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size
     kind = draw(rng, ["round", "pill", "three"])
     if kind == "round":
         tile(b, "button", finish.trim, body, body.at(0, y), (size, size, 0.016), size / 2)
-        tile(
-            b,
-            "button",
-            finish.body,
-            body,
-            body.at(0, y, 0.004),
-            (0.8 * size, 0.8 * size, 0.014),
-            0.4 * size,
-        )
+        block = (0.8 * size, 0.8 * size, 0.014)
+        tile(b, "button", finish.body, body, body.at(0, y, 0.004), block, 0.4 * size)
         return
     tile(b, "button", finish.trim, body, body.at(0, y), (1.8 * size, 0.6 * size, 0.02), 0.3 * size)
     if kind == "three":

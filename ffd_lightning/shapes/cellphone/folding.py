@@ -39,13 +39,8 @@ def flip(rng: Rng) -> Builder:
     pose = lean(fold * rng.uniform(0.5, 1.0) if opening else 0.0)
     lower = Body(pose @ vec(0, tall / 2, 0), width, tall, depth, pose)
     hinge = lower.at(0, 0.5)
-    upper = lid_at(
-        hinge,
-        pose @ lean(-fold),
-        width=width,
-        height=tall * rng.uniform(0.9, 1.0),
-        depth=depth * rng.uniform(0.7, 1.0),
-    )
+    tip, height = pose @ lean(-fold), tall * rng.uniform(0.9, 1.0)
+    upper = lid_at(hinge, tip, width=width, height=height, depth=depth * rng.uniform(0.7, 1.0))
     for half in (lower, upper):
         add_half(b, rng, finish, half, radius)
     barrel = 0.5 * depth
@@ -98,11 +93,6 @@ def slider(rng: Rng) -> Builder:
 
 def _side_keys(b: Builder, rng: Rng, finish: Finish, body: Body, share: float) -> None:
     """Fill the strip `share` of the width that a lid slid aside leaves free with small keys."""
-    strip = Body(
-        body.at(-0.5 + share / 2, 0, -body.depth / 2),
-        share * body.width,
-        body.height,
-        body.depth,
-        body.turn,
-    )
+    center = body.at(-0.5 + share / 2, 0, -body.depth / 2)
+    strip = Body(center, share * body.width, body.height, body.depth, body.turn)
     keypad(b, rng, finish, strip, (-0.44, 0.44, 0.84), (int(rng.integers(9, 12)), 4))

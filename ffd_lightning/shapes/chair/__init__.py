@@ -12,14 +12,7 @@ from ffd_lightning.shapes.chair.swivel import swivel
 from ffd_lightning.shapes.kit import Family
 
 PARTS = ("seat", "back", "arm", "leg")
-
-
 FAMILIES: dict[str, Family] = {
-    "dining": dining,
-    "swivel": swivel,
-    "cantilever": cantilever,
-    "armchair": armchair,
-    "stool": stool,
-    "shell": shell,
-    "slatted": slatted,
-}
+    "dining": dining, "swivel": swivel, "cantilever": cantilever, "armchair": armchair,
+    "stool": stool, "shell": shell, "slatted": slatted,
+}  # fmt: skip

@@ -41,8 +41,7 @@ def armchair(rng: Rng) -> Builder:
             x, out = side * (s.width / 2 + 0.3 * s.arm), -rng.uniform(0.1, 0.14)
             turn = lean(s.rake)
             wing = (0.06, high - low, s.thick - 2 * out)
-            b.rounded_box(
-                "back", s.cover, back_point(s, x, (low + high) / 2, out), wing, 0.03, turn=turn
-            )
+            center = back_point(s, x, (low + high) / 2, out)
+            b.rounded_box("back", s.cover, center, wing, 0.03, turn=turn)
     add_feet(b, rng, s)
     return b

@@ -73,15 +73,8 @@ def _back_filling(
         beam(b, "back", frame, at(half, low), at(-half, rise), 0.016, 0.03)
         return
     for x in np.linspace(-half, half, int(rng.integers(5, 11)))[1:-1]:
-        b.cylinder(
-            "back",
-            frame,
-            at(x, low - 0.01),
-            at(x, rise),
-            radius=0.008,
-            radius_end=0.007,
-            segments=8,
-        )
+        start = at(x, low - 0.01)
+        b.cylinder("back", frame, start, at(x, rise), radius=0.008, radius_end=0.007, segments=8)
 
 
 def _side_arms(

@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam, slats
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg
+from ffd_lightning.shapes.kit.legs import add_leg, square_post
 from ffd_lightning.shapes.kit.vectors import lean, vec
 
 
@@ -38,7 +38,7 @@ def slatted(rng: Rng) -> Builder:
         center = end + tilt @ vec(0, up, 0.018)
         b.rounded_box("back", wood, center, (2 * half + 0.1, 0.06, board), 0.005, turn=tilt)
     rear = float((end + tilt @ vec(0, level, 0))[2])
-    post = LegStyle("square", 0.06, ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0)))
+    post = square_post(0.06)
     rest = (rng.uniform(0.08, 0.14), 0.024, rear + 0.1 + depth / 2)
     for side in (-1, 1):
         x = side * (half + 0.04)

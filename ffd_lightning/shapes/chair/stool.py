@@ -27,9 +27,8 @@ def stool(rng: Rng) -> Builder:
         b.lathe("seat", cover, np.column_stack([radii, heights]), segments=44)
     else:
         size = (2 * half, soft, 1.8 * half)
-        b.rounded_box(
-            "seat", cover, (0, height - soft / 2, 0), size, rng.uniform(0.02, 0.12), segments=5
-        )
+        center = (0, height - soft / 2, 0)
+        b.rounded_box("seat", cover, center, size, rng.uniform(0.02, 0.12), segments=5)
     _stool_base(b, rng, frame, half, height - soft + 0.004)
     if height > 0.55 and rng.random() < 0.5:
         _stool_back(b, rng, frame, cover, half, height)

@@ -10,14 +10,8 @@ from ffd_lightning.shapes.firearm.shotgun import shotgun
 from ffd_lightning.shapes.kit import Family
 
 PARTS = ("barrel", "body", "grip", "trigger", "magazine", "stock", "sight")
-
-
 FAMILIES: dict[str, Family] = {
-    "pistol": pistol,
-    "revolver": revolver,
-    "assault_rifle": assault_rifle,
-    "hunting_rifle": hunting_rifle,
-    "shotgun": shotgun,
-    "submachine_gun": submachine_gun,
+    "pistol": pistol, "revolver": revolver, "assault_rifle": assault_rifle,
+    "hunting_rifle": hunting_rifle, "shotgun": shotgun, "submachine_gun": submachine_gun,
     "machine_gun": machine_gun,
-}
+}  # fmt: skip

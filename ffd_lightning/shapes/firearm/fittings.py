@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.swept import BLACK, at, bar, sweep
+from ffd_lightning.shapes.firearm.swept import BLACK, Cut, at, bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
@@ -23,14 +23,9 @@ def barrel(
 ) -> None:
     """Add a barrel from `start` forward to `end`, with a dark bore in its muzzle."""
     tip = at(end, up, side)
+    origin = at(start, up, side)
     b.cylinder(
-        "barrel",
-        material,
-        at(start, up, side),
-        tip,
-        radius=radius,
-        radius_end=taper * radius,
-        segments=16,
+        "barrel", material, origin, tip, radius=radius, radius_end=taper * radius, segments=16
     )
     b.cylinder("barrel", BLACK, at(end - 0.01, up, side), at(end + 0.002, up, side), 0.6 * radius)
 
@@ -112,8 +107,8 @@ def drum(b: Builder, material: Material, center: Pair, radius: float, depth: flo
     f, up = center
     rim = 0.12 * depth
     profile = [(0.9, -depth / 2), (1, -depth / 2 + rim), (1, depth / 2 - rim), (0.9, depth / 2)]
-    rows = [(forward, up - radius * r, up + radius * r, 2 * radius * r) for r, forward in profile]
-    bar(b, "magazine", material, np.array(rows) + np.array([f, 0, 0, 0]), 0.0)
+    rows = [Cut(t + f, up - radius * r, up + radius * r, 2 * radius * r) for r, t in profile]
+    bar(b, "magazine", material, rows, 0.0)
 
 
 def scope(b: Builder, rng: Rng, material: Material, middle: float, base: float) -> None:

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.firearm.fittings import add_hammer, barrel, grip, iron_sights, trigger
-from ffd_lightning.shapes.firearm.swept import BLACK, at, bar, draw_furniture, draw_steel, sweep
+from ffd_lightning.shapes.firearm.swept import (
+    BLACK,
+    Cut,
+    at,
+    bar,
+    draw_furniture,
+    draw_steel,
+    even_bar,
+    sweep,
+)
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 
 
@@ -13,23 +22,19 @@ def _slide(b: Builder, rng: Rng, steel: Material, length: float, tall: float, wi
     """Add a pistol's slide from 0 forward to `length`, its serrations, port, barrel and sights."""
     low, high = -0.5 * tall, 0.5 * tall
     nose = rng.uniform(0.0, 0.35) * tall
-    rows = [(0, low, high, wide), (length - 0.06, low, high, wide)]
-    rows += [(length, low + nose, high, 0.9 * wide)]
+    rows = [
+        Cut(forward=0, low=low, high=high, width=wide),
+        Cut(forward=length - 0.06, low=low, high=high, width=wide),
+        Cut(forward=length, low=low + nose, high=high, width=0.9 * wide),
+    ]
     bar(b, "body", steel, rows, rng.uniform(0.75, 0.95))
-    barrel(
-        b,
-        steel,
-        start=length - 0.05,
-        end=length + rng.uniform(0.005, 0.05),
-        up=0.1 * tall,
-        radius=0.26 * tall,
-    )
+    end = length + rng.uniform(0.005, 0.05)
+    barrel(b, steel, start=length - 0.05, end=end, up=0.1 * tall, radius=0.26 * tall)
     for f in np.linspace(0.04, rng.uniform(0.12, 0.2), int(rng.integers(4, 8))):
         b.box("body", BLACK, at(f, 0), (1.02 * wide, 0.7 * tall, 0.008))
     port = rng.uniform(0.14, 0.2)
-    b.box(
-        "body", BLACK, at(0.52 * length, 0.3 * tall, 0.2 * wide), (0.64 * wide, 0.42 * tall, port)
-    )
+    center = at(0.52 * length, 0.3 * tall, 0.2 * wide)
+    b.box("body", BLACK, center, (0.64 * wide, 0.42 * tall, port))
     iron_sights(
         b, BLACK, rear=0.04, front=length - 0.04, base=high, height=rng.uniform(0.025, 0.045)
     )
@@ -41,30 +46,21 @@ def _open_slide(
     """Add a short bolt housing behind a slender barrel that stands free."""
     low, high = -0.5 * tall, 0.5 * tall
     back = rng.uniform(0.42, 0.55) * length
-    rows = [(0, low, 0.8 * high, 0.8 * wide), (0.12 * back, low, high, wide)]
-    rows += [(back, low, high, wide), (back + 0.05, low, 0.6 * high, 0.7 * wide)]
+    rows = [
+        Cut(forward=0, low=low, high=0.8 * high, width=0.8 * wide),
+        Cut(forward=0.12 * back, low=low, high=high, width=wide),
+        Cut(forward=back, low=low, high=high, width=wide),
+        Cut(forward=back + 0.05, low=low, high=0.6 * high, width=0.7 * wide),
+    ]
     bar(b, "body", steel, rows, 0.7)
     radius = rng.uniform(0.24, 0.34) * tall
-    barrel(
-        b,
-        steel,
-        start=back,
-        end=length + rng.uniform(0, 0.25),
-        up=0.05 * tall,
-        radius=radius,
-        taper=0.75,
-    )
+    end = length + rng.uniform(0, 0.25)
+    barrel(b, steel, start=back, end=end, up=0.05 * tall, radius=radius, taper=0.75)
     for side in (-1, 1):
         knob = at(0.3 * back, 0.3 * tall)
         b.cylinder("body", steel, knob, knob + at(0, 0.02, 0.62 * side * wide), 0.25 * tall)
-    iron_sights(
-        b,
-        steel,
-        rear=0.3 * back,
-        front=length - 0.03,
-        base=0.3 * tall,
-        height=rng.uniform(0.03, 0.05),
-    )
+    height = rng.uniform(0.03, 0.05)
+    iron_sights(b, steel, rear=0.3 * back, front=length - 0.03, base=0.3 * tall, height=height)
 
 
 def pistol(rng: Rng) -> Builder:
@@ -80,8 +76,12 @@ def pistol(rng: Rng) -> Builder:
     front = length * rng.uniform(0.75, 0.98)
     if opened:
         front = max(0.65 * front, depth + 0.3)
-    rows = [(-0.07, -0.5 * tall, -0.42 * tall, 0.6 * wide), (0.03, under, -0.38 * tall, wide)]
-    rows += [(0.5 * length, under, -0.42 * tall, wide), (front, under + 0.03, -0.42 * tall, wide)]
+    rows = [
+        Cut(forward=-0.07, low=-0.5 * tall, high=-0.42 * tall, width=0.6 * wide),
+        Cut(forward=0.03, low=under, high=-0.38 * tall, width=wide),
+        Cut(forward=0.5 * length, low=under, high=-0.42 * tall, width=wide),
+        Cut(forward=front, low=under + 0.03, high=-0.42 * tall, width=wide),
+    ]
     bar(b, "body", body, rows, 0.85)
     top = (0.5 * depth + 0.02, under + 0.04)
     foot, end = grip(
@@ -109,16 +109,10 @@ def pistol(rng: Rng) -> Builder:
     if rng.random() < 0.55:
         add_hammer(b, steel, forward=-0.01, up=-0.1 * tall, size=rng.uniform(0.07, 0.1))
     if not opened and rng.random() < 0.2:
-        barrel(
-            b,
-            BLACK,
-            start=length,
-            end=length + rng.uniform(0.4, 0.7),
-            up=0.1 * tall,
-            radius=rng.uniform(0.06, 0.08),
-        )
+        target = length + rng.uniform(0.4, 0.7)
+        barrel(b, BLACK, start=length, end=target, up=0.1 * tall, radius=rng.uniform(0.06, 0.08))
     elif not opened and front > 0.8 * length and rng.random() < 0.25:
         light = rng.uniform(0.16, 0.22)
-        rows = [(f, under - 0.09, under + 0.03, 0.1) for f in (front - light, front)]
-        bar(b, "sight", BLACK, rows)
+        ends = (front - light, front)
+        even_bar(b, "sight", BLACK, ends, low=under - 0.09, high=under + 0.03, width=0.1)
     return b

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.firearm.fittings import add_hammer, barrel, trigger
-from ffd_lightning.shapes.firearm.swept import at, bar, draw_furniture, draw_steel, sweep
+from ffd_lightning.shapes.firearm.swept import (
+    Cut,
+    at,
+    bar,
+    draw_furniture,
+    draw_steel,
+    even_bar,
+    sweep,
+)
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import Array, Pair
@@ -45,24 +53,19 @@ def revolver(rng: Rng) -> Builder:
     back, top = -0.5 * drum, bore + 1.2 * thick
     front, strap = back + drum, 1.05 * radius
     _cylinder(b, steel, rng, np.array([back + 0.006, front - 0.006]), radius)
-    bar(
-        b,
-        "body",
-        steel,
-        [
-            (back - 0.13, -1.3 * radius, 0.3 * bore, 0.7 * wide),
-            (back - 0.08, -1.45 * radius, strap, wide),
-            (back, -1.45 * radius, 1.1 * strap, wide),
-        ],
-    )
-    bar(
-        b,
-        "body",
-        steel,
-        [(front, -1.45 * radius, 1.1 * strap, wide), (front + 0.06, -0.5 * radius, top, wide)],
-    )
+    rows = [
+        Cut(forward=back - 0.13, low=-1.3 * radius, high=0.3 * bore, width=0.7 * wide),
+        Cut(forward=back - 0.08, low=-1.45 * radius, high=strap, width=wide),
+        Cut(forward=back, low=-1.45 * radius, high=1.1 * strap, width=wide),
+    ]
+    bar(b, "body", steel, rows)
+    rows = [
+        Cut(forward=front, low=-1.45 * radius, high=1.1 * strap, width=wide),
+        Cut(forward=front + 0.06, low=-0.5 * radius, high=top, width=wide),
+    ]
+    bar(b, "body", steel, rows)
     for low, high in ((-1.5 * radius, -0.98 * radius), (0.98 * radius, 1.1 * strap + 0.01)):
-        bar(b, "body", steel, [(f, low, high, 0.8 * wide) for f in (back - 0.02, front + 0.02)])
+        even_bar(b, "body", steel, (back - 0.02, front + 0.02), low, high, 0.8 * wide)
     _revolver_barrel(b, rng, steel, (front, front + 0.05 + length), bore, thick)
     _revolver_grip(b, rng, panel, (back - 0.09, -0.8 * radius), wide)
     drop = rng.uniform(0.15, 0.19)
@@ -91,17 +94,22 @@ def _revolver_barrel(
     elif lug != "none":
         f = end if lug == "full" else start + 0.6 * (end - start)
         rows = [
-            (start, -0.6 * thick, up, thick),
-            (f - 0.02, -0.6 * thick, up, thick),
-            (f, 0, up, thick),
+            Cut(forward=start, low=-0.6 * thick, high=up, width=thick),
+            Cut(forward=f - 0.02, low=-0.6 * thick, high=up, width=thick),
+            Cut(forward=f, low=0, high=up, width=thick),
         ]
         bar(b, "barrel", steel, rows)
     if rng.random() < 0.5:
-        rows = [(f, up, up + 1.25 * thick, 0.7 * thick) for f in (start, end - 0.01)]
-        bar(b, "barrel", steel, rows, 0.9)
+        rib = (start, end - 0.01)
+        even_bar(
+            b, "barrel", steel, rib, low=up, high=up + 1.25 * thick, width=0.7 * thick, boxiness=0.9
+        )
     tall = rng.uniform(0.03, 0.06)
-    blade = [(end - 0.12, up + 0.8 * thick, up + 1.1 * thick, 0.02)]
-    blade += [(end - f, up + 0.6 * thick, up + 1.1 * thick + tall, 0.02) for f in (0.04, 0.015)]
+    blade = [
+        Cut(forward=end - 0.12, low=up + 0.8 * thick, high=up + 1.1 * thick, width=0.02),
+        Cut(forward=end - 0.04, low=up + 0.6 * thick, high=up + 1.1 * thick + tall, width=0.02),
+        Cut(forward=end - 0.015, low=up + 0.6 * thick, high=up + 1.1 * thick + tall, width=0.02),
+    ]
     bar(b, "sight", steel, blade, 0.95)
 
 

@@ -16,10 +16,12 @@ from ffd_lightning.shapes.firearm.stocks import buttstock, handguard, sporting_s
 from ffd_lightning.shapes.firearm.swept import (
     BLACK,
     IRON,
+    Cut,
     at,
     bar,
     draw_furniture,
     draw_steel,
+    even_bar,
     sweep,
 )
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
@@ -46,9 +48,8 @@ def _top(b: Builder, rng: Rng, steel: Material, back: float, front: float, up: f
     elif kind == "dot":
         base = up + 0.018
         b.box("sight", IRON, at(middle, base + 0.008), (0.034, 0.02, 0.07))
-        b.cylinder(
-            "sight", BLACK, at(middle - 0.04, base + 0.035), at(middle + 0.04, base + 0.035), 0.024
-        )
+        start = at(middle - 0.04, base + 0.035)
+        b.cylinder("sight", BLACK, start, at(middle + 0.04, base + 0.035), 0.024)
 
 
 def assault_rifle(rng: Rng) -> Builder:
@@ -59,8 +60,11 @@ def assault_rifle(rng: Rng) -> Builder:
     length = rng.uniform(0.24, 0.34) + 0.12 * bullpup
     high, low = 0.35 * tall, -0.65 * tall
     body = furniture if bullpup or rng.random() < 0.2 else steel
-    rows = [(0, low + 0.015, high - 0.008, wide), (0.05, low, high, wide)]
-    rows += [(length, low + 0.006, high, wide)]
+    rows = [
+        Cut(forward=0, low=low + 0.015, high=high - 0.008, width=wide),
+        Cut(forward=0.05, low=low, high=high, width=wide),
+        Cut(forward=length, low=low + 0.006, high=high, width=wide),
+    ]
     bar(b, "body", body, rows, 0.8)
     grip_at = length - 0.12 if bullpup else 0.06
     top = (grip_at, low + 0.02)
@@ -73,34 +77,25 @@ def assault_rifle(rng: Rng) -> Builder:
         depth=0.045,
         width=0.034,
     )
-    trigger(
-        b,
-        steel,
-        back=grip_at + 0.015,
-        front=grip_at + 0.085,
-        top=low + 0.005,
-        drop=0.04,
-        width=0.014,
-    )
+    back = grip_at + 0.015
+    trigger(b, steel, back=back, front=grip_at + 0.085, top=low + 0.005, drop=0.04, width=0.014)
     well = rng.uniform(0.04, 0.1) if bullpup else rng.uniform(0.62, 0.75) * length
     curl = rng.uniform(8, 45) if rng.random() < 0.7 else 0.0
     size = (rng.uniform(0.13, 0.24), rng.uniform(0.05, 0.07))
     magazine(b, steel, (well, low + 0.03), *size, 0.028, rng.uniform(0, 12), curl)
     guard = length + rng.uniform(0.16, 0.28)
-    handguard(
-        b, rng, furniture, (length - 0.005, guard), up=0.0, tall=rng.uniform(0.05, 0.065), wide=wide
-    )
+    ends = (length - 0.005, guard)
+    handguard(b, rng, furniture, ends, up=0.0, tall=rng.uniform(0.05, 0.065), wide=wide)
     end = guard + rng.uniform(0.06, 0.22)
     barrel(b, steel, start=length, end=end, up=0.0, radius=rng.uniform(0.009, 0.013))
     muzzle(b, rng, steel, end, 0.0)
     _top(b, rng, steel, 0.04, length, high)
     front = guard + rng.uniform(0.01, 0.03)
-    bar(
-        b,
-        "sight",
-        steel,
-        [(front + 0.012, -0.018, 0.06, 0.014), (front + 0.032, -0.018, 0.04, 0.014)],
-    )
+    stations = [
+        Cut(forward=front + 0.012, low=-0.018, high=0.06, width=0.014),
+        Cut(forward=front + 0.032, low=-0.018, high=0.04, width=0.014),
+    ]
+    bar(b, "sight", steel, stations)
     kinds = {"solid": 0.35, "tube": 0.3, "frame": 0.2, "wire": 0.15}
     kinds = {"solid": 1.0} if bullpup else kinds
     buttstock(b, rng, furniture, 0.0, (low + 0.01, high), kinds)
@@ -127,24 +122,12 @@ def hunting_rifle(rng: Rng) -> Builder:
         radius=rng.uniform(0.6, 0.85) * radius,
         taper=rng.uniform(0.65, 0.95),
     )
-    trigger(
-        b,
-        steel,
-        back=0.0,
-        front=rng.uniform(0.085, 0.1),
-        top=belly + 0.012,
-        drop=0.042,
-        width=0.014,
-    )
+    top = belly + 0.012
+    trigger(b, steel, back=0.0, front=rng.uniform(0.085, 0.1), top=top, drop=0.042, width=0.014)
     if rng.random() < 0.75:
         knob = at(-0.01, -0.035, 0.07)
-        b.tube(
-            "body",
-            steel,
-            bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3),
-            0.006,
-            segments=8,
-        )
+        line = bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3)
+        b.tube("body", steel, line, 0.006, segments=8)
         b.ellipsoid("body", steel, knob, (0.012, 0.012, 0.012), segments=10)
     else:
         path = [
@@ -156,20 +139,16 @@ def hunting_rifle(rng: Rng) -> Builder:
         ]
         sweep(b, "body", steel, bend(path, 0.03, 3), 0.009, 0.016)
     if rng.random() < 0.5:
-        magazine(
-            b, steel, (0.16, belly + 0.02), length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03
-        )
+        well = (0.16, belly + 0.02)
+        magazine(b, steel, well, length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03)
     if rng.random() < 0.65:
         scope(b, rng, IRON, rng.uniform(0.06, 0.12), radius)
     else:
         iron_sights(b, steel, rear=0.26, front=end - 0.02, base=0.012, height=0.014)
     if rng.random() < 0.3:
         bands = rng.uniform(0.5, 0.95)
-        bar(
-            b,
-            "body",
-            steel,
-            [(bands * front + d, -0.8 * fore, 0.016, 0.95 * wide) for d in (-0.01, 0.01)],
-            0.3,
+        band = (bands * front - 0.01, bands * front + 0.01)
+        even_bar(
+            b, "body", steel, band, low=-0.8 * fore, high=0.016, width=0.95 * wide, boxiness=0.3
         )
     return b

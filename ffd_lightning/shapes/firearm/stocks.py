@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.swept import BLACK, IRON, at, bar, sweep
+from ffd_lightning.shapes.firearm.swept import BLACK, IRON, Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
@@ -21,8 +21,12 @@ def buttstock(
     wide, heel = rng.uniform(0.032, 0.045), high - 0.01 - rng.uniform(0.0, 0.06)
     if kind == "solid":
         neck = 0.7 * start + 0.3 * end
-        rows = [(f, low + 0.003, high - 0.01, wide) for f in (start + 0.02, neck)]
-        bar(b, "stock", material, [*rows, (end, heel - butt, heel, wide)], 0.55)
+        rows = [
+            Cut(forward=start + 0.02, low=low + 0.003, high=high - 0.01, width=wide),
+            Cut(forward=neck, low=low + 0.003, high=high - 0.01, width=wide),
+            Cut(forward=end, low=heel - butt, high=heel, width=wide),
+        ]
+        bar(b, "stock", material, rows, 0.55)
         _butt_pad(b, end, (heel - butt, heel), wide, 0.55)
     elif kind == "tube":
         _tube_stock(b, material, (start, end), (low + high) / 2, butt, wide)
@@ -48,9 +52,11 @@ def _tube_stock(
     start, end = ends
     length = start - end
     b.cylinder("stock", IRON, at(start + 0.02, up), at(end + 0.02, up), 0.017)
-    rows = [(end + 0.6 * length, up - 0.03, up + 0.024, wide)]
-    rows += [(end + 0.25 * length, up - 0.05, up + 0.026, wide)]
-    rows += [(end, up + 0.03 - butt, up + 0.028, wide)]
+    rows = [
+        Cut(forward=end + 0.6 * length, low=up - 0.03, high=up + 0.024, width=wide),
+        Cut(forward=end + 0.25 * length, low=up - 0.05, high=up + 0.026, width=wide),
+        Cut(forward=end, low=up + 0.03 - butt, high=up + 0.028, width=wide),
+    ]
     bar(b, "stock", material, rows)
     _butt_pad(b, end, (up + 0.03 - butt, up + 0.028), wide, 0.7)
 
@@ -58,8 +64,11 @@ def _tube_stock(
 def _butt_pad(b: Builder, end: float, span: Pair, wide: float, boxiness: float) -> None:
     """Cover a stock's rear face at `end`, which spans the heights `span`, with rubber."""
     low, high = span
-    rows = [(f, low - 0.002, high + 0.002, 1.03 * wide) for f in (end + 0.004, end - 0.016)]
-    bar(b, "stock", BLACK, rows, boxiness)
+    faces = (end + 0.004, end - 0.016)
+    width = 1.03 * wide
+    even_bar(
+        b, "stock", BLACK, faces, low=low - 0.002, high=high + 0.002, width=width, boxiness=boxiness
+    )
 
 
 def sporting_stock(
@@ -72,14 +81,17 @@ def sporting_stock(
     butt, drop = rng.uniform(0.1, 0.14), rng.uniform(0.02, 0.07)
     end, wrist = -rng.uniform(0.34, 0.42), rng.uniform(0.038, 0.05)
     comb = rng.uniform(0.2, 0.75) * drop
-    rows = [(end, -drop - butt, -drop, 0.9 * wide), (end + 0.12, -drop - 0.8 * butt, -comb, wide)]
-    rows += [
-        (-0.12, -comb - 0.1, -comb - 0.005, 0.9 * wide),
-        (-0.06, -0.028 - wrist, -0.02, 0.8 * wide),
+    rows = [
+        Cut(forward=end, low=-drop - butt, high=-drop, width=0.9 * wide),
+        Cut(forward=end + 0.12, low=-drop - 0.8 * butt, high=-comb, width=wide),
+        Cut(forward=-0.12, low=-comb - 0.1, high=-comb - 0.005, width=0.9 * wide),
+        Cut(forward=-0.06, low=-0.028 - wrist, high=-0.02, width=0.8 * wide),
+        Cut(forward=0.0, low=-0.02 - wrist, high=-0.008, width=0.9 * wide),
+        Cut(forward=0.06, low=-0.014 - fore, high=0.0, width=wide),
+        Cut(forward=0.25, low=-0.01 - fore, high=0.0, width=wide),
+        Cut(forward=front - 0.03, low=-0.72 * fore, high=0.0, width=0.75 * wide),
+        Cut(forward=front, low=-0.4 * fore, high=0.0, width=0.5 * wide),
     ]
-    rows += [(0.0, -0.02 - wrist, -0.008, 0.9 * wide), (0.06, -0.014 - fore, 0.0, wide)]
-    rows += [(0.25, -0.01 - fore, 0.0, wide), (front - 0.03, -0.72 * fore, 0.0, 0.75 * wide)]
-    rows += [(front, -0.4 * fore, 0.0, 0.5 * wide)]
     bar(b, "stock", wood, rows, 0.3)
     _butt_pad(b, end=end, span=(-drop - butt, -drop), wide=0.9 * wide, boxiness=0.3)
     return -0.01 - fore
@@ -92,12 +104,17 @@ def straight_stock(b: Builder, rng: Rng, wood: Material, span: Pair, wide: float
     end, sag = -rng.uniform(0.36, 0.44), rng.uniform(0.0, 0.05)
     wide = max(wide, 0.036)
     rows = [
-        (-0.035, low + 0.005, high - 0.012, 0.85 * wide),
-        (-0.08, low + 0.002, high - 0.02, 0.8 * wide),
+        Cut(forward=-0.035, low=low + 0.005, high=high - 0.012, width=0.85 * wide),
+        Cut(forward=-0.08, low=low + 0.002, high=high - 0.02, width=0.8 * wide),
+        Cut(forward=-0.13, low=low - 0.01 - sag, high=high - 0.018 - 0.3 * drop, width=0.8 * wide),
+        Cut(
+            forward=-0.18,
+            low=low - 0.018 - 0.6 * sag,
+            high=high - 0.008 - 0.4 * drop,
+            width=0.9 * wide,
+        ),
+        Cut(forward=end, low=high - drop - butt, high=high - drop, width=wide),
     ]
-    rows += [(-0.13, low - 0.01 - sag, high - 0.018 - 0.3 * drop, 0.8 * wide)]
-    rows += [(-0.18, low - 0.018 - 0.6 * sag, high - 0.008 - 0.4 * drop, 0.9 * wide)]
-    rows += [(end, high - drop - butt, high - drop, wide)]
     bar(b, "stock", wood, rows, 0.3)
     _butt_pad(b, end, (high - drop - butt, high - drop), wide, 0.3)
 
@@ -108,19 +125,18 @@ def handguard(
     """Add a handguard around the barrel: plain and tapered, ribbed, or slotted."""
     back, front = ends
     taper, boxiness = rng.uniform(0.75, 1.05), rng.uniform(0.1, 0.9)
-    rows = [(back, up - tall / 2, up + tall / 2, wide)]
-    rows += [(front, up - taper * tall / 2, up + taper * tall / 2, taper * wide)]
+    rows = [
+        Cut(back, up - tall / 2, up + tall / 2, wide),
+        Cut(front, up - taper * tall / 2, up + taper * tall / 2, taper * wide),
+    ]
     bar(b, "body", material, rows, boxiness)
     style = draw(rng, ["plain", "ribs", "slots"])
     for f in np.linspace(back, front, int(rng.integers(5, 10)))[1:-1]:
         swell = tall * (1 + (taper - 1) * (f - back) / (front - back))
         across = wide * swell / tall
         if style == "ribs":
-            rows = [
-                (f + d, up - 0.54 * swell, up + 0.54 * swell, 1.08 * across)
-                for d in (-0.006, 0.006)
-            ]
-            bar(b, "body", material, rows, boxiness)
+            ends, rib = (f - 0.006, f + 0.006), 0.54 * swell
+            even_bar(b, "body", material, ends, up - rib, up + rib, 1.08 * across, boxiness)
         elif style == "slots":
             b.box("body", BLACK, at(f, up), (1.02 * across, 0.3 * swell, 0.022))
 
@@ -139,9 +155,11 @@ def fore_end(
         return
     base = 0.0 if kind == "side" else -2 * radius
     front, wide = rng.uniform(0.22, 0.32), (4.4 if kind == "side" else 3.0) * radius
-    rows = [(0.035, base - 2.2 * radius, base + 0.3 * radius, wide)]
-    rows += [(0.8 * front, base - 2.0 * radius, base + 0.3 * radius, wide)]
-    rows += [(front, base - 1.1 * radius, base + 0.2 * radius, 0.6 * wide)]
+    rows = [
+        Cut(forward=0.035, low=base - 2.2 * radius, high=base + 0.3 * radius, width=wide),
+        Cut(forward=0.8 * front, low=base - 2.0 * radius, high=base + 0.3 * radius, width=wide),
+        Cut(forward=front, low=base - 1.1 * radius, high=base + 0.2 * radius, width=0.6 * wide),
+    ]
     bar(b, "body", wood, rows, 0.35)
 
 

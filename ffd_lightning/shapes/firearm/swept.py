@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.sections import superellipse
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 BLACK = Material((0.03, 0.03, 0.03))
-
-
 IRON = Material((0.14, 0.14, 0.15))
+
+
+class Cut(NamedTuple):
+    """Where a body that runs along the barrel is cut across.
+
+    Attributes:
+        forward: the cut's place, towards the muzzle.
+        low: height of the section's lower end.
+        high: height of its upper end.
+        width: across.
+    """
+
+    forward: float
+    low: float
+    high: float
+    width: float
 
 
 def at(forward: float, up: float, side: float = 0.0) -> Array:
@@ -38,14 +54,30 @@ def draw_furniture(rng: Rng, wood: float = 0.5) -> Material:
     return Material(color, pattern, 3.0, seed=int(rng.integers(1 << 30)))
 
 
-def bar(b: Builder, part: str, material: Material, rows: ArrayLike, boxiness: float = 0.7) -> None:
-    """Add a body along z from rows (forward, lower end, upper end, width)."""
+def bar(
+    b: Builder, part: str, material: Material, rows: Sequence[Cut], boxiness: float = 0.7
+) -> None:
+    """Add a body along the barrel through the sections `rows`; `boxiness` is from 0 to 1."""
     ring = superellipse(boxiness)
     sections = []
     for forward, low, high, width in np.asarray(rows, float):
         y = (low + high) / 2 + ring[:, 1] * (high - low) / 2
         sections.append(np.column_stack([ring[:, 0] * width / 2, y, np.full(len(y), -forward)]))
     b.loft(part, material, sections)
+
+
+def even_bar(
+    b: Builder,
+    part: str,
+    material: Material,
+    ends: Pair,
+    low: float,
+    high: float,
+    width: float,
+    boxiness: float = 0.7,
+) -> None:
+    """Add a body of one section, between the two places along the barrel in `ends`."""
+    bar(b, part, material, [Cut(f, low, high, width) for f in ends], boxiness)
 
 
 def sweep(

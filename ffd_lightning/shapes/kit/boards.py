@@ -27,15 +27,8 @@ def beam(
     side = np.cross(helper, along)
     side /= np.linalg.norm(side)
     turn = np.column_stack([side, np.cross(along, side), along])
-    builder.rounded_box(
-        part,
-        material,
-        (a + b) / 2,
-        (width, height, length),
-        0.15 * min(width, height),
-        turn=turn,
-        segments=1,
-    )
+    size, radius = (width, height, length), 0.15 * min(width, height)
+    builder.rounded_box(part, material, (a + b) / 2, size, radius, turn=turn, segments=1)
 
 
 def rails(
@@ -81,9 +74,8 @@ def pad(
     width, height, thickness = size
     turn = lean(90 + degrees)
     box = (width, thickness, height)
-    builder.rounded_box(
-        part, material, center, box, radius=radius, edge=0.45 * thickness, turn=turn
-    )
+    edge = 0.45 * thickness
+    builder.rounded_box(part, material, center, box, radius=radius, edge=edge, turn=turn)
 
 
 def fill_side(

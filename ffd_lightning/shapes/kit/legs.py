@@ -15,6 +15,8 @@ from ffd_lightning.shapes.kit.paths import bend, circle
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
 
 Profile = tuple[Pair, ...]
+STRAIGHT: Profile = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
+"""The profile of a leg that is equally thick all along."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,11 @@ class LegStyle:
     def plain(self) -> bool:
         """Whether rails can be joined to the leg."""
         return self.section != "hairpin"
+
+
+def square_post(thickness: float) -> LegStyle:
+    """Return a square leg that is equally thick all along."""
+    return LegStyle("square", thickness, STRAIGHT)
 
 
 def draw_leg_style(rng: Rng, thickness: Pair, hairpin: float = 0.1) -> LegStyle:
@@ -83,11 +90,8 @@ def add_leg(
     else:
         ring = circle(count=16, radius=1.0, height=0.0)[:, [0, 2]]
     ring = ring * np.asarray(stretch) * style.thickness / 2
-    builder.loft(
-        part,
-        material,
-        [np.insert(scale * ring, 1, 0, axis=1) + a + t * (b - a) for t, scale in style.profile],
-    )
+    rings = [np.insert(scale * ring, 1, 0, axis=1) + a + t * (b - a) for t, scale in style.profile]
+    builder.loft(part, material, rings)
 
 
 def add_legs(

@@ -2,9 +2,34 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ffd_lightning.shapes.kit.vectors import Array
+
+
+class Section(NamedTuple):
+    """Where a body that runs along z is cut across, in the body's own unit of length.
+
+    Attributes:
+        z: the cut's place; the front is -z.
+        lift: height of the section's middle.
+        width: overall, along x.
+        height: overall, along y.
+    """
+
+    z: float
+    lift: float
+    width: float
+    height: float
+
+    def ring(
+        self, boxiness: float = 0.0, count: int = 20, grow: float = 1.0, side: float = 0.0
+    ) -> Array:
+        """Return the outline (count, 3) of a superellipse, `grow` times as large, at x = `side`."""
+        flat = superellipse(boxiness, count) * np.array([self.width, self.height]) / 2 * grow
+        return np.column_stack([side + flat[:, 0], self.lift + flat[:, 1], np.full(count, self.z)])
 
 
 def superellipse(boxiness: float, count: int = 16) -> Array:

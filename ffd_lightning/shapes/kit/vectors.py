@@ -10,7 +10,6 @@ Pair = tuple[float, float]
 """Two ends of a range, or two sides."""
 Triple = tuple[float, float, float]
 """A point as (x, y, z), or a size as (width, height, depth) where nothing else is said."""
-
 UP = np.array([0.0, 1.0, 0.0])
 
 

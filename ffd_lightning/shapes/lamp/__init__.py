@@ -13,15 +13,7 @@ from ffd_lightning.shapes.lamp.sconce import sconce
 from ffd_lightning.shapes.lamp.table import table
 
 PARTS = ("base", "pole", "arm", "shade", "bulb")
-
-
 FAMILIES: dict[str, Family] = {
-    "table": table,
-    "floor": floor,
-    "arc": arc,
-    "desk": desk,
-    "pendant": pendant,
-    "chandelier": chandelier,
-    "sconce": sconce,
-    "lantern": lantern,
-}
+    "table": table, "floor": floor, "arc": arc, "desk": desk, "pendant": pendant,
+    "chandelier": chandelier, "sconce": sconce, "lantern": lantern,
+}  # fmt: skip

@@ -18,9 +18,8 @@ def arc(rng: Rng) -> Builder:
     back, thick = rng.uniform(0.3, 0.6), rng.uniform(0.012, 0.02)
     low = rng.uniform(0.03, 0.16)
     if rng.random() < 0.5:
-        b.rounded_box(
-            "base", material, (0, low / 2, back), (0.28, low, 0.24), radius=0.02, edge=0.01
-        )
+        center = (0, low / 2, back)
+        b.rounded_box("base", material, center, (0.28, low, 0.24), radius=0.02, edge=0.01)
     else:
         wide = rng.uniform(0.13, 0.2)
         rows = [(wide, 0), (wide, 0.8 * low), (0.9 * wide, low), (0.02, low)]

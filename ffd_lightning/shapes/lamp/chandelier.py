@@ -28,13 +28,8 @@ def chandelier(rng: Rng) -> Builder:
     add_rose(b, metal, 0.07, vec(0, tall + drop, 0))
     add_cord(b, metal, vec(0, tall + drop, 0), drop)
     column = metal if rng.random() < 0.6 else draw_body_material(rng)
-    turned(
-        b,
-        "pole",
-        column,
-        turned_rows(rng, radius=rng.uniform(0.04, 0.08), height=tall, neck=0.012),
-        outline("round", 16),
-    )
+    stations = turned_rows(rng, radius=rng.uniform(0.04, 0.08), height=tall, neck=0.012)
+    turned(b, "pole", column, stations, outline("round", 16))
     rows = [(0.004, -0.06), (0.018, -0.045), (0.02, -0.03), (0.008, -0.01), (0.02, 0.005)]
     b.lathe("pole", metal, rows, segments=12)
     head = draw(rng, ["candle", "up", "down"], [0.4, 0.3, 0.3])
@@ -82,9 +77,8 @@ def _arm(b: Builder, metal: Material, shade: Shade, head: str, path: Array) -> N
     if head == "down":
         hang_shade(b, shade, metal, end + 0.005 * UP, 0.07)
         return
-    b.lathe(
-        "arm", metal, [(0.01, -0.012), (0.03, 0), (0.032, 0.012), (0.015, 0.014)], end, segments=10
-    )
+    profile = [(0.01, -0.012), (0.03, 0), (0.032, 0.012), (0.015, 0.014)]
+    b.lathe("arm", metal, profile, end, segments=10)
     if head == "up":
         add_shade(b, shade, metal, end, FLIP)
         add_bulb(b, metal, end, 0.06)

@@ -21,7 +21,7 @@ def desk(rng: Rng) -> Builder:
     start = vec(0, foot + 0.01, back)
     if rng.random() < 0.35:
         rise = lower + upper * rng.uniform(0.3, 0.6)
-        corner = start + vec(0, rise, 0)
+        corner = start + rise * UP
         points = [
             start - 0.02 * UP,
             corner,

@@ -53,9 +53,8 @@ def _case(b: Builder, rng: Rng, metal: Material, sides: str, extent: Triple) -> 
     section = outline(sides)
     waist = wide * rng.uniform(0.55, 1.0)
     at = vec(0, low, 0)
-    turned(
-        b, "base", metal, [(0.9 * waist, 0), (1.1 * waist, 0.012), (1.1 * waist, 0.03)], section, at
-    )
+    stations = [(0.9 * waist, 0), (1.1 * waist, 0.012), (1.1 * waist, 0.03)]
+    turned(b, "base", metal, stations, section, at)
     pane = pick_material(rng, "glass") if rng.random() < 0.75 else draw_shade_material(rng, 0)
     rows = np.array([(0.93 * waist, 0.025), (0.93 * wide, tall)])
     turned(b, "shade", pane, rows, section, at)

@@ -18,25 +18,13 @@ def sconce(rng: Rng) -> Builder:
     wide, tall = rng.uniform(0.05, 0.12), rng.uniform(0.1, 0.32)
     upright = lean(-90)
     if rng.random() < 0.5:
-        b.rounded_box(
-            "base",
-            metal,
-            (0, 0, 0.012),
-            (wide, 0.024, tall),
-            radius=0.4 * wide,
-            edge=0.008,
-            turn=upright,
-        )
+        center, block = (0, 0, 0.012), (wide, 0.024, tall)
+        b.rounded_box("base", metal, center, block, radius=0.4 * wide, edge=0.008, turn=upright)
     else:
         rows = [(0.5 * tall, -0.012), (0.5 * tall, 0.004), (0.4 * tall, 0.014), (0.02, 0.02)]
+        center = (0, 0, 0.012)
         b.lathe(
-            "base",
-            metal,
-            rows,
-            (0, 0, 0.012),
-            segments=28,
-            turn=upright,
-            squash=rng.uniform(0.6, 1.5),
+            "base", metal, rows, center, segments=28, turn=upright, squash=rng.uniform(0.6, 1.5)
         )
     size = rng.uniform(0.06, 0.12)
     count = int(rng.choice([1, 2, 3], p=[0.55, 0.3, 0.15]))

@@ -13,8 +13,6 @@ from ffd_lightning.shapes.lamp.bodies import draw_metal, outline, rings_along
 
 FLIP = lean(180)
 """Turns a shade that hangs into one that opens upward."""
-
-
 _GLOW = Material((1.0, 0.95, 0.75))
 
 
@@ -117,9 +115,8 @@ def add_shade(
     mouth = shade.rows[-1, 0]
     if mouth < 0.05:
         low, high = (at + matrix @ (y * UP) for y in (-0.02, 0.025))
-        b.cylinder(
-            "shade", metal, low, high, radius=1.15 * mouth, radius_end=0.6 * mouth, segments=14
-        )
+        radius = 1.15 * mouth
+        b.cylinder("shade", metal, low, high, radius=radius, radius_end=0.6 * mouth, segments=14)
         return
     count = 4 if len(shade.section) == 12 else 3
     level = vec(0, -2 * wall, 0)
@@ -138,9 +135,8 @@ def add_bulb(
     at, matrix = np.asarray(socket, float), np.eye(3) if turn is None else turn
     b.cylinder("bulb", metal, at, at + matrix @ (0.4 * size * UP), 0.17 * size, segments=10)
     rows = [(0.14, 0.36), (0.2, 0.48), (0.31, 0.68), (0.3, 0.82), (0.18, 0.95), (0.03, 1.0)]
-    b.lathe(
-        "bulb", _GLOW, size * np.array(rows), at, segments=12 if size > 0.08 else 8, turn=matrix
-    )
+    profile = size * np.array(rows)
+    b.lathe("bulb", _GLOW, profile, at, segments=12 if size > 0.08 else 8, turn=matrix)
 
 
 def add_harp(b: Builder, metal: Material, low: float, high: float, reach: float) -> None:
@@ -154,8 +150,6 @@ def add_harp(b: Builder, metal: Material, low: float, high: float, reach: float)
 
 
 CLOTH = {"drum": 0.3, "empire": 0.35, "cone": 0.1, "bell": 0.2, "dome": 0.05}
-
-
 HEADS = {"empire": 0.25, "cone": 0.25, "bell": 0.15, "dome": 0.35}
 
 

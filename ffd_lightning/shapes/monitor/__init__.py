@@ -11,14 +11,7 @@ from ffd_lightning.shapes.monitor.television import television
 from ffd_lightning.shapes.monitor.tube import tube
 
 PARTS = ("screen", "frame", "back", "stand", "base", "speaker", "button")
-
-
 FAMILIES: dict[str, Family] = {
-    "desktop": desktop,
-    "television": television,
-    "tube": tube,
-    "all_in_one": all_in_one,
-    "multiple": multiple,
-    "curved": curved,
-    "projection": projection,
-}
+    "desktop": desktop, "television": television, "tube": tube, "all_in_one": all_in_one,
+    "multiple": multiple, "curved": curved, "projection": projection,
+}  # fmt: skip

@@ -96,9 +96,8 @@ def add_panel(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
     upright = panel.turn @ lean(90)  # rounded_box rounds the edges along its y
     radius = rng.choice([0.1, 0.6, 1.5]) * (panel.bezel + 0.01)
     front = (w, 0.55 * t, h)
-    b.rounded_box(
-        "frame", case.frame, panel.at(0, 0, 0), front, radius=radius, edge=0.12 * t, turn=upright
-    )
+    center = panel.at(0, 0, 0)
+    b.rounded_box("frame", case.frame, center, front, radius=radius, edge=0.12 * t, turn=upright)
     screen = (w - 2 * panel.bezel, h - 2 * panel.bezel - panel.chin)
     size = (screen[0], 0.02 * w, screen[1])
     place = panel.at(0, 0.5 * panel.chin / h, -0.27 * t + 0.007 * w)

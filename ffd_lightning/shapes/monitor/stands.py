@@ -48,29 +48,16 @@ def neck(b: Builder, rng: Rng, case: Case, low: float, panel: Panel) -> None:
     if kind == "twin":
         for x in (-1.2, 1.2):
             shift = vec(x * width, 0, 0)
-            b.cylinder(
-                "stand",
-                case.stand,
-                foot + shift,
-                mount + shift + 0.1 * deep * UP,
-                0.15 * width,
-                segments=12,
-            )
+            end = mount + shift + 0.1 * deep * UP
+            b.cylinder("stand", case.stand, foot + shift, end, 0.15 * width, segments=12)
     elif kind == "round":
-        b.cylinder(
-            "stand",
-            case.stand,
-            foot,
-            mount + 0.2 * width * UP,
-            0.35 * width,
-            radius_end=0.25 * width,
-        )
+        end = mount + 0.2 * width * UP
+        b.cylinder("stand", case.stand, foot, end, 0.35 * width, radius_end=0.25 * width)
     elif kind == "bent":
         behind = foot + vec(0, 0, 0.9 * deep)
         knee = vec(0, mount[1], mount[2] + 1.2 * deep)
-        b.tube(
-            "stand", case.stand, bend([behind, knee, mount], 0.5 * deep), 0.18 * width, segments=12
-        )
+        path = bend([behind, knee, mount], 0.5 * deep)
+        b.tube("stand", case.stand, path, 0.18 * width, segments=12)
     else:
         beam(b, "stand", case.stand, foot, mount + 0.2 * width * UP, width, 0.35 * deep)
     plate = (1.3 * width + 0.03, 1.1 * width + 0.03, 0.9 * panel.thickness)
@@ -92,18 +79,12 @@ def side_speaker(b: Builder, rng: Rng, case: Case, panel: Panel, side: int) -> N
     place = panel.at(side * (0.5 + 0.5 * wide / panel.width - 0.005), 0, 0.1 * panel.thickness)
     turn = panel.turn @ lean(90)
     size = (wide, 0.8 * panel.thickness, tall)
-    b.rounded_box(
-        "speaker", case.back, place, size, radius=0.3 * wide, edge=0.1 * panel.thickness, turn=turn
-    )
+    edge = 0.1 * panel.thickness
+    b.rounded_box("speaker", case.back, place, size, radius=0.3 * wide, edge=edge, turn=turn)
     for y in (-0.25, 0.25):
         spot = place + panel.turn @ vec(0, y * tall, -0.38 * panel.thickness)
         end = spot + panel.turn @ vec(0, 0, -0.06 * panel.thickness)
+        radius = 0.38 * wide
         b.cylinder(
-            "speaker",
-            case.accent,
-            spot,
-            end,
-            radius=0.38 * wide,
-            radius_end=0.3 * wide,
-            segments=16,
+            "speaker", case.accent, spot, end, radius=radius, radius_end=0.3 * wide, segments=16
         )

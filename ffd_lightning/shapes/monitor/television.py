@@ -82,12 +82,7 @@ def _sound_bar(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
     for x in np.linspace(-0.42, 0.42, int(rng.integers(2, 7))) * wide:
         spot = place + panel.turn @ vec(x, 0, -0.44 * panel.thickness)
         end = spot + panel.turn @ vec(0, 0, -0.05 * panel.thickness)
+        radius = 0.36 * tall
         b.cylinder(
-            "speaker",
-            case.accent,
-            spot,
-            end,
-            radius=0.36 * tall,
-            radius_end=0.3 * tall,
-            segments=14,
+            "speaker", case.accent, spot, end, radius=radius, radius_end=0.3 * tall, segments=14
         )

@@ -33,9 +33,8 @@ def add_bezel(
     bars += [((s * (half[0] - side / 2), shift), (side, 2 * hole[1] + 0.004)) for s in (-1, 1)]
     for (dx, dy), (wide, tall) in bars:
         size = (wide, tall, depth)
-        b.rounded_box(
-            "frame", case.frame, (x + dx, y + dy, z), size, radius=0.012, edge=0.01, segments=2
-        )
+        middle = (x + dx, y + dy, z)
+        b.rounded_box("frame", case.frame, middle, size, radius=0.012, edge=0.01, segments=2)
 
 
 def _housing(b: Builder, rng: Rng, case: Case, middle: Array, size: Pair, depth: float) -> None:
@@ -57,12 +56,8 @@ def _housing(b: Builder, rng: Rng, case: Case, middle: Array, size: Pair, depth:
     reach = shoulder * depth - 0.03
     for z in np.arange(0.03, reach, 0.035)[: int(rng.integers(2, 9))]:
         slit = (0.5 * size[0], 0.012, 0.014)
-        b.box(
-            "back",
-            case.frame,
-            middle + vec(0, 0.49 * size[1] - 0.04 * size[1] * z / reach, z),
-            slit,
-        )
+        center = middle + vec(0, 0.49 * size[1] - 0.04 * size[1] * z / reach, z)
+        b.box("back", case.frame, center, slit)
 
 
 def _controls(b: Builder, rng: Rng, case: Case, start: Triple, reach: float) -> None:
@@ -125,9 +120,8 @@ def tube(rng: Rng) -> Builder:
     _controls(b, rng, case, (0.36 * outer[0], y, -lip / 2), rng.uniform(0.2, 0.4))
     if grilles:
         x = outer[0] / 2 - side / 2 - 0.25 * border
-        _side_grilles(
-            b, rng, case, x, (middle[1] + shift, -lip / 2), (side * 0.8, 0.85 * screen[1])
-        )
+        block = (side * 0.8, 0.85 * screen[1])
+        _side_grilles(b, rng, case, x, (middle[1] + shift, -lip / 2), block)
     _tube_foot(b, rng, case, kind, outer, (base, depth))
     return b
 
@@ -152,9 +146,8 @@ def _tube_foot(b: Builder, rng: Rng, case: Case, kind: str, outer: Pair, extent:
         for side in (-1, 1):
             reach = vec(side * rng.uniform(0.1, 0.4), rng.uniform(0.25, 0.5), 0.02)
             start = vec(side * 0.03, top + 0.01, 0.15 * depth)
-            b.cylinder(
-                "stand", metal, start, start + reach, radius=0.007, radius_end=0.005, segments=8
-            )
+            end = start + reach
+            b.cylinder("stand", metal, start, end, radius=0.007, radius_end=0.005, segments=8)
         return
     for side in (-1, 1):
         x = side * 0.25 * width

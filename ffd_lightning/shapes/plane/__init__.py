@@ -11,15 +11,7 @@ from ffd_lightning.shapes.plane.transport import airliner, turboprop
 from ffd_lightning.shapes.plane.warbird import warbird
 
 PARTS = ("body", "wing", "tail", "engine", "window", "gear")
-
-
 FAMILIES: dict[str, Family] = {
-    "airliner": airliner,
-    "turboprop": turboprop,
-    "light_plane": light_plane,
-    "biplane": biplane,
-    "glider": glider,
-    "warbird": warbird,
-    "fighter": fighter,
-    "flying_wing": flying_wing,
-}
+    "airliner": airliner, "turboprop": turboprop, "light_plane": light_plane, "biplane": biplane,
+    "glider": glider, "warbird": warbird, "fighter": fighter, "flying_wing": flying_wing,
+}  # fmt: skip

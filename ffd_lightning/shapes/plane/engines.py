@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
-from ffd_lightning.shapes.kit.vectors import about_y, about_z, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, about_y, about_z, lean, vec
 from ffd_lightning.shapes.plane.fuselage import BLACK, STEEL
 
 
@@ -18,14 +18,8 @@ def nacelle(
     profile = np.array([(0.82, 0.5), (0.9, 0.5), (1, 0.4), (1, 0.05), (0.78, -0.42), (0.68, -0.42)])
     b.lathe("engine", material, profile * [radius, -length], c, segments=18, turn=turn)
     face, back = c - vec(0, 0, 0.485 * length), c + vec(0, 0, 0.4 * length)
-    b.lathe(
-        "engine",
-        BLACK,
-        [(0.84 * radius, 0), (0.84 * radius, 0.03 * length)],
-        c - vec(0, 0, 0.505 * length),
-        segments=18,
-        turn=turn,
-    )
+    outline = [(0.84 * radius, 0), (0.84 * radius, 0.03 * length)]
+    b.lathe("engine", BLACK, outline, c - vec(0, 0, 0.505 * length), segments=18, turn=turn)
     cone = [(0.3 * radius, 0.0), (0.2 * radius, -0.05 * length), (0.02 * radius, -0.1 * length)]
     b.lathe("engine", STEEL, cone, face, segments=12, turn=turn)
     tail = [
@@ -46,15 +40,9 @@ def propeller(
         spin = about_z(start + 360 * i / blades)
         rings = []
         for t, w, twist in ((0.05, 0.5, 50), (0.35, 1.0, 35), (0.8, 0.9, 20), (1.0, 0.45, 15)):
-            flat = np.array(
-                [
-                    (-w * wide, 0, 0),
-                    (0, 0, -0.012 * radius),
-                    (w * wide, 0, 0),
-                    (0, 0, 0.012 * radius),
-                ]
-            )
-            rings.append((flat @ about_y(twist).T + vec(0, t * radius, 0)) @ spin.T + c)
+            half, thin = vec(w * wide, 0, 0), vec(0, 0, 0.012 * radius)
+            flat = np.array([-half, -thin, half, thin])
+            rings.append((flat @ about_y(twist).T + t * radius * UP) @ spin.T + c)
         b.loft("engine", BLACK, rings)
     cone = [(r, -0.6 * r), (r, 0.2 * r), (0.75 * r, 1.0 * r), (0.1 * r, 1.7 * r)]
     b.lathe("engine", spinner, cone, c, segments=14, turn=lean(-90))
@@ -65,11 +53,10 @@ def undercarriage(
 ) -> None:
     """Add a strut that ends `drop` below `top`, and one wheel or two beside each other."""
     start = np.asarray(top, float)
-    axle = start - vec(0, drop - radius, 0)
+    axle = start - (drop - radius) * UP
     b.cylinder("gear", material, start, axle, 0.28 * radius, segments=8)
     for side in [0.0] if wheels == 1 else [-0.55, 0.55]:
         center, half = axle + vec(side * radius, 0, 0), vec(0.3 * radius, 0, 0)
         b.cylinder("gear", BLACK, center - half, center + half, radius, segments=14)
-        b.cylinder(
-            "gear", STEEL, center - 1.1 * half, center + 1.1 * half, 0.45 * radius, segments=8
-        )
+        origin = center - 1.1 * half
+        b.cylinder("gear", STEEL, origin, center + 1.1 * half, 0.45 * radius, segments=8)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.vectors import Array, Triple, vec
+from ffd_lightning.shapes.kit.sections import Section
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
     BLACK,
@@ -23,17 +26,18 @@ def fighter(rng: Rng) -> Builder:
     b, (paint, accent) = Builder(), draw_livery(rng, 0.85)
     twin = rng.random() < 0.5
     wide, tall = rng.uniform(0.08, 0.11) * (1.5 if twin else 1), rng.uniform(0.085, 0.115)
-    rows = np.array(
-        [
-            (-0.5, -0.1 * tall, 0.004, 0.004),
-            (-0.38, -0.05 * tall, 0.4 * min(wide, 0.12), 0.5 * tall),
-        ]
-        + [(-0.24, 0.0, 0.7 * min(wide, 0.12), 0.9 * tall), (-0.08, 0.0, wide, tall)]
-        + [(0.25, 0, wide, 0.9 * tall), (0.4, 0, 0.85 * wide, 0.75 * tall)]
-    )
+    rows = [
+        Section(z=-0.5, lift=-0.1 * tall, width=0.004, height=0.004),
+        Section(z=-0.38, lift=-0.05 * tall, width=0.4 * min(wide, 0.12), height=0.5 * tall),
+        Section(z=-0.24, lift=0.0, width=0.7 * min(wide, 0.12), height=0.9 * tall),
+        Section(z=-0.08, lift=0.0, width=wide, height=tall),
+        Section(z=0.25, lift=0, width=wide, height=0.9 * tall),
+        Section(z=0.4, lift=0, width=0.85 * wide, height=0.75 * tall),
+    ]
     fuselage(b, "body", paint, rows, rng.uniform(0.2, 0.5))
     b.cylinder("body", STEEL, (0, -0.1 * tall, -0.56), (0, -0.1 * tall, -0.49), 0.003, segments=6)
-    canopy(b, rows, (-0.36, rng.uniform(-0.14, -0.06)), 0.055, rng.uniform(0.02, 0.032), paint)
+    ends = (-0.36, rng.uniform(-0.14, -0.06))
+    canopy(b, rows, ends=ends, width=0.055, rise=rng.uniform(0.02, 0.032), frames=paint)
     _intakes(b, rng, paint, rows, wide, tall)
     _nozzles(b, rng, wide, tall, twin)
     kind = draw(rng, ["delta", "swept", "trapezoid"])
@@ -42,14 +46,13 @@ def fighter(rng: Rng) -> Builder:
     if rng.random() < 0.6:
         for side in (-1, 1):
             for t in (1.0, 0.6, 0.4)[: int(rng.integers(1, 4))]:
-                hold = (edge[0] + t * (edge[-1] - edge[0]) - vec(0, 0.018 * (t < 1), 0)) * vec(
-                    side, 1, 1
-                )
+                hold = edge[0] + t * (edge[-1] - edge[0]) - 0.018 * (t < 1) * UP
+                hold *= vec(side, 1, 1)
                 z = hold[2] + 0.25 * (chord + t * (tip - chord))
                 _missile(b, (hold[0], hold[1], z), rng.uniform(0.13, 0.17))
     if rng.random() < 0.4:
         for x, z in ((0.0, -0.22), (-0.5 * wide, 0.12), (0.5 * wide, 0.12)):
-            undercarriage(b, STEEL, (x, -0.25 * tall, z), 0.06 + 0.25 * tall, 0.018)
+            undercarriage(b, STEEL, (x, -0.25 * tall, z), drop=0.06 + 0.25 * tall, radius=0.018)
     return b
 
 
@@ -101,7 +104,9 @@ def _fighter_tail(
         pair(b, "tail", paint, plane, (0.17, 0.07), 0.05)
 
 
-def _intakes(b: Builder, rng: Rng, paint: Material, rows: Array, wide: float, tall: float) -> None:
+def _intakes(
+    b: Builder, rng: Rng, paint: Material, rows: Sequence[Section], wide: float, tall: float
+) -> None:
     """Add air intakes at both flanks, or one under the chin."""
     start, chin = rng.uniform(-0.2, -0.12), rng.random() < 0.3
     size = (0.55 * wide, 0.5 * tall) if chin else (0.42 * wide, 0.72 * tall)
@@ -109,14 +114,14 @@ def _intakes(b: Builder, rng: Rng, paint: Material, rows: Array, wide: float, ta
         x = side * 0.5 * max(width_at(rows, start), 0.6 * wide)
         y = -0.45 * tall if chin else -0.05 * tall
         body = [
-            (start, y, *size),
-            (start + 0.15, y, *size),
-            (0.28, 0.5 * y, 0.5 * size[0], 0.7 * size[1]),
+            Section(start, y, *size),
+            Section(start + 0.15, y, *size),
+            Section(z=0.28, lift=0.5 * y, width=0.5 * size[0], height=0.7 * size[1]),
         ]
         fuselage(b, "engine", paint, body, 0.7, x)
         mouth = [
-            (start - 0.002, y, 0.82 * size[0], 0.82 * size[1]),
-            (start + 0.01, y, 0.82 * size[0], 0.82 * size[1]),
+            Section(z=start - 0.002, lift=y, width=0.82 * size[0], height=0.82 * size[1]),
+            Section(z=start + 0.01, lift=y, width=0.82 * size[0], height=0.82 * size[1]),
         ]
         fuselage(b, "engine", BLACK, mouth, 0.7, x)
 
@@ -125,15 +130,9 @@ def _nozzles(b: Builder, rng: Rng, wide: float, tall: float, twin: bool) -> None
     """Add the exhausts: flared steel rings, dark inside."""
     r, end = min(0.42 * tall, 0.24 * wide if twin else 1.0), 0.4 + rng.uniform(0.03, 0.08)
     for x in (-0.23 * wide, 0.23 * wide) if twin else (0.0,):
-        b.cylinder(
-            "engine",
-            STEEL,
-            (x, 0, 0.33),
-            (x, 0, end),
-            radius=1.08 * r,
-            radius_end=0.82 * r,
-            segments=16,
-        )
+        start = (x, 0, 0.33)
+        target, radius = (x, 0, end), 1.08 * r
+        b.cylinder("engine", STEEL, start, target, radius=radius, radius_end=0.82 * r, segments=16)
         b.cylinder("engine", BLACK, (x, 0, end - 0.01), (x, 0, end + 0.002), 0.7 * r, segments=16)
 
 

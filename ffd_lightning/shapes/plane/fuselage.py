@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import colorsys
+from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.sections import superellipse
-from ffd_lightning.shapes.kit.vectors import Array, Pair
+from ffd_lightning.shapes.kit.sections import Section
+from ffd_lightning.shapes.kit.vectors import Pair
 
 BLACK = Material((0.05, 0.05, 0.055))
-
-
 STEEL = Material((0.45, 0.46, 0.48))
-
-
 GLASS = Material((0.1, 0.14, 0.2))
 
 
@@ -31,29 +27,22 @@ def draw_livery(rng: Rng, drab: float = 0.0) -> tuple[Material, Material]:
     return pick_material(rng, "paint"), accent
 
 
-def oval(row: ArrayLike, boxiness: float = 0.0, grow: float = 1.0, side: float = 0.0) -> Array:
-    """Return the section (20, 3) of a row (z, middle's height, width, height) at x = `side`."""
-    z, y, width, height = np.asarray(row, float)
-    flat = superellipse(boxiness, 20) * np.array([width, height]) / 2 * grow
-    return np.column_stack([side + flat[:, 0], y + flat[:, 1], np.full(20, z)])
-
-
 def fuselage(
     b: Builder,
     part: str,
     material: Material,
-    rows: ArrayLike,
+    rows: Sequence[Section],
     boxiness: float = 0.0,
     side: float = 0.0,
 ) -> None:
-    """Add a body along z, at x = `side`, from rows (z, height of its middle, width, height)."""
-    b.loft(part, material, [oval(row, boxiness, 1.0, side) for row in np.asarray(rows, float)])
+    """Add a body along z through the sections `rows`, at x = `side`; `boxiness` is from 0 to 1."""
+    b.loft(part, material, [row.ring(boxiness, side=side) for row in rows])
 
 
 def tapered(
     length: float, width: float, height: float, nose: float, tail: float, upsweep: float
-) -> Array:
-    """Return a transport's fuselage rows (k, 4), nose at z = -length / 2.
+) -> list[Section]:
+    """Return the sections of a transport's fuselage, nose at z = -length / 2.
 
     `nose` and `tail` are the lengths of the two cones; the tail's underside rises by `upsweep`.
     """
@@ -61,26 +50,28 @@ def tapered(
     for angle in (0.01, 0.1, 0.3, 0.6, 1.0, np.pi / 2):
         s = np.sin(angle) ** 0.7
         y = -0.14 * height * (1 - s)
-        rows.append((-length / 2 + nose * (1 - np.cos(angle)), y, width * s, height * s))
+        rows.append(Section(-length / 2 + nose * (1 - np.cos(angle)), y, width * s, height * s))
     for t in (0.0, 0.35, 0.7, 0.92, 1.0):
         s = 1 - 0.86 * t**1.5
-        rows.append((length / 2 - tail * (1 - t), upsweep * t**1.5, width * s, height * s))
-    return np.array(rows)
+        rows.append(Section(length / 2 - tail * (1 - t), upsweep * t**1.5, width * s, height * s))
+    return rows
 
 
-def width_at(rows: Array, z: float) -> float:
-    """Return the width of a fuselage given by its rows at z."""
-    return float(np.interp(z, rows[:, 0], rows[:, 2]))
+def width_at(rows: Sequence[Section], z: float) -> float:
+    """Return the width of a fuselage at z."""
+    return float(np.interp(z, [row.z for row in rows], [row.width for row in rows]))
 
 
-def height_at(rows: Array, z: float, up: float) -> float:
+def height_at(rows: Sequence[Section], z: float, up: float) -> float:
     """Return the height of the middle (`up` 0), top (1) or belly (-1) of a fuselage at z."""
-    middle, tall = (np.interp(z, rows[:, 0], rows[:, i]) for i in (1, 3))
+    places = [row.z for row in rows]
+    middle = np.interp(z, places, [row.lift for row in rows])
+    tall = np.interp(z, places, [row.height for row in rows])
     return float(middle + up * tall / 2)
 
 
 def canopy(
-    b: Builder, rows: Array, ends: Pair, width: float, rise: float, frames: Material
+    b: Builder, rows: Sequence[Section], ends: Pair, width: float, rise: float, frames: Material
 ) -> None:
     """Add a bubble of glass on top of a fuselage between two z, with a few frames."""
     z = np.linspace(*ends, 9)
@@ -88,16 +79,18 @@ def canopy(
     swell = np.sqrt(np.clip(1 - (2 * t**0.8 - 1) ** 2, 0.02, 1))
     base = [height_at(rows, at, 1) for at in z]
     sections = [
-        (at, low - 0.3 * width, (0.25 + 0.75 * s) * width, 0.6 * width + 2 * rise * s)
+        Section(at, low - 0.3 * width, (0.25 + 0.75 * s) * width, 0.6 * width + 2 * rise * s)
         for at, low, s in zip(z, base, swell, strict=True)
     ]
     fuselage(b, "window", GLASS, sections, 0.1)
     for i in (2, 4):
-        rings = [oval((z[i] + d, *sections[i][1:]), 0.1, 1.02) for d in (-0.004, 0.004)]
+        rings = [sections[i]._replace(z=z[i] + d).ring(0.1, grow=1.02) for d in (-0.004, 0.004)]
         b.loft("body", frames, rings)
 
 
-def windows(b: Builder, rows: Array, ends: Pair, count: int, up: float, size: Pair) -> None:
+def windows(
+    b: Builder, rows: Sequence[Section], ends: Pair, count: int, up: float, size: Pair
+) -> None:
     """Add `count` cabin windows to both flanks, `up` of the half-height above the middle."""
     for z in np.linspace(*ends, count):
         x = 0.5 * width_at(rows, z) * np.sqrt(1 - up**2)
@@ -106,7 +99,7 @@ def windows(b: Builder, rows: Array, ends: Pair, count: int, up: float, size: Pa
             b.box("window", GLASS, (side * (x - 0.001), y, z), (0.006, size[1], size[0]))
 
 
-def windscreen(b: Builder, rows: Array, z: float, depth: float) -> None:
+def windscreen(b: Builder, rows: Sequence[Section], z: float, depth: float) -> None:
     """Add the cockpit's glass: a band around the upper front of a fuselage."""
     angles = np.radians(np.linspace(16, 84, 6))
     for side in (-1, 1):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import vec
 from ffd_lightning.shapes.plane.engines import undercarriage
 from ffd_lightning.shapes.plane.fuselage import STEEL, canopy, draw_livery, fuselage, height_at
@@ -17,23 +18,18 @@ def glider(rng: Rng) -> Builder:
     wide, tall = rng.uniform(0.08, 0.11), rng.uniform(0.1, 0.14)
     boom = rng.uniform(0.26, 0.4)
     rows = [
-        (-0.5, -0.2 * tall, 0.06 * wide, 0.06 * tall),
-        (-0.47, -0.18 * tall, 0.45 * wide, 0.42 * tall),
+        Section(z=-0.5, lift=-0.2 * tall, width=0.06 * wide, height=0.06 * tall),
+        Section(z=-0.47, lift=-0.18 * tall, width=0.45 * wide, height=0.42 * tall),
+        Section(z=-0.38, lift=-0.1 * tall, width=0.85 * wide, height=0.8 * tall),
+        Section(z=-0.25, lift=0, width=wide, height=tall),
+        Section(z=-0.1, lift=0.06 * tall, width=0.85 * wide, height=0.85 * tall),
+        Section(z=0.08, lift=0.18 * tall, width=boom * wide, height=boom * tall),
+        Section(z=0.5, lift=0.2 * tall, width=0.6 * boom * wide, height=0.6 * boom * tall),
     ]
-    rows += [
-        (-0.38, -0.1 * tall, 0.85 * wide, 0.8 * tall),
-        (-0.25, 0, wide, tall),
-        (-0.1, 0.06 * tall, 0.85 * wide, 0.85 * tall),
-    ]
-    rows += [
-        (0.08, 0.18 * tall, boom * wide, boom * tall),
-        (0.5, 0.2 * tall, 0.6 * boom * wide, 0.6 * boom * tall),
-    ]
-    shape = np.array(rows)
-    fuselage(b, "body", paint, shape)
+    fuselage(b, "body", paint, rows)
     span, root = rng.uniform(0.85, 1.35), rng.uniform(0.1, 0.14)
     lead, rise = rng.uniform(-0.2, -0.12), rng.uniform(0.03, 0.09) * span
-    y = height_at(shape, lead + 0.05, rng.choice([0.35, 0.75]))
+    y = height_at(rows, lead + 0.05, rng.choice([0.35, 0.75]))
     t = np.array([0, 0.5, 0.85, 1.0])
     edge = vec(0, y, lead) + np.column_stack([span * t, rise * t**2, 0.035 * t**2])
     chords = root * np.array([1.0, 0.85, 0.55, 0.25])
@@ -41,14 +37,10 @@ def glider(rng: Rng) -> Builder:
     if rng.random() < 0.4:
         end = edge[-1] + vec(0.01, 0.045, 0.02)
         pair(b, "wing", accent, [edge[-1], end], (0.25 * root, 0.12 * root), 0.1)
-    canopy(b, shape, (-0.44, rng.uniform(-0.22, -0.12)), 0.78 * wide, 0.022, paint)
-    tail(
-        b,
-        rng,
-        accent if rng.random() < 0.5 else paint,
-        shape,
-        rng.uniform(0.12, 0.16),
-        draw(rng, ["tee", "low", "cross"], [0.6, 0.25, 0.15]),
-    )
-    undercarriage(b, STEEL, (0, height_at(shape, -0.2, -0.6), -0.2), 0.035 + 0.2 * tall, 0.024)
+    ends = (-0.44, rng.uniform(-0.22, -0.12))
+    canopy(b, rows, ends=ends, width=0.78 * wide, rise=0.022, frames=paint)
+    color, size = accent if rng.random() < 0.5 else paint, rng.uniform(0.12, 0.16)
+    tail(b, rng, color, rows, size, draw(rng, ["tee", "low", "cross"], [0.6, 0.25, 0.15]))
+    top = (0, height_at(rows, -0.2, -0.6), -0.2)
+    undercarriage(b, STEEL, top, drop=0.035 + 0.2 * tall, radius=0.024)
     return b

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
+from ffd_lightning.shapes.kit.sections import Section
+from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.engines import propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
     BLACK,
@@ -19,24 +22,30 @@ from ffd_lightning.shapes.plane.fuselage import (
 from ffd_lightning.shapes.plane.wings import pair, tail
 
 
-def _slim(rng: Rng, wide: float, tall: float) -> Array:
-    """Draw the fuselage rows of a single-engined aeroplane, its cowling at the front."""
+def _slim(rng: Rng, wide: float, tall: float) -> list[Section]:
+    """Draw the fuselage's sections of a single-engined aeroplane, its cowling at the front."""
     cowl, cabin = rng.uniform(0.65, 0.9), rng.uniform(-0.22, -0.1)
-    rows = [(-0.5, 0.0, 0.55 * wide, 0.5 * tall), (-0.49, 0.0, cowl * wide, 0.68 * tall)]
-    rows += [(-0.36, 0.0, cowl * wide, 0.76 * tall), (cabin - 0.06, 0.0, wide, 0.85 * tall)]
-    rows += [
-        (cabin + 0.2, 0.02 * tall, wide, 0.9 * tall),
-        (cabin + 0.36, 0.1 * tall, 0.7 * wide, 0.62 * tall),
+    rows = [
+        Section(z=-0.5, lift=0.0, width=0.55 * wide, height=0.5 * tall),
+        Section(z=-0.49, lift=0.0, width=cowl * wide, height=0.68 * tall),
+        Section(z=-0.36, lift=0.0, width=cowl * wide, height=0.76 * tall),
+        Section(z=cabin - 0.06, lift=0.0, width=wide, height=0.85 * tall),
+        Section(z=cabin + 0.2, lift=0.02 * tall, width=wide, height=0.9 * tall),
+        Section(z=cabin + 0.36, lift=0.1 * tall, width=0.7 * wide, height=0.62 * tall),
+        Section(z=0.47, lift=0.22 * tall, width=0.18 * wide, height=0.3 * tall),
+        Section(z=0.5, lift=0.24 * tall, width=0.08 * wide, height=0.16 * tall),
     ]
-    rows += [
-        (0.47, 0.22 * tall, 0.18 * wide, 0.3 * tall),
-        (0.5, 0.24 * tall, 0.08 * wide, 0.16 * tall),
-    ]
-    return np.array(rows)
+    return rows
 
 
 def _ground(
-    b: Builder, rng: Rng, paint: Material, rows: Array, reach: float, z: float, nose: bool
+    b: Builder,
+    rng: Rng,
+    paint: Material,
+    rows: Sequence[Section],
+    reach: float,
+    z: float,
+    nose: bool,
 ) -> None:
     """Add sprung main legs with spats or bare wheels, and a nose or tail wheel."""
     r, drop = rng.uniform(0.03, 0.042), rng.uniform(0.07, 0.11)
@@ -52,13 +61,15 @@ def _ground(
             b.ellipsoid("gear", paint, center, (0.45 * r, 0.75 * r, 1.7 * r), segments=12)
     if nose:
         top = (0, height_at(rows, -0.42, -0.8), -0.42)
-        undercarriage(b, STEEL, top, top[1] - floor, 0.8 * r)
+        undercarriage(b, STEEL, top, drop=top[1] - floor, radius=0.8 * r)
     else:
         top = (0, height_at(rows, 0.45, -0.8), 0.45)
-        undercarriage(b, STEEL, top, 0.05, 0.013)
+        undercarriage(b, STEEL, top, drop=0.05, radius=0.013)
 
 
-def _cab(b: Builder, rows: Array, paint: Material, front: float, top: float, wide: float) -> None:
+def _cab(
+    b: Builder, rows: Sequence[Section], paint: Material, front: float, top: float, wide: float
+) -> None:
     """Add an upright cabin with glass all around below a high wing at height `top`."""
     low = height_at(rows, front, 0.4)
     sections = []
@@ -104,13 +115,17 @@ def light_plane(rng: Rng) -> Builder:
             )
             b.cylinder("wing", paint, foot, head, 0.007, segments=6)
     else:
-        canopy(b, rows, (lead - 0.04, lead + 0.34), 0.72 * wide, rng.uniform(0.05, 0.075), paint)
+        ends = (lead - 0.04, lead + 0.34)
+        canopy(b, rows, ends=ends, width=0.72 * wide, rise=rng.uniform(0.05, 0.075), frames=paint)
     tail(b, rng, accent, rows, rng.uniform(0.15, 0.2), draw(rng, ["low", "tee"], [0.8, 0.2]))
     reach, z = (0.09, 0.13) if high else (0.16, 0.17)
     nose = rng.random() < 0.6
     place = lead + (0.13 if nose else 0.02)
     _ground(b, rng, paint, rows, rng.uniform(reach, z), place, nose)
-    propeller(b, rng, (0, 0, -0.505), rng.uniform(0.11, 0.15), int(rng.integers(2, 4)), accent)
+    hub = (0, 0, -0.505)
+    propeller(
+        b, rng, hub, radius=rng.uniform(0.11, 0.15), blades=int(rng.integers(2, 4)), spinner=accent
+    )
     return b
 
 
@@ -121,12 +136,11 @@ def biplane(rng: Rng) -> Builder:
     rows = _slim(rng, wide, tall)
     fuselage(b, "body", paint, rows, rng.uniform(0.1, 0.6))
     if rng.random() < 0.5:
-        fuselage(
-            b,
-            "engine",
-            STEEL,
-            [(-0.5, 0, 1.02 * wide, 0.86 * tall), (-0.41, 0, 1.05 * wide, 0.9 * tall)],
-        )
+        stations = [
+            Section(z=-0.5, lift=0, width=1.02 * wide, height=0.86 * tall),
+            Section(z=-0.41, lift=0, width=1.05 * wide, height=0.9 * tall),
+        ]
+        fuselage(b, "engine", STEEL, stations)
     count = 3 if rng.random() < 0.2 else 2
     span, chord = rng.uniform(0.5, 0.72), rng.uniform(0.13, 0.19)
     gap, stagger = rng.uniform(0.19, 0.27) * (0.75 if count == 3 else 1), rng.uniform(0, 0.07)
@@ -144,7 +158,7 @@ def biplane(rng: Rng) -> Builder:
     )
     tail(b, rng, color, rows, rng.uniform(0.15, 0.18), "low")
     _ground(b, rng, paint, rows, rng.uniform(0.1, 0.14), lead + 0.05, False)
-    propeller(b, rng, (0, 0, -0.515), rng.uniform(0.13, 0.17), 2, accent)
+    propeller(b, rng, (0, 0, -0.515), radius=rng.uniform(0.13, 0.17), blades=2, spinner=accent)
     for z in np.linspace(lead + 0.2, lead + 0.36, int(rng.integers(1, 3))):
         top = height_at(rows, z, 1)
         b.ellipsoid("window", BLACK, (0, top - 0.004, z), (0.33 * wide, 0.015, 0.05), segments=14)

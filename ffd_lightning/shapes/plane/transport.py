@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.plane.engines import nacelle, propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
@@ -44,10 +47,11 @@ def airliner(rng: Rng) -> Builder:
     if rng.random() < 0.5:
         end = edge[-1] + vec(0.02, 0.06, 0.05)
         pair(b, "wing", accent, [edge[-1], end], (tip, 0.5 * tip), 0.1)
-    belly = [(lead - 0.04, y, 0.3 * wide, 0.2 * wide), (lead + 0.06, y, 0.9 * wide, 0.5 * wide)]
-    belly += [
-        (lead + 0.9 * root, y, 0.9 * wide, 0.5 * wide),
-        (lead + 1.25 * root, y, 0.3 * wide, 0.2 * wide),
+    belly = [
+        Section(z=lead - 0.04, lift=y, width=0.3 * wide, height=0.2 * wide),
+        Section(z=lead + 0.06, lift=y, width=0.9 * wide, height=0.5 * wide),
+        Section(z=lead + 0.9 * root, lift=y, width=0.9 * wide, height=0.5 * wide),
+        Section(z=lead + 1.25 * root, lift=y, width=0.3 * wide, height=0.2 * wide),
     ]
     fuselage(b, "body", paint, belly)
     rear_engines = rng.random() < 0.35
@@ -57,43 +61,39 @@ def airliner(rng: Rng) -> Builder:
     if rng.random() < 0.6:
         drop, r = rng.uniform(0.07, 0.1), rng.uniform(0.013, 0.019)
         for x in (-0.07, 0.07):
-            undercarriage(b, STEEL, (x, y + 0.01, lead + 0.7 * root), drop, r, 2)
+            undercarriage(b, STEEL, (x, y + 0.01, lead + 0.7 * root), drop=drop, radius=r, wheels=2)
         front = -0.38
+        top = (0, height_at(rows, front, -0.9), front)
         undercarriage(
-            b,
-            STEEL,
-            (0, height_at(rows, front, -0.9), front),
-            drop=drop + height_at(rows, front, -0.9) - y - 0.01,
-            radius=r,
-            wheels=2,
+            b, STEEL, top, drop=drop + height_at(rows, front, -0.9) - y - 0.01, radius=r, wheels=2
         )
     return b
 
 
 def _cabin(
-    b: Builder, rng: Rng, colors: tuple[Material, Material], rows: Array, wide: float
+    b: Builder, rng: Rng, colors: tuple[Material, Material], rows: Sequence[Section], wide: float
 ) -> None:
     """Add the cockpit's and the cabin's windows, perhaps a stripe, perhaps an upper deck."""
-    windscreen(b, rows, -0.5 + 0.38 * wide, 0.32 * wide)
+    windscreen(b, rows, z=-0.5 + 0.38 * wide, depth=0.32 * wide)
     count, size = int(rng.integers(14, 30)), (0.009, 0.016)
-    windows(b, rows, (-0.5 + 1.4 * wide, 0.24), count, 0.2, size)
+    windows(b, rows, ends=(-0.5 + 1.4 * wide, 0.24), count=count, up=0.2, size=size)
     if rng.random() < 0.5:
         for side in (-1, 1):
             x = side * 0.5 * wide * 0.99
             b.box("body", colors[1], (x, height_at(rows, 0, -0.12), -0.08), (0.01, 0.014, 0.62))
     if rng.random() < 0.2:
         hump = [
-            (-0.42, 0.2 * wide, 0.4 * wide, 0.3 * wide),
-            (-0.34, 0.38 * wide, 0.72 * wide, 0.6 * wide),
-        ]
-        hump += [
-            (-0.12, 0.38 * wide, 0.72 * wide, 0.6 * wide),
-            (0.0, 0.2 * wide, 0.4 * wide, 0.3 * wide),
+            Section(z=-0.42, lift=0.2 * wide, width=0.4 * wide, height=0.3 * wide),
+            Section(z=-0.34, lift=0.38 * wide, width=0.72 * wide, height=0.6 * wide),
+            Section(z=-0.12, lift=0.38 * wide, width=0.72 * wide, height=0.6 * wide),
+            Section(z=0.0, lift=0.2 * wide, width=0.4 * wide, height=0.3 * wide),
         ]
         fuselage(b, "body", colors[0], hump)
 
 
-def _jets(b: Builder, rng: Rng, paint: Material, rows: Array, edge: Array, rear: bool) -> None:
+def _jets(
+    b: Builder, rng: Rng, paint: Material, rows: Sequence[Section], edge: Array, rear: bool
+) -> None:
     """Hang two or four turbofans below the wing, or mount two or three at the tail."""
     radius = rng.uniform(0.024, 0.042)
     length = radius * rng.uniform(3.0, 4.2)
@@ -102,13 +102,9 @@ def _jets(b: Builder, rng: Rng, paint: Material, rows: Array, edge: Array, rear:
         x, y = 0.5 * width_at(rows, z) + 1.25 * radius, height_at(rows, z, 0.35)
         for side in (-x, x):
             nacelle(b, paint, (side, y, z), radius, length)
+        chords = (0.6 * length,) * 2
         pair(
-            b,
-            "engine",
-            paint,
-            [(0, y, z - 0.25 * length), (x, y, z - 0.25 * length)],
-            (0.6 * length,) * 2,
-            0.12,
+            b, "engine", paint, [(0, y, z - 0.25 * length), (x, y, z - 0.25 * length)], chords, 0.12
         )
         return
     for t in (0.36,) if rng.random() < 0.7 else (0.3, 0.62):
@@ -117,14 +113,8 @@ def _jets(b: Builder, rng: Rng, paint: Material, rows: Array, edge: Array, rear:
         for side in (-1, 1):
             nacelle(b, paint, center * vec(side, 1, 1), radius, length)
             foot, head = center + vec(0, 0.7 * radius, -0.2 * length), hold + vec(0, 0.002, 0.02)
-            surface(
-                b,
-                "engine",
-                paint,
-                np.array([foot, head]) * vec(side, 1, 1),
-                (0.9 * length, 0.08),
-                0.08,
-            )
+            chords = (0.9 * length, 0.08)
+            surface(b, "engine", paint, np.array([foot, head]) * vec(side, 1, 1), chords, 0.08)
 
 
 def turboprop(rng: Rng) -> Builder:
@@ -153,20 +143,22 @@ def turboprop(rng: Rng) -> Builder:
     for t in (0.33,) if rng.random() < 0.6 else (0.28, 0.58):
         for side in (-1, 1):
             hub = (on_wing(edge, t) + vec(0, 0.0, -0.08)) * vec(side, 1, 1)
-            pod = [(hub[2] + 0.005, hub[1], 0.03, 0.035), (hub[2] + 0.04, hub[1], 0.044, 0.052)]
-            pod += [
-                (lead + 0.5 * root, hub[1], 0.044, 0.052),
-                (lead + 1.15 * root, hub[1], 0.015, 0.02),
+            pod = [
+                Section(z=hub[2] + 0.005, lift=hub[1], width=0.03, height=0.035),
+                Section(z=hub[2] + 0.04, lift=hub[1], width=0.044, height=0.052),
+                Section(z=lead + 0.5 * root, lift=hub[1], width=0.044, height=0.052),
+                Section(z=lead + 1.15 * root, lift=hub[1], width=0.015, height=0.02),
             ]
             fuselage(b, "engine", cowl, pod, 0.2, hub[0])
-            propeller(b, rng, hub, radius, blades, STEEL)
-    windscreen(b, rows, -0.5 + 0.36 * wide, 0.3 * wide)
-    windows(b, rows, (-0.5 + 1.4 * wide, 0.18), int(rng.integers(6, 16)), 0.2, (0.014, 0.018))
+            propeller(b, rng, hub, radius=radius, blades=blades, spinner=STEEL)
+    windscreen(b, rows, z=-0.5 + 0.36 * wide, depth=0.3 * wide)
+    ends = (-0.5 + 1.4 * wide, 0.18)
+    windows(b, rows, ends=ends, count=int(rng.integers(6, 16)), up=0.2, size=(0.014, 0.018))
     drop = rng.uniform(0.07, 0.1)
     ground = height_at(rows, 0, -1) - drop
     for x in (-0.3 * wide, 0.3 * wide) if high else (-0.33 * span, 0.33 * span):
         top = height_at(rows, 0, -0.6) if high else y
-        undercarriage(b, STEEL, (x, top, lead + 0.7 * root), top - ground, 0.02)
+        undercarriage(b, STEEL, (x, top, lead + 0.7 * root), drop=top - ground, radius=0.02)
     top = height_at(rows, -0.38, -0.8)
-    undercarriage(b, STEEL, (0, top, -0.38), top - ground, 0.016)
+    undercarriage(b, STEEL, (0, top, -0.38), drop=top - ground, radius=0.016)
     return b

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
+from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.plane.fuselage import height_at
 
@@ -66,9 +69,11 @@ def on_wing(edge: ArrayLike, t: float) -> Array:
     return points[0] + t * (points[-1] - points[0])
 
 
-def tail(b: Builder, rng: Rng, paint: Material, rows: Array, size: float, kind: str) -> None:
+def tail(
+    b: Builder, rng: Rng, paint: Material, rows: Sequence[Section], size: float, kind: str
+) -> None:
     """Add fin and tailplane at a fuselage's end; `kind` is "low", "cross" or "tee"."""
-    rear = float(rows[-1, 0])
+    rear = rows[-1].z
     chord, rise, swept = (
         size * rng.uniform(0.75, 1.0),
         size * rng.uniform(0.9, 1.3),

@@ -10,14 +10,7 @@ from ffd_lightning.shapes.sofa.sectional import sectional
 from ffd_lightning.shapes.sofa.straight import chesterfield, straight
 
 PARTS = ("seat", "back", "arm", "leg")
-
-
 FAMILIES: dict[str, Family] = {
-    "straight": straight,
-    "chesterfield": chesterfield,
-    "camelback": camelback,
-    "sectional": sectional,
-    "chaise": chaise,
-    "daybed": daybed,
-    "curved": curved,
-}
+    "straight": straight, "chesterfield": chesterfield, "camelback": camelback,
+    "sectional": sectional, "chaise": chaise, "daybed": daybed, "curved": curved,
+}  # fmt: skip

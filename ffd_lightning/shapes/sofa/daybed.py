@@ -27,9 +27,8 @@ def daybed(rng: Rng) -> Builder:
     add_legs(b, "leg", frame, style, tops, feet)
     rails(b, "seat", frame, feet + (deck - 0.05) * UP, 0.03, 0.1)
     mattress = (width - 2 * post, soft, depth - 2 * post)
-    b.rounded_box(
-        "seat", cover, (0, deck + soft / 2 - 0.01, 0), mattress, radius=0.07, edge=0.35 * soft
-    )
+    center = (0, deck + soft / 2 - 0.01, 0)
+    b.rounded_box("seat", cover, center, mattress, radius=0.07, edge=0.35 * soft)
     if back:
         fill, gap = draw(rng, ["bars", "slats", "panel"]), rng.uniform(0.08, 0.16)
         fill_side(b, frame, tops[2:], deck, "back", fill, gap)

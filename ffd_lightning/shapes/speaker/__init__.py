@@ -12,18 +12,8 @@ from ffd_lightning.shapes.speaker.stage import amplifier, stage
 from ffd_lightning.shapes.speaker.subwoofer import subwoofer
 
 PARTS = ("body", "driver", "port", "grille", "panel", "handle", "stand")
-
-
 FAMILIES: dict[str, Family] = {
-    "bookshelf": bookshelf,
-    "tower": tower,
-    "stand": stand,
-    "subwoofer": subwoofer,
-    "soundbar": soundbar,
-    "stage": stage,
-    "amplifier": amplifier,
-    "pod": pod,
-    "portable": portable,
-    "horn": horn,
-    "set": speaker_set,
-}
+    "bookshelf": bookshelf, "tower": tower, "stand": stand, "subwoofer": subwoofer,
+    "soundbar": soundbar, "stage": stage, "amplifier": amplifier, "pod": pod, "portable": portable,
+    "horn": horn, "set": speaker_set,
+}  # fmt: skip

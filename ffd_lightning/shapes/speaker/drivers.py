@@ -12,8 +12,6 @@ from ffd_lightning.shapes.kit.vectors import Array, lean, vec
 
 FORWARD = lean(-90)
 """Turns what is upright so that it points to the front."""
-
-
 BLACK = Material((0.06, 0.06, 0.07))
 
 
@@ -70,9 +68,8 @@ def add_port(
     """Add a flared bass port that goes `depth` into the body."""
     rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / radius)]
     add_skin(b, "port", finish.rim, radius * np.array(rows), center, turn)
-    add_skin(
-        b, "port", BLACK, [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)], center, turn
-    )
+    stations = [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)]
+    add_skin(b, "port", BLACK, stations, center, turn)
 
 
 def add_driver(
@@ -92,14 +89,8 @@ def add_driver(
         return
     roll = [(0.85, 0.03), (0.82, 0.09), (0.77, 0.11), (0.72, 0.08), (0.7, 0.0)]
     add_skin(b, "driver", BLACK, r * np.array(roll), center, turn)
-    add_skin(
-        b,
-        "driver",
-        finish.cone,
-        r * np.array([(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)]),
-        center,
-        turn,
-    )
+    rows = r * np.array([(0.71, 0.01), (0.45, -0.17), (0.24, -0.34)])
+    add_skin(b, "driver", finish.cone, rows, center, turn)
     a = np.linspace(0, 1.5, 5)
     cap = np.stack([0.27 * np.cos(a), 0.16 * np.sin(a) - 0.33], 1)
     b.lathe("driver", finish.cap, r * cap, center, segments=20, turn=matrix)

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
-from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, about_y, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, Triple, about_y, lean, vec
 from ffd_lightning.shapes.speaker.drivers import BLACK, Finish, add_driver, add_port
 
 Units = list[tuple[str, float]]
 """What is mounted in a front: (kind, radius) each."""
-
-
 _PER_SIDE = 7  # points on each side of a rectangular ring
 
 
@@ -74,7 +72,7 @@ class Cabinet:
 
     def world(self, points: ArrayLike) -> Array:
         """Move points (..., 3), given from the middle of the front, to the world."""
-        local = np.asarray(points, float) + vec(0, self.height / 2, 0)
+        local = np.asarray(points, float) + self.height / 2 * UP
         return local @ self.turn.T + np.asarray(self.foot)
 
 
@@ -164,7 +162,7 @@ def add_cabinet(b: Builder, cabinet: Cabinet, finish: Finish, bays: Sequence[Bay
         flat[:, 1] += rise * slope * z
         rings.append(_lift(flat, z))
     b.loft("body", finish.body, [cabinet.world(r) for r in rings], caps=False)
-    ends = [rings[-1], rings[-1] * vec(0.03, 0.03, 1) + vec(0, rings[-1][:, 1].mean(), 0)]
+    ends = [rings[-1], rings[-1] * vec(0.03, 0.03, 1) + rings[-1][:, 1].mean() * UP]
     b.loft("body", finish.body, [cabinet.world(r) for r in ends], caps=False)
     for bay in bays:
         _add_bay(b, cabinet, finish, bay)

@@ -40,15 +40,8 @@ def add_feet(
     for x in (-0.4, 0.4):
         for z in (0.12, 0.88):
             top = vec(x * width, height + 0.004, z * depth)
-            b.cylinder(
-                "stand",
-                material,
-                top,
-                top * vec(1, 0, 1),
-                radius=r,
-                radius_end=0.3 * r if cone else r,
-                segments=14,
-            )
+            end, radius_end = top * vec(1, 0, 1), 0.3 * r if cone else r
+            b.cylinder("stand", material, top, end, radius=r, radius_end=radius_end, segments=14)
 
 
 def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:

@@ -88,7 +88,7 @@ def stand(rng: Rng) -> Builder:
     b.rounded_box("stand", metal, middle + (low - 0.008) * UP, plate, 0.01)
     kind = draw(rng, ["round", "one", "two", "four", "tripod"], [0.25, 0.2, 0.2, 0.15, 0.2])
     if kind == "tripod":
-        add_tripod(b, metal, low, rng.uniform(0.2, 0.32), middle)
+        add_tripod(b, metal, height=low, spread=rng.uniform(0.2, 0.32), middle=middle)
         return b
     if kind == "round":
         radius = rng.uniform(0.12, 0.18)

@@ -28,9 +28,8 @@ def horn(rng: Rng) -> Builder:
     inner = outer[::-1] - (0.008, -0.002)
     add_skin(b, "body", skin, np.concatenate([outer, lip, inner]), at, turn)
     plug = [(0.6, 0.15), (0.75, 0.3), (0.5, 0.42), (0.1, 0.48)]
-    b.lathe(
-        "driver", metal, np.array(plug) * (1.3 * throat, long), at, segments=20, turn=turn @ FORWARD
-    )
+    profile = np.array(plug) * (1.3 * throat, long)
+    b.lathe("driver", metal, profile, at, segments=20, turn=turn @ FORWARD)
     b.cylinder("driver", metal, at - vec(0, 0, 0.25 * long), at + vec(0, 0, 0.05), 0.35 * throat)
     deep, wide = rng.uniform(0.08, 0.16), rng.uniform(1.3, 2.2) * throat
     rows = [
@@ -49,13 +48,8 @@ def horn(rng: Rng) -> Builder:
         (arm, low, 0.5 * deep),
     ]
     b.tube("stand", metal, bend(hook, 0.03), 0.01, segments=8)
-    b.cylinder(
-        "stand",
-        metal,
-        at + vec(-arm - 0.02, 0, 0.5 * deep),
-        at + vec(arm + 0.02, 0, 0.5 * deep),
-        0.014,
-    )
+    start = at + vec(-arm - 0.02, 0, 0.5 * deep)
+    b.cylinder("stand", metal, start, at + vec(arm + 0.02, 0, 0.5 * deep), 0.014)
     _horn_mount(b, rng, metal, 0.5 * deep, wide)
     return b
 

@@ -39,9 +39,8 @@ def portable(rng: Rng) -> Builder:
     if kind == "tube":
         for sign in (-1, 1):
             out = about_y(90.0 * -sign)
-            add_driver(
-                b, finish, "woofer", center + vec(sign * 1.1 * half, 0, 0), 0.75 * radius, out
-            )
+            middle = center + vec(sign * 1.1 * half, 0, 0)
+            add_driver(b, finish, "woofer", middle, 0.75 * radius, out)
             foot = (0.25 * half, 0.3 * radius, radius)
             b.rounded_box("stand", finish.rim, (sign * 0.5 * half, 0.1 * radius, 0), foot, 0.01)
     else:
@@ -71,19 +70,11 @@ def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
     add_feet(b, finish.rim, wide, deep, 0.012, False)
     metal, y = pick_material(rng, "metal"), 0.012 + tall / 2
     size = (0.75 * tall, 0.02, rng.uniform(0.3, 0.6) * tall)
-    b.rounded_box(
-        "panel", metal, (0, y - 0.08 * tall, 0), size, radius=0.01, edge=0.004, turn=FORWARD
-    )
+    center = (0, y - 0.08 * tall, 0)
+    b.rounded_box("panel", metal, center, size, radius=0.01, edge=0.004, turn=FORWARD)
     window = (0.8 * size[0], 0.012, 0.5 * size[2])
-    b.rounded_box(
-        "panel",
-        finish.rim,
-        (0, y - 0.08 * tall, -0.008),
-        window,
-        radius=0.006,
-        edge=0.003,
-        turn=FORWARD,
-    )
+    pane = (0, y - 0.08 * tall, -0.008)
+    b.rounded_box("panel", finish.rim, pane, window, radius=0.006, edge=0.003, turn=FORWARD)
     ends = [(x * tall, y + 0.38 * tall, -0.002) for x in (-0.3, 0.3)]
     add_knobs(b, metal, ends, 0.05 * tall, int(rng.integers(2, 6)))
     reach = rng.uniform(0.3, 0.46) * wide

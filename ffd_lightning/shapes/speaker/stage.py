@@ -44,7 +44,8 @@ def stage(rng: Rng) -> Builder:
     if rng.random() < 0.6 and not across:
         add_corners(b, pick_material(rng, "metal"), cabinet)
     if kind == "tripod":
-        add_tripod(b, pick_material(rng, "metal"), low + 0.005, 0.4, vec(0, 0, 0.45 * deep))
+        metal = pick_material(rng, "metal")
+        add_tripod(b, metal, height=low + 0.005, spread=0.4, middle=vec(0, 0, 0.45 * deep))
     if not across:
         middle = 0.45 * cabinet.depth
         x = 0.5 * wide * (1 - (1 - back) * 0.45)
@@ -52,9 +53,8 @@ def stage(rng: Rng) -> Builder:
             at = vec(side * x, low + 0.7 * tall, middle)
             out = vec(side * 0.05, 0, 0)
             ends = at - 0.09 * UP, at + 0.09 * UP
-            path = bend(
-                [ends[0], ends[0] + out + 0.02 * UP, ends[1] + out - 0.02 * UP, ends[1]], 0.03
-            )
+            points = [ends[0], ends[0] + out + 0.02 * UP, ends[1] + out - 0.02 * UP, ends[1]]
+            path = bend(points, 0.03)
             b.tube("handle", finish.rim, path, 0.013, segments=8)
     if rng.random() < 0.15:
         add_grille(b, draw_cloth(rng), cabinet)
@@ -88,9 +88,8 @@ def amplifier(rng: Rng) -> Builder:
     turn = case.turn @ FORWARD
     b.rounded_box("panel", panel, case.world((0, y, 0)), plate, 0.008, turn=turn)
     x = 0.38 * case.width
-    add_knobs(
-        b, knob, case.world([(-x, y, -0.006), (x, y, -0.006)]), 0.016, int(rng.integers(4, 9))
-    )
+    ends = case.world([(-x, y, -0.006), (x, y, -0.006)])
+    add_knobs(b, knob, ends, 0.016, int(rng.integers(4, 9)))
     top = [
         case.world((side * 0.2 * case.width, case.height / 2 - 0.004, 0.5 * deep))
         for side in (-1, 1)

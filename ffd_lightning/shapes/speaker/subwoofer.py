@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.paths import circle
-from ffd_lightning.shapes.kit.vectors import lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, lean, vec
 from ffd_lightning.shapes.speaker.drivers import Finish, add_driver, draw_cloth, draw_finish
 from ffd_lightning.shapes.speaker.enclosure import Units, add_cabinet, draw_cabinet, row_of_bays
 from ffd_lightning.shapes.speaker.fittings import add_feet, add_grille
@@ -18,13 +18,8 @@ def subwoofer(rng: Rng) -> Builder:
     low, size = rng.uniform(0.02, 0.06), rng.uniform(0.3, 0.5)
     if rng.random() < 0.2:
         return _drum(b, rng, finish, 0.5 * size, low)
-    cabinet = draw_cabinet(
-        rng,
-        width=(0.8 * size, 1.2 * size),
-        height=(0.8 * size, 1.3 * size),
-        depth=(0.7, 1.1),
-        foot=(0, low, 0),
-    )
+    width, height = (0.8 * size, 1.2 * size), (0.8 * size, 1.3 * size)
+    cabinet = draw_cabinet(rng, width=width, height=height, depth=(0.7, 1.1), foot=(0, low, 0))
     cabinet = replace(cabinet, depth=cabinet.depth * size, back=max(cabinet.back, 0.75))
     units: Units = [("woofer", size * rng.uniform(0.3, 0.5))]
     if rng.random() < 0.45:
@@ -51,7 +46,7 @@ def _drum(b: Builder, rng: Rng, finish: Finish, radius: float, low: float) -> Bu
     ]
     b.lathe("body", finish.body, rows, segments=40)
     top = vec(0, low + tall + edge + 0.3 * radius, 0)
-    add_driver(b, finish, "woofer", top - vec(0, 0.2 * radius, 0), 0.0 + 0.8 * radius, lean(90))
+    add_driver(b, finish, "woofer", top - 0.2 * radius * UP, 0.0 + 0.8 * radius, lean(90))
     for x, _, z in circle(count=4, radius=0.7 * radius, height=0, degrees=45):
         b.cylinder("stand", finish.rim, (x, 0, z), (x, low + 0.01, z), 0.08 * radius)
     return b

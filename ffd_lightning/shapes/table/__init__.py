@@ -12,15 +12,7 @@ from ffd_lightning.shapes.table.slab import slab
 from ffd_lightning.shapes.table.trestle import trestle
 
 PARTS = ("top", "leg", "support", "shelf", "drawer")
-
-
 FAMILIES: dict[str, Family] = {
-    "four_legged": four_legged,
-    "pedestal": pedestal,
-    "trestle": trestle,
-    "desk": desk,
-    "round": round_table,
-    "nested": nested,
-    "two_tier": two_tier,
-    "slab": slab,
-}
+    "four_legged": four_legged, "pedestal": pedestal, "trestle": trestle, "desk": desk,
+    "round": round_table, "nested": nested, "two_tier": two_tier, "slab": slab,
+}  # fmt: skip

@@ -52,7 +52,7 @@ def pedestal(rng: Rng) -> Builder:
     """Build a round, oval, square or long top on one column, or on two where it is long."""
     b = Builder()
     top, base = draw_materials(rng)
-    height = rng.uniform(*SIZES[draw(rng, ["dining", "bar", "side", "coffee"])][2])
+    height = rng.uniform(*SIZES[draw(rng, ["dining", "bar", "side", "coffee"])].height)
     half = rng.uniform(0.28, 0.65) if height < 0.9 else rng.uniform(0.25, 0.4)
     thickness = rng.uniform(0.02, 0.05)
     shape = draw(rng, ["round", "oval", "polygon", "square", "long"], [0.35, 0.15, 0.1, 0.2, 0.2])

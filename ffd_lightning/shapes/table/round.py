@@ -16,7 +16,7 @@ def round_table(rng: Rng) -> Builder:
     """Build a round or oval top on three to five legs, or a drum."""
     b = Builder()
     top, base = draw_materials(rng)
-    height = rng.uniform(*SIZES[draw(rng, ["dining", "bar", "side", "coffee"])][2])
+    height = rng.uniform(*SIZES[draw(rng, ["dining", "bar", "side", "coffee"])].height)
     radius = rng.uniform(0.22, 0.4) if rng.random() < 0.5 or height > 0.8 else rng.uniform(0.4, 0.7)
     squash = rng.uniform(0.6, 0.85) if rng.random() < 0.25 else 1.0
     thickness = rng.uniform(0.02, 0.05)
@@ -55,5 +55,5 @@ def round_table(rng: Rng) -> Builder:
         hub = vec(0, level * under, 0)
         for point in points:
             beam(b, "support", base, point, hub, 0.025, 0.025)
-        b.cylinder("support", base, hub - vec(0, 0.02, 0), hub + 0.02 * UP, 0.045)
+        b.cylinder("support", base, hub - 0.02 * UP, hub + 0.02 * UP, 0.045)
     return b

@@ -2,20 +2,31 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails, slats
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean, vec
 
-# Width, depth and height ranges in metres: what the table is for decides its proportions.
+
+class Limits(NamedTuple):
+    """From what to what the sides of a table go, in metres."""
+
+    width: Pair
+    depth: Pair
+    height: Pair
+
+
 SIZES = {
-    "dining": ((1.2, 2.2), (0.75, 1.05), (0.7, 0.78)),
-    "square": ((0.75, 1.1), (0.75, 1.1), (0.68, 0.78)),
-    "coffee": ((0.8, 1.4), (0.45, 0.8), (0.3, 0.48)),
-    "side": ((0.38, 0.6), (0.38, 0.6), (0.45, 0.68)),
-    "bar": ((0.6, 1.5), (0.5, 0.7), (0.92, 1.12)),
-    "console": ((0.9, 1.6), (0.28, 0.42), (0.7, 0.9)),
+    "dining": Limits(width=(1.2, 2.2), depth=(0.75, 1.05), height=(0.7, 0.78)),
+    "square": Limits(width=(0.75, 1.1), depth=(0.75, 1.1), height=(0.68, 0.78)),
+    "coffee": Limits(width=(0.8, 1.4), depth=(0.45, 0.8), height=(0.3, 0.48)),
+    "side": Limits(width=(0.38, 0.6), depth=(0.38, 0.6), height=(0.45, 0.68)),
+    "bar": Limits(width=(0.6, 1.5), depth=(0.5, 0.7), height=(0.92, 1.12)),
+    "console": Limits(width=(0.9, 1.6), depth=(0.28, 0.42), height=(0.7, 0.9)),
 }
+"""What a table is for decides its proportions."""
 
 
 def draw_size(rng: Rng, *uses: str) -> Triple:
@@ -62,9 +73,8 @@ def rectangular_top(
     else:
         radius = rounding * rng.choice([0.05, 0.3, 1.0]) * depth
         edge = rng.uniform(0.1, 0.5) * thickness
-        b.rounded_box(
-            "top", material, center, (width, thickness, depth), radius=radius, edge=edge, segments=4
-        )
+        block = (width, thickness, depth)
+        b.rounded_box("top", material, center, block, radius=radius, edge=edge, segments=4)
 
 
 def round_top(

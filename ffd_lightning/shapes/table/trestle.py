@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
-from ffd_lightning.shapes.kit.legs import LegStyle, add_leg
+from ffd_lightning.shapes.kit.legs import add_leg, square_post
 from ffd_lightning.shapes.table.tops import draw_materials, draw_size, rectangular_top
 
 
@@ -36,7 +36,7 @@ def _trestle_end(
     b: Builder, material: Material, kind: str, x: float, spread: float, top: float, side: float
 ) -> None:
     """Add one trestle at `x`: its feet and head reach +-`spread` along z."""
-    post = LegStyle("square", side, ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0)))
+    post = square_post(side)
     ends = {"x": (-1.0, 1.0), "a": (0.3, 1.0), "h": (0.7, 0.7), "t": (0.0, 0.0)}[kind]
     for sign in (-1, 1) if kind != "t" else (1,):
         high = (x, top - 0.5 * side, sign * ends[0] * spread)
@@ -47,12 +47,5 @@ def _trestle_end(
     if kind in ("h", "t"):
         b.rounded_box("leg", material, (x, side / 2, 0), head, 0.2 * side)
     if kind == "a":
-        beam(
-            b,
-            "support",
-            material,
-            (x, 0.3 * top, -0.75 * spread),
-            (x, 0.3 * top, 0.75 * spread),
-            0.5 * side,
-            0.7 * side,
-        )
+        start = (x, 0.3 * top, -0.75 * spread)
+        beam(b, "support", material, start, (x, 0.3 * top, 0.75 * spread), 0.5 * side, 0.7 * side)

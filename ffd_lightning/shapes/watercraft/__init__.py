@@ -17,19 +17,8 @@ PARTS = (
     "hull", "deck", "cabin", "mast", "sail", "keel", "funnel", "engine", "cargo", "gun", "seat",
     "oar", "rail",
 )  # fmt: skip
-
-
 FAMILIES: dict[str, Family] = {
-    "rowboat": rowboat,
-    "speedboat": speedboat,
-    "motor_yacht": motor_yacht,
-    "workboat": workboat,
-    "sailboat": sailboat,
-    "catamaran": catamaran,
-    "tall_ship": tall_ship,
-    "freighter": freighter,
-    "warship": warship,
-    "carrier": carrier,
-    "liner": liner,
-    "submarine": submarine,
-}
+    "rowboat": rowboat, "speedboat": speedboat, "motor_yacht": motor_yacht, "workboat": workboat,
+    "sailboat": sailboat, "catamaran": catamaran, "tall_ship": tall_ship, "freighter": freighter,
+    "warship": warship, "carrier": carrier, "liner": liner, "submarine": submarine,
+}  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import Pair, vec
+from ffd_lightning.shapes.kit.vectors import UP, Pair, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, solid_hull, tint
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house, funnel, mast
 
@@ -32,7 +32,7 @@ def freighter(rng: Rng) -> Builder:
     solid_hull(
         b, hull, paint, tint(rng, "red", "red", "black"), rng.uniform(0.3, 0.55) * depth, deck
     )
-    bulwark(b, hull, paint, rng.uniform(0.015, 0.035), (0.0, 0.18))
+    bulwark(b, hull, paint, height=rng.uniform(0.015, 0.035), span=(0.0, 0.18))
     if rng.random() < 0.6:
         nose = (0, 0.3 * depth, hull.z(0, 0.3 * depth) + 0.02)
         b.ellipsoid("hull", tint(rng, "red"), nose, (0.03, 0.035, 0.09), segments=12)
@@ -43,7 +43,7 @@ def freighter(rng: Rng) -> Builder:
     load = draw(rng, ["containers", "hatches", "tanks", "pipes"], [0.4, 0.25, 0.15, 0.2])
     add = {"containers": _containers, "hatches": _hatches, "tanks": _tanks, "pipes": _pipes}[load]
     add(b, rng, hull, (bow, front - 0.03))
-    mast(b, wall, hull.edge(0.08, 0) * vec(0, 1, 1), rng.uniform(0.1, 0.18), 1)
+    mast(b, wall, hull.edge(0.08, 0) * vec(0, 1, 1), height=rng.uniform(0.1, 0.18), arms=1)
     return b
 
 
@@ -62,11 +62,11 @@ def _bridge(b: Builder, rng: Rng, hull: Hull, wall: Material, glass: Material, t
             slope=(0, 0),
             taper=0,
         )
-        add_house(b, shape, wall, glass, "band" if i == floors - 1 else "panes", 0.004)
+        add_house(b, shape, wall, glass, windows="band" if i == floors - 1 else "panes", roof=0.004)
     high = foot + floors * storey
     wing = (rng.uniform(0.9, 1.05) * hull.beam, 0.4 * storey, 0.25 * long)
     b.box("cabin", wall, (0, high - 0.8 * storey, z + 0.03 + 0.01 * floors), wing)
-    mast(b, wall, vec(0, high, z + 0.4 * long), rng.uniform(0.08, 0.15), 2)
+    mast(b, wall, vec(0, high, z + 0.4 * long), height=rng.uniform(0.08, 0.15), arms=2)
     size = vec(0.3 * hull.beam, rng.uniform(0.6, 0.95) * floors * storey, 0.08)
     funnel(b, wall, tint(rng, "red", "blue", "black", "orange"), (0, foot, z + long + 0.05), size)
     return z
@@ -108,7 +108,7 @@ def _hatches(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
         if i == 0:
             continue
         foot = vec(0, y, at - pitch / 2)
-        head = foot + vec(0, rng.uniform(0.16, 0.2), 0)
+        head = foot + rng.uniform(0.16, 0.2) * UP
         b.cylinder("mast", steel, foot, head, radius=0.022, radius_end=0.016, segments=12)
         if jib:
             b.box("mast", steel, head, (0.06, 0.05, 0.06))
@@ -117,7 +117,7 @@ def _hatches(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
         else:
             for side in (-1, 1):
                 tip = foot + vec(side * 0.3 * hull.beam, 0.15, -0.6 * pitch)
-                b.cylinder("mast", steel, foot + vec(0, 0.03, 0), tip, 0.008, segments=8)
+                b.cylinder("mast", steel, foot + 0.03 * UP, tip, 0.008, segments=8)
 
 
 def _tanks(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
@@ -149,6 +149,6 @@ def _pipes(b: Builder, rng: Rng, hull: Hull, z: Pair) -> None:
         b.box("cargo", steel, (0, y, at), (0.7 * hull.beam, 0.03, 0.01))
     for side in (-1, 1):
         foot = vec(side * 0.2 * hull.beam, hull.depth, middle - 0.12)
-        b.cylinder("mast", steel, foot, foot + vec(0, 0.16, 0), 0.012, segments=10)
+        b.cylinder("mast", steel, foot, foot + 0.16 * UP, 0.012, segments=10)
         tip = foot + vec(side * 0.02, 0.14, 0.15)
-        b.cylinder("mast", steel, foot + vec(0, 0.1, 0), tip, 0.007, segments=8)
+        b.cylinder("mast", steel, foot + 0.1 * UP, tip, 0.007, segments=8)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, vec
 
 _COLORS = {
     "white": (0.93, 0.93, 0.91),
@@ -167,7 +167,7 @@ def bulwark(
             outer, inner = hull.edge(t, side, -0.003), hull.edge(t, side, inset)
             high = height * min(1.0, 0.3 + 12 * (t - span[0])) if span[0] > 0 else height
             corners = ((outer, low), (outer, high), (inner, high), (inner, low))
-            rings.append([point + vec(0, y, 0) for point, y in corners])
+            rings.append([point + y * UP for point, y in corners])
         b.loft(part, material, rings)
 
 
@@ -180,9 +180,9 @@ def railing(
     for side in (-1, 1):
         feet = np.array([hull.edge(t, side, 0.015) for t in ts])
         for foot in feet:
-            b.cylinder("rail", material, foot, foot + vec(0, height, 0), radius, segments=6)
+            b.cylinder("rail", material, foot, foot + height * UP, radius, segments=6)
         for level in (0.55 * height, height):
-            b.tube("rail", material, feet + vec(0, level, 0), radius, segments=6)
+            b.tube("rail", material, feet + level * UP, radius, segments=6)
     if span[0] < 0.1:
         ends = [hull.edge(ts[0], side, 0.015, height) for side in (-1, 1)]
         b.cylinder("rail", material, ends[0], ends[1], radius, segments=6)

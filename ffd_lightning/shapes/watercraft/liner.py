@@ -30,7 +30,7 @@ def liner(rng: Rng) -> Builder:
     white, glass = tint(rng, "white", "white", "cream"), tint(rng, "window")
     paint = tint(rng, "white", "navy", "black", "red", "blue")
     solid_hull(b, hull, paint, tint(rng, "red", "blue", "black"), 0.35 * depth, tint(rng, "teak"))
-    bulwark(b, hull, paint, 0.02, (0.0, 0.2))
+    bulwark(b, hull, paint, height=0.02, span=(0.0, 0.2))
     floors, storey = int(rng.integers(2, 6)), rng.uniform(0.04, 0.055)
     front, back = rng.uniform(-0.32, -0.24) * length, rng.uniform(0.36, 0.44) * length
     steps, y = rng.uniform(0.2, 0.9, 2) * 0.05 * length, hull.top(0.5)
@@ -43,12 +43,12 @@ def liner(rng: Rng) -> Builder:
             slope=(0.2, 0.0),
             taper=0.0,
         )
-        add_house(b, tier, white, glass, "panes", 0.006, (0.3, 0.75))
+        add_house(b, tier, white, glass, windows="panes", roof=0.006, band=(0.3, 0.75))
         y += storey
     z = (front + steps[0] * floors, front + steps[0] * floors + 0.16 * length)
     top = House(width=0.8 * wide, z=z, y=(y, y + storey), slope=(0.25, 0))
-    add_house(b, top, white, glass, "band")
-    mast(b, white, vec(0, y + storey, z[1] - 0.08), rng.uniform(0.1, 0.2), 2)
+    add_house(b, top, white, glass, windows="band")
+    mast(b, white, vec(0, y + storey, z[1] - 0.08), height=rng.uniform(0.1, 0.2), arms=2)
     size = vec(rng.uniform(0.07, 0.1), rng.uniform(0.12, 0.22), rng.uniform(0.11, 0.16))
     stack = tint(rng, "red", "orange", "white", "blue", "black")
     count = int(rng.integers(1, 5)) if floors < 5 else 1

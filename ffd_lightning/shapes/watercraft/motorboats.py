@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import Array, Triple, about_y, about_z, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, about_y, about_z, lean, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, plank, railing, solid_hull, tint
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house, mast
 
@@ -53,13 +53,10 @@ def speedboat(rng: Rng) -> Builder:
     front, back = rng.uniform(0.36, 0.48), rng.uniform(0.86, 0.94)
     y, z = hull.top(front), (hull.z(front), hull.z(back))
     wide = 1.5 * hull.half(front)
-    b.box(
-        "deck",
-        tint(rng, "dark", "teak"),
-        (0, hull.top(0.7) + 0.005, (z[0] + z[1]) / 2),
-        (wide, 0.012, z[1] - z[0]),
-    )
-    bulwark(b, hull, paint, rng.uniform(0.03, 0.06), (front - 0.05, 1.0), 0.03)
+    center = (0, hull.top(0.7) + 0.005, (z[0] + z[1]) / 2)
+    b.box("deck", tint(rng, "dark", "teak"), center, (wide, 0.012, z[1] - z[0]))
+    span = (front - 0.05, 1.0)
+    bulwark(b, hull, paint, height=rng.uniform(0.03, 0.06), span=span, thickness=0.03)
     cover = pick_material(rng, draw(rng, ["leather", "fabric"]))
     kind = draw(rng, ["screen", "console", "hardtop"], [0.5, 0.25, 0.25])
     if kind == "screen":
@@ -75,7 +72,7 @@ def speedboat(rng: Rng) -> Builder:
     for x in (np.arange(motors) - (motors - 1) / 2) * 0.11:
         outboard(b, cowl, vec(x, hull.top(1) + 0.01, hull.z(1)), 1.0)
     if rng.random() < 0.6:
-        railing(b, hull, tint(rng, "grey"), 0.04, (0.02, front - 0.06), 5)
+        railing(b, hull, tint(rng, "grey"), height=0.04, span=(0.02, front - 0.06), posts=5)
     return b
 
 
@@ -97,7 +94,7 @@ def _console(b: Builder, rng: Rng, hull: Hull, z: float, tall: bool, wall: Mater
     """Add a steering console with a small screen, under a hard top on posts if `tall`."""
     y, wide = hull.top(0.55), 0.45 * hull.beam
     size = House(width=wide, z=(z, z + 0.15), y=(y, y + 0.1), slope=(0.5, 0.0), taper=0.1)
-    add_house(b, size, wall, tint(rng, "window"), "none", 0.0)
+    add_house(b, size, wall, tint(rng, "window"), windows="none", roof=0.0)
     metal = tint(rng, "grey", "white")
     screen = (0.9 * wide, 0.06, 0.008)
     b.box("cabin", pick_material(rng, "glass"), (0, y + 0.125, z + 0.07), screen, turn=lean(25))
@@ -115,7 +112,7 @@ def _seat(b: Builder, cover: Material, at: Triple, width: float, size: float = 1
     middle, turn = np.array(at), lean(10)
     low, back = (width, 0.05 * size, 0.1 * size), (width, 0.1 * size, 0.03 * size)
     place = middle + size * vec(0, 0.07, 0.05)
-    b.rounded_box("seat", cover, middle + vec(0, 0.025 * size, 0), low, 0.02, segments=2)
+    b.rounded_box("seat", cover, middle + 0.025 * size * UP, low, 0.02, segments=2)
     b.rounded_box("seat", cover, place, back, 0.012, turn=turn, segments=2)
 
 
@@ -128,7 +125,7 @@ def motor_yacht(rng: Rng) -> Builder:
     white, glass = tint(rng, "white", "white", "cream", "grey"), tint(rng, "window")
     paint = tint(rng, "white", "white", "navy", "black", "grey", "blue", "red")
     solid_hull(b, hull, paint, tint(rng, "red", "navy", "black"), 0.4 * depth, plank(rng))
-    bulwark(b, hull, white, rng.uniform(0.015, 0.045))
+    bulwark(b, hull, white, height=rng.uniform(0.015, 0.045))
     front, back = rng.uniform(0.26, 0.4), rng.uniform(0.74, 0.86)
     z0, z1, y = hull.z(front), hull.z(back), hull.top(0.55) - 0.005
     storey, rake = rng.uniform(0.075, 0.1), rng.uniform(0.4, 1.6)
@@ -143,7 +140,7 @@ def motor_yacht(rng: Rng) -> Builder:
             taper=0.2,
             chamfer=0.04,
         )
-        add_house(b, tier, white, glass, windows, 0.008)
+        add_house(b, tier, white, glass, windows=windows, roof=0.008)
         y, width = y + storey + 0.008, 0.85 * width
         z0 += rake * storey + rng.uniform(0.03, 0.1) * length
         z1 -= rng.uniform(0.03, 0.12) * length
@@ -152,17 +149,16 @@ def motor_yacht(rng: Rng) -> Builder:
     _arch(b, rng, white, y=y, z=(z0 + z1) / 2 + 0.03, width=0.8 * width)
     _sports_deck(b, rng, hull)
     swim = (1.6 * hull.half(1.0), 0.02, 0.09)
-    b.rounded_box(
-        "deck", plank(rng), (0, 0.5 * depth, hull.z(1.0, 0.5 * depth) + 0.035), swim, 0.02
-    )
-    railing(b, hull, tint(rng, "grey"), 0.05, (0.02, rng.uniform(0.3, 0.5)), 8)
+    center = (0, 0.5 * depth, hull.z(1.0, 0.5 * depth) + 0.035)
+    b.rounded_box("deck", plank(rng), center, swim, 0.02)
+    railing(b, hull, tint(rng, "grey"), height=0.05, span=(0.02, rng.uniform(0.3, 0.5)), posts=8)
     return b
 
 
 def _arch(b: Builder, rng: Rng, paint: Material, y: float, z: float, width: float) -> None:
     """Add a radar arch with domes, or a signal mast."""
     if rng.random() < 0.4:
-        mast(b, paint, vec(0, y, z), rng.uniform(0.1, 0.2), 2)
+        mast(b, paint, vec(0, y, z), height=rng.uniform(0.1, 0.2), arms=2)
         return
     rise, half = rng.uniform(0.06, 0.11), width / 2
     ends = [
@@ -173,13 +169,8 @@ def _arch(b: Builder, rng: Rng, paint: Material, y: float, z: float, width: floa
     ]
     b.tube("mast", paint, bend(ends, 0.04), 0.016, segments=8)
     for x in (-0.35, 0.35) if rng.random() < 0.6 else (0.0,):
-        b.ellipsoid(
-            "mast",
-            paint,
-            (x * width, y + rise + 0.025, z + 0.06),
-            (0.026, 0.03, 0.026),
-            segments=12,
-        )
+        center = (x * width, y + rise + 0.025, z + 0.06)
+        b.ellipsoid("mast", paint, center, (0.026, 0.03, 0.026), segments=12)
 
 
 def _sports_deck(b: Builder, rng: Rng, hull: Hull) -> None:

@@ -9,12 +9,10 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, tint
 
 _LINE = 0.0035  # radius of ropes
-
-
 _ALLOY = Material((0.55, 0.57, 0.6))
 
 
@@ -48,9 +46,9 @@ def add_rig(
     b: Builder, rng: Rng, spar: Material, cloth: Material, foot: Array, height: float, boom: float
 ) -> None:
     """Add a mast, a boom and its mainsail: pointed, gaff-headed, or furled on the boom."""
-    top = foot + vec(0, height, 0)
+    top = foot + height * UP
     b.cylinder("mast", spar, foot, top, radius=0.014, radius_end=0.009, segments=10)
-    low = foot + vec(0, rng.uniform(0.1, 0.14) + 0.05 * height, 0)
+    low = foot + (rng.uniform(0.1, 0.14) + 0.05 * height) * UP
     swing = rng.uniform(-0.25, 0.25)
     away = vec(np.sin(swing), 0.02, np.cos(swing)) * boom
     b.cylinder("mast", spar, low, low + away, 0.011, segments=8)
@@ -58,25 +56,25 @@ def add_rig(
     kind = draw(rng, ["pointed", "gaff", "furled"], [0.65, 0.2, 0.15])
     mid, up = low + vec(0, 0.02, 0.012), height - (low - foot)[1] - 0.04
     if kind == "pointed":
-        head = mid + vec(0, up, 0)
+        head = mid + up * UP
         roach = rng.uniform(0.03, 0.16) * away
         add_sail(b, cloth, (mid, mid + 0.97 * away, head, head + roach), belly + 0.1 * away)
     elif kind == "gaff":
-        throat = mid + vec(0, 0.6 * up, 0)
-        peak = throat + 0.62 * away + vec(0, 0.36 * up, 0)
+        throat = mid + 0.6 * up * UP
+        peak = throat + 0.62 * away + 0.36 * up * UP
         b.cylinder("mast", spar, throat, peak, 0.009, segments=8)
         add_sail(b, cloth, (mid, mid + 0.97 * away, throat, peak), belly)
     else:
-        path = [mid + t * away + vec(0, 0.012, 0) for t in (0.02, 0.1, 0.5, 0.9, 0.98)]
+        path = [mid + t * away + 0.012 * UP for t in (0.02, 0.1, 0.5, 0.9, 0.98)]
         b.tube("sail", cloth, path, (0.02, 0.035, 0.032, 0.024, 0.012), segments=10)
 
 
 def add_stays(b: Builder, hull: Hull, foot: Array, height: float, t: float) -> None:
     """Add the shrouds and the backstay of a mast at station `t`, with spreaders."""
-    top, half = foot + vec(0, 0.97 * height, 0), hull.half(t) + abs(hull.x)
+    top, half = foot + 0.97 * height * UP, hull.half(t) + abs(hull.x)
     for side in (-1, 1):
         spreader = foot + vec(side * 0.45 * half, 0.55 * height, 0)
-        start = foot + vec(0, 0.55 * height, 0)
+        start = foot + 0.55 * height * UP
         b.cylinder("mast", _ALLOY, start, spreader, 0.006, segments=6)
         chain = (side * 0.95 * half, hull.top(t), foot[2] + 0.02)
         add_rope(b, chain, spreader)
@@ -88,13 +86,8 @@ def add_jibs(b: Builder, rng: Rng, cloth: Material, bow: Array, foot: Array, hei
     head = foot + vec(0, rng.uniform(0.75, 0.95) * height, -0.02)
     add_rope(b, bow, head)
     if rng.random() < 0.2:
-        b.tube(
-            "sail",
-            cloth,
-            [bow + t * (head - bow) for t in (0.04, 0.2, 0.9)],
-            (0.01, 0.018, 0.01),
-            segments=8,
-        )
+        path = [bow + t * (head - bow) for t in (0.04, 0.2, 0.9)]
+        b.tube("sail", cloth, path, (0.01, 0.018, 0.01), segments=8)
         return
     side = rng.choice([-1.0, 1.0])
     overlap, count = rng.uniform(-0.1, 0.25), 1 if rng.random() < 0.75 else 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.vectors import about_y, about_z, vec
+from ffd_lightning.shapes.kit.vectors import UP, about_y, about_z, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, open_hull, plank, tint
 from ffd_lightning.shapes.watercraft.motorboats import outboard
 
@@ -38,12 +38,11 @@ def rowboat(rng: Rng) -> Builder:
     )
     trim = plank(rng)
     open_hull(b, hull, outer, 0.014)
-    bulwark(b, hull, trim, 0.01, thickness=0.022, part="rail")
+    bulwark(b, hull, trim, height=0.01, thickness=0.022, part="rail")
     for t in np.linspace(0.3, 0.85, int(rng.integers(2, 5))):
         low, width = hull.top(t) - 0.25 * depth, 1.9 * hull.half(t)
-        b.rounded_box(
-            "seat", trim, (0, low, hull.z(t)), (width, 0.016, rng.uniform(0.06, 0.1)), 0.01
-        )
+        size = (width, 0.016, rng.uniform(0.06, 0.1))
+        b.rounded_box("seat", trim, (0, low, hull.z(t)), size, 0.01)
     _floor(b, hull, trim)
     if kind == "dinghy" and rng.random() < 0.35:
         cowl = tint(rng, "black", "white", "dark", "blue")
@@ -68,7 +67,7 @@ def _oars(b: Builder, rng: Rng, hull: Hull, wood: Material, pairs: int) -> None:
     for t in np.linspace(0.45, 0.65, pairs) if pairs > 1 else [0.5]:
         for side in (-1, 1):
             lock = hull.edge(t, side, up=0.03)
-            b.cylinder("oar", tint(rng, "grey"), lock - vec(0, 0.03, 0), lock, 0.008, segments=8)
+            b.cylinder("oar", tint(rng, "grey"), lock - 0.03 * UP, lock, 0.008, segments=8)
             a = np.radians(swing)
             way = vec(side * np.cos(a), dip, np.sin(a))
             out, grip = rng.uniform(0.3, 0.36) * hull.length, 0.6 * hull.half(t)

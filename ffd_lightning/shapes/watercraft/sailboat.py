@@ -8,7 +8,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import UP, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, plank, railing, solid_hull, tint
 from ffd_lightning.shapes.watercraft.rig import add_jibs, add_rig, add_rope, add_stays, draw_cloth
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house
@@ -35,7 +35,7 @@ def sailboat(rng: Rng) -> Builder:
     paint = tint(rng, "white", "white", "navy", "red", "green", "black")
     spar = pick_material(rng, draw(rng, ["wood", "metal"], [0.35, 0.65]))
     solid_hull(b, hull, paint, tint(rng, "red", "navy", "black", "blue"), 0.5 * depth, plank(rng))
-    bulwark(b, hull, wall, rng.uniform(0.008, 0.03))
+    bulwark(b, hull, wall, height=rng.uniform(0.008, 0.03))
     _keel(b, rng, hull)
     deck, roof = hull.top(0.5) - 0.005, rng.uniform(0.05, 0.09)
     front, back = hull.z(rng.uniform(0.27, 0.36)), hull.z(rng.uniform(0.58, 0.68))
@@ -47,7 +47,7 @@ def sailboat(rng: Rng) -> Builder:
         taper=0.25,
         chamfer=0.03,
     )
-    add_house(b, house, wall, tint(rng, "window"), "panes", 0.0, (0.35, 0.75))
+    add_house(b, house, wall, tint(rng, "window"), windows="panes", roof=0.0, band=(0.35, 0.75))
     _cockpit(b, rng, hull, back, wall)
     height = length * rng.uniform(1.0, 1.45)
     ketch = rng.random() < 0.25
@@ -59,9 +59,8 @@ def sailboat(rng: Rng) -> Builder:
     bow = hull.edge(0.01, 0, up=0.02) * vec(0, 1, 1)
     if rng.random() < 0.3:
         tip = bow + vec(0, 0.03, -rng.uniform(0.1, 0.22))
-        b.cylinder(
-            "mast", spar, bow + vec(0, -0.01, 0.1), tip, radius=0.013, radius_end=0.009, segments=8
-        )
+        start = bow + vec(0, -0.01, 0.1)
+        b.cylinder("mast", spar, start, tip, radius=0.013, radius_end=0.009, segments=8)
         bow = tip
     add_jibs(b, rng, cloth, bow, foot, height)
     stern = hull.edge(0.98, 0) * vec(0, 1, 1)
@@ -69,9 +68,9 @@ def sailboat(rng: Rng) -> Builder:
         mizzen = vec(0, hull.top(0.78), hull.z(0.78))
         add_rig(b, rng, spar, cloth, mizzen, 0.65 * height, 0.26 * length)
     else:
-        add_rope(b, stern, foot + vec(0, height, 0))
+        add_rope(b, stern, foot + height * UP)
     if rng.random() < 0.5:
-        railing(b, hull, spar, 0.06, (0.02, 0.25), 5)
+        railing(b, hull, spar, height=0.06, span=(0.02, 0.25), posts=5)
     return b
 
 
@@ -101,9 +100,8 @@ def _cockpit(b: Builder, rng: Rng, hull: Hull, front: float, wall: Material) -> 
     middle, long = (front + end) / 2, end - front
     b.box("deck", tint(rng, "dark", "teak"), (0, y + 0.004, middle), (width, 0.012, long))
     for side in (-1, 1):
-        b.rounded_box(
-            "deck", wall, (side * width / 2, y + 0.015, middle), (0.025, 0.04, long), 0.01
-        )
+        center = (side * width / 2, y + 0.015, middle)
+        b.rounded_box("deck", wall, center, (0.025, 0.04, long), 0.01)
     metal, at = tint(rng, "grey"), vec(0, y + 0.07, front + 0.65 * long)
     if rng.random() < 0.5:
         a = np.linspace(0, 2 * np.pi, 15)
@@ -111,9 +109,8 @@ def _cockpit(b: Builder, rng: Rng, hull: Hull, front: float, wall: Material) -> 
         b.tube("deck", metal, wheel, 0.005, segments=6)
         b.cylinder("deck", metal, at + vec(0, 0, 0.01), at + vec(0, -0.07, 0.01), 0.01, segments=8)
     else:
-        b.cylinder(
-            "deck", metal, (0, y + 0.05, end - 0.4 * long), (0, y + 0.02, end), 0.007, segments=8
-        )
+        start = (0, y + 0.05, end - 0.4 * long)
+        b.cylinder("deck", metal, start, (0, y + 0.02, end), 0.007, segments=8)
 
 
 def catamaran(rng: Rng) -> Builder:
@@ -142,9 +139,8 @@ def catamaran(rng: Rng) -> Builder:
         solid_hull(b, replace(shape, x=side * gap), paint, lower, 0.4 * depth, wall)
     front, back = shape.z(rng.uniform(0.3, 0.38)), shape.z(0.9)
     y = depth - 0.01
-    b.rounded_box(
-        "deck", wall, (0, y - 0.02, (front + back) / 2), (2 * gap, 0.06, back - front), 0.03
-    )
+    center = (0, y - 0.02, (front + back) / 2)
+    b.rounded_box("deck", wall, center, (2 * gap, 0.06, back - front), 0.03)
     saloon = rng.random() < 0.75
     foot = vec(0, y, front + 0.12 * length)
     if saloon:
@@ -153,8 +149,8 @@ def catamaran(rng: Rng) -> Builder:
         house = House(
             width=1.7 * gap, z=z, y=(y, y + roof), slope=(1.2, -0.2), taper=0.35, chamfer=0.06
         )
-        add_house(b, house, wall, glass, "band", 0.0, (0.35, 0.8))
-        foot = foot + vec(0, roof - 0.02, 0)
+        add_house(b, house, wall, glass, windows="band", roof=0.0, band=(0.35, 0.8))
+        foot = foot + (roof - 0.02) * UP
     tip = shape.z(0.04)
     b.cylinder("mast", tint(rng, "grey"), (-gap, depth, tip), (gap, depth, tip), 0.014, segments=10)
     net = np.array(

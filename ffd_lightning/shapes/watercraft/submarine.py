@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
-from ffd_lightning.shapes.kit.vectors import Array, about_y, about_z, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, about_z, lean, vec
 from ffd_lightning.shapes.watercraft.hull import tint
 
 
@@ -30,25 +30,16 @@ def submarine(rng: Rng) -> Builder:
     b.lathe("hull", paint, profile, turn=forward, segments=28)
     if rng.random() < 0.5:
         size = (1.1 * radius, 0.25 * radius, rng.uniform(0.5, 0.65) * length)
-        b.rounded_box(
-            "deck", dark, (0, 0.95 * radius, -0.05 * length), size, radius=0.4 * radius, edge=0.02
-        )
+        center = (0, 0.95 * radius, -0.05 * length)
+        b.rounded_box("deck", dark, center, size, radius=0.4 * radius, edge=0.02)
     z, tall = rng.uniform(-0.2, 0.02) * length, rng.uniform(0.1, 0.19)
     long = rng.uniform(0.16, 0.3)
-    _fin(
-        b,
-        "cabin",
-        paint,
-        vec(0, 0.8 * radius, z),
-        (0, tall + 0.2 * radius, 0),
-        chord=long,
-        thickness=0.06,
-        tip=0.88,
-    )
+    root = vec(0, 0.8 * radius, z)
+    _fin(b, "cabin", paint, root, (0, tall + 0.2 * radius, 0), chord=long, thickness=0.06, tip=0.88)
     roof = vec(0, radius + tall - 0.01, z)
     for i in range(int(rng.integers(1, 5))):
         foot = roof + vec(0, 0, (-0.25 + 0.15 * i) * long)
-        b.cylinder("mast", dark, foot, foot + vec(0, rng.uniform(0.03, 0.14), 0), 0.007, segments=8)
+        b.cylinder("mast", dark, foot, foot + rng.uniform(0.03, 0.14) * UP, 0.007, segments=8)
     level = rng.uniform(0.3, 0.7) * tall + radius if rng.random() < 0.6 else 0.0
     at = z if level else -0.3 * length
     for side in (-1, 1):
@@ -57,23 +48,10 @@ def submarine(rng: Rng) -> Builder:
     turn = 45.0 if rng.random() < 0.25 else 0.0
     for k in range(4):
         way = about_z(turn + 90 * k) @ vec(rng.uniform(1.1, 1.6) * radius, 0, 0)
-        _fin(
-            b,
-            "keel",
-            paint,
-            vec(0, 0, 0.44 * length),
-            way + vec(0, 0, 0.02),
-            chord=0.13,
-            thickness=0.018,
-            tip=0.65,
-        )
-    _screw(
-        b,
-        tint(rng, "orange", "grey"),
-        z=0.5 * length,
-        radius=0.75 * radius,
-        blades=int(rng.integers(3, 8)),
-    )
+        root = vec(0, 0, 0.44 * length)
+        _fin(b, "keel", paint, root, way + vec(0, 0, 0.02), chord=0.13, thickness=0.018, tip=0.65)
+    metal = tint(rng, "orange", "grey")
+    _screw(b, metal, z=0.5 * length, radius=0.75 * radius, blades=int(rng.integers(3, 8)))
     return b
 
 
@@ -100,24 +78,13 @@ def _fin(
 
 def _screw(b: Builder, metal: Material, z: float, radius: float, blades: int) -> None:
     """Add a hub and twisted blades about the z axis."""
+    start, end = (0, 0, z - 0.02), (0, 0, z + 0.03)
     b.cylinder(
-        "engine",
-        metal,
-        (0, 0, z - 0.02),
-        (0, 0, z + 0.03),
-        radius=0.25 * radius,
-        radius_end=0.08 * radius,
-        segments=10,
+        "engine", metal, start, end, radius=0.25 * radius, radius_end=0.08 * radius, segments=10
     )
     for k in range(blades):
         spin = about_z(360 * k / blades)
         turn = spin @ about_y(145)
         center = spin @ vec(0, 0.55 * radius, 0) + vec(0, 0, z)
-        b.ellipsoid(
-            "engine",
-            metal,
-            center,
-            (0.22 * radius, 0.45 * radius, 0.04 * radius),
-            segments=10,
-            turn=turn,
-        )
+        radii = (0.22 * radius, 0.45 * radius, 0.04 * radius)
+        b.ellipsoid("engine", metal, center, radii, segments=10, turn=turn)

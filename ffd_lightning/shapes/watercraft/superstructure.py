@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material
-from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, Triple, vec
 
 
 def _ring(width: float, z: Pair, y: float, chamfer: float) -> Array:
@@ -79,7 +79,7 @@ def add_house(
         raise ValueError(f"unknown windows {windows!r}")
     if roof > 0:
         top = house.ring(1, roof)
-        b.loft("cabin", wall, [top, top + vec(0, 0.012, 0)])
+        b.loft("cabin", wall, [top, top + 0.012 * UP])
 
 
 def funnel(b: Builder, base: Material, band: Material, foot: Triple, size: Array) -> None:
@@ -101,10 +101,10 @@ def funnel(b: Builder, base: Material, band: Material, foot: Triple, size: Array
 def mast(b: Builder, material: Material, foot: Array, height: float, arms: int) -> None:
     """Add a signal mast: a pole with `arms` cross-bars and a radar bar."""
     radius = 0.012
-    top = foot + vec(0, height, 0)
+    top = foot + height * UP
     b.cylinder("mast", material, foot, top, radius=radius, radius_end=0.5 * radius, segments=8)
     for i in range(arms):
-        at = foot + vec(0, height * (0.55 + 0.35 * i / max(arms, 1)), 0)
+        at = foot + height * (0.55 + 0.35 * i / max(arms, 1)) * UP
         reach = (0.16 - 0.03 * i) * height / 0.3
         ends = (at - vec(0.5 * reach, 0, 0), at + vec(0.5 * reach, 0, 0))
         b.cylinder("mast", material, *ends, 0.5 * radius, segments=6)

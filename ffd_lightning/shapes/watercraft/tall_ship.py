@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, plank, solid_hull, tint
 from ffd_lightning.shapes.watercraft.rig import add_jibs, add_rig, add_rope, add_sail, draw_cloth
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house
@@ -33,7 +33,7 @@ def tall_ship(rng: Rng) -> Builder:
     paint = wood if rng.random() < 0.5 else tint(rng, "black", "navy", "white", "red", "green")
     lower = tint(rng, "red", "teak", "dark", "green")
     solid_hull(b, hull, paint, lower, 0.45 * depth, plank(rng))
-    bulwark(b, hull, paint, rng.uniform(0.03, 0.05), thickness=0.02)
+    bulwark(b, hull, paint, height=rng.uniform(0.03, 0.05), thickness=0.02)
     trim = tint(rng, "orange", "cream", "black", "red")
     _wales(b, rng, hull, trim)
     if castle > 0.03:
@@ -44,12 +44,11 @@ def tall_ship(rng: Rng) -> Builder:
             slope=(0, -0.2),
             taper=0.2,
         )
-        add_house(b, poop, paint, tint(rng, "window", "orange"), "panes", 0.01)
+        add_house(b, poop, paint, tint(rng, "window", "orange"), windows="panes", roof=0.01)
     bow = hull.edge(0.0, 0) * vec(0, 1, 1)
     tip = bow + vec(0, 0.1, -rng.uniform(0.22, 0.35))
-    b.cylinder(
-        "mast", spar, bow + vec(0, -0.03, 0.12), tip, radius=0.018, radius_end=0.008, segments=8
-    )
+    start = bow + vec(0, -0.03, 0.12)
+    b.cylinder("mast", spar, start, tip, radius=0.018, radius_end=0.008, segments=8)
     masts, height = int(rng.integers(2, 5)), length * rng.uniform(0.65, 0.85)
     places = np.linspace(0.2, 0.8, masts) if masts > 2 else np.array([0.3, 0.62])
     cloth, furled = draw_cloth(rng), rng.random() < 0.15
@@ -65,7 +64,7 @@ def tall_ship(rng: Rng) -> Builder:
         for side in (-1, 1):
             for back in (0.0, 0.05):
                 chain = hull.edge(t, side) + vec(0, 0.02, back)
-                add_rope(b, chain, foot + vec(0, 0.62 * tall, 0))
+                add_rope(b, chain, foot + 0.62 * tall * UP)
     fore = vec(0, hull.top(places[0]), hull.z(places[0]))
     add_jibs(b, rng, cloth, tip, fore, height)
     return b
@@ -76,7 +75,7 @@ def _wales(b: Builder, rng: Rng, hull: Hull, trim: Material) -> None:
     for t_level in np.linspace(0.06, 0.26, int(rng.integers(1, 4))):
         for side in (-1, 1):
             path = [
-                hull.edge(t, side, -0.004) - vec(0, t_level * hull.depth, 0)
+                hull.edge(t, side, -0.004) - t_level * hull.depth * UP
                 for t in np.linspace(0.03, 1.0, 13)
             ]
             b.tube("hull", trim, path, 0.007, segments=5)
@@ -99,19 +98,18 @@ def _square_rig(
     furled: bool,
 ) -> None:
     """Add a mast with yards and square sails, each narrower than the one below."""
-    b.cylinder(
-        "mast", spar, foot, foot + vec(0, height, 0), radius=0.018, radius_end=0.008, segments=10
-    )
+    end = foot + height * UP
+    b.cylinder("mast", spar, foot, end, radius=0.018, radius_end=0.008, segments=10)
     levels = np.linspace(0.16, 0.95, tiers + 1) * height
     ahead = vec(0, 0, -0.028)
     halves = 0.5 * width * np.linspace(1.0, 0.5, tiers + 1)
     for i in range(tiers):
-        low, high = (foot + vec(0, y, 0) + ahead for y in (levels[i] + 0.015, levels[i + 1]))
+        low, high = (foot + y * UP + ahead for y in (levels[i] + 0.015, levels[i + 1]))
         reach = vec(halves[i + 1] * 1.08, 0, 0)
         b.cylinder("mast", spar, high - reach, high + reach, 0.009, segments=6)
         top, bottom = reach * 0.92, vec(halves[i] * 0.95, 0, 0)
         if furled:
-            path = [high + t * top + vec(0, 0.01, 0) for t in (-0.95, -0.4, 0.0, 0.4, 0.95)]
+            path = [high + t * top + 0.01 * UP for t in (-0.95, -0.4, 0.0, 0.4, 0.95)]
             b.tube("sail", cloth, path, (0.01, 0.02, 0.026, 0.02, 0.01), segments=7)
         else:
             blown = (0, 0, -rng.uniform(0.05, 0.09))

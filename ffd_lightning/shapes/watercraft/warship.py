@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
-from ffd_lightning.shapes.kit.vectors import Array, Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, lean, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, railing, solid_hull, tint
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house, funnel
 
@@ -45,7 +45,7 @@ def warship(rng: Rng) -> Builder:
         slope=(0.4, 0.2),
         taper=0.12,
     )
-    add_house(b, low, grey, glass, "none", 0.0)
+    add_house(b, low, grey, glass, windows="none", roof=0.0)
     height = y + storey
     for i in range(int(rng.integers(2, 4))):
         at = (-0.18 + 0.03 * i) * long
@@ -56,7 +56,7 @@ def warship(rng: Rng) -> Builder:
             slope=(0.3, 0.1),
             taper=0.12,
         )
-        add_house(b, tier, grey, glass, "band" if i else "panes", 0.006 if i else 0.0)
+        add_house(b, tier, grey, glass, windows="band" if i else "panes", roof=0.006 if i else 0.0)
         height += storey
     _tower(b, rng, vec(0, height, -0.09 * long), grey)
     for k in range(int(rng.integers(1, 4))):
@@ -73,16 +73,16 @@ def warship(rng: Rng) -> Builder:
     else:
         pad = (0.8 * hull.beam, 0.012, 0.16)
         b.box("deck", dark, (0, hull.top(rear) + 0.008, hull.z(rear)), pad)
-    railing(b, hull, grey, 0.03, (0.03, 0.3), 9)
+    railing(b, hull, grey, height=0.03, span=(0.03, 0.3), posts=9)
     return b
 
 
 def _tower(b: Builder, rng: Rng, foot: Array, grey: Material) -> None:
     """Add a lattice or a plated mast with radars."""
     height = rng.uniform(0.16, 0.28)
-    top = foot + vec(0, height, 0)
+    top = foot + height * UP
     if rng.random() < 0.5:
-        b.box("mast", grey, foot + vec(0, height / 2, 0), (0.07, height, 0.07), taper=0.4)
+        b.box("mast", grey, foot + height / 2 * UP, (0.07, height, 0.07), taper=0.4)
         b.ellipsoid("mast", grey, top, (0.03, 0.035, 0.03), segments=12)
     else:
         for x, z in ((-1, 1), (1, 1), (0, -1)):
@@ -90,7 +90,7 @@ def _tower(b: Builder, rng: Rng, foot: Array, grey: Material) -> None:
         panel = (rng.uniform(0.08, 0.14), 0.05, 0.012)
         b.box("mast", grey, foot + vec(0, 0.7 * height, -0.03), panel, turn=lean(15))
     for level in (0.6, 0.85):
-        at, reach = foot + vec(0, level * height, 0), rng.uniform(0.06, 0.1)
+        at, reach = foot + level * height * UP, rng.uniform(0.06, 0.1)
         b.cylinder("mast", grey, at - vec(reach, 0, 0), at + vec(reach, 0, 0), 0.005, segments=6)
 
 
@@ -100,17 +100,15 @@ def _turret(
     """Add a gun turret that points forward, or aft."""
     way = 1.0 if aft else -1.0
     base = np.array(foot)
-    b.cylinder(
-        "gun", paint, base - vec(0, 0.05, 0), base + vec(0, 0.02, 0), 0.05 * size, segments=16
-    )
-    middle = base + vec(0, 0.02 + 0.025 * size, 0)
+    origin = base - 0.05 * UP
+    b.cylinder("gun", paint, origin, base + 0.02 * UP, 0.05 * size, segments=16)
+    middle = base + (0.02 + 0.025 * size) * UP
     b.box("gun", paint, middle, vec(0.1, 0.05, 0.13) * size, taper=0.8)
     for x in (np.arange(barrels) - (barrels - 1) / 2) * 0.028 * size:
         start = middle + vec(x, 0, way * 0.05 * size)
         end = start + vec(0, 0.03, way * 0.17) * size
-        b.cylinder(
-            "gun", paint, start, end, radius=0.009 * size, radius_end=0.007 * size, segments=10
-        )
+        radius = 0.009 * size
+        b.cylinder("gun", paint, start, end, radius=radius, radius_end=0.007 * size, segments=10)
 
 
 def carrier(rng: Rng) -> Builder:
@@ -128,8 +126,8 @@ def carrier(rng: Rng) -> Builder:
     ]
     ring = np.array([(x, 0.0, z) for x, z in outline])
     slim = ring * vec(0.92, 1, 0.99)
-    b.loft("hull", grey, [ring * vec(0.6, 1, 0.9) + vec(0, 0.5 * y, 0), slim + vec(0, y, 0)])
-    b.loft("deck", dark, [ring + vec(0, y, 0), ring + vec(0, y + 0.02, 0)])
+    b.loft("hull", grey, [ring * vec(0.6, 1, 0.9) + 0.5 * y * UP, slim + y * UP])
+    b.loft("deck", dark, [ring + y * UP, ring + (y + 0.02) * UP])
     white, y = tint(rng, "white"), y + 0.02
     for at in np.linspace(ends[0] + 0.1, ends[1] - 0.1, 14):
         b.box("deck", white, (-0.2 * beam, y, at), (0.012, 0.004, 0.06))
@@ -148,7 +146,7 @@ def carrier(rng: Rng) -> Builder:
 
 def _parked(b: Builder, paint: Material, at: Triple, size: float) -> None:
     """Add a small jet on deck, its nose turned inboard."""
-    middle = np.array(at) + vec(0, 0.16 * size, 0)
+    middle = np.array(at) + 0.16 * size * UP
     b.ellipsoid("cargo", paint, middle, vec(0.5, 0.11, 0.09) * size, segments=10)
     delta = (
         np.array(
@@ -156,6 +154,6 @@ def _parked(b: Builder, paint: Material, at: Triple, size: float) -> None:
         )
         * size
     )
-    b.loft("cargo", paint, [delta + middle, delta + middle + vec(0, 0.05 * size, 0)])
+    b.loft("cargo", paint, [delta + middle, delta + middle + 0.05 * size * UP])
     b.box("cargo", paint, middle + vec(-0.38, 0.15, 0) * size, (0.16 * size, 0.25 * size, 0.006))
-    b.box("cargo", paint, middle - vec(0, 0.1 * size, 0), (0.1 * size, 0.16 * size, 0.1 * size))
+    b.box("cargo", paint, middle - 0.1 * size * UP, (0.1 * size, 0.16 * size, 0.1 * size))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, pick_material
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.vectors import UP, vec
 from ffd_lightning.shapes.watercraft.hull import Hull, bulwark, plank, solid_hull, tint
 from ffd_lightning.shapes.watercraft.superstructure import House, add_house, funnel, mast
 
@@ -30,7 +30,7 @@ def workboat(rng: Rng) -> Builder:
     paint = tint(rng, "red", "navy", "green", "black", "blue", "white", "orange")
     wall, glass = tint(rng, "white", "cream", "orange", "white"), tint(rng, "window")
     solid_hull(b, hull, paint, tint(rng, "red", "black", "dark"), 0.4 * depth, plank(rng))
-    bulwark(b, hull, paint, rng.uniform(0.04, 0.07), thickness=0.02)
+    bulwark(b, hull, paint, height=rng.uniform(0.04, 0.07), thickness=0.02)
     y, storey = hull.top(0.5) - 0.005, rng.uniform(0.1, 0.13)
     aft = rng.random() < 0.35
     z = hull.z(0.58 if aft else rng.uniform(0.24, 0.3))
@@ -38,7 +38,7 @@ def workboat(rng: Rng) -> Builder:
     low = House(
         width=wide, z=(z, z + long), y=(y, y + storey), slope=(0.0, 0.0), taper=0.0, chamfer=0.03
     )
-    add_house(b, low, wall, glass, "panes", 0.012, (0.5, 0.8))
+    add_house(b, low, wall, glass, windows="panes", roof=0.012, band=(0.5, 0.8))
     at, y = z + rng.uniform(0.02, 0.06), y + storey
     wheel = House(
         width=0.82 * wide,
@@ -47,8 +47,8 @@ def workboat(rng: Rng) -> Builder:
         slope=(rng.uniform(-0.2, 0.2), 0),
         taper=0.04,
     )
-    add_house(b, wheel, wall, glass, "band", 0.02)
-    mast(b, tint(rng, "grey", "orange"), vec(0, y + storey, at + 0.3 * long), 0.2, 2)
+    add_house(b, wheel, wall, glass, windows="band", roof=0.02)
+    mast(b, tint(rng, "grey", "orange"), vec(0, y + storey, at + 0.3 * long), height=0.2, arms=2)
     if rng.random() < 0.65:
         size = vec(0.1, rng.uniform(0.12, 0.2), 0.09)
         funnel(b, wall, tint(rng, "red", "blue", "black"), (0, y, z + 0.83 * long), size)
@@ -74,30 +74,16 @@ def _gear(b: Builder, rng: Rng, hull: Hull, start: float, ahead: bool) -> None:
     z = hull.z(t)
     y, steel = hull.top(t), tint(rng, "orange", "grey", "cream")
     foot = vec(0, y, z if ahead else max(z, start + 0.06))
-    b.cylinder(
-        "mast",
-        steel,
-        foot,
-        foot + vec(0, rng.uniform(0.3, 0.5), 0),
-        radius=0.018,
-        radius_end=0.012,
-        segments=10,
-    )
+    end = foot + rng.uniform(0.3, 0.5) * UP
+    b.cylinder("mast", steel, foot, end, radius=0.018, radius_end=0.012, segments=10)
     way = -1 if ahead else 1
     boom = foot + vec(0, rng.uniform(0.22, 0.34), way * 0.24)
-    b.cylinder("mast", steel, foot + vec(0, 0.07, 0), boom, 0.011, segments=8)
-    b.cylinder("mast", steel, boom, foot + vec(0, 0.29, 0), 0.004, segments=5)
+    b.cylinder("mast", steel, foot + 0.07 * UP, boom, 0.011, segments=8)
+    b.cylinder("mast", steel, boom, foot + 0.29 * UP, 0.004, segments=5)
     winch = foot + vec(0, 0.035, 0.07 * way)
-    b.cylinder(
-        "cargo",
-        tint(rng, "dark"),
-        winch - vec(0.08, 0, 0),
-        winch + vec(0.08, 0, 0),
-        0.03,
-        segments=14,
-    )
+    origin = winch - vec(0.08, 0, 0)
+    b.cylinder("cargo", tint(rng, "dark"), origin, winch + vec(0.08, 0, 0), 0.03, segments=14)
     crate = pick_material(rng, "plastic")
     for x in np.linspace(-0.25, 0.25, int(rng.integers(0, 4))) * hull.beam:
-        b.rounded_box(
-            "cargo", crate, (x, y + 0.025, foot[2] + 0.16 * way), (0.07, 0.05, 0.06), 0.008
-        )
+        center = (x, y + 0.025, foot[2] + 0.16 * way)
+        b.rounded_box("cargo", crate, center, (0.07, 0.05, 0.06), 0.008)
