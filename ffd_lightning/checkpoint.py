@@ -18,7 +18,7 @@ from ffd_lightning.app.config import PathsConfig, TrainConfig, typed_config
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.lattice import num_control_points
-from ffd_lightning.imaging.appearance import TrainingLooks
+from ffd_lightning.imaging.appearance import TrainingAppearance
 from ffd_lightning.nn.network import TemplateFfdNetwork, build_encoder
 
 _ENTRY = "model"
@@ -39,12 +39,12 @@ class TrainedModel:
     config: TrainConfig
     network: TemplateFfdNetwork
     bank: TemplateBank
-    looks: TrainingLooks
+    looks: TrainingAppearance
     step: int
 
 
 def model_entry(
-    config: TrainConfig, bank: TemplateBank, looks: TrainingLooks
+    config: TrainConfig, bank: TemplateBank, looks: TrainingAppearance
 ) -> dict[str, dict[str, Any]]:
     """Return what a checkpoint needs beside the weights, for `load_model`."""
     settings = OmegaConf.structured(config)
@@ -76,7 +76,7 @@ def load_model(checkpoint: Path) -> TrainedModel:
         assert isinstance(settings, DictConfig)
         config = typed_config(settings, TrainConfig)
         bank = TemplateBank.from_state(content["templates"])
-        looks = TrainingLooks.from_state(content["looks"])
+        looks = TrainingAppearance.from_state(content["looks"])
     except Exception as error:
         reason = str(error).split("\n")[0]
         raise ConfigError(

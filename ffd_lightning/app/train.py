@@ -42,7 +42,7 @@ from ffd_lightning.evaluation.evaluator import Models, Options, Subject, evaluat
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.files import write_atomic
-from ffd_lightning.imaging.appearance import TrainingLooks
+from ffd_lightning.imaging.appearance import MOST_IMAGES, TrainingAppearance
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
@@ -157,7 +157,8 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     data = build_data(cfg)
     data.prepare_data()
     data.setup()
-    looks = TrainingLooks.of(data.prepared, data.rows(data.split.train))
+    train_rows = data.rows(data.split.train)
+    looks = TrainingAppearance.of(data.prepared.spread_images(train_rows, MOST_IMAGES))
     network = build_network(cfg)
     subject = _subject(network, data)
     # Told now, not after the training.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,17 +10,17 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from ffd_lightning.data.preparation.prepared import PreparedSet
+MOST_IMAGES = 256
+"""So many training images are enough, evenly spread over them all."""
 
-_IMAGES = 256
 _GRID = (12, 16)
 _INK = 0.1  # of the way from white to black counts in full: pale objects are objects too
 _USUAL = 0.99  # share of the training images that the others among them make look usual
 
 
 @dataclass(frozen=True)
-class TrainingLooks:
-    """Up to 256 training images, reduced to what new images are held against.
+class TrainingAppearance:
+    """Some training images, reduced to what new images are held against.
 
     The encoder's features would not do: after a short training they hardly tell a table from a
     plane, or from noise. Silhouettes do: of the demo's 94 test tables 2 were found strange, of
@@ -37,16 +37,17 @@ class TrainingLooks:
     usual: float
 
     @classmethod
-    def of(cls, prepared: PreparedSet, rows: NDArray[np.int64]) -> TrainingLooks:
-        """Look at the images of some models, one each, at most 256 of them evenly spread."""
-        chosen = rows[np.linspace(0, len(rows) - 1, min(len(rows), _IMAGES)).astype(int)]
-        views = prepared.image_shape[0]
-        images = [prepared.image(int(row), k % views) for k, row in enumerate(chosen)]
+    def of(cls, images: Sequence[NDArray[np.uint8]]) -> TrainingAppearance:
+        """Look at training images, (H, W, 4) uint8 each: RGB over white and coverage.
+
+        Args:
+            images: one or more; `MOST_IMAGES` of them are enough.
+        """
         fills = [fill for image in images if (fill := _fill(image)) is not None]
         found = np.stack([silhouette(image) for image in images])
         distances = [np.sort(_distances(one, found))[1] for one in found] if len(found) > 1 else [0]
         # Of few images the nearest are far apart by chance: nothing is then called strange.
-        usual = float(np.quantile(distances, _USUAL)) if len(found) >= _IMAGES // 8 else np.inf
+        usual = float(np.quantile(distances, _USUAL)) if len(found) >= MOST_IMAGES // 8 else np.inf
         return cls(found, float(np.median(fills)) if fills else 1.0, usual)
 
     def strangeness(self, image: NDArray[np.uint8]) -> float:
@@ -61,11 +62,11 @@ class TrainingLooks:
 
     def state(self) -> dict[str, Any]:
         """Return all that `from_state` needs."""
-        kept = torch.from_numpy(self.silhouettes)
-        return {"silhouettes": kept, "fill": self.fill, "usual": self.usual}
+        silhouettes = torch.from_numpy(self.silhouettes)
+        return {"silhouettes": silhouettes, "fill": self.fill, "usual": self.usual}
 
     @classmethod
-    def from_state(cls, state: Mapping[str, Any]) -> TrainingLooks:
+    def from_state(cls, state: Mapping[str, Any]) -> TrainingAppearance:
         """Return what `state` was called on."""
         return cls(state["silhouettes"].numpy(), float(state["fill"]), float(state["usual"]))
 

@@ -133,6 +133,21 @@ class PreparedSet:
         except ValueError as error:
             raise damaged(self.path, self.path / "images.npy", f"image {place}: {error}") from None
 
+    def spread_images(
+        self, rows: Sequence[int] | NDArray[np.int64], count: int
+    ) -> list[NDArray[np.uint8]]:
+        """Return one image each of at most `count` models, evenly spread over `rows`.
+
+        Views take turns.
+
+        Args:
+            rows: of the models to choose from, one or more.
+            count: at most so many.
+        """
+        places = np.linspace(0, len(rows) - 1, min(len(rows), count)).astype(int)
+        views = self.image_shape[0]
+        return [self.image(int(rows[place]), k % views) for k, place in enumerate(places)]
+
     def mesh(self, row: int) -> Mesh:
         """Return a model's normalised mesh, one colour per face (textures averaged).
 
