@@ -23,6 +23,7 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.errors import DataError
+from ffd_lightning.files import write_atomic
 from ffd_lightning.geometry.mesh import Mesh
 
 MANIFEST = "manifest.json"
@@ -114,6 +115,10 @@ class PreparedSet:
     def category(self, row: int) -> str:
         """Return the category of a model: the set's, of whichever model."""
         return str(self.manifest["settings"]["category"])
+
+    def part_names_of(self, row: int) -> tuple[str, ...]:
+        """Return the names of the parts that models of a model's category have."""
+        return self.part_names
 
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
         """Return a model's surface samples, or the first `count`: (N, 3), box diagonal 1."""
@@ -251,7 +256,7 @@ def _check_files(folder: Path, manifest: dict[str, Any]) -> None:
         if file_digest(folder / name) != facts["sha256"]:
             raise damaged(folder, folder / name, "its checksum has changed")
     with suppress(OSError):  # a folder that only others may write to: compared again next time
-        note.write_text(json.dumps(found), encoding="utf-8")
+        write_atomic(note, json.dumps(found))
 
 
 def _note(folder: Path) -> Path:
