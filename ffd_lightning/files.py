@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Mapping, Sequence
+import secrets
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from filelock import FileLock, Timeout
 
@@ -16,20 +18,50 @@ from ffd_lightning.errors import ConfigError, DataError
 _GLANCE = 1.0  # seconds; whoever only looks (`RunFolder.at_work`) has a lock for less
 
 
+@contextmanager
+def atomic_file(path: Path, durable: bool = True) -> Iterator[IO[bytes]]:
+    """Open a file for writing that appears when all of it is written, and not before.
+
+    What was there stays until then; an error leaves nothing behind. No other process, on whichever
+    machine, writes the same temporary file.
+
+    Args:
+        path: in a folder that exists.
+        durable: wait until all of it is on the disk. Without, a power cut may leave a broken file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
+    try:
+        with temporary.open("wb") as file:
+            yield file
+            if durable:
+                file.flush()
+                os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
 def write_bytes_atomic(path: Path, content: bytes) -> None:
-    """Write a small file so that a reader, or a kill, never sees half of it."""
+    """Write a small file as `atomic_file` does, and the folders that it is in.
+
+    Raises:
+        OSError: it cannot be written.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    with temporary.open("wb") as file:
+    with atomic_file(path) as file:
         file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    temporary.replace(path)
 
 
 def write_atomic(path: Path, text: str) -> None:
-    """Write a small text file as `write_bytes_atomic` does, in UTF-8."""
-    write_bytes_atomic(path, text.encode("utf-8"))
+    """Write a small text file, in UTF-8, as `write_bytes_atomic` does.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    write_bytes_atomic(path, text.encode())
 
 
 def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -39,6 +71,19 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     writer.writeheader()
     writer.writerows(rows)
     write_atomic(path, buffer.getvalue())
+
+
+def put_on_disk(path: Path) -> None:
+    """Have a file or a folder on the disk before going on.
+
+    Raises:
+        OSError: it is not there, or cannot be written.
+    """
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
 
 
 def lock_folder(folder: Path, taken: str) -> FileLock:

@@ -10,6 +10,7 @@ from ffd_lightning.app.build import build_data
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.checkpoint import load_model
+from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import OpenRun
 from ffd_lightning.run_folder import RunFolder
@@ -44,6 +45,17 @@ def read_config(run: RunFolder, data_root: str | Path | None = None) -> TrainCon
     return config
 
 
+def missing_data(run: RunFolder, data: FfdDataModule) -> DataError | None:
+    """Return the error for prepared data that is not where a run has it, None if all is there."""
+    for preparation in data.preparations:
+        if not preparation.target.is_dir():
+            return DataError(
+                f"the prepared data of {run.path} is not there: {preparation.target}. "
+                "data_root=DIR names the folder that it is in; ffd prepare makes it"
+            )
+    return None
+
+
 def open_run(
     run: RunFolder,
     data_root: str | Path | None = None,
@@ -64,12 +76,8 @@ def open_run(
     """
     config = read_config(run, data_root)
     data = build_data(config)
-    for preparation in data.preparations:
-        if not prepare and not preparation.target.is_dir():
-            raise DataError(
-                f"the prepared data of {run.path} is not there: {preparation.target}. "
-                "data_root=DIR names the folder that it is in; ffd prepare makes it"
-            )
+    if not prepare and (missing := missing_data(run, data)) is not None:
+        raise missing
     model = load_model(checkpoint or run.checkpoint)
     data.setup()
     return OpenRun(run, config.data.render, model.network, data, model.step)

@@ -160,7 +160,12 @@ def _evaluated(
 def _record(cfg: TrainConfig) -> dict[str, Any]:
     """Return what checkpoints say of the training; they may be handed to others, so no paths."""
     shown = replace(cfg, paths=type(cfg.paths)())
-    return {"regime": cfg.regime.name, "config": identity.to_yaml(shown)}
+    names = (cfg.name, cfg.category.name, cfg.regime.name, cfg.templates.name, f"seed{cfg.seed}")
+    return {
+        "run": "/".join(names),
+        "regime": cfg.regime.name,
+        "config": identity.to_yaml(shown),
+    }
 
 
 def _checkpoint_step(run: RunFolder) -> int:

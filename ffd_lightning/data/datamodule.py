@@ -330,11 +330,7 @@ class FfdDataModule(LightningDataModule):
     def appearance(self) -> TrainingAppearance:
         """What the training images look like."""
         rows = self.rows(self.split.train)
-        chosen = rows[np.linspace(0, len(rows) - 1, min(len(rows), MOST_IMAGES)).astype(int)]
-        views = self.prepared.image_shape[0]
-        return TrainingAppearance.of(
-            [self.prepared.image(int(row), k % views) for k, row in enumerate(chosen)]
-        )
+        return TrainingAppearance.of(self.prepared.spread_images(rows, MOST_IMAGES))
 
     @cached_property
     def store(self) -> ShapeStore:

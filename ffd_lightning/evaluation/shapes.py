@@ -11,7 +11,6 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.base import PartCloud
@@ -91,11 +90,7 @@ class ModelShape:
     @property
     def category_parts(self) -> tuple[str, ...]:
         """Names of the parts that models of its category have."""
-        prepared = self.prepared
-        if not isinstance(prepared, JoinedSet):
-            return prepared.part_names
-        mine = prepared.category(self.row)
-        return next(m.part_names for m in prepared.members if m.category(0) == mine)
+        return self.prepared.part_names_of(self.row)
 
 
 @dataclass(frozen=True)

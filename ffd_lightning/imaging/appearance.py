@@ -11,7 +11,8 @@ import torch
 from numpy.typing import NDArray
 
 MOST_IMAGES = 256
-"""As many training images are enough."""
+"""So many training images are enough, evenly spread over them all."""
+
 _GRID = (12, 16)
 _INK = 0.1  # of the way from white to black counts in full: pale objects are objects too
 _USUAL = 0.99  # share of the training images that the others among them make look usual
@@ -19,7 +20,7 @@ _USUAL = 0.99  # share of the training images that the others among them make lo
 
 @dataclass(frozen=True)
 class TrainingAppearance:
-    """Up to 256 training images, reduced to what new images are held against.
+    """Some training images, reduced to what new images are held against.
 
     The encoder's features would not do: after a short training they hardly tell a table from a
     plane, or from noise. Silhouettes do: of the demo's 94 test tables 2 were found strange, of
@@ -37,7 +38,11 @@ class TrainingAppearance:
 
     @classmethod
     def of(cls, images: Sequence[NDArray[np.uint8]]) -> TrainingAppearance:
-        """Look at some training images, each (H, W, 4) uint8 with coverage as alpha."""
+        """Look at training images, (H, W, 4) uint8 each: RGB over white and coverage.
+
+        Args:
+            images: one or more; `MOST_IMAGES` of them are enough.
+        """
         fills = [fill for image in images if (fill := _fill(image)) is not None]
         found = np.stack([silhouette(image) for image in images])
         distances = [np.sort(_distances(one, found))[1] for one in found] if len(found) > 1 else [0]
@@ -57,8 +62,8 @@ class TrainingAppearance:
 
     def state(self) -> dict[str, Any]:
         """Return all that `from_state` needs."""
-        kept = torch.from_numpy(self.silhouettes)
-        return {"silhouettes": kept, "fill": self.fill, "usual": self.usual}
+        silhouettes = torch.from_numpy(self.silhouettes)
+        return {"silhouettes": silhouettes, "fill": self.fill, "usual": self.usual}
 
     @classmethod
     def from_state(cls, state: Mapping[str, Any]) -> TrainingAppearance:

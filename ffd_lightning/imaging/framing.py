@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, UnidentifiedImageError
 
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, DataError, is_bug
 from ffd_lightning.imaging.background import as_bytes, border_ring, main_parts, split_by_border
 from ffd_lightning.imaging.pictures import (
     FORMATS,
@@ -103,7 +103,9 @@ def read_photo(path: Path) -> Image.Image:
         raise DataError(f"{path} {_unknown_kind(path)}") from None
     except Image.DecompressionBombError as error:
         raise DataError(f"{path} is too large ({error}): make it smaller first") from None
-    except Exception as error:  # a decoder meets anything in a damaged file
+    except Exception as error:  # Pillow meets anything in a damaged file
+        if is_bug(error):
+            raise
         raise DataError(f"{path} cannot be read ({_reason(error)})") from error
 
 
@@ -383,7 +385,9 @@ def _as_picture(picture: Image.Image | Bytes) -> Image.Image:
         picture = Image.fromarray(values)
     try:
         return upright(picture)
-    except Exception as error:  # it may be read only now
+    except Exception as error:  # it may be decoded only now: see `read_photo`
+        if is_bug(error):
+            raise
         raise DataError(f"the photograph cannot be read ({_reason(error)})") from error
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageCms, ImageOps
 
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedModelError, is_bug
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
 """Of Pillow's, those that data sets' pictures are read in."""
@@ -187,7 +187,9 @@ def _read(root: Path, name: str, size: tuple[int, int] | None = None) -> Image.I
         raise RejectedModelError(f"it has no {name}") from None
     except Image.DecompressionBombError as error:
         raise RejectedModelError(f"{name} is too large: {error}") from None
-    except Exception as error:  # a decoder meets anything in a damaged file
+    except Exception as error:  # Pillow meets anything in a damaged file
+        if is_bug(error):
+            raise
         reason = f"{type(error).__name__}: {error}"
         raise RejectedModelError(f"{name} cannot be read ({reason})") from error
 
@@ -229,7 +231,7 @@ def upright(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what is missing from the data
             orientation = picture.getexif().get(_ORIENTATION, 1)
-    except Exception:  # a reader of metadata meets anything in a damaged file
+    except Exception:  # Pillow's reader of metadata meets anything in a damaged file
         orientation = 1
         cautions.append("EXIF data cannot be read: it may lie on its side")
     if orientation not in _TURNS:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
@@ -21,6 +20,7 @@ from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import cloud_mesh, render_from
+from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -257,13 +257,7 @@ def write_file(path: Path, content: bytes) -> None:
     Raises:
         DataError: it cannot be written.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            temporary.write_bytes(content)
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)
+        write_bytes_atomic(path, content)
     except OSError as error:
         raise DataError(f"cannot write {path}: {error.strerror or error}") from None

@@ -17,6 +17,7 @@ from statistics import mean, stdev
 import numpy as np
 import pandas as pd
 import pytest
+from ffd_lightning.app.train import train
 from PIL import Image
 from scipy.spatial import cKDTree
 
@@ -28,7 +29,6 @@ from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.app.commands import report
 from ffd_lightning.app.open_run import build_data, open_run
 from ffd_lightning.app.settings import read_settings
-from ffd_lightning.app.train import train
 from ffd_lightning.checkpoint import build_network, load_weights
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import (

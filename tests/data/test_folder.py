@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ffd_lightning.app.config import Up
 from ffd_lightning.data.reading.frame import into_frame, mean_azimuth, turn
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
@@ -204,7 +203,7 @@ def test_models_are_turned_as_asked(tree: Tree) -> None:
         ("y", -90, (-z, y, x)),
         ("y", 180, (-x, y, -z)),
         ("z", 0, (x, z, -y)),
-        (Up.z, 450.0, (-y, z, -x)),
+        ("z", 450.0, (-y, z, -x)),
     ]:
         mesh = FolderSource(tree.root, up, yaw).load("chair", "m").mesh
         np.testing.assert_array_equal(mesh.vertices, np.stack(expected, 1))
@@ -218,7 +217,7 @@ def test_nothing_is_touched_where_nothing_is_to_be_turned() -> None:
     colors = np.full((1, 4), 9, np.uint8)
     mesh = Mesh(CORNERS, np.array([[0, 1, 2]]), colors, np.array([0], np.uint8), ("seat",))
     for yaw in (0.0, 360.0, -720.0):
-        assert into_frame(mesh, Up.y, yaw) is mesh
+        assert into_frame(mesh, "y", yaw) is mesh
     turned = into_frame(mesh, "z", 30.0)
     assert turned.part_names == ("seat",)
     assert turned.face_parts is mesh.face_parts
@@ -235,7 +234,7 @@ def test_turns_are_anticlockwise_from_above_and_do_not_mirror() -> None:
     for _ in range(4):
         quarters = turn(quarters, "y", 90)
     np.testing.assert_array_equal(quarters, CORNERS)
-    for up in Up:
+    for up in ("y", "z"):
         for yaw in (0, 90, 180, 270, 33.3):
             matrix = turn(np.eye(3), up, yaw)
             np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-15)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from shapenet_tree import write_folder
 
-from ffd_lightning.app.config import Up
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
@@ -117,7 +116,7 @@ def test_fingerprint_follows_files_and_turns_and_not_the_place(tmp_path):
     ]
     assert seen.count(seen[0]) == len(seen)
     root = tmp_path / "0"
-    others = [ModelNetSource(root, up=Up.y), ModelNetSource(root, yaw=90.0)]
+    others = [ModelNetSource(root, up="y"), ModelNetSource(root, yaw=90.0)]
     seen = [seen[0], *(source.fingerprint("chair") for source in others)]
     (root / "airplane/train/airplane_0001.off").write_bytes(b"changed")
     assert ModelNetSource(root).fingerprint("chair") == seen[0]

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 from PIL import Image, ImageCms, ImageOps
 
-from ffd_lightning.app.config import Background
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.normalization import normalize
@@ -522,14 +521,14 @@ def rembg(monkeypatch):
 def test_rembg_finds_the_object(rembg):
     photo, _ = on_colour()
     for _ in range(2):
-        framed = frame(photo, background=Background.rembg)
+        framed = frame(photo, background="rembg")
     assert difference(framed.image, rendering()) < 5
     assert framed.warnings == ()
     assert "rembg" in framed.steps[0]
     assert len(rembg.asked) == 1  # the network is loaded once
     with pytest.raises(DataError, match="no object found"):
-        frame(np.full_like(photo, 255), background=Background.rembg)
-    framed = frame(photo, background=Background.rembg, mask=Image.new("L", (320, 240), 255))
+        frame(np.full_like(photo, 255), background="rembg")
+    framed = frame(photo, background="rembg", mask=Image.new("L", (320, 240), 255))
     assert framed.steps[0] == "background: mask"
 
 
@@ -541,10 +540,10 @@ def test_rembg_that_is_missing_or_has_no_weights(rembg, monkeypatch):
 
     monkeypatch.setattr(rembg, "new_session", fail)
     with pytest.raises(ConfigError, match=r"weights of .* .OSError: Max retries exceeded"):
-        frame(photo, background=Background.rembg)
+        frame(photo, background="rembg")
     monkeypatch.setitem(sys.modules, "rembg", None)
     with pytest.raises(ConfigError, match=r"pip install 'rembg\[cpu\]'"):
-        frame(photo, background=Background.rembg)
+        frame(photo, background="rembg")
 
 
 def test_rembg_without_its_runtime_does_not_end_the_program(rembg, tmp_path, monkeypatch):
@@ -552,4 +551,4 @@ def test_rembg_without_its_runtime_does_not_end_the_program(rembg, tmp_path, mon
     monkeypatch.delitem(sys.modules, "rembg")
     monkeypatch.syspath_prepend(tmp_path)
     with pytest.raises(ConfigError, match="pip install"):
-        frame(on_colour()[0], background=Background.rembg)
+        frame(on_colour()[0], background="rembg")

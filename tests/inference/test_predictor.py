@@ -11,7 +11,7 @@ from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.imaging.appearance import TrainingLooks
+from ffd_lightning.imaging.appearance import TrainingAppearance
 from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 
@@ -132,30 +132,27 @@ def disc(radius, x=32, ink=0):
     return np.dstack([rgb, rgb, rgb, 255 * covered.astype(np.uint8)])
 
 
-class Discs:
-    image_shape = (1, 48, 64, 4)
-
-    def image(self, row, view):
-        return disc(14 + row % 8, 28 + row // 8)
+def discs(count):
+    return [disc(14 + k % 8, 28 + k // 8) for k in range(count)]
 
 
-def test_looks_tell_training_images_from_others():
-    looks = TrainingLooks.of(Discs(), np.arange(64))
+def test_appearance_tells_training_images_from_others():
+    looks = TrainingAppearance.of(discs(64))
     assert looks.fill == pytest.approx(2 * 17.5 / 48, abs=0.05)
     assert looks.strangeness(disc(17, 30)) == 0
     assert looks.strangeness(disc(17, 30, ink=200)) < 0.5  # pale objects are objects too
     assert looks.strangeness(255 - disc(17, 30)) > 1
     assert looks.strangeness(np.full((48, 64, 3), 128, np.uint8)) > 1
-    again = TrainingLooks.from_state(looks.state())
+    again = TrainingAppearance.from_state(looks.state())
     assert again.strangeness(disc(20, 10)) == looks.strangeness(disc(20, 10)) > 1
-    few = TrainingLooks.of(Discs(), np.arange(4))
+    few = TrainingAppearance.of(discs(4))
     assert few.strangeness(np.zeros((48, 64, 3), np.uint8)) == 0
 
 
 def test_strange_images_are_warned_of(checkpoint, image):
     predictor = Predictor.load(checkpoint)
     looks = predictor.model.looks
-    strict = TrainingLooks(looks.silhouettes, looks.fill, 1.0)
+    strict = TrainingAppearance(looks.silhouettes, looks.fill, 1.0)
     object.__setattr__(predictor.model, "looks", strict)
     assert any("unlike the images of table" in w for w in predictor.frame(image).warnings)
 

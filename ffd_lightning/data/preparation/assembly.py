@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import importlib.metadata
 import json
-import os
 import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
@@ -24,6 +23,7 @@ from ffd_lightning.data.preparation.prepared import (
     manifest_digest,
 )
 from ffd_lightning.errors import DataError
+from ffd_lightning.files import put_on_disk
 
 _PACKAGES = ("ffd_lightning", "numpy", "embreex")
 
@@ -74,9 +74,9 @@ def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], targe
     manifest["sha256"] = manifest_digest(manifest)
     (folder / MANIFEST).write_text(json.dumps(manifest, indent=1) + "\n", encoding="utf-8")
     for path in (*folder.iterdir(), folder):
-        _sync(path)
+        put_on_disk(path)
     folder.rename(target)
-    _sync(target.parent)
+    put_on_disk(target.parent)
 
 
 def _write_models(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str, Any]:
@@ -150,12 +150,3 @@ def _version(package: str) -> str:
         return importlib.metadata.version(package)
     except importlib.metadata.PackageNotFoundError:
         return "unknown"
-
-
-def _sync(path: Path) -> None:
-    """Have a file or a folder on the disk before going on."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

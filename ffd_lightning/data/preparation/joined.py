@@ -81,6 +81,11 @@ class JoinedSet(PreparedSet):
         """Return the category of a model."""
         return self._place(row)[0].category(0)
 
+    def part_names_of(self, row: int) -> tuple[str, ...]:
+        """See `PreparedSet.part_names_of`: those of the member that has it."""
+        member, _ = self._place(row)
+        return member.part_names
+
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
         """See `PreparedSet.cloud`."""
         member, own = self._place(row)

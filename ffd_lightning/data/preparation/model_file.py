@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import secrets
 import zipfile
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +14,8 @@ from numpy.typing import NDArray
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART, pack_image, pack_mesh, pack_points
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
 from ffd_lightning.data.sources.base import Source, SourceModel
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedModelError, explain_unforeseen
+from ffd_lightning.files import atomic_file, write_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.geometry.sampling import sample_surface
@@ -64,26 +64,16 @@ def make_model(recipe: Recipe, model_id: str) -> None:
         reject(recipe, model_id, str(error))
         return
     except Exception as error:  # one odd model must not end hours of work
-        reject(recipe, model_id, f"{type(error).__name__}: {error}")
+        reject(recipe, model_id, explain_unforeseen(error))
         return
-    file = recipe.file(model_id)
-    temporary = _temporary(file)
-    with temporary.open("wb") as stream:
-        np.savez(stream, **arrays)
-    temporary.replace(file)
+    # Not durable: `is_done` sees a file that a power cut broke.
+    with atomic_file(recipe.file(model_id), durable=False) as file:
+        np.savez(file, **arrays)
 
 
 def reject(recipe: Recipe, model_id: str, reason: str) -> None:
     """Write down why a model is not in the set."""
-    file = recipe.rejection(model_id)
-    temporary = _temporary(file)
-    temporary.write_text(" ".join(reason.split()), encoding="utf-8")
-    temporary.replace(file)
-
-
-def _temporary(file: Path) -> Path:
-    """Return a name that no other process uses, on whichever machine it runs."""
-    return file.with_suffix(f".{secrets.token_hex(4)}.tmp")
+    write_atomic(recipe.rejection(model_id), " ".join(reason.split()))
 
 
 def is_done(recipe: Recipe, model_id: str) -> bool:

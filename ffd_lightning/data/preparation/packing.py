@@ -7,12 +7,20 @@ picks points at random: their coordinates are rounded to 1/65534 of the bounding
 from __future__ import annotations
 
 import io
+import struct
+import zipfile
 import zlib
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.geometry.mesh import Mesh
+
+# What zipfile, zlib, struct and numpy raise on damaged bytes.
+_DAMAGED = (
+    *(OSError, ValueError, LookupError, ArithmeticError, EOFError, MemoryError, RuntimeError),
+    *(SyntaxError, struct.error, zipfile.BadZipFile, zlib.error),
+)
 
 UNKNOWN_PART = 255
 POINT_STEP = 1 / 65534
@@ -93,7 +101,7 @@ def unpack_mesh(packed: bytes) -> tuple[Mesh, NDArray[np.uint8]]:
                 part_names=tuple(arrays["part_names"].tolist()),
             )
             return mesh, arrays["point_parts"]
-    except Exception as error:  # zipfile, zlib and numpy raise many kinds on damaged bytes
+    except _DAMAGED as error:
         raise ValueError(f"{type(error).__name__}: {error}") from None
 
 

@@ -23,6 +23,7 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.errors import DataError
+from ffd_lightning.files import write_atomic
 from ffd_lightning.geometry.mesh import Mesh
 
 MANIFEST = "manifest.json"
@@ -115,6 +116,10 @@ class PreparedSet:
         """Return the category of a model: the set's, of whichever model."""
         return str(self.manifest["settings"]["category"])
 
+    def part_names_of(self, row: int) -> tuple[str, ...]:
+        """Return the names of the parts that models of a model's category have."""
+        return self.part_names
+
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
         """Return a model's surface samples, or the first `count`: (N, 3), box diagonal 1."""
         return unpack_points(self.arrays["points"][row, :count])
@@ -132,6 +137,21 @@ class PreparedSet:
             return unpack_image(self.arrays["images"][start:end].data, tuple(shape))
         except ValueError as error:
             raise damaged(self.path, self.path / "images.npy", f"image {place}: {error}") from None
+
+    def spread_images(
+        self, rows: Sequence[int] | NDArray[np.int64], count: int
+    ) -> list[NDArray[np.uint8]]:
+        """Return one image each of at most `count` models, evenly spread over `rows`.
+
+        Views take turns.
+
+        Args:
+            rows: of the models to choose from, one or more.
+            count: at most so many.
+        """
+        places = np.linspace(0, len(rows) - 1, min(len(rows), count)).astype(int)
+        views = self.image_shape[0]
+        return [self.image(int(rows[place]), k % views) for k, place in enumerate(places)]
 
     def mesh(self, row: int) -> Mesh:
         """Return a model's normalised mesh, one colour per face (textures averaged).
@@ -236,7 +256,7 @@ def _check_files(folder: Path, manifest: dict[str, Any]) -> None:
         if file_digest(folder / name) != facts["sha256"]:
             raise damaged(folder, folder / name, "its checksum has changed")
     with suppress(OSError):  # a folder that only others may write to: compared again next time
-        note.write_text(json.dumps(found), encoding="utf-8")
+        write_atomic(note, json.dumps(found))
 
 
 def _note(folder: Path) -> Path:

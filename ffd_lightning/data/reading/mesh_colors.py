@@ -11,6 +11,7 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import EpsImagePlugin, Image
 
+from ffd_lightning.errors import is_bug
 from ffd_lightning.imaging.pictures import to_rgba
 
 # Pillow would run Ghostscript on a texture that is PostScript, whatever its name.
@@ -98,7 +99,9 @@ def _decode(image: Image.Image) -> NDArray[np.uint8] | None:
         if pixels[..., 3].max() == 0:
             pixels[..., 3] = 255
         return pixels
-    except Exception:  # Pillow raises many kinds on damaged images
+    except Exception as error:  # Pillow raises many kinds on damaged images
+        if is_bug(error):
+            raise
         return None
     finally:
         image.close()  # trimesh holds on to it, and it to all its pixels

@@ -25,7 +25,7 @@ from ffd_lightning.data.reading.files import MAX_BYTES, File
 from ffd_lightning.data.reading.mesh_colors import Textures, face_colors, valid_faces
 from ffd_lightning.data.reading.mesh_gltf import mend_gltf
 from ffd_lightning.data.reading.mesh_text import as_utf8, read_mended
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedModelError, is_bug
 from ffd_lightning.geometry.mesh import Mesh
 
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
@@ -62,7 +62,9 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
             return _merge(path.name, _load(path, SideFiles(side_files)))
     except RejectedModelError:
         raise
-    except Exception as error:  # a reader meets anything in a damaged file
+    except Exception as error:  # trimesh meets anything in a damaged file
+        if is_bug(error):
+            raise
         reason = " ".join(str(error).split())[:200]
         if isinstance(error, ImportError):  # trimesh reaches for a decoder of unknown text
             reason = "its content is not of this format"

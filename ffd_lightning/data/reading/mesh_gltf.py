@@ -49,15 +49,19 @@ def mend_gltf(name: str, data: bytes, binary: bool, files: Files) -> bytes:
 
     Raises:
         RejectedModelError: it claims more than there is, or is stored sparsely.
-        Exception: anything else, on a damaged header.
+        ValueError, LookupError, ArithmeticError, struct.error: the header is damaged.
+        OSError: a buffer is missing or cannot be read.
     """
     end = 20 + struct.unpack("<I", data[12:16])[0] if binary else len(data)
     tree = json.loads(as_utf8(data[20:end] if binary else data))
-    uris = [buffer["uri"] for buffer in tree.get("buffers", []) if "uri" in buffer]
-    there = len(data) + sum(len(files.get(uri)) for uri in uris if "base64," not in uri)
-    _check_claims(name, tree, there)
-    for material in tree.get("materials", []):
-        _keep_diffuse(material)
+    try:
+        uris = [buffer["uri"] for buffer in tree.get("buffers", []) if "uri" in buffer]
+        there = len(data) + sum(len(files.get(uri)) for uri in uris if "base64," not in uri)
+        _check_claims(name, tree, there)
+        for material in tree.get("materials", []):
+            _keep_diffuse(material)
+    except (AttributeError, TypeError) as error:  # a list where an object is due, and the like
+        raise ValueError(f"its header is not as glTF's must be: {error}") from error
     header = json.dumps(tree).encode()
     if not binary:
         return header

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedModelError, is_bug
 from ffd_lightning.imaging.pictures import fit_picture
 
 VIEWS = 24
@@ -71,7 +71,9 @@ class R2n2Images:
                     images.append(fit_picture(picture, self.height, self.width))
             except FileNotFoundError:
                 raise RejectedModelError(f"it has no {name}") from None
-            except Exception as error:  # a decoder meets anything in a damaged file
+            except Exception as error:  # Pillow meets anything in a damaged file
+                if is_bug(error):
+                    raise
                 reason = f"{type(error).__name__}: {error}"
                 raise RejectedModelError(f"{name} cannot be read ({reason})") from error
         return np.stack(images)

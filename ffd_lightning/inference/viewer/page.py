@@ -15,15 +15,15 @@ from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.imaging.rendering import FIELD_OF_VIEW
 from ffd_lightning.inference.files import MeshWriter
 from ffd_lightning.inference.pieces import MeshColors
-from ffd_lightning.inference.viewer.scene import SPACING, Look, Stage
-from ffd_lightning.inference.viewer.session import Session
-from ffd_lightning.inference.viewer.words import (
+from ffd_lightning.inference.viewer.panel_text import (
     caption,
     part_legend,
     score_table,
     template_labels,
     weight_bars,
 )
+from ffd_lightning.inference.viewer.scene import SPACING, Look, Stage
+from ffd_lightning.inference.viewer.session import Session
 
 log = logging.getLogger(__name__)
 
@@ -31,17 +31,17 @@ _STEPS = {"previous": -1, "next": 1}
 
 
 class Library(Protocol):
-    """What all visitors share: the network, and the models of its run."""
+    """What all visitors share: the network, and the test shapes of its run."""
 
     title: str
     note: str
-    model_ids: tuple[str, ...]
+    shape_ids: tuple[str, ...]
     views: int
     elevation: float
     azimuth: float
 
-    def open_model(self, model_id: str, view: int) -> Session:
-        """Reconstruct a test model from one of its images."""
+    def open_shape(self, shape_id: str, view: int) -> Session:
+        """Reconstruct a test shape from one of its images."""
         ...
 
     def open_photo(self, path: Path) -> Session:
@@ -57,7 +57,7 @@ class Page:
 
     Args:
         client: viser's.
-        library: the network and models.
+        library: the network and the test shapes.
     """
 
     def __init__(self, client: Any, library: Library) -> None:
@@ -92,7 +92,7 @@ class Page:
             self._build_input(gui)
         with gui.add_folder("Template", visible=False) as template:
             self._bars = gui.add_html("")
-            self._template = gui.add_dropdown("Template", ("-",), hint="rank, model, weight")
+            self._template = gui.add_dropdown("Template", ("-",), hint="rank, id, weight")
         with gui.add_folder("Deformation", visible=False) as deformation:
             self._amount = gui.add_slider(
                 "Amount", 0.0, 1.5, 0.01, 1.0, hint="0 the template, 1 the network's deformation"
@@ -112,15 +112,15 @@ class Page:
         save.on_click(self._guarded(self._on_save))
 
     def _build_input(self, gui: Any) -> None:
-        ids = self._library.model_ids
+        ids = self._library.shape_ids
         if ids:
-            self._model = gui.add_dropdown("Test model", ids, hint="type to search")
+            self._shape = gui.add_dropdown("Test shape", ids, hint="type to search")
             step = gui.add_button_group("", ("previous", "next", "random"))
             self._view = gui.add_slider(
                 "View", 1, max(2, self._library.views), 1, 1, visible=self._library.views > 1
             )
-            self._model.on_update(self._on_model)
-            self._view.on_update(self._on_model)
+            self._shape.on_update(self._on_shape)
+            self._view.on_update(self._on_shape)
             step.on_click(self._on_step)
         photo = gui.add_upload_button("Open a photo", icon="photo-up", mime_type="image/*")
         photo.on_upload(self._on_upload)
@@ -152,14 +152,14 @@ class Page:
     def _changed(self, _: Any) -> None:
         self._wanted.set()
 
-    def _on_model(self, _: Any) -> None:
+    def _on_shape(self, _: Any) -> None:
         self._upload = None
         self._wanted.set()
 
     def _on_step(self, event: Any) -> None:
-        ids = self._library.model_ids
+        ids = self._library.shape_ids
         step = _STEPS.get(event.target.value) or int(np.random.default_rng().integers(1, len(ids)))
-        self._model.value = ids[(ids.index(self._model.value) + step) % len(ids)]
+        self._shape.value = ids[(ids.index(self._shape.value) + step) % len(ids)]
 
     def _on_upload(self, event: Any) -> None:
         file = event.target.value
@@ -251,15 +251,15 @@ class Page:
     def _open(self) -> None:
         """Open what is asked for, if it is not what is shown."""
         asked: object = self._upload
-        if asked is None and self._library.model_ids:
-            asked = (self._model.value, self._view.value)
+        if asked is None and self._library.shape_ids:
+            asked = (self._shape.value, self._view.value)
         if asked is None or asked == self._asked:
             return
         self._asked = asked
         if self._upload is not None:
             session = self._open_upload(*self._upload)
         else:
-            session = self._library.open_model(self._model.value, int(self._view.value) - 1)
+            session = self._library.open_shape(self._shape.value, int(self._view.value) - 1)
         photo, labels = session.reconstruction.photo, template_labels(session)
         self._session = session
         self._template.options = labels

@@ -41,15 +41,15 @@ def display_bank(bank: TemplateBank) -> TemplateBank:
 
 @dataclass(frozen=True)
 class Truth:
-    """What a test model really looks like.
+    """What a test shape really is.
 
     Attributes:
-        model_id: its id.
+        shape_id: its id.
         mesh: its mesh, bounding-box diagonal 1.
         points: of its surface, (N, 3) float32.
     """
 
-    model_id: str
+    shape_id: str
     mesh: Mesh
     points: Floats
 
@@ -132,7 +132,7 @@ class Session:
         """Return Chamfer distances to the ground truth, {} for a photograph.
 
         Squared distances, mean over points, both directions added; the first 1,024 points of each
-        cloud; in units in which models have a bounding box of diagonal 1. Of what is shown, of the
+        cloud; in units in which shapes have a bounding box of diagonal 1. Of what is shown, of the
         template as the network deforms it, and of the template as it is.
         """
         if self.truth is None:

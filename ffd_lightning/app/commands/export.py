@@ -1,0 +1,109 @@
+"""Write a trained network as ONNX, and its templates beside it: usable without torch.
+
+    ffd export run=runs/demo/table/r/t16/seed0 out=model.onnx
+
+The graph takes batches of any size, standardises images itself, and calls its ends
+
+    images            (batch, 3, H, W): RGB over white, the object in the middle, its larger side
+                      `fill` times the height; uint8, or with dtype=float32 of any scale
+    template_weights  (batch, T): the largest is the selected template's
+    template_probs    (batch, T): the same before the floor of the training's weights
+    offsets           (batch, T, M, 3): dP, displacements of every template's M control points
+
+H, W, `fill` and what the numbers mean are in the file's metadata. `model.templates.npz` holds what
+deforms: `ids` (T,), `degrees` (3,), `control_points` (T, M, 3), `part_names`, and of template k's
+subdivided mesh `stu_k` (V, 3), its vertices' lattice coordinates in [0, 1], `faces_k` (F, 3),
+`colors_k` (F, 4) and, where known, `parts_k` (F,), which count in `part_names` (255: unknown).
+
+From a framed image to a deformed mesh, with numpy and onnxruntime alone:
+
+    from math import comb
+
+    import numpy as np
+    import onnxruntime
+
+    image = np.load("framed.npy")  # (H, W, 3) uint8
+    network = onnxruntime.InferenceSession("model.onnx", providers=["CPUExecutionProvider"])
+    weights, _, offsets = network.run(None, {"images": image.transpose(2, 0, 1)[None]})
+
+    templates = np.load("model.templates.npz")
+    k = weights[0].argmax()
+
+    def bernstein(t, n):
+        return np.stack([comb(n, i) * t**i * (1 - t) ** (n - i) for i in range(n + 1)], axis=1)
+
+    s, t, u = map(bernstein, templates[f"stu_{k}"].T, templates["degrees"])
+    matrix = np.einsum("vi,vj,vk->vijk", s, t, u).reshape(len(s), -1)  # B
+    vertices = matrix @ (templates["control_points"][k] + offsets[0, k])  # B (P + dP)
+    faces = templates[f"faces_{k}"]
+
+Before anything is written, the graph is held against torch in float64: on noise, white, grey and
+pictures of the templates, in batches of 1, 3 and 8. More than 1e-4 between weights or offsets is an
+error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from omegaconf import MISSING
+
+from ffd_lightning.checkpoint import TrainedModel, load_model
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.inference.export.write import check_settings, export, templates_file
+from ffd_lightning.inference.predictor import checkpoint_of
+
+MAIN = "run"
+
+
+@dataclass
+class Settings:
+    """Settings of `ffd export`.
+
+    Attributes:
+        run: a run folder, or a checkpoint file.
+        out: the file to write; its folder is made where it is missing.
+        checkpoint: another checkpoint than the run's newest.
+        dtype: of the images that the graph takes, uint8 or float32.
+        opset: ONNX's version of operators, 18 to 25.
+        templates: whether to write the templates too.
+    """
+
+    run: str = MISSING
+    out: str = "model.onnx"
+    checkpoint: str | None = None
+    dtype: str = "uint8"
+    opset: int = 18
+    templates: bool = True
+
+
+def main(settings: Settings) -> int:
+    """Export the run that is named, and print what was written.
+
+    Raises:
+        ConfigError: no run, no checkpoint, a missing package, or a setting that cannot work.
+        DataError: a damaged checkpoint, a graph that differs, or a file that cannot be written.
+    """
+    out = Path(settings.out).expanduser()
+    check_settings(out, settings.dtype, settings.opset)  # before the checkpoint is read
+    if not Path(settings.run).expanduser().exists():
+        raise ConfigError(f"there is no run {settings.run}")
+    model = load_model(checkpoint_of(settings.checkpoint or settings.run))
+    differences = export(
+        model, out, settings.dtype, settings.opset, settings.templates, _notes(model)
+    )
+    height, width = model.network.image_size
+    print(
+        f"{out}: images (batch, 3, {height}, {width}) {settings.dtype}, {len(model.bank)} templates"
+    )
+    if settings.templates:
+        print(f"{templates_file(out)}: what deforms them")
+    found = ", ".join(f"{name} {value:.1e}" for name, value in differences.items())
+    print(f"largest difference from torch in float64, 32 images: {found}")
+    return 0
+
+
+def _notes(model: TrainedModel) -> dict[str, str]:
+    """Return what the file says of the run that it comes from."""
+    return {"category": ", ".join(model.categories), "run": str(model.record.get("run", ""))}
