@@ -37,6 +37,7 @@ COMMANDS = {
     "labels": Command("say how well runs transfer part labels", "labels"),
     "view": Command("look at reconstructions in a local page", "view"),
     "export": Command("write a trained network as ONNX", "export"),
+    "shapes": Command("draw contact sheets of the embedded dataset", "shapes"),
 }
 
 

@@ -12,9 +12,9 @@ import json
 import logging
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError, DataError
@@ -57,16 +57,11 @@ class SplitInput(NamedTuple):
     published: Mapping[str, str]
 
 
-class SplitRule(Protocol):
-    """A rule that assigns shapes to subsets."""
+SplitRule = Callable[[SplitInput], Mapping[str, str]]
+"""Assigns shapes to subsets: "train", "val" or "test" by id, "*" for all ids that are not named.
 
-    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
-        """Return "train", "val" or "test" by id; "*" for all ids that are not named.
-
-        Raises:
-            ConfigError: it does not apply to these shapes.
-        """
-        ...
+It raises `ConfigError` where it does not apply to the shapes.
+"""
 
 
 class HashSplit:

@@ -2,7 +2,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from ffd_lightning.app.evaluate import evaluate_run
 from omegaconf import OmegaConf
 from scipy import stats
 
@@ -14,9 +13,10 @@ from ffd_lightning.analysis.labels import (
     transfer_table,
 )
 from ffd_lightning.analysis.runs import find_runs, load_samples
+from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import labels
+from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.open_run import build_data, build_network
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from ffd_lightning.app.train import train
 from PIL import Image
 from scipy.spatial import cKDTree
 
@@ -33,6 +32,7 @@ from ffd_lightning.analysis.figures.sheets import (
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
+from ffd_lightning.app.training_run import train
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol

@@ -17,7 +17,6 @@ from statistics import mean, stdev
 import numpy as np
 import pandas as pd
 import pytest
-from ffd_lightning.app.train import train
 from PIL import Image
 from scipy.spatial import cKDTree
 
@@ -26,10 +25,12 @@ from ffd_lightning.analysis.report import elements
 from ffd_lightning.analysis.report.meshes import lighten, pack, size
 from ffd_lightning.analysis.report.write import write_report
 from ffd_lightning.analysis.runs import load_samples
+from ffd_lightning.app.build import build_network
 from ffd_lightning.app.commands import report
 from ffd_lightning.app.open_run import build_data, open_run
 from ffd_lightning.app.settings import read_settings
-from ffd_lightning.checkpoint import build_network, load_weights
+from ffd_lightning.app.training_run import train
+from ffd_lightning.checkpoint import load_weights
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import (
     PROTOCOLS,

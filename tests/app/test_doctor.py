@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 from shapenet_tree import BAD, CHAIR, bad_models, good_models, write_folder, write_zips
 
-from ffd_lightning.app import doctor
+from ffd_lightning.app.commands import doctor
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.errors import ConfigError, DataError
 

@@ -13,14 +13,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from ffd_lightning.app.evaluate import evaluate_run
-from ffd_lightning.app.train import train
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
+from ffd_lightning.app.build import build_network
+from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig, EvaluationConfig, ProtocolKind
 from ffd_lightning.app.open_run import build_data
-from ffd_lightning.checkpoint import build_network, load_weights
+from ffd_lightning.app.training_run import train
+from ffd_lightning.checkpoint import load_weights
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator

@@ -3,10 +3,10 @@ import time
 
 import pytest
 import torch
-from ffd_lightning.app.sharing import gpu_slot, jobs_at_once, share_of_cores
 from omegaconf import OmegaConf
 
-from ffd_lightning.app import sharing
+from ffd_lightning.app import machine as sharing
+from ffd_lightning.app.machine import gpu_slot, jobs_at_once, share_of_cores
 from ffd_lightning.parallel import available_cores
 
 

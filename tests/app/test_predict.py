@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from ffd_lightning.app.predict import predict_files
 from filelock import FileLock
 from PIL import Image
 
-from ffd_lightning.app import predict as predict_run
+from ffd_lightning.app import photo_run as predict_run
 from ffd_lightning.app.config import MeshColors, PredictConfig
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.photo_jobs import find_jobs
+from ffd_lightning.app.photo_run import predict_files
 from ffd_lightning.data.preparation.part_labels import PART_COLORS
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.mesh import Mesh

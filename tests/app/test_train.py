@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 import torch
-from ffd_lightning.app.train import train
 from PIL import Image
 from torch.utils._python_dispatch import TorchDispatchMode
 
 from ffd_lightning.analysis.runs import find_runs, load_runs
 from ffd_lightning.app.open_run import open_run
+from ffd_lightning.app.training_run import train
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.run_folder import RunFolder

@@ -10,7 +10,8 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import SourceModel, Survey
 from ffd_lightning.errors import RejectedModelError
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.shapes.shapes import Builder, Material
+from ffd_lightning.shapes.kit.builder import Builder
+from ffd_lightning.shapes.kit.materials import Material
 
 RENDER = RenderSettings(height=24, width=32, azimuths=[0.0, 90.0], samples=1)
 

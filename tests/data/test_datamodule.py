@@ -9,7 +9,7 @@ from box_source import BoxSource, boxes_of
 
 from ffd_lightning.app.config import Residency, SplitKind, TemplateStrategy
 from ffd_lightning.data import batches
-from ffd_lightning.data.batches import Draw, ModelStore
+from ffd_lightning.data.batches import Draw, ShapeStore
 from ffd_lightning.data.datamodule import (
     EvaluationDraws,
     FfdDataModule,
@@ -229,7 +229,7 @@ def test_where_the_data_is_kept_changes_nothing(boxes, resident):
 
 def test_data_on_a_gpu_is_gathered_there(boxes, resident, monkeypatch):
     """The loader then hands out draws alone."""
-    monkeypatch.setattr(ModelStore, "device", torch.device("cuda"))
+    monkeypatch.setattr(ShapeStore, "device", torch.device("cuda"))
     draws = list(resident.train_dataloader())
     monkeypatch.undo()
     assert {type(draw) for draw in draws} == {Draw}
@@ -252,7 +252,7 @@ def test_files_are_mapped_and_not_copied(boxes):
 
 def test_copying_in_blocks(boxes, monkeypatch):
     monkeypatch.setattr(batches, "_BLOCK", 3)
-    store = ModelStore(boxes.prepared, boxes.bank, torch.device("cpu"))
+    store = ShapeStore(boxes.prepared, boxes.bank, torch.device("cpu"))
     np.testing.assert_array_equal(store.clouds[0], boxes.prepared.arrays["points"])
     for row, images in enumerate(store.images):
         for view, image in enumerate(images):
@@ -269,11 +269,11 @@ def test_too_little_memory_is_said(boxes, monkeypatch):
         with pytest.raises(
             DataError, match=r"GB, more than cpu has left: use data\.residency=disk"
         ):
-            ModelStore(boxes.prepared, boxes.bank, cpu)
+            ShapeStore(boxes.prepared, boxes.bank, cpu)
     assert 2**20 < batches._available_memory() < 2**50
     monkeypatch.setattr(batches, "_available_memory", lambda: 1000)
     with pytest.raises(DataError, match="more than cpu has left"):
-        ModelStore(boxes.prepared, boxes.bank, cpu)
+        ShapeStore(boxes.prepared, boxes.bank, cpu)
 
 
 def test_automatic_residency(monkeypatch):

@@ -5,7 +5,7 @@ import pytest
 import torch
 
 from ffd_lightning.app.config import TemplateStrategy
-from ffd_lightning.data.batches import ModelStore
+from ffd_lightning.data.batches import ShapeStore
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -124,7 +124,7 @@ def test_batches_are_gathered_from_all_members(preparations):
         assert {tuple(p) for p in points.tolist()} <= cloud
         rgb = joint.prepared.image(int(row))[..., :3]
         np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
-    resident = ModelStore(joint.prepared, joint.bank, torch.device("cpu"))
+    resident = ShapeStore(joint.prepared, joint.bank, torch.device("cpu"))
     draws = joint.train_dataloader().dataset
     assert torch.equal(resident.batch(draws.draws[1]).target_points, draws[1].target_points)
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from ffd_lightning.app.evaluate import evaluate_run
 from omegaconf import OmegaConf
 
+from ffd_lightning.app.build import build_data, build_network
+from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.open_run import build_data, build_network
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet

@@ -8,7 +8,8 @@ import pytest
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging.rendering import contact_sheet, render
-from ffd_lightning.shapes.shapes import Builder, Material
+from ffd_lightning.shapes.kit.builder import Builder
+from ffd_lightning.shapes.kit.materials import Material
 
 RED, GREEN, BLUE = [200, 0, 0, 255], [0, 200, 0, 255], [0, 0, 200, 255]
 
@@ -210,7 +211,8 @@ DIGEST = """
 import hashlib, sys
 import numpy as np
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.shapes.shapes import Builder, Material
+from ffd_lightning.shapes.kit.builder import Builder
+from ffd_lightning.shapes.kit.materials import Material
 from ffd_lightning.geometry.normalization import normalize
 
 b = Builder()

@@ -2,9 +2,9 @@ import sys
 
 import pytest
 import torch
-from ffd_lightning.nn.encoders.timm_encoder import TimmEncoder
 
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.nn.encoders.timm import TimmEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 SIZE = (64, 96)

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from ffd_lightning.app.train import train
 from nbclient import NotebookClient
 
+from ffd_lightning.app.training_run import train
 from ffd_lightning.run_folder import RunFolder
 
 NOTEBOOKS = sorted((Path(__file__).parents[2] / "notebooks").glob("*.ipynb"))

@@ -16,8 +16,8 @@ from tensorboard.util import tensor_util
 from torch import nn
 from torch.utils.tensorboard import SummaryWriter
 
+from ffd_lightning.app.build import build_network
 from ffd_lightning.app.open_run import build_data
-from ffd_lightning.checkpoint import build_network
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
