@@ -8,7 +8,7 @@ import pytest
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.evaluator import Options, Subject, evaluate
+from ffd_lightning.evaluation.evaluator import EvaluationOptions, EvaluatedNetwork, evaluate
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
 
 
@@ -53,9 +53,9 @@ class Warmth:
 def test_results_say_what_they_were_measured_with(tiny_run, tmp_path, monkeypatch):
     run = open_run(tiny_run)
     subsets = run.data.split.train, run.data.split.test
-    models = [Models(run.data.prepared, run.data.rows(ids)) for ids in subsets]
-    subject = Subject(run.network, run.data.bank, *models, run.step)
-    protocol, options = Warmth(), Options(references=False, progress=False)
+    models = [Shapes(run.data.prepared, run.data.rows(ids)) for ids in subsets]
+    subject = EvaluatedNetwork(run.network, run.data.bank, *models, run.step)
+    protocol, options = Warmth(), EvaluationOptions(references=False, progress=False)
     summary = evaluate(subject, protocol, tmp_path, options)
     assert summary["warmth"] == 20
     content = json.loads((tmp_path / "summary.json").read_text())
