@@ -8,7 +8,7 @@ import pytest
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.evaluator import EvaluationOptions, EvaluatedNetwork, evaluate
+from ffd_lightning.evaluation.evaluator import EvaluatedNetwork, EvaluationOptions, evaluate
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
 
 
