@@ -57,7 +57,14 @@ def read_photo(path: Path) -> Image.Image:
 
 
 def as_picture(picture: Image.Image | Bytes) -> Image.Image:
-    """Return any picture as `read_photo` would."""
+    """Return any picture as `read_photo` would.
+
+    Args:
+        picture: PIL's, or (H, W, 3 or 4) uint8: RGB, and coverage as alpha.
+
+    Raises:
+        DataError: it is none, has no pixels, or cannot be decoded.
+    """
     if not isinstance(picture, Image.Image):
         values = np.asarray(picture)
         if values.dtype != np.uint8 or values.ndim != 3 or values.shape[2] not in (3, 4):

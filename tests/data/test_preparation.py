@@ -203,7 +203,7 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
     assert rows == [
         ["id", "reason"],
         ["b01", "it is no box"],
-        ["b02", "ZeroDivisionError: bad box (box_source.py, line 52)"],
+        ["b02", "ZeroDivisionError: bad box (box_source.load)"],
         ["b04", "its worker process died twice (out of memory, or stuck)"],
         ["b05", "FileNotFoundError: box.png"],
     ]
