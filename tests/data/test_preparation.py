@@ -174,7 +174,7 @@ def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(undisturbed, tmp_path, st
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to parent and workers
     _, said = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
-    assert "the same command continues" in said
+    assert "the same command resumes" in said
     assert "Traceback" not in said
     assert all(gone(pid) for pid in loads(log)[1])
     assert len(partial_files(tmp_path)) == 4
@@ -203,7 +203,7 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
     assert rows == [
         ["id", "reason"],
         ["b01", "it is no box"],
-        ["b02", "ZeroDivisionError: bad box"],
+        ["b02", "ZeroDivisionError: bad box (box_source.load)"],
         ["b04", "its worker process died twice (out of memory, or stuck)"],
         ["b05", "FileNotFoundError: box.png"],
     ]
