@@ -76,11 +76,8 @@ def _body(
     for side in (-1, 1):
         for t in np.linspace(0.35, 0.75, int(rng.integers(4, 9))):
             z = nose + t * (cowl - nose)
-            x = (
-                side
-                * 0.5
-                * (slim + t * (0.66 * width - slim) * (cowl - nose) / (cowl - 0.1 - nose))
-            )
+            flare = t * (0.66 * width - slim) * (cowl - nose) / (cowl - 0.1 - nose)
+            x = side * 0.5 * (slim + flare)
             b.box("hood", BLACK, (x, belt - 0.45, z), (0.02, 0.22, 0.03))
     center, size = (
         (0, (low + belt) / 2, (cowl - 0.12 + tail) / 2),

@@ -22,16 +22,8 @@ def candybar(rng: Rng) -> Builder:
     width = rng.uniform(0.34, 0.5)
     body = upright(width, 1.0, width * rng.uniform(0.24, 0.5))
     palm = rng.uniform(0.1, 0.5) if rng.random() < 0.6 else 0.0
-    shell(
-        b,
-        rng,
-        "body",
-        finish.body,
-        body,
-        waist=rng.uniform(-0.1, 0.14),
-        squareness=rng.uniform(3.5, 8),
-        palm=palm,
-    )
+    waist, square = rng.uniform(-0.1, 0.14), rng.uniform(3.5, 8)
+    shell(b, rng, "body", finish.body, body, waist=waist, squareness=square, palm=palm)
     split = rng.uniform(-0.06, 0.14)
     share = rng.uniform(0.66, 0.8)
     display(b, rng, finish, body, (split + 0.04, rng.uniform(0.34, 0.4), share))

@@ -25,9 +25,8 @@ def brick(rng: Rng) -> Builder:
     squareness = rng.uniform(5, 9)
     shell(b, rng, "body", finish.body, body, rng.uniform(-0.04, 0.1), squareness)
     pack = upright(0.92 * width, rng.uniform(0.5, 0.85), 0.4 * body.depth)
-    back = (
-        body.behind(0, 0, 0.05 * body.depth) * vec(1, 0, 1) + pack.center * vec(0, 1, 0) + 0.04 * UP
-    )
+    back = body.behind(0, 0, 0.05 * body.depth)
+    back = back * vec(1, 0, 1) + pack.center * UP + 0.04 * UP
     tile(b, "body", finish.back, pack, back, (pack.width, pack.height, pack.depth), 0.06, 0.03)
     top = rng.uniform(0.0, 0.12)
     rows = int(rng.integers(4, 7))

@@ -18,16 +18,8 @@ def docked(rng: Rng) -> Builder:
     body = upright(width, 1.0, width * rng.uniform(0.35, 0.6))
     tip = lean(rng.uniform(5, 25))
     body = Body(tip @ vec(0, 0.55, 0), width, 1.0, body.depth, tip)
-    shell(
-        b,
-        rng,
-        "body",
-        finish.body,
-        body,
-        waist=rng.uniform(-0.1, 0.15),
-        squareness=rng.uniform(3, 6),
-        palm=0.3,
-    )
+    waist, square = rng.uniform(-0.1, 0.15), rng.uniform(3, 6)
+    shell(b, rng, "body", finish.body, body, waist=waist, squareness=square, palm=0.3)
     split = rng.uniform(0.02, 0.12)
     display(b, rng, finish, body, (split, split + rng.uniform(0.14, 0.24), 0.72))
     navigation(b, rng, finish, body, split - 0.07, 0.3)

@@ -84,28 +84,13 @@ def pistol(rng: Rng) -> Builder:
     ]
     bar(b, "body", body, rows, 0.85)
     top = (0.5 * depth + 0.02, under + 0.04)
-    foot, end = grip(
-        b,
-        panel,
-        top,
-        length=rng.uniform(0.4, 0.6),
-        degrees=rake,
-        depth=depth,
-        width=wide,
-        flare=rng.uniform(0, 0.12),
-    )
+    long, flare = rng.uniform(0.4, 0.6), rng.uniform(0, 0.12)
+    foot, end = grip(b, panel, top, long, degrees=rake, depth=depth, width=wide, flare=flare)
     plate = [(foot, end + 0.01), (foot - 0.02 * np.sin(np.radians(rake)), end - 0.03)]
     sweep(b, "magazine", steel, plate, 1.02 * depth, 0.8 * wide, 0.85)
     back = depth
-    trigger(
-        b,
-        body,
-        back=back,
-        front=back + rng.uniform(0.2, 0.27),
-        top=under,
-        drop=rng.uniform(0.13, 0.18),
-        width=0.4 * wide,
-    )
+    tip, drop = back + rng.uniform(0.2, 0.27), rng.uniform(0.13, 0.18)
+    trigger(b, body, back=back, front=tip, top=under, drop=drop, width=0.4 * wide)
     if rng.random() < 0.55:
         add_hammer(b, steel, forward=-0.01, up=-0.1 * tall, size=rng.uniform(0.07, 0.1))
     if not opened and rng.random() < 0.2:

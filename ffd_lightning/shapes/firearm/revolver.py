@@ -32,15 +32,8 @@ def _cylinder(b: Builder, steel: Material, rng: Rng, ends: Array, radius: float)
     count = int(rng.integers(5, 8))
     plain, flute = _fluted(radius, count, 0), _fluted(radius, count, rng.uniform(0.1, 0.2))
     waist = back + 0.35 * (front - back)
-    rings = [
-        np.column_stack([outline, np.full(48, -f)])
-        for f, outline in (
-            (back, 0.96 * plain),
-            (back + 0.01, plain),
-            (waist, plain),
-            (front, flute),
-        )
-    ]
+    outlines = ((back, 0.96 * plain), (back + 0.01, plain), (waist, plain), (front, flute))
+    rings = [np.column_stack([outline, np.full(48, -f)]) for f, outline in outlines]
     b.loft("magazine", steel, rings)
 
 
@@ -69,15 +62,8 @@ def revolver(rng: Rng) -> Builder:
     _revolver_barrel(b, rng, steel, (front, front + 0.05 + length), bore, thick)
     _revolver_grip(b, rng, panel, (back - 0.09, -0.8 * radius), wide)
     drop = rng.uniform(0.15, 0.19)
-    trigger(
-        b,
-        steel,
-        back=back - 0.04,
-        front=back + rng.uniform(0.22, 0.28),
-        top=-1.4 * radius,
-        drop=drop,
-        width=0.5 * wide,
-    )
+    tip, under = back + rng.uniform(0.22, 0.28), -1.4 * radius
+    trigger(b, steel, back=back - 0.04, front=tip, top=under, drop=drop, width=0.5 * wide)
     add_hammer(b, steel, forward=back - 0.1, up=0.5 * bore, size=rng.uniform(0.09, 0.12))
     return b
 

@@ -68,15 +68,8 @@ def assault_rifle(rng: Rng) -> Builder:
     bar(b, "body", body, rows, 0.8)
     grip_at = length - 0.12 if bullpup else 0.06
     top = (grip_at, low + 0.02)
-    grip(
-        b,
-        furniture,
-        top,
-        length=rng.uniform(0.1, 0.13),
-        degrees=rng.uniform(12, 28),
-        depth=0.045,
-        width=0.034,
-    )
+    long, rake = rng.uniform(0.1, 0.13), rng.uniform(12, 28)
+    grip(b, furniture, top, length=long, degrees=rake, depth=0.045, width=0.034)
     back = grip_at + 0.015
     trigger(b, steel, back=back, front=grip_at + 0.085, top=low + 0.005, drop=0.04, width=0.014)
     well = rng.uniform(0.04, 0.1) if bullpup else rng.uniform(0.62, 0.75) * length
@@ -113,15 +106,8 @@ def hunting_rifle(rng: Rng) -> Builder:
     stations = ((-0.04, 0.6), (-0.03, 1.0), (0.2, 1.0), (0.24, 0.8))
     tube = [at(f, 0.004) for f, _ in stations]
     b.tube("body", steel, tube, [radius * swell for _, swell in stations], segments=14)
-    barrel(
-        b,
-        steel,
-        start=0.2,
-        end=end,
-        up=0.002,
-        radius=rng.uniform(0.6, 0.85) * radius,
-        taper=rng.uniform(0.65, 0.95),
-    )
+    slim, taper = rng.uniform(0.6, 0.85) * radius, rng.uniform(0.65, 0.95)
+    barrel(b, steel, start=0.2, end=end, up=0.002, radius=slim, taper=taper)
     top = belly + 0.012
     trigger(b, steel, back=0.0, front=rng.uniform(0.085, 0.1), top=top, drop=0.042, width=0.014)
     if rng.random() < 0.75:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit.curves import monotone
 from ffd_lightning.shapes.kit.vectors import Array, about_y
 
 _BRASS = ((0.75, 0.58, 0.28), (0.6, 0.42, 0.2), (0.82, 0.68, 0.42))
@@ -101,4 +101,4 @@ def turned_rows(rng: Rng, radius: float, height: float, neck: float) -> Array:
     widths[int(rng.integers(count))] = radius
     knots = np.array([rng.uniform(0.45, 0.9) * radius, *widths, 1.2 * neck, neck])
     t = np.linspace(0, 1, 18)
-    return np.stack([PchipInterpolator(levels, knots)(t), height * t], 1)
+    return np.stack([monotone(levels, knots, t), height * t], 1)

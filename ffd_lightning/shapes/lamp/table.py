@@ -46,11 +46,8 @@ def _body(b: Builder, rng: Rng, material: Material, metal: Material, extent: Tri
     """Add the body of a table lamp; `extent` is its radius, lower and upper end."""
     radius, low, high = extent
     rise, at = high - low, vec(0, low, 0)
-    kind = draw(
-        rng,
-        ["vase", "stack", "block", "loop", "legs", "column"],
-        [0.4, 0.16, 0.14, 0.08, 0.1, 0.12],
-    )
+    kinds = ["vase", "stack", "block", "loop", "legs", "column"]
+    kind = draw(rng, kinds, [0.4, 0.16, 0.14, 0.08, 0.1, 0.12])
     if kind == "vase":
         section = draw(rng, ["round", "fluted", "hexagon", "square"], [0.7, 0.14, 0.08, 0.08])
         twist = rng.uniform(-150, 150) if section in ("fluted", "square") else 0.0

@@ -61,16 +61,9 @@ def neck(b: Builder, rng: Rng, case: Case, low: float, panel: Panel) -> None:
     else:
         beam(b, "stand", case.stand, foot, mount + 0.2 * width * UP, width, 0.35 * deep)
     plate = (1.3 * width + 0.03, 1.1 * width + 0.03, 0.9 * panel.thickness)
-    b.rounded_box(
-        "stand",
-        case.stand,
-        panel.at(
-            0, (panel.turn.T @ (mount - panel.center))[1] / panel.height, 0.5 * panel.thickness
-        ),
-        plate,
-        0.01,
-        turn=panel.turn,
-    )
+    rise = (panel.turn.T @ (mount - panel.center))[1] / panel.height
+    place = panel.at(0, rise, 0.5 * panel.thickness)
+    b.rounded_box("stand", case.stand, place, plate, 0.01, turn=panel.turn)
 
 
 def side_speaker(b: Builder, rng: Rng, case: Case, panel: Panel, side: int) -> None:

@@ -78,15 +78,8 @@ def _side_grilles(b: Builder, rng: Rng, case: Case, x: float, place: Pair, size:
         if cones:
             for dy in (-0.25, 0.2):
                 spot = vec(side * x, y + dy * tall, z)
-                b.cylinder(
-                    "speaker",
-                    case.accent,
-                    spot,
-                    spot - vec(0, 0, 0.014),
-                    radius=0.42 * wide,
-                    radius_end=0.34 * wide,
-                    segments=16,
-                )
+                path, radii = [spot, spot - vec(0, 0, 0.014)], (0.42 * wide, 0.34 * wide)
+                b.tube("speaker", case.accent, path, radii, segments=16)
             continue
         for dy in np.linspace(-0.45, 0.45, max(5, int(tall / 0.03))) * tall:
             b.box("speaker", case.accent, (side * x, y + dy, z - 0.004), (0.9 * wide, 0.008, 0.014))

@@ -126,10 +126,9 @@ def row_of_bays(face: Pair, units: Units, blank: float = 0.0, across: bool = Fal
         middle = start + length / 2
         start += length
         if length > 1e-3 * long:
-            place, size = (
-                ((middle, 0.0), (length, wide)) if across else ((0.0, middle), (wide, length))
-            )
-            bays.append(Bay(kind, float(r), place, size))
+            place, size = (middle, 0.0), (length, wide)
+            turned = (place[::-1], size[::-1])
+            bays.append(Bay(kind, float(r), *((place, size) if across else turned)))
     return bays
 
 

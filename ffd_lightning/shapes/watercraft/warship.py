@@ -148,12 +148,8 @@ def _parked(b: Builder, paint: Material, at: Triple, size: float) -> None:
     """Add a small jet on deck, its nose turned inboard."""
     middle = np.array(at) + 0.16 * size * UP
     b.ellipsoid("cargo", paint, middle, vec(0.5, 0.11, 0.09) * size, segments=10)
-    delta = (
-        np.array(
-            [(0.3, 0, 0), (-0.35, 0, 0.45), (-0.45, 0, 0.45), (-0.45, 0, -0.45), (-0.35, 0, -0.45)]
-        )
-        * size
-    )
+    plan = [(0.3, 0), (-0.35, 0.45), (-0.45, 0.45), (-0.45, -0.45), (-0.35, -0.45)]
+    delta = np.array([(x, 0, z) for x, z in plan]) * size
     b.loft("cargo", paint, [delta + middle, delta + middle + 0.05 * size * UP])
     b.box("cargo", paint, middle + vec(-0.38, 0.15, 0) * size, (0.16 * size, 0.25 * size, 0.006))
     b.box("cargo", paint, middle - 0.1 * size * UP, (0.1 * size, 0.16 * size, 0.1 * size))
