@@ -136,15 +136,8 @@ def off_roader(rng: Rng) -> Builder:
     if rng.random() < 0.5:
         turn, y = lean(90), stance.clearance + 0.6 * (belt - stance.clearance)
         r = 0.85 * stance.radius
-        profile = [
-            (0.3 * r, -0.1),
-            (0.9 * r, -0.1),
-            (r, -0.05),
-            (r, 0.06),
-            (0.9 * r, 0.1),
-            (0.55 * r, 0.11),
-            (0.05, 0.12),
-        ]
+        profile = [(0.3 * r, -0.1), (0.9 * r, -0.1), (r, -0.05), (r, 0.06)]
+        profile += [(0.9 * r, 0.1), (0.55 * r, 0.11), (0.05, 0.12)]
         b.lathe("wheel", BLACK, profile, (0, y + 0.05, half + 0.08), segments=24, turn=turn)
     for side in (-1, 1):
         z = np.array(stance.axles) + np.array([1, -1]) * 1.2 * stance.radius

@@ -35,9 +35,8 @@ def roadster(rng: Rng) -> Builder:
     )
     rows = [row for row in stance.profile if not front < row[0] < rear]
     index = [z for z, _ in rows].index(front) + 1
-    stance = replace(
-        stance, profile=(*rows[:index], (front + 0.01, floor), (rear - 0.01, floor), *rows[index:])
-    )
+    sunk = ((front + 0.01, floor), (rear - 0.01, floor))
+    stance = replace(stance, profile=(*rows[:index], *sunk, *rows[index:]))
     belt = stance.top(front)
     shell(b, paint, stance)
     span = (floor - 0.15, belt)

@@ -25,12 +25,7 @@ def wheel(
     b.lathe("wheel", RUBBER, profile, center, segments=14, turn=turn)
     face = center + vec(0.45 * w * out, 0, 0)
     plate = BLACK if kind == "spokes" else metal
-    bulge = [
-        (0.97 * rim, -0.05 * w),
-        (0.97 * rim, 0.06 * w),
-        (0.45 * rim, 0.25 * w),
-        (0.1 * rim, 0.3 * w),
-    ]
+    bulge = np.array([(0.97, -0.05), (0.97, 0.06), (0.45, 0.25), (0.1, 0.3)]) * (rim, w)
     b.lathe("wheel", plate, bulge, face, segments=12, turn=turn)
     if kind == "spokes":
         for i in range(count):

@@ -24,9 +24,7 @@ def barrel(
     """Add a barrel from `start` forward to `end`, with a dark bore in its muzzle."""
     tip = at(end, up, side)
     origin = at(start, up, side)
-    b.cylinder(
-        "barrel", material, origin, tip, radius=radius, radius_end=taper * radius, segments=16
-    )
+    b.tube("barrel", material, [origin, tip], (radius, taper * radius), segments=16)
     b.cylinder("barrel", BLACK, at(end - 0.01, up, side), at(end + 0.002, up, side), 0.6 * radius)
 
 
@@ -74,11 +72,8 @@ def trigger(
     strap = bend(loop, 0.5 * drop, 4)
     sweep(b, "trigger", material, strap, 0.09 * drop, width, 0.9)
     f = back + 0.42 * (front - back)
-    blade = [
-        (f, top + 0.01),
-        (f - 0.02 * drop, top - 0.3 * drop),
-        (f + 0.12 * drop, top - 0.7 * drop),
-    ]
+    blade = [(f, top + 0.01), (f - 0.02 * drop, top - 0.3 * drop)]
+    blade += [(f + 0.12 * drop, top - 0.7 * drop)]
     sweep(b, "trigger", material, bend(blade, 0.3 * drop, 3), 0.09 * drop, 0.6 * width)
 
 

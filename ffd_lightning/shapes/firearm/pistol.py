@@ -35,9 +35,8 @@ def _slide(b: Builder, rng: Rng, steel: Material, length: float, tall: float, wi
     port = rng.uniform(0.14, 0.2)
     center = at(0.52 * length, 0.3 * tall, 0.2 * wide)
     b.box("body", BLACK, center, (0.64 * wide, 0.42 * tall, port))
-    iron_sights(
-        b, BLACK, rear=0.04, front=length - 0.04, base=high, height=rng.uniform(0.025, 0.045)
-    )
+    height = rng.uniform(0.025, 0.045)
+    iron_sights(b, BLACK, rear=0.04, front=length - 0.04, base=high, height=height)
 
 
 def _open_slide(

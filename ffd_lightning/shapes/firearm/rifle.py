@@ -34,12 +34,8 @@ def _top(b: Builder, rng: Rng, steel: Material, back: float, front: float, up: f
     middle = (back + front) / 2
     if kind == "handle":
         rise = rng.uniform(0.045, 0.065)
-        loop = [
-            (back + 0.01, up - 0.01),
-            (back + 0.015, up + rise),
-            (front - 0.02, up + rise),
-            (front, up - 0.01),
-        ]
+        loop = [(back + 0.01, up - 0.01), (back + 0.015, up + rise)]
+        loop += [(front - 0.02, up + rise), (front, up - 0.01)]
         sweep(b, "sight", steel, bend(loop, 0.02, 3), 0.016, 0.02)
     elif kind != "none":
         rail(b, "sight", steel, back, front, up, 0.026)
@@ -116,13 +112,8 @@ def hunting_rifle(rng: Rng) -> Builder:
         b.tube("body", steel, line, 0.006, segments=8)
         b.ellipsoid("body", steel, knob, (0.012, 0.012, 0.012), segments=10)
     else:
-        path = [
-            (0.12, belly + 0.01),
-            (0.11, belly - 0.045),
-            (-0.02, belly - 0.05),
-            (-0.08, belly - 0.075),
-            (-0.09, belly - 0.02),
-        ]
+        path = [(0.12, belly + 0.01), (0.11, belly - 0.045), (-0.02, belly - 0.05)]
+        path += [(-0.08, belly - 0.075), (-0.09, belly - 0.02)]
         sweep(b, "body", steel, bend(path, 0.03, 3), 0.009, 0.016)
     if rng.random() < 0.5:
         well = (0.16, belly + 0.02)

@@ -54,9 +54,8 @@ def draw_leg_style(rng: Rng, thickness: Pair, hairpin: float = 0.1) -> LegStyle:
         return LegStyle("round", 1.25 * across, _turned_profile(rng))
     foot = rng.uniform(0.45, 1.0) if rng.random() < 0.6 else 1.0
     knee = rng.uniform(0.5, 0.9)
-    return LegStyle(
-        kind, across, ((0.0, foot), (knee / 2, (1 + foot) / 2), (knee, 1.0), (1.0, 1.0))
-    )
+    profile = ((0.0, foot), (knee / 2, (1 + foot) / 2), (knee, 1.0), (1.0, 1.0))
+    return LegStyle(kind, across, profile)
 
 
 def _turned_profile(rng: Rng) -> Profile:

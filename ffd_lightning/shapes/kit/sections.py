@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ffd_lightning.shapes.kit.vectors import Array
+from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 
 class Section(NamedTuple):
@@ -41,3 +41,13 @@ def superellipse(boxiness: float, count: int = 16) -> Array:
     circle = np.stack([np.cos(angles), np.sin(angles)], 1)
     ring = np.sign(circle) * np.abs(circle) ** (1 - 0.8 * boxiness)
     return ring / np.abs(ring).max()
+
+
+def eased_disc(radius: float, low: float, high: float, ease: float) -> list[Pair]:
+    """Return the (radius, height) rows of a disc between two heights whose edges are eased."""
+    return [
+        (radius - ease, low),
+        (radius, low + ease),
+        (radius, high - ease),
+        (radius - ease, high),
+    ]

@@ -22,9 +22,8 @@ def draw_metal(rng: Rng) -> Material:
 
 def draw_body_material(rng: Rng) -> Material:
     """Draw the material of a base's body: ceramic, wood, metal or coloured plastic."""
-    return pick_material(
-        rng, draw(rng, ["paint", "wood", "metal", "plastic"], [0.4, 0.3, 0.2, 0.1])
-    )
+    kinds = ["paint", "wood", "metal", "plastic"]
+    return pick_material(rng, draw(rng, kinds, [0.4, 0.3, 0.2, 0.1]))
 
 
 def outline(kind: str, count: int = 32) -> Array:
@@ -79,13 +78,8 @@ def add_foot(b: Builder, rng: Rng, material: Material, radius: float, height: fl
     edge = 0.12 * height
     rows = [(radius, 0), (radius, height - edge), (radius - edge, height), (0.1 * radius, height)]
     if kind == "stepped":
-        rows = [
-            (radius, 0),
-            (radius, height / 2),
-            (0.78 * radius, height / 2),
-            (0.75 * radius, height),
-        ]
-        rows += [(0.1 * radius, height)]
+        step = [(1, 0), (1, 0.5), (0.78, 0.5), (0.75, 1), (0.1, 1)]
+        rows = [(r * radius, t * height) for r, t in step]
     elif kind == "domed":
         a = np.linspace(0, 1.5, 7)
         rows = [(radius, 0), *np.stack([radius * np.cos(a), height * (0.3 + 0.7 * np.sin(a))], 1)]

@@ -23,12 +23,8 @@ def lantern(rng: Rng) -> Builder:
         low = rng.uniform(0.7, 1.5)
         add_foot(b, rng, metal, rng.uniform(0.12, 0.17), rng.uniform(0.06, 0.16))
         stem = rng.uniform(0.02, 0.035)
-        rows = [
-            (2 * stem, 0.02),
-            (2 * stem, 0.2 * low),
-            (1.2 * stem, 0.22 * low),
-            (stem, 0.9 * low),
-        ]
+        rows = [(2 * stem, 0.02), (2 * stem, 0.2 * low), (1.2 * stem, 0.22 * low)]
+        rows += [(stem, 0.9 * low)]
         rows += [(1.8 * stem, 0.92 * low), (stem, 0.94 * low), (2 * stem, low)]
         turned(b, "pole", metal, rows, outline(draw(rng, ["round", "hexagon"]), 20))
     top = low + tall + _case(b, rng, metal, sides, (wide, low, tall))

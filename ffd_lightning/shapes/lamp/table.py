@@ -7,6 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import circle
+from ffd_lightning.shapes.kit.sections import eased_disc
 from ffd_lightning.shapes.kit.vectors import Triple, about_y, vec
 from ffd_lightning.shapes.lamp.bodies import (
     add_foot,
@@ -70,10 +71,7 @@ def _body(b: Builder, rng: Rng, material: Material, metal: Material, extent: Tri
     elif kind == "legs":
         count = int(rng.integers(3, 5))
         style = LegStyle(draw(rng, ["round", "square"]), 0.024, ((0, 0.6), (0.5, 0.9), (1, 1)))
-        tops, feet = (
-            circle(count=count, radius=0.015, height=high - 0.01),
-            circle(count, 0.9 * radius + 0.03, low),
-        )
+        tops, feet = circle(count, 0.015, high - 0.01), circle(count, 0.9 * radius + 0.03, low)
         add_legs(b, "base", material, style, tops, feet)
         b.cylinder("base", metal, (0, high - 0.04, 0), (0, high, 0), 0.032)
     else:
@@ -99,13 +97,7 @@ def _stack(b: Builder, rng: Rng, material: Material, metal: Material, extent: Tr
             ball(b, "base", skin, middle, np.array([0.9 * wide, 0.52 * size]))
         elif kind == "disc":
             half, edge = 0.5 * size, 0.12 * size
-            rows = [
-                (wide - edge, -half),
-                (wide, edge - half),
-                (wide, half - edge),
-                (wide - edge, half),
-            ]
-            b.lathe("base", skin, rows, middle)
+            b.lathe("base", skin, eased_disc(wide, -half, half, edge), middle)
         else:
             turn = about_y(i * 45.0 if i % 2 else 0.0)
             b.rounded_box("base", skin, middle, (1.5 * wide, size, 1.5 * wide), 0.01, turn=turn)

@@ -37,9 +37,8 @@ def projection(rng: Rng) -> Builder:
         _console_panel(b, rng, case, (border - width / 2, x - size[0] / 2), (y, hole[1]))
         style = LegStyle("round", 0.05, ((0, 0.5), (0.5, 0.75), (1, 1)))
         tops = corners(0.85 * width, 0.75 * depth, low + 0.01, depth / 2)
-        spread = (tops - vec(0, low + 0.01, depth / 2)) * rng.uniform(1.0, 1.1) + vec(
-            0, 0, depth / 2
-        )
+        spread = (tops - vec(0, low + 0.01, depth / 2)) * rng.uniform(1.0, 1.1)
+        spread = spread + vec(0, 0, depth / 2)
         add_legs(b, "base", body, style, tops, spread)
         return b
     add_bezel(b, case, (0, y, 0), (width, height), hole, 0.0, lip)

@@ -25,11 +25,8 @@ def foot(b: Builder, rng: Rng, case: Case, width: float, kind: str) -> float:
         b.rounded_box("base", case.stand, (0, thick / 2, 0), size, radius=radius, edge=0.3 * thick)
     elif kind == "v":
         for side in (-1, 1):
-            path = [
-                (0, 1.2 * thick, 0.3 * reach),
-                (0.5 * side * reach, thick, -0.2 * reach),
-                (1.2 * side * reach, 0.5 * thick, -0.75 * reach),
-            ]
+            path = [(0, 1.2 * thick, 0.3 * reach), (0.5 * side * reach, thick, -0.2 * reach)]
+            path += [(1.2 * side * reach, 0.5 * thick, -0.75 * reach)]
             b.tube("base", case.stand, bend(path, 0.4 * reach), 0.5 * thick, segments=10)
         beam(b, "base", case.stand, (0, 0.5 * thick, 0.8 * reach), (0, thick, 0), 2 * thick, thick)
     else:
@@ -78,6 +75,4 @@ def side_speaker(b: Builder, rng: Rng, case: Case, panel: Panel, side: int) -> N
         spot = place + panel.turn @ vec(0, y * tall, -0.38 * panel.thickness)
         end = spot + panel.turn @ vec(0, 0, -0.06 * panel.thickness)
         radius = 0.38 * wide
-        b.cylinder(
-            "speaker", case.accent, spot, end, radius=radius, radius_end=0.3 * wide, segments=16
-        )
+        b.tube("speaker", case.accent, [spot, end], (radius, 0.3 * wide), segments=16)

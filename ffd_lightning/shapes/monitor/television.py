@@ -83,6 +83,4 @@ def _sound_bar(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
         spot = place + panel.turn @ vec(x, 0, -0.44 * panel.thickness)
         end = spot + panel.turn @ vec(0, 0, -0.05 * panel.thickness)
         radius = 0.36 * tall
-        b.cylinder(
-            "speaker", case.accent, spot, end, radius=radius, radius_end=0.3 * tall, segments=14
-        )
+        b.tube("speaker", case.accent, [spot, end], (radius, 0.3 * tall), segments=14)

@@ -22,11 +22,7 @@ def nacelle(
     b.lathe("engine", BLACK, outline, c - vec(0, 0, 0.505 * length), segments=18, turn=turn)
     cone = [(0.3 * radius, 0.0), (0.2 * radius, -0.05 * length), (0.02 * radius, -0.1 * length)]
     b.lathe("engine", STEEL, cone, face, segments=12, turn=turn)
-    tail = [
-        (0.55 * radius, -0.02 * length),
-        (0.45 * radius, 0.12 * length),
-        (0.1 * radius, 0.22 * length),
-    ]
+    tail = np.array([(0.55, -0.02), (0.45, 0.12), (0.1, 0.22)]) * (radius, length)
     b.lathe("engine", STEEL, tail, back, segments=14, turn=turn)
 
 

@@ -55,9 +55,8 @@ def warbird(rng: Rng) -> Builder:
     canopy(b, rows, ends=ends, width=0.62 * wide, rise=rng.uniform(0.025, 0.04), frames=paint)
     tail(b, rng, accent if rng.random() < 0.3 else paint, rows, rng.uniform(0.14, 0.18), "low")
     hub = (0, 0, -0.51)
-    propeller(
-        b, rng, hub, radius=rng.uniform(0.15, 0.19), blades=int(rng.integers(2, 6)), spinner=accent
-    )
+    radius, blades = rng.uniform(0.15, 0.19), int(rng.integers(2, 6))
+    propeller(b, rng, hub, radius=radius, blades=blades, spinner=accent)
     if rng.random() < 0.6:
         for side in (-1, 1):
             top = (side * 0.3 * span, y + 0.3 * rise, lead + 0.06)

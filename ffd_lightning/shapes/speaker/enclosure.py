@@ -149,9 +149,8 @@ def add_cabinet(b: Builder, cabinet: Cabinet, finish: Finish, bays: Sequence[Bay
     """Add a cabinet whose front is tiled by `bays`, with everything mounted in them."""
     slope = np.tan(np.radians(cabinet.tilt))
     rows = [(0.0, cabinet.bevel), (0.4 * cabinet.bevel, 0.3 * cabinet.bevel)]
-    rows += [
-        (cabinet.bevel + t * (cabinet.depth - cabinet.bevel), 0.0) for t in np.linspace(0, 1, 6)
-    ]
+    deep = cabinet.depth - cabinet.bevel
+    rows += [(cabinet.bevel + t * deep, 0.0) for t in np.linspace(0, 1, 6)]
     rings = []
     for z, inset in rows:
         share = 1 - (1 - cabinet.back) * (z / cabinet.depth) ** cabinet.curve

@@ -30,13 +30,8 @@ def horn(rng: Rng) -> Builder:
     b.lathe("driver", metal, profile, at, segments=20, turn=turn @ FORWARD)
     b.cylinder("driver", metal, at - vec(0, 0, 0.25 * long), at + vec(0, 0, 0.05), 0.35 * throat)
     deep, wide = rng.uniform(0.08, 0.16), rng.uniform(1.3, 2.2) * throat
-    rows = [
-        (throat, -0.02),
-        (wide, 0.0),
-        (wide, 0.8 * deep),
-        (0.8 * wide, deep),
-        (0.1 * wide, deep),
-    ]
+    rows = [(throat, -0.02), (wide, 0.0), (wide, 0.8 * deep), (0.8 * wide, deep)]
+    rows += [(0.1 * wide, deep)]
     b.lathe("driver", pick_material(rng, "metal"), rows, at, segments=28, turn=lean(90))
     arm = wide + 0.02
     hook = [(-arm, low), (-arm, 0.02), (arm, 0.02), (arm, low)]

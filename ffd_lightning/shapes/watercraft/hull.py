@@ -137,10 +137,8 @@ def solid_hull(
 
 def open_hull(b: Builder, hull: Hull, outer: Material, thickness: float) -> None:
     """Add an undecked hull with sides of a thickness and a closed stern."""
-    rings = [
-        np.concatenate([hull.profile(t), hull.profile(t, inset=thickness)[::-1]])
-        for t in stations()
-    ]
+    skins = [(hull.profile(t), hull.profile(t, inset=thickness)) for t in stations()]
+    rings = [np.concatenate([outside, inside[::-1]]) for outside, inside in skins]
     b.loft("hull", outer, rings, caps=False)
     stern = hull.profile(1.0)
     b.loft("hull", outer, [stern - vec(0, 0, thickness), stern])
