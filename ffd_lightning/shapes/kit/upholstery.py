@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam, pad
-from ffd_lightning.shapes.kit.builder import Builder
-from ffd_lightning.shapes.kit.choices import Rng, draw
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
-from ffd_lightning.shapes.kit.materials import Material, pick_material
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import UP, Array, about_z, lean, vec
 
