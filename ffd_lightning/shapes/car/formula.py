@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.car.body import BLACK, draw_paint
-from ffd_lightning.shapes.car.wheels import wheel
+from ffd_lightning.shapes.car.wheels import Rim, wheel
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.sections import Section
@@ -112,7 +112,8 @@ def _wing(
 
 def _running_gear(b: Builder, rng: Rng, axles: Pair, sizes: Pair, width: float, y: float) -> None:
     """Add four wide wheels and their wishbones."""
-    style = ("spokes" if rng.random() < 0.6 else "disc", 6, pick_material(rng, "metal"))
+    kind = "spokes" if rng.random() < 0.6 else "disc"
+    style = Rim(kind, 6, pick_material(rng, "metal"))
     for z, radius, thick in zip(axles, sizes, (0.28, 0.36), strict=True):
         for side in (-1, 1):
             x = side * (width / 2 - thick / 2)

@@ -10,7 +10,7 @@ from ffd_lightning.shapes.car.stance import Stance
 from ffd_lightning.shapes.car.wheels import wheels
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean
+from ffd_lightning.shapes.kit.vectors import lean
 
 
 def vintage(rng: Rng) -> Builder:
@@ -30,7 +30,8 @@ def vintage(rng: Rng) -> Builder:
     )
     belt, cowl = rng.uniform(1.0, 1.2), axles[0] + rng.uniform(0.24, 0.4) * length
     tail = min(axles[1] + rng.uniform(0.1, 0.9) * radius, length / 2)
-    _body(b, rng, paint, (axles[0] - 0.3 * radius, cowl, tail), (0.32, belt), width)
+    nose = axles[0] - 0.3 * radius
+    _body(b, rng, paint, nose=nose, cowl=cowl, tail=tail, belt=belt, width=width)
     high = belt + rng.uniform(0.45, 0.7)
     shape = Cabin(
         belt=(cowl + 0.02, tail - 0.02),
@@ -43,7 +44,7 @@ def vintage(rng: Rng) -> Builder:
     cabin(b, paint, draw_glass(rng), shape, dark if rng.random() < 0.6 else paint)
     _wings(b, rng, dark, stance)
     wheels(b, rng, stance, inset=0.0)
-    _front(b, rng, axles[0] - 0.3 * radius, belt, width)
+    _front(b, rng, nose, belt, width)
     for side in (-1, 1):
         middle = (side * 0.4 * width, 0.75, tail + 0.05)
         b.ellipsoid("light", RED, middle, (0.05, 0.05, 0.05), segments=10)
@@ -56,11 +57,18 @@ def vintage(rng: Rng) -> Builder:
 
 
 def _body(
-    b: Builder, rng: Rng, paint: Material, stations: Triple, span: Pair, width: float
+    b: Builder,
+    rng: Rng,
+    paint: Material,
+    *,
+    nose: float,
+    cowl: float,
+    tail: float,
+    belt: float,
+    width: float,
 ) -> None:
-    """Add a slender bonnet between the front two stations and the wider body behind."""
-    nose, cowl, tail = stations
-    low, belt = span
+    """Add a slender bonnet from the nose to the cowl and the wider body behind, up to `belt`."""
+    low = 0.32
     slim = rng.uniform(0.36, 0.46) * width
     sizes = [(nose, slim, belt - 0.12), (cowl - 0.1, 0.66 * width, belt - 0.02)]
     rings = []

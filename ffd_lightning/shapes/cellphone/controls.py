@@ -6,14 +6,25 @@ import numpy as np
 
 from ffd_lightning.shapes.cellphone.body import Body, Finish, tile
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import lean, vec
 
 
 def display(
-    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, icons: bool = False
+    b: Builder,
+    rng: Rng,
+    finish: Finish,
+    body: Body,
+    *,
+    low: float,
+    high: float,
+    share: float,
+    icons: bool = False,
 ) -> None:
-    """Add a screen with a rim; `span` is (lower end, upper end, width) as shares of the body."""
-    low, high, share = span
+    """Add a screen with a rim.
+
+    `low` and `high` are where it ends, from -0.5 to 0.5 of the body's height; `share` is its width
+    over the body's.
+    """
     wide, tall = share * body.width, (high - low) * body.height
     middle = (low + high) / 2
     radius = rng.choice([0.02, 0.08]) * wide
@@ -41,11 +52,18 @@ def display(
 
 
 def keypad(
-    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, grid: tuple[int, int]
+    b: Builder,
+    rng: Rng,
+    finish: Finish,
+    body: Body,
+    *,
+    low: float,
+    high: float,
+    share: float,
+    rows: int,
+    columns: int,
 ) -> None:
-    """Add a grid of (rows, columns) keys, all of one shape; `span` is as for `display`."""
-    low, high, share = span
-    rows, columns = grid
+    """Add a grid of keys, all of one shape; it spans what a `display` of the same values would."""
     wide = share * body.width / columns
     tall = (high - low) * body.height / rows
     shape = draw(rng, ["round", "pill", "square", "flush"]) if rows * columns < 20 else "square"

@@ -35,8 +35,8 @@ def smartphone(rng: Rng) -> Builder:
         _bumper(b, rng, body, radius)
     chin = rng.uniform(0.08, 0.16) if rng.random() < 0.6 else rng.uniform(0.02, 0.04)
     brow = rng.uniform(0.05, 0.14) if chin > 0.05 else rng.uniform(0.02, 0.04)
-    span = (-0.5 + chin, 0.5 - brow, rng.uniform(0.86, 0.95))
-    display(b, rng, finish, body, span, icons=bool(rng.random() < 0.5))
+    share, icons = rng.uniform(0.86, 0.95), bool(rng.random() < 0.5)
+    display(b, rng, finish, body, low=-0.5 + chin, high=0.5 - brow, share=share, icons=icons)
     if chin > 0.07:
         home_button(b, rng, finish, body, -0.5 + chin / 2, 0.7 * chin)
     earpiece(b, rng, body, 0.5 - max(brow, 0.05) / 2)

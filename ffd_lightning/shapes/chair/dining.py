@@ -9,7 +9,7 @@ from ffd_lightning.shapes.kit.boards import beam, pad, rails, slats
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style, stretchers
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.upholstery import draw_cover
-from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, lean, vec
 
 
 def _back(
@@ -48,14 +48,22 @@ def _back(
         crest = (width + rng.uniform(0, 0.05), rail, 1.1 * post)
         top = turn @ vec(0, rise, 0) + origin
         pad(b, "back", frame, top, crest, rng.uniform(0.1, 0.5) * rail, degrees)
-        _back_filling(b, rng, frame, kind, origin, (half, low, rise), degrees)
+        _back_filling(b, rng, frame, kind, origin, half=half, low=low, rise=rise, degrees=degrees)
 
 
 def _back_filling(
-    b: Builder, rng: Rng, frame: Material, kind: str, origin: Array, extent: Triple, degrees: float
+    b: Builder,
+    rng: Rng,
+    frame: Material,
+    kind: str,
+    origin: Array,
+    *,
+    half: float,
+    low: float,
+    rise: float,
+    degrees: float,
 ) -> None:
-    """Fill a back between its posts, `extent` (half width, lower, upper end), below its crest."""
-    half, low, rise = extent
+    """Fill a back between its posts, at +-`half`, from `low` up to its crest at `rise`."""
     turn = lean(degrees)
 
     def at(x: float, up: float) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import UP, Triple, vec
+from ffd_lightning.shapes.kit.vectors import UP, vec
 from ffd_lightning.shapes.lamp.bodies import add_foot, draw_metal, outline, turned
 from ffd_lightning.shapes.lamp.cords import add_cord, add_rose
 from ffd_lightning.shapes.lamp.shades import add_bulb, draw_shade_material
@@ -27,7 +27,7 @@ def lantern(rng: Rng) -> Builder:
         rows += [(stem, 0.9 * low)]
         rows += [(1.8 * stem, 0.92 * low), (stem, 0.94 * low), (2 * stem, low)]
         turned(b, "pole", metal, rows, outline(draw(rng, ["round", "hexagon"]), 20))
-    top = low + tall + _case(b, rng, metal, sides, (wide, low, tall))
+    top = low + tall + _case(b, rng, metal, sides, wide=wide, low=low, tall=tall)
     if mount == "chain":
         length = rng.uniform(0.1, 0.6)
         add_rose(b, metal, 0.07, vec(0, top + length, 0))
@@ -40,12 +40,13 @@ def lantern(rng: Rng) -> Builder:
     return b
 
 
-def _case(b: Builder, rng: Rng, metal: Material, sides: str, extent: Triple) -> float:
+def _case(
+    b: Builder, rng: Rng, metal: Material, sides: str, *, wide: float, low: float, tall: float
+) -> float:
     """Add the floor, posts, panes, candle and roof of a lantern; return the roof's height.
 
-    `extent` is the radius, the lower end and the height of the glazed part.
+    The glazed part is `tall` from `low` on; `wide` is its radius at the top.
     """
-    wide, low, tall = extent
     section = outline(sides)
     waist = wide * rng.uniform(0.55, 1.0)
     at = vec(0, low, 0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.paths import circle
-from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, about_y, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, lean, vec
 from ffd_lightning.shapes.speaker.drivers import Finish, add_driver, add_skin, draw_finish
 
 
@@ -39,17 +39,16 @@ def add_pod(
             b.tube("stand", finish.rim, [foot, head], (0.05 * radius, 0.1 * radius))
     else:
         b.lathe("stand", finish.rim, radius * np.array([(0.6, 0), (0.5, 0.15), (0.3, 0.2)]), at)
-    _add_body(b, rng, finish, center, turn, (radius, stretch))
+    _add_body(b, rng, finish, center, turn, radius=radius, stretch=stretch)
 
 
 def _add_body(
-    b: Builder, rng: Rng, finish: Finish, center: Array, turn: Array, extent: Pair
+    b: Builder, rng: Rng, finish: Finish, center: Array, turn: Array, radius: float, stretch: float
 ) -> None:
     """Add a body turned about the forward axis, cut off at the front, where its driver sits.
 
-    `extent` is its radius and how much taller than wide it is.
+    `stretch` is how much taller than wide it is.
     """
-    radius, stretch = extent
     blunt, length = rng.uniform(0.4, 1.0), radius * rng.uniform(0.8, 1.5)
     a = np.linspace(rng.uniform(0.75, 1.15), np.pi - 0.08, 16)
     rows = np.stack(
