@@ -40,8 +40,8 @@ def formula(rng: Rng) -> Builder:
             Section(z=rear, lift=y + 0.2, width=0.12, height=0.16),
         ]
         b.loft("hood", paint, [row.ring(0.5, 16) for row in airbox])
-        block = (0.94 * width, 0.32)
-        _wing(b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=block, count=1)
+        plan = (0.94 * width, 0.32)
+        _wing(b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=plan, count=1)
         count = int(rng.integers(1, 4))
         high = y + rng.uniform(0.3, 0.55)
         _wing(b, second, paint, rear + 0.45, high, (rng.uniform(0.5, 0.62) * width, 0.3), count)

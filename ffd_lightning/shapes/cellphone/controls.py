@@ -195,8 +195,8 @@ def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size
     kind = draw(rng, ["round", "pill", "three"])
     if kind == "round":
         tile(b, "button", finish.trim, body, body.at(0, y), (size, size, 0.016), size / 2)
-        block = (0.8 * size, 0.8 * size, 0.014)
-        tile(b, "button", finish.body, body, body.at(0, y, 0.004), block, 0.4 * size)
+        inner = (0.8 * size, 0.8 * size, 0.014)
+        tile(b, "button", finish.body, body, body.at(0, y, 0.004), inner, 0.4 * size)
         return
     tile(b, "button", finish.trim, body, body.at(0, y), (1.8 * size, 0.6 * size, 0.02), 0.3 * size)
     if kind == "three":

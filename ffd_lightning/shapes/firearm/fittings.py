@@ -23,8 +23,8 @@ def barrel(
 ) -> None:
     """Add a barrel from `start` forward to `end`, with a dark bore in its muzzle."""
     tip = at(end, up, side)
-    origin = at(start, up, side)
-    b.tube("barrel", material, [origin, tip], (radius, taper * radius), segments=16)
+    breech = at(start, up, side)
+    b.tube("barrel", material, [breech, tip], (radius, taper * radius), segments=16)
     b.cylinder("barrel", BLACK, at(end - 0.01, up, side), at(end + 0.002, up, side), 0.6 * radius)
 
 

@@ -93,8 +93,8 @@ def pistol(rng: Rng) -> Builder:
     if rng.random() < 0.55:
         add_hammer(b, steel, forward=-0.01, up=-0.1 * tall, size=rng.uniform(0.07, 0.1))
     if not opened and rng.random() < 0.2:
-        target = length + rng.uniform(0.4, 0.7)
-        barrel(b, BLACK, start=length, end=target, up=0.1 * tall, radius=rng.uniform(0.06, 0.08))
+        muzzle = length + rng.uniform(0.4, 0.7)
+        barrel(b, BLACK, start=length, end=muzzle, up=0.1 * tall, radius=rng.uniform(0.06, 0.08))
     elif not opened and front > 0.8 * length and rng.random() < 0.25:
         light = rng.uniform(0.16, 0.22)
         ends = (front - light, front)

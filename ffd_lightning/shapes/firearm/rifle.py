@@ -80,11 +80,11 @@ def assault_rifle(rng: Rng) -> Builder:
     muzzle(b, rng, steel, end, 0.0)
     _top(b, rng, steel, 0.04, length, high)
     front = guard + rng.uniform(0.01, 0.03)
-    stations = [
+    post = [
         Cut(forward=front + 0.012, low=-0.018, high=0.06, width=0.014),
         Cut(forward=front + 0.032, low=-0.018, high=0.04, width=0.014),
     ]
-    bar(b, "sight", steel, stations)
+    bar(b, "sight", steel, post)
     kinds = {"solid": 0.35, "tube": 0.3, "frame": 0.2, "wire": 0.15}
     kinds = {"solid": 1.0} if bullpup else kinds
     buttstock(b, rng, furniture, 0.0, (low + 0.01, high), kinds)
@@ -108,8 +108,8 @@ def hunting_rifle(rng: Rng) -> Builder:
     trigger(b, steel, back=0.0, front=rng.uniform(0.085, 0.1), top=top, drop=0.042, width=0.014)
     if rng.random() < 0.75:
         knob = at(-0.01, -0.035, 0.07)
-        line = bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3)
-        b.tube("body", steel, line, 0.006, segments=8)
+        bolt = bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3)
+        b.tube("body", steel, bolt, 0.006, segments=8)
         b.ellipsoid("body", steel, knob, (0.012, 0.012, 0.012), segments=10)
     else:
         path = [(0.12, belly + 0.01), (0.11, belly - 0.045), (-0.02, belly - 0.05)]

@@ -28,8 +28,8 @@ def chandelier(rng: Rng) -> Builder:
     add_rose(b, metal, 0.07, vec(0, tall + drop, 0))
     add_cord(b, metal, vec(0, tall + drop, 0), drop)
     column = metal if rng.random() < 0.6 else draw_body_material(rng)
-    stations = turned_rows(rng, radius=rng.uniform(0.04, 0.08), height=tall, neck=0.012)
-    turned(b, "pole", column, stations, outline("round", 16))
+    vase = turned_rows(rng, radius=rng.uniform(0.04, 0.08), height=tall, neck=0.012)
+    turned(b, "pole", column, vase, outline("round", 16))
     rows = [(0.004, -0.06), (0.018, -0.045), (0.02, -0.03), (0.008, -0.01), (0.02, 0.005)]
     b.lathe("pole", metal, rows, segments=12)
     head = draw(rng, ["candle", "up", "down"], [0.4, 0.3, 0.3])

@@ -50,8 +50,8 @@ def _case(
     section = outline(sides)
     waist = wide * rng.uniform(0.55, 1.0)
     at = vec(0, low, 0)
-    stations = [(0.9 * waist, 0), (1.1 * waist, 0.012), (1.1 * waist, 0.03)]
-    turned(b, "base", metal, stations, section, at)
+    floor = [(0.9 * waist, 0), (1.1 * waist, 0.012), (1.1 * waist, 0.03)]
+    turned(b, "base", metal, floor, section, at)
     pane = pick_material(rng, "glass") if rng.random() < 0.75 else draw_shade_material(rng, 0)
     rows = np.array([(0.93 * waist, 0.025), (0.93 * wide, tall)])
     turned(b, "shade", pane, rows, section, at)

@@ -133,11 +133,11 @@ def biplane(rng: Rng) -> Builder:
     rows = _slim(rng, wide, tall)
     fuselage(b, "body", paint, rows, rng.uniform(0.1, 0.6))
     if rng.random() < 0.5:
-        stations = [
+        cowl = [
             Section(z=-0.5, lift=0, width=1.02 * wide, height=0.86 * tall),
             Section(z=-0.41, lift=0, width=1.05 * wide, height=0.9 * tall),
         ]
-        fuselage(b, "engine", STEEL, stations)
+        fuselage(b, "engine", STEEL, cowl)
     count = 3 if rng.random() < 0.2 else 2
     span, chord = rng.uniform(0.5, 0.72), rng.uniform(0.13, 0.19)
     gap, stagger = rng.uniform(0.19, 0.27) * (0.75 if count == 3 else 1), rng.uniform(0, 0.07)

@@ -36,11 +36,11 @@ def warbird(rng: Rng) -> Builder:
     ]
     fuselage(b, "body", paint, rows)
     if radial:
-        stations = [
+        cowl = [
             Section(z=-0.5, lift=0, width=0.98 * wide, height=0.98 * tall),
             Section(z=-0.4, lift=0, width=1.06 * wide, height=1.06 * tall),
         ]
-        fuselage(b, "engine", accent, stations)
+        fuselage(b, "engine", accent, cowl)
         mouth = [Section(z, 0, width=0.85 * wide, height=0.85 * tall) for z in (-0.503, -0.49)]
         fuselage(b, "engine", BLACK, mouth)
     span, root, lead = rng.uniform(0.48, 0.62), rng.uniform(0.22, 0.28), rng.uniform(-0.24, -0.18)

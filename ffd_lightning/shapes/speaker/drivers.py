@@ -63,8 +63,8 @@ def add_port(
     """Add a flared bass port that goes `depth` into the body."""
     rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / radius)]
     add_skin(b, "port", finish.rim, radius * np.array(rows), center, turn)
-    stations = [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)]
-    add_skin(b, "port", BLACK, stations, center, turn)
+    rear = [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)]
+    add_skin(b, "port", BLACK, rear, center, turn)
 
 
 def add_driver(

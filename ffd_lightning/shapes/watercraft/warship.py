@@ -100,8 +100,8 @@ def _turret(
     """Add a gun turret that points forward, or aft."""
     way = 1.0 if aft else -1.0
     base = np.array(foot)
-    origin = base - 0.05 * UP
-    b.cylinder("gun", paint, origin, base + 0.02 * UP, 0.05 * size, segments=16)
+    low = base - 0.05 * UP
+    b.cylinder("gun", paint, low, base + 0.02 * UP, 0.05 * size, segments=16)
     middle = base + (0.02 + 0.025 * size) * UP
     b.box("gun", paint, middle, vec(0.1, 0.05, 0.13) * size, taper=0.8)
     for x in (np.arange(barrels) - (barrels - 1) / 2) * 0.028 * size:
