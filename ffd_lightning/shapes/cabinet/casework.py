@@ -87,8 +87,8 @@ def stand(
         side = rng.uniform(0.015, 0.03)
         feet = corners(0.9 * width, 0.85 * depth, side / 2)
         style = LegStyle("square", side, ((0, 1), (1, 1)))
-        rails(b, "leg", material, feet, side, side)
-        rails(b, "leg", material, feet + (rise - side) * UP, side, side)
+        rails(b, "leg", material, feet, width=side, height=side)
+        rails(b, "leg", material, feet + (rise - side) * UP, width=side, height=side)
         add_legs(b, "leg", material, style, feet * vec(1, 0, 1) + rise * UP, feet * vec(1, 0, 1))
     elif kind == "bracket":
         rise *= 0.7

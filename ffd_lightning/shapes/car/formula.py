@@ -47,7 +47,7 @@ def formula(rng: Rng) -> Builder:
         _wing(b, second, paint, rear + 0.45, high, (rng.uniform(0.5, 0.62) * width, 0.3), count)
         for side in (-0.1, 0.1):
             start = (side, y - 0.05, rear + 0.3)
-            beam(b, "trim", BLACK, start, (side, high, rear + 0.48), 0.03, 0.14)
+            beam(b, "trim", BLACK, start, (side, high, rear + 0.48), width=0.03, height=0.14)
     else:
         for side in (-0.5 * bulk, 0.5 * bulk):
             b.cylinder("trim", BLACK, (side, y, seat), (side, y - 0.05, length / 2), 0.05)

@@ -57,7 +57,7 @@ def _cockpit(b: Builder, rng: Rng, stance: Stance, ends: Pair, floor: float, bel
     left = [vec(-half, belt - 0.02, front - 0.05), vec(-0.85 * half, belt + rise, front + rake)]
     frame = [*left, *(point * vec(-1, 1, 1) for point in left[::-1])]
     for start, end in itertools.pairwise(frame):
-        beam(b, "window", BLACK, start, end, 0.035, 0.035)
+        beam(b, "window", BLACK, start, end, width=0.035, height=0.035)
     b.loft("window", glass, [np.array(frame) + shift for shift in ([0, 0, 0], [0, 0.004, 0.012])])
     cover, spread = pick_material(rng, "leather"), 0.21 * stance.width
     count = 2 if rear - front > 1.5 else 1

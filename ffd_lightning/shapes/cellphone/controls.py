@@ -33,7 +33,7 @@ def display(
         rim = (wide + 0.03 * body.width, tall + 0.03 * body.width, 0.02)
         tile(b, "body", finish.trim, body, body.at(0, middle, lift / 2 - 0.008), rim, radius)
     center = body.at(0, middle, lift - 0.008)
-    tile(b, "screen", finish.screen, body, center, (wide, tall, 0.02), radius, 0.003)
+    tile(b, "screen", finish.screen, body, center, (wide, tall, 0.02), radius, edge=0.003)
     if not icons:
         return
     columns = int(rng.integers(3, 6))

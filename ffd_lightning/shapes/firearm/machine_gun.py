@@ -86,7 +86,7 @@ def machine_gun(rng: Rng) -> Builder:
         Cut(forward=0.7 * length, low=low, high=high, width=wide),
         Cut(forward=length, low=low + 0.01, high=high - 0.02, width=0.9 * wide),
     ]
-    bar(b, "body", steel, rows, 0.85)
+    bar(b, "body", steel, rows, boxiness=0.85)
     end, guard = length + rng.uniform(0.3, 0.5), length + rng.uniform(0.0, 0.2)
     if rng.random() < 0.4:
         guard = end - rng.uniform(0.05, 0.12)

@@ -87,16 +87,15 @@ def _revolver_barrel(
         bar(b, "barrel", steel, rows)
     if rng.random() < 0.5:
         rib = (start, end - 0.01)
-        even_bar(
-            b, "barrel", steel, rib, low=up, high=up + 1.25 * thick, width=0.7 * thick, boxiness=0.9
-        )
+        width = 0.7 * thick
+        even_bar(b, "barrel", steel, rib, low=up, high=up + 1.25 * thick, width=width, boxiness=0.9)
     tall = rng.uniform(0.03, 0.06)
     blade = [
         Cut(forward=end - 0.12, low=up + 0.8 * thick, high=up + 1.1 * thick, width=0.02),
         Cut(forward=end - 0.04, low=up + 0.6 * thick, high=up + 1.1 * thick + tall, width=0.02),
         Cut(forward=end - 0.015, low=up + 0.6 * thick, high=up + 1.1 * thick + tall, width=0.02),
     ]
-    bar(b, "sight", steel, blade, 0.95)
+    bar(b, "sight", steel, blade, boxiness=0.95)
 
 
 def _revolver_grip(b: Builder, rng: Rng, panel: Material, top: Pair, wide: float) -> None:
@@ -115,4 +114,5 @@ def _revolver_grip(b: Builder, rng: Rng, panel: Material, top: Pair, wide: float
         "bird": 0.2 - 0.03 * t - 0.08 * t**6,
         "target": 0.22 + 0.05 * np.sin(3 * t) + 0.04 * t,
     }[style]
-    sweep(b, "grip", panel, path, depths * rng.uniform(0.9, 1.15), wide * (1 + 0.25 * t), 0.4)
+    depth = depths * rng.uniform(0.9, 1.15)
+    sweep(b, "grip", panel, path, depth=depth, width=wide * (1 + 0.25 * t), boxiness=0.4)

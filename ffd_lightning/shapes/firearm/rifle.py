@@ -36,7 +36,7 @@ def _top(b: Builder, rng: Rng, steel: Material, back: float, front: float, up: f
         rise = rng.uniform(0.045, 0.065)
         loop = [(back + 0.01, up - 0.01), (back + 0.015, up + rise)]
         loop += [(front - 0.02, up + rise), (front, up - 0.01)]
-        sweep(b, "sight", steel, bend(loop, 0.02, 3), 0.016, 0.02)
+        sweep(b, "sight", steel, bend(loop, 0.02, 3), depth=0.016, width=0.02)
     elif kind != "none":
         rail(b, "sight", steel, back, front, up, 0.026)
     if kind == "scope":
@@ -61,7 +61,7 @@ def assault_rifle(rng: Rng) -> Builder:
         Cut(forward=0.05, low=low, high=high, width=wide),
         Cut(forward=length, low=low + 0.006, high=high, width=wide),
     ]
-    bar(b, "body", body, rows, 0.8)
+    bar(b, "body", body, rows, boxiness=0.8)
     grip_at = length - 0.12 if bullpup else 0.06
     top = (grip_at, low + 0.02)
     long, rake = rng.uniform(0.1, 0.13), rng.uniform(12, 28)
@@ -114,7 +114,7 @@ def hunting_rifle(rng: Rng) -> Builder:
     else:
         path = [(0.12, belly + 0.01), (0.11, belly - 0.045), (-0.02, belly - 0.05)]
         path += [(-0.08, belly - 0.075), (-0.09, belly - 0.02)]
-        sweep(b, "body", steel, bend(path, 0.03, 3), 0.009, 0.016)
+        sweep(b, "body", steel, bend(path, 0.03, 3), depth=0.009, width=0.016)
     if rng.random() < 0.5:
         well = (0.16, belly + 0.02)
         magazine(b, steel, well, length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03)
@@ -125,7 +125,6 @@ def hunting_rifle(rng: Rng) -> Builder:
     if rng.random() < 0.3:
         bands = rng.uniform(0.5, 0.95)
         band = (bands * front - 0.01, bands * front + 0.01)
-        even_bar(
-            b, "body", steel, band, low=-0.8 * fore, high=0.016, width=0.95 * wide, boxiness=0.3
-        )
+        width = 0.95 * wide
+        even_bar(b, "body", steel, band, low=-0.8 * fore, high=0.016, width=width, boxiness=0.3)
     return b

@@ -35,7 +35,7 @@ def rails(
 ) -> None:
     """Join consecutive points (p, 3), and the last to the first, with beams."""
     for start, end in zip(points, np.roll(points, -1, axis=0), strict=True):
-        beam(b, part, material, start, end, width, height)
+        beam(b, part, material, start, end, width=width, height=height)
 
 
 def slats(
@@ -85,7 +85,7 @@ def fill_side(
     `fill` is "bars", "slats" or "panel"; `gap` is the distance between bars or slats.
     """
     first, last = tops - 0.03 * UP
-    beam(b, part, material, first, last, 0.03, 0.05)
+    beam(b, part, material, first, last, width=0.03, height=0.05)
     rise, middle = first[1] - deck, (first + last) / 2
     length = float(np.linalg.norm(last - first))
     along_z = abs(last[2] - first[2]) > abs(last[0] - first[0])

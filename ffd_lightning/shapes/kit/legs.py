@@ -106,14 +106,14 @@ def stretchers(
     """Join four legs at `points`, (4, 3) in `corners` order, as "box", "h" or "x"."""
     front_left, front_right, back_right, back_left = points
     if kind == "box":
-        rails(b, part, material, points, size, size)
+        rails(b, part, material, points, width=size, height=size)
     elif kind == "h":
         for start, end in ((front_left, back_left), (front_right, back_right)):
-            beam(b, part, material, start, end, size, size)
+            beam(b, part, material, start, end, width=size, height=size)
         middles = (front_left + back_left) / 2, (front_right + back_right) / 2
-        beam(b, part, material, *middles, size, size)
+        beam(b, part, material, *middles, width=size, height=size)
     elif kind == "x":
-        beam(b, part, material, front_left, back_right, size, size)
-        beam(b, part, material, front_right, back_left, size, 0.8 * size)
+        beam(b, part, material, front_left, back_right, width=size, height=size)
+        beam(b, part, material, front_right, back_left, width=size, height=0.8 * size)
     else:
         raise ValueError(f"unknown stretchers {kind!r}")

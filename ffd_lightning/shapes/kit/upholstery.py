@@ -187,8 +187,9 @@ def _open_arm(b: Builder, s: Seating, x: float) -> None:
     top, side = s.seat + s.arm_rise, 0.9 * s.arm
     front, rear = -0.42 * s.depth, 0.42 * s.depth
     for z in (front, rear):
-        beam(b, "arm", s.frame, (x, 0, z), (x, top, z), 0.7 * side, 0.7 * side)
-    beam(b, "arm", s.frame, (x, s.foot + 0.06, front), (x, s.foot + 0.06, rear), 0.5 * side, side)
+        beam(b, "arm", s.frame, (x, 0, z), (x, top, z), width=0.7 * side, height=0.7 * side)
+    start = (x, s.foot + 0.06, front)
+    beam(b, "arm", s.frame, start, (x, s.foot + 0.06, rear), width=0.5 * side, height=side)
     rest = (1.3 * side, 0.03, rear - front + 0.12)
     b.rounded_box("arm", s.frame, (x, top, 0), rest, 0.4 * side)
 

@@ -41,10 +41,10 @@ def round_table(rng: Rng) -> Builder:
         low = level * under
         round_top(b, base, 1.02 * reach, low, thickness=0.02, squash=squash, part="shelf")
     elif kind == "apron" and style.plain:
-        rails(b, "support", base, feet + 0.94 * (tops - feet), 0.02, 0.11 * under)
+        rails(b, "support", base, feet + 0.94 * (tops - feet), width=0.02, height=0.11 * under)
     elif kind == "spokes" and style.plain:
         hub = vec(0, level * under, 0)
         for point in points:
-            beam(b, "support", base, point, hub, 0.025, 0.025)
+            beam(b, "support", base, point, hub, width=0.025, height=0.025)
         b.cylinder("support", base, hub - 0.02 * UP, hub + 0.02 * UP, 0.045)
     return b

@@ -68,7 +68,7 @@ def rectangular_top(
         border = 0.12 * depth
         rim = pick_material(rng, "wood")
         points = corners(width - border, depth - border, center[1])
-        rails(b, "top", rim, points, border, thickness)
+        rails(b, "top", rim, points, width=border, height=thickness)
         for point in points:
             b.rounded_box("top", rim, point, (border, thickness, border), 0.1 * border)
         inner = (width - 1.9 * border, 0.6 * thickness, depth - 1.9 * border)
