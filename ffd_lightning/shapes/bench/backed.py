@@ -36,7 +36,7 @@ def settle(rng: Rng) -> Builder:
             at = (x, (height + low) / 2, -chest[2] / 2)
             b.rounded_box("seat", wood, at, panel, 0.008)
     else:
-        rails(b, "leg", wood, feet + (height - 0.07) * UP, 0.025, 0.08)
+        rails(b, "leg", wood, feet + (height - 0.07) * UP, width=0.025, height=0.08)
     fill, gap = draw(rng, ["bars", "slats", "panel"]), rng.uniform(0.07, 0.14)
     fill_side(b, wood, tops[2:], height, "back", fill, gap)
     for pair in (tops[[0, 3]], tops[[1, 2]]):
@@ -90,7 +90,7 @@ def _spindle_back(
     rear = foot + turn @ vec(0, level, 0)
     for x in (-half, half):
         front = (x, height + level, -depth / 2 + 0.06)
-        beam(b, "arm", wood, front, (x, *rear[1:]), 0.05, 0.022)
+        beam(b, "arm", wood, front, (x, *rear[1:]), width=0.05, height=0.022)
         for z in (-depth / 2 + 0.1, -depth / 2 + 0.24):
             ends = (x, height - 0.01, z), (x, height + level, z)
             b.cylinder("arm", wood, *ends, 0.012, segments=8)

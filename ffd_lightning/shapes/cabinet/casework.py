@@ -22,11 +22,11 @@ from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import UP, Pair, Triple, vec
 
 
-def add_top(b: Builder, rng: Rng, material: Material, size: Triple, z: float = 0.0) -> None:
+def add_top(b: Builder, rng: Rng, material: Material, size: Triple) -> None:
     """Add a top with an overhang over `size` (width, height of its underside, depth)."""
     width, height, depth = size
     over, thickness = rng.uniform(0.0, 0.04), rng.uniform(0.02, 0.045)
-    center = (0, height + thickness / 2 - 0.002, z - over / 2)
+    center = (0, height + thickness / 2 - 0.002, -over / 2)
     board = (width + 2 * over + 0.004, thickness, depth + over + 0.004)
     edge = rng.uniform(0.2, 0.45) * thickness
     b.rounded_box("top", material, center, board, radius=0.012, edge=edge)
@@ -87,8 +87,8 @@ def stand(
         side = rng.uniform(0.015, 0.03)
         feet = corners(0.9 * width, 0.85 * depth, side / 2)
         style = LegStyle("square", side, ((0, 1), (1, 1)))
-        rails(b, "leg", material, feet, side, side)
-        rails(b, "leg", material, feet + (rise - side) * UP, side, side)
+        rails(b, "leg", material, feet, width=side, height=side)
+        rails(b, "leg", material, feet + (rise - side) * UP, width=side, height=side)
         add_legs(b, "leg", material, style, feet * vec(1, 0, 1) + rise * UP, feet * vec(1, 0, 1))
     elif kind == "bracket":
         rise *= 0.7

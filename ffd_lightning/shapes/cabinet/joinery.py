@@ -91,13 +91,11 @@ def draw_joinery(rng: Rng, kinds: Sequence[str] = ("wood", "paint")) -> Joinery:
     )
 
 
-def plank(
-    b: Builder, part: str, material: Material, low: ArrayLike, high: ArrayLike, segments: int = 1
-) -> None:
+def plank(b: Builder, part: str, material: Material, low: ArrayLike, high: ArrayLike) -> None:
     """Add a board with eased edges between two opposite corners, (3,) each."""
     a, c = np.asarray(low, float), np.asarray(high, float)
     edge = 0.15 * float((c - a).min())
-    b.rounded_box(part, material, (a + c) / 2, c - a, edge, segments=segments)
+    b.rounded_box(part, material, (a + c) / 2, c - a, edge, segments=1)
 
 
 def carcass(
@@ -232,21 +230,15 @@ def _panel(b: Builder, style: Joinery, part: str, face: Bay) -> float:
 
 
 def frame(
-    b: Builder,
-    part: str,
-    material: Material,
-    center: ArrayLike,
-    size: Pair,
-    border: float,
-    thickness: float = BOARD,
+    b: Builder, part: str, material: Material, center: ArrayLike, size: Pair, border: float
 ) -> None:
     """Add four boards around the rectangle `size` (width, height) at `center`, facing -z."""
     middle, (width, height) = np.asarray(center, float), size
     for side in (-1, 1):
-        upright = (border, height, thickness)
+        upright = (border, height, BOARD)
         x = side * (width - border) / 2
         b.box(part, material, middle + vec(x, 0, 0), upright)
-        level = (width - 1.8 * border, border, 0.98 * thickness)
+        level = (width - 1.8 * border, border, 0.98 * BOARD)
         y = side * (height - border) / 2
         b.box(part, material, middle + y * UP, level)
 

@@ -24,9 +24,8 @@ def wardrobe(rng: Rng) -> Builder:
     height, depth = rng.uniform(1.6, 2.3), rng.uniform(0.35, 0.65)
     base = stand(b, rng, style.body, (width, depth), ("plinth", "bracket", "legs", "none"), 0.18)
     bay = carcass(b, style, (width, height, depth), bottom=base)
-    kind = draw(
-        rng, ["plain", "drawers", "attic", "sliding", "middle"], [0.3, 0.25, 0.15, 0.2, 0.1]
-    )
+    kinds = ["plain", "drawers", "attic", "sliding", "middle"]
+    kind = draw(rng, kinds, [0.3, 0.25, 0.15, 0.2, 0.1])
     if kind == "drawers":
         low, bay = bay.split((rng.uniform(0.15, 0.35), 1), across=False)
         dividers(b, style, [low, bay], across=False)

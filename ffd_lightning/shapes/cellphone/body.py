@@ -128,9 +128,9 @@ def add_half(b: Builder, rng: Rng, finish: Finish, body: Body, radius: float) ->
     """Add one half of a folding or sliding telephone, its two shells of different material."""
     size = (body.width, body.height, 0.6 * body.depth)
     edge = 0.2 * body.depth
-    tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge)
+    tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge=edge)
     block = (0.99 * size[0], 0.99 * size[1], size[2])
-    tile(b, "body", finish.back, body, body.at(0, 0, -0.7 * body.depth), block, radius, edge)
+    tile(b, "body", finish.back, body, body.at(0, 0, -0.7 * body.depth), block, radius, edge=edge)
 
 
 def lid_at(hinge: Array, tip: Array, width: float, height: float, depth: float) -> Body:

@@ -6,14 +6,25 @@ import numpy as np
 
 from ffd_lightning.shapes.cellphone.body import Body, Finish, tile
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import lean, vec
 
 
 def display(
-    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, icons: bool = False
+    b: Builder,
+    rng: Rng,
+    finish: Finish,
+    body: Body,
+    *,
+    low: float,
+    high: float,
+    share: float,
+    icons: bool = False,
 ) -> None:
-    """Add a screen with a rim; `span` is (lower end, upper end, width) as shares of the body."""
-    low, high, share = span
+    """Add a screen with a rim.
+
+    `low` and `high` are where it ends, from -0.5 to 0.5 of the body's height; `share` is its width
+    over the body's.
+    """
     wide, tall = share * body.width, (high - low) * body.height
     middle = (low + high) / 2
     radius = rng.choice([0.02, 0.08]) * wide
@@ -22,7 +33,7 @@ def display(
         rim = (wide + 0.03 * body.width, tall + 0.03 * body.width, 0.02)
         tile(b, "body", finish.trim, body, body.at(0, middle, lift / 2 - 0.008), rim, radius)
     center = body.at(0, middle, lift - 0.008)
-    tile(b, "screen", finish.screen, body, center, (wide, tall, 0.02), radius, 0.003)
+    tile(b, "screen", finish.screen, body, center, (wide, tall, 0.02), radius, edge=0.003)
     if not icons:
         return
     columns = int(rng.integers(3, 6))
@@ -41,11 +52,18 @@ def display(
 
 
 def keypad(
-    b: Builder, rng: Rng, finish: Finish, body: Body, span: Triple, grid: tuple[int, int]
+    b: Builder,
+    rng: Rng,
+    finish: Finish,
+    body: Body,
+    *,
+    low: float,
+    high: float,
+    share: float,
+    rows: int,
+    columns: int,
 ) -> None:
-    """Add a grid of (rows, columns) keys, all of one shape; `span` is as for `display`."""
-    low, high, share = span
-    rows, columns = grid
+    """Add a grid of keys, all of one shape; it spans what a `display` of the same values would."""
     wide = share * body.width / columns
     tall = (high - low) * body.height / rows
     shape = draw(rng, ["round", "pill", "square", "flush"]) if rows * columns < 20 else "square"
@@ -177,8 +195,8 @@ def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size
     kind = draw(rng, ["round", "pill", "three"])
     if kind == "round":
         tile(b, "button", finish.trim, body, body.at(0, y), (size, size, 0.016), size / 2)
-        block = (0.8 * size, 0.8 * size, 0.014)
-        tile(b, "button", finish.body, body, body.at(0, y, 0.004), block, 0.4 * size)
+        inner = (0.8 * size, 0.8 * size, 0.014)
+        tile(b, "button", finish.body, body, body.at(0, y, 0.004), inner, 0.4 * size)
         return
     tile(b, "button", finish.trim, body, body.at(0, y), (1.8 * size, 0.6 * size, 0.02), 0.3 * size)
     if kind == "three":

@@ -29,7 +29,7 @@ def shotgun(rng: Rng) -> Builder:
             width=wide,
         ),
     ]
-    bar(b, "body", steel, rows, 0.6)
+    bar(b, "body", steel, rows, boxiness=0.6)
     fore_end(b, rng, wood, steel, kind, radius, end)
     trigger(b, steel, back=-0.05, front=0.045, top=low + 0.004, drop=0.04, width=0.014)
     if kind == "pump" and rng.random() < 0.4:

@@ -77,7 +77,7 @@ def even_bar(
     boxiness: float = 0.7,
 ) -> None:
     """Add a body of one section, between the two places along the barrel in `ends`."""
-    bar(b, part, material, [Cut(f, low, high, width) for f in ends], boxiness)
+    bar(b, part, material, [Cut(f, low, high, width) for f in ends], boxiness=boxiness)
 
 
 def sweep(

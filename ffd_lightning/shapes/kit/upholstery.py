@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import beam, pad
-from ffd_lightning.shapes.kit.builder import Builder
-from ffd_lightning.shapes.kit.choices import Rng, draw
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
-from ffd_lightning.shapes.kit.materials import Material, pick_material
 from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.vectors import UP, Array, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, about_z, lean, vec
 
 ARMS = ("box", "padded", "rolled", "slope", "flare", "open")
 
@@ -89,12 +87,12 @@ def draw_seating(rng: Rng, seats: int, arms: tuple[str, ...] = ARMS) -> Seating:
     )
 
 
-def add_base(b: Builder, s: Seating, x: float = 0.0, width: float | None = None) -> None:
-    """Add the box below the cushions, `width` wide about `x` (as wide as the sofa by default)."""
-    wide = s.width + (0 if s.arms == "open" else s.arm) if width is None else width
+def add_base(b: Builder, s: Seating) -> None:
+    """Add the box below the cushions."""
+    wide = s.width + (0 if s.arms == "open" else s.arm)
     top = s.seat - 0.8 * s.cushion
     size = (wide, top - s.foot, 0.96 * s.depth)
-    b.rounded_box("seat", s.cover, (x, (top + s.foot) / 2, 0), size, 0.03)
+    b.rounded_box("seat", s.cover, (0, (top + s.foot) / 2, 0), size, 0.03)
 
 
 def add_seat_cushions(b: Builder, s: Seating, front: float = 0.0) -> None:
@@ -114,11 +112,11 @@ def back_point(s: Seating, x: float, rise: float, out: float = 0.0) -> Array:
     return foot + lean(s.rake) @ vec(x, rise, out)
 
 
-def add_tight_back(b: Builder, s: Seating, width: float, x: float = 0.0) -> None:
+def add_tight_back(b: Builder, s: Seating, width: float) -> None:
     """Add one padded panel as the back."""
     low = -0.5 * s.seat
     size = (width, s.back - low, s.thick)
-    pad(b, "back", s.cover, back_point(s, x, (s.back + low) / 2), size, 0.4 * s.thick, s.rake)
+    pad(b, "back", s.cover, back_point(s, 0, (s.back + low) / 2), size, 0.4 * s.thick, s.rake)
 
 
 def add_loose_back(b: Builder, s: Seating, overhang: float) -> None:
@@ -166,16 +164,10 @@ def add_arm(b: Builder, s: Seating, side: int, depth: float | None = None) -> No
     elif s.arms == "slope":
         _sloping_arm(b, s, x, z, deep)
     elif s.arms == "flare":
-        turn = _about_z(-side * 11.0)
+        turn = about_z(-side * 11.0)
         b.rounded_box("arm", s.cover, (x, *middle[1:]), (0.8 * s.arm, *size[1:]), 0.03, turn=turn)
     else:
         _open_arm(b, s, x)
-
-
-def _about_z(degrees: float) -> Array:
-    """Return the rotation about z."""
-    a = np.radians(degrees)
-    return np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
 
 
 def _sloping_arm(b: Builder, s: Seating, x: float, z: float, deep: float) -> None:
@@ -195,8 +187,9 @@ def _open_arm(b: Builder, s: Seating, x: float) -> None:
     top, side = s.seat + s.arm_rise, 0.9 * s.arm
     front, rear = -0.42 * s.depth, 0.42 * s.depth
     for z in (front, rear):
-        beam(b, "arm", s.frame, (x, 0, z), (x, top, z), 0.7 * side, 0.7 * side)
-    beam(b, "arm", s.frame, (x, s.foot + 0.06, front), (x, s.foot + 0.06, rear), 0.5 * side, side)
+        beam(b, "arm", s.frame, (x, 0, z), (x, top, z), width=0.7 * side, height=0.7 * side)
+    start = (x, s.foot + 0.06, front)
+    beam(b, "arm", s.frame, start, (x, s.foot + 0.06, rear), width=0.5 * side, height=side)
     rest = (1.3 * side, 0.03, rear - front + 0.12)
     b.rounded_box("arm", s.frame, (x, top, 0), rest, 0.4 * side)
 

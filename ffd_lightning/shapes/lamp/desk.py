@@ -22,12 +22,8 @@ def desk(rng: Rng) -> Builder:
     if rng.random() < 0.35:
         rise = lower + upper * rng.uniform(0.3, 0.6)
         corner = start + rise * UP
-        points = [
-            start - 0.02 * UP,
-            corner,
-            corner + vec(0, 0.03, -upper),
-            corner + vec(0, -0.1, -1.1 * upper),
-        ]
+        points = [start - 0.02 * UP, corner, corner + vec(0, 0.03, -upper)]
+        points += [corner + vec(0, -0.1, -1.1 * upper)]
         path = bend(points, 0.3, 8)
         b.tube("arm", metal, path, 0.012, segments=10)
         end, tilt = path[-1], rng.uniform(0, 25)

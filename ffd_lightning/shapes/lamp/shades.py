@@ -104,12 +104,8 @@ def add_shade(
     b.loft("shade", shade.material, rings_along(loop, shade.section, at, turn, 0), caps=False)
     if shade.trim is not None:
         for r, h in shade.rows[[0, -1]]:
-            band = [
-                (r + wall / 2, -wall),
-                (r + wall / 2, wall),
-                (r - wall, wall),
-                (r - wall, -wall),
-            ]
+            out, into = r + wall / 2, r - wall
+            band = [(out, -wall), (out, wall), (into, wall), (into, -wall)]
             rows = np.array([*band, band[0]]) + (0, h)
             b.loft("shade", shade.trim, rings_along(rows, shade.section, at, turn, 0), caps=False)
     mouth = shade.rows[-1, 0]

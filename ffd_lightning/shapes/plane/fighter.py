@@ -131,8 +131,8 @@ def _nozzles(b: Builder, rng: Rng, wide: float, tall: float, twin: bool) -> None
     r, end = min(0.42 * tall, 0.24 * wide if twin else 1.0), 0.4 + rng.uniform(0.03, 0.08)
     for x in (-0.23 * wide, 0.23 * wide) if twin else (0.0,):
         start = (x, 0, 0.33)
-        target, radius = (x, 0, end), 1.08 * r
-        b.cylinder("engine", STEEL, start, target, radius=radius, radius_end=0.82 * r, segments=16)
+        tip, radius = (x, 0, end), 1.08 * r
+        b.cylinder("engine", STEEL, start, tip, radius=radius, radius_end=0.82 * r, segments=16)
         b.cylinder("engine", BLACK, (x, 0, end - 0.01), (x, 0, end + 0.002), 0.7 * r, segments=16)
 
 

@@ -107,9 +107,8 @@ def windscreen(b: Builder, rows: Sequence[Section], z: float, depth: float) -> N
         for at in np.linspace(z, z + depth, 4):
             middle, half = height_at(rows, at, 0), 0.5 * width_at(rows, at)
             tall = height_at(rows, at, 1) - middle
-            flat = [
-                (s * half * np.cos(angles), middle + s * tall * np.sin(angles)) for s in (1.03, 0.9)
-            ]
+            cos, sin = np.cos(angles), np.sin(angles)
+            flat = [(s * half * cos, middle + s * tall * sin) for s in (1.03, 0.9)]
             outer, inner = (np.stack(xy, 1) for xy in flat)
             ring = np.concatenate([outer, inner[::-1]]) * [side, 1]
             rings.append(np.column_stack([ring, np.full(12, at)]))

@@ -25,7 +25,7 @@ def daybed(rng: Rng) -> Builder:
     tops = feet + (deck + np.array([[ends], [ends], [back], [back]])) * UP
     style = LegStyle("square", post, ((0.0, 0.8), (0.3, 1.0), (0.6, 1.0), (1.0, 1.0)))
     add_legs(b, "leg", frame, style, tops, feet)
-    rails(b, "seat", frame, feet + (deck - 0.05) * UP, 0.03, 0.1)
+    rails(b, "seat", frame, feet + (deck - 0.05) * UP, width=0.03, height=0.1)
     mattress = (width - 2 * post, soft, depth - 2 * post)
     center = (0, deck + soft / 2 - 0.01, 0)
     b.rounded_box("seat", cover, center, mattress, radius=0.07, edge=0.35 * soft)

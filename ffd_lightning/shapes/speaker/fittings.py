@@ -53,9 +53,8 @@ def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
                 near = np.array([x * share * cabinet.width / 2, y * cabinet.height / 2])
                 near -= np.array([x, y]) * 0.42 * size
                 center = cabinet.world((*near, z))
-                b.rounded_box(
-                    "body", material, center, [size] * 3, 0.25 * size, turn=cabinet.turn, segments=1
-                )
+                cube, turn = [size] * 3, cabinet.turn
+                b.rounded_box("body", material, center, cube, 0.25 * size, turn=turn, segments=1)
 
 
 def add_knobs(b: Builder, material: Material, ends: ArrayLike, radius: float, count: int) -> None:

@@ -31,9 +31,8 @@ def speaker_set(rng: Rng) -> Builder:
             one = replace(cabinet, foot=(side * apart, 0.0, 0.0), yaw=side * yaw)
             add_cabinet(b, one, finish, bays)
         return b
-    cabinet = draw_cabinet(
-        rng, width=(0.18, 0.3), height=(0.22, 0.36), depth=(0.2, 0.32), foot=(0, 0.02, 0)
-    )
+    width, depth = (0.18, 0.3), (0.2, 0.32)
+    cabinet = draw_cabinet(rng, width=width, height=(0.22, 0.36), depth=depth, foot=(0, 0.02, 0))
     big: Units = [("woofer", cabinet.width * rng.uniform(0.32, 0.45))]
     if rng.random() < 0.4:
         big.append(("port", 0.12 * cabinet.width))

@@ -90,10 +90,8 @@ def amplifier(rng: Rng) -> Builder:
     x = 0.38 * case.width
     ends = case.world([(-x, y, -0.006), (x, y, -0.006)])
     add_knobs(b, knob, ends, 0.016, int(rng.integers(4, 9)))
-    top = [
-        case.world((side * 0.2 * case.width, case.height / 2 - 0.004, 0.5 * deep))
-        for side in (-1, 1)
-    ]
+    mounts = [(x * case.width, case.height / 2 - 0.004, 0.5 * deep) for x in (-0.2, 0.2)]
+    top = case.world(mounts)
     add_handle(b, finish.rim, top, 0.04, 0.011)
     if rng.random() < 0.6 and not cabinet.tilt:
         add_corners(b, knob, cabinet)

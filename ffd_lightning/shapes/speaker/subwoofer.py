@@ -38,12 +38,8 @@ def subwoofer(rng: Rng) -> Builder:
 def _drum(b: Builder, rng: Rng, finish: Finish, radius: float, low: float) -> Builder:
     """Add an upright drum on feet whose cone looks up, between two plates."""
     tall, edge = radius * rng.uniform(1.2, 3.0), 0.08 * radius
-    rows = [
-        (0.93 * radius, low),
-        (radius, low + edge),
-        (radius, low + tall),
-        (0.9 * radius, low + tall + edge),
-    ]
+    rows = [(0.93 * radius, low), (radius, low + edge), (radius, low + tall)]
+    rows += [(0.9 * radius, low + tall + edge)]
     b.lathe("body", finish.body, rows, segments=40)
     top = vec(0, low + tall + edge + 0.3 * radius, 0)
     add_driver(b, finish, "woofer", top - 0.2 * radius * UP, 0.0 + 0.8 * radius, lean(90))

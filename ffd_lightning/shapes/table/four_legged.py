@@ -40,7 +40,7 @@ def _frame(
     apron = rng.uniform(0.06, 0.13) * min(1.0, under / 0.6)
     if rng.random() < 0.75:
         level = 1 - (apron / 2 + 0.004) / under
-        rails(b, "support", material, feet + level * (tops - feet), 0.022, apron)
+        rails(b, "support", material, feet + level * (tops - feet), width=0.022, height=apron)
     kind = draw(rng, ["none", "box", "h", "x", "shelf"], [0.42, 0.13, 0.15, 0.08, 0.22])
     level = rng.uniform(0.15, 0.4) if kind != "box" else rng.uniform(0.08, 0.25)
     points = feet + level * (tops - feet)
