@@ -10,7 +10,7 @@ from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedModelError
 from ffd_lightning.shapes.shapes import Builder, Material
 
-PACKAGE = "ffd_lightning.data.sources.procedural"
+PACKAGE = "ffd_lightning.shapes"
 COUNT = 80
 FACES = (100, 10_000)
 
