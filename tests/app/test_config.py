@@ -3,6 +3,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from commands import run_command
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
@@ -24,12 +25,6 @@ def composed(*overrides):
     register()
     with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
         return compose("train", list(overrides))
-
-
-def train(*arguments):
-    return subprocess.run(
-        [sys.executable, "train.py", *arguments], cwd=ROOT, capture_output=True, text=True
-    )
 
 
 @pytest.mark.parametrize(
@@ -99,7 +94,8 @@ def test_every_option_of_every_group_composes(group):
     ],
 )
 def test_mistakes_on_the_command_line_get_one_message(arguments, words, tmp_path):
-    result = train(*arguments, f"paths.runs={tmp_path}/runs", f"paths.data={tmp_path}/data")
+    paths = (f"paths.runs={tmp_path}/runs", f"paths.data={tmp_path}/data")
+    result = run_command("train", *arguments, *paths)
     assert result.returncode != 0
     message = result.stderr.strip().splitlines()
     assert "Traceback" not in result.stdout + result.stderr
@@ -143,14 +139,15 @@ def test_a_sound_configuration_passes():
 
 
 def test_help_names_choices_and_examples():
-    result = train("--help")
+    command = [sys.executable, "train.py", "--help"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     assert result.returncode == 0
     for word in ("regime: b, e, r, w", "-m regime=b,w,e,r", "templates: t1"):
         assert word in result.stdout
 
 
 def test_cfg_job_prints_everything():
-    result = train("--cfg", "job", "category=sofa")
+    result = run_command("train", "--cfg", "job", "category=sofa")
     assert result.returncode == 0
     assert set(OmegaConf.create(result.stdout)) == set(OmegaConf.structured(TrainConfig))
 
