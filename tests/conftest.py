@@ -8,6 +8,7 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 # Two threads at most, since the suite runs in parallel; and as many in the processes that tests
 # start, whose trainings are compared with those of this process to the last digit.
 os.environ.setdefault("OMP_NUM_THREADS", str(min(2, os.cpu_count() or 1)))
+os.environ.setdefault("MKL_DYNAMIC", "FALSE")  # MKL would take fewer where two share a core
 
 import jaxtyping
 import pytest
@@ -44,8 +45,7 @@ TINY = (
 )
 
 
-THREADS = int(os.environ["OMP_NUM_THREADS"].split(",")[0])
-torch.set_num_threads(THREADS)
+THREADS = torch.get_num_threads()
 
 
 @pytest.fixture(autouse=True)
