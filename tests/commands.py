@@ -13,9 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
-from hydra.core.singleton import Singleton
-
 from ffd_lightning.app.cli import register
+from hydra.core.singleton import Singleton
 
 ROOT = Path(__file__).parents[1]
 
