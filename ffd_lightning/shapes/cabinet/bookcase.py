@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery, shelves
+from ffd_lightning.shapes.cabinet.fronts import shelves
+from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import Pair, Triple

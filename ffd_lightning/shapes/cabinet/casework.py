@@ -6,15 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ffd_lightning.shapes.cabinet.joinery import (
-    Bay,
-    Joinery,
-    dividers,
-    doors,
-    fronts,
-    plank,
-    shelves,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves
+from ffd_lightning.shapes.cabinet.joinery import Bay, Joinery, dividers, plank
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style

@@ -7,15 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import (
-    carcass,
-    dividers,
-    doors,
-    draw_joinery,
-    fronts,
-    plank,
-    shelves,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves
+from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery, plank
 from ffd_lightning.shapes.kit import Builder, Rng
 
 

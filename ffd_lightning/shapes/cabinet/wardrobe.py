@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import (
-    carcass,
-    dividers,
-    doors,
-    draw_joinery,
-    fronts,
-    shelves,
-    sliding_doors,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves, sliding_doors
+from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 
 
