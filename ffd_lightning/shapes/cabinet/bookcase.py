@@ -34,7 +34,7 @@ def bookcase(rng: Rng) -> Builder:
         dividers(b, style, columns, across=True)
         count = max(2, round(bay.height / rng.uniform(0.26, 0.42)) - 1)
         for column in columns:
-            shelves(b, style, column, count, style.body)
+            shelves(b, style, column, count)
         if rng.random() < 0.4:
             add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.02, 0.06))
         else:

@@ -43,7 +43,7 @@ def doors(
 def sliding_doors(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
     """Close a bay with overlapping doors on two tracks, a shelf or more behind them."""
     inner = replace(bay, front=bay.front + 2 * BOARD, depth=bay.depth - 2 * BOARD)
-    shelves(b, style, inner, max(1, round(bay.height / 0.4) - 1), style.body)
+    shelves(b, style, inner, max(1, round(bay.height / 0.4) - 1))
     for i, cell in enumerate(bay.split(np.ones(count), across=True, gap=0.0)):
         shift = 0.004 + (0.024 if i % 2 else 0.0)
         face = replace(cell, width=cell.width + 0.03, front=cell.front + shift)
@@ -54,12 +54,12 @@ def sliding_doors(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
             b.rounded_box("handle", style.handle, (x, cell.y, z), size, radius=0.008, edge=0.003)
 
 
-def shelves(b: Builder, style: Joinery, bay: Bay, count: int, material: Material) -> None:
+def shelves(b: Builder, style: Joinery, bay: Bay, count: int) -> None:
     """Add `count` boards to a bay, evenly, behind where inset doors are."""
     for y in np.linspace(-0.5, 0.5, count + 2)[1:-1] * bay.height + bay.y:
         low = (bay.x - bay.width / 2 - 0.003, y - BOARD / 2, bay.front + 1.3 * BOARD)
         high = (bay.x + bay.width / 2 + 0.003, y + BOARD / 2, bay.back())
-        plank(b, "shelf", material, low, high)
+        plank(b, "shelf", style.body, low, high)
 
 
 def _face(style: Joinery, cell: Bay) -> Bay:

@@ -44,7 +44,7 @@ def hutch(rng: Rng) -> Builder:
         for column in columns:
             fill(b, rng, style, column, "open")
     else:
-        shelves(b, style, bay, int(rng.integers(1, 4)), style.body)
+        shelves(b, style, bay, int(rng.integers(1, 4)))
         doors(b, style, bay, count, glazed=True, handle=0.3)
     size = (wide, bottom + high_height, deep)
     add_cornice(b, style.body, size, rng.uniform(0.03, 0.08), z)

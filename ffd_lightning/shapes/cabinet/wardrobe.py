@@ -35,7 +35,7 @@ def wardrobe(rng: Rng) -> Builder:
         for column, filling in zip(columns, ("door", "mixed", "door"), strict=True):
             fill(b, rng, style, column, filling)
     else:
-        shelves(b, style, bay, int(rng.integers(1, 5)), style.body)
+        shelves(b, style, bay, int(rng.integers(1, 5)))
         doors(b, style, bay, count)
     if rng.random() < 0.6:
         add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.03, 0.08))
