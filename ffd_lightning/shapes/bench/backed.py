@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.bench.boards import add_boards, draw_bench_size
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.boards import beam, fill_side, pad, rails
+from ffd_lightning.shapes.kit.boards import beam, enclose, pad, rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.upholstery import draw_cover
@@ -38,10 +38,7 @@ def settle(rng: Rng) -> Builder:
     else:
         rails(b, "leg", wood, feet + (height - 0.07) * UP, width=0.025, height=0.08)
     fill, gap = draw(rng, ["bars", "slats", "panel"]), rng.uniform(0.07, 0.14)
-    fill_side(b, wood, tops[2:], height, "back", fill, gap)
-    for pair in (tops[[0, 3]], tops[[1, 2]]):
-        pair[:, 1] = pair[:, 1].min()
-        fill_side(b, wood, pair, height, "arm", fill, gap)
+    enclose(b, wood, tops, deck=height, fill=fill, gap=gap)
     if rng.random() < 0.5:
         soft = rng.uniform(0.04, 0.09)
         size = (length - 2.2 * post, soft, depth - 1.5 * post)

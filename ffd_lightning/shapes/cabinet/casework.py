@@ -6,15 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ffd_lightning.shapes.cabinet.joinery import (
-    Bay,
-    Joinery,
-    dividers,
-    doors,
-    fronts,
-    plank,
-    shelves,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves
+from ffd_lightning.shapes.cabinet.joinery import Bay, Joinery, dividers, plank
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style
@@ -56,12 +49,13 @@ def fill(b: Builder, rng: Rng, style: Joinery, bay: Bay, kind: str) -> None:
         rows = max(1, round(bay.height / rng.uniform(0.14, 0.28)))
         fronts(b, style, bay, min(rows, 6))
     elif kind in ("door", "glass"):
-        shelves(b, style, bay, min(4, int(bay.height / 0.35)), style.body)
+        shelves(b, style, bay, min(4, int(bay.height / 0.35)))
         handle = 0.5 if bay.height > 1.1 else 0.85
-        doors(b, style, bay, 2 if bay.width > 0.55 else 1, kind == "glass", handle)
+        count = 2 if bay.width > 0.55 else 1
+        doors(b, style, bay, count, glazed=kind == "glass", handle=handle)
     elif bay.height > 0.3:
         most = max(2, min(5, int(bay.height / 0.28)))
-        shelves(b, style, bay, int(rng.integers(1, most)), style.body)
+        shelves(b, style, bay, int(rng.integers(1, most)))
 
 
 def stand(

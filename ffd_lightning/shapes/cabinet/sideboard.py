@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import STANDS, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery, sliding_doors
+from ffd_lightning.shapes.cabinet.fronts import sliding_doors
+from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 
 

@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import (
-    carcass,
-    dividers,
-    doors,
-    draw_joinery,
-    fronts,
-    shelves,
-    sliding_doors,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves, sliding_doors
+from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 
 
@@ -42,7 +35,7 @@ def wardrobe(rng: Rng) -> Builder:
         for column, filling in zip(columns, ("door", "mixed", "door"), strict=True):
             fill(b, rng, style, column, filling)
     else:
-        shelves(b, style, bay, int(rng.integers(1, 5)), style.body)
+        shelves(b, style, bay, int(rng.integers(1, 5)))
         doors(b, style, bay, count)
     if rng.random() < 0.6:
         add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.03, 0.08))

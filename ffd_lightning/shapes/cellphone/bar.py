@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.cellphone.body import add_half, draw_finish, shell, upright
-from ffd_lightning.shapes.cellphone.controls import (
-    aerial,
-    camera,
-    display,
-    earpiece,
-    keypad,
-    navigation,
-    side_buttons,
-)
+from ffd_lightning.shapes.cellphone.body import add_half, shell, upright
+from ffd_lightning.shapes.cellphone.edges import aerial, camera, side_buttons
+from ffd_lightning.shapes.cellphone.finish import draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, keypad, navigation
 from ffd_lightning.shapes.kit import Builder, Rng
 
 

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.cellphone.body import (
-    Body,
-    Finish,
-    draw_finish,
-    lid_at,
-    shell,
-    tile,
-    upright,
-)
-from ffd_lightning.shapes.cellphone.controls import aerial, display, earpiece, keypad, side_buttons
+from ffd_lightning.shapes.cellphone.body import Body, lid_at, shell, tile, upright
+from ffd_lightning.shapes.cellphone.edges import aerial, side_buttons
+from ffd_lightning.shapes.cellphone.finish import Finish, draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, keypad
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.vectors import UP, lean, vec
 

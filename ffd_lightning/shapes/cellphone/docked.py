@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.cellphone.body import Body, draw_finish, shell, upright
-from ffd_lightning.shapes.cellphone.controls import aerial, display, earpiece, keypad, navigation
+from ffd_lightning.shapes.cellphone.body import Body, shell, upright
+from ffd_lightning.shapes.cellphone.edges import aerial
+from ffd_lightning.shapes.cellphone.finish import draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, keypad, navigation
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.vectors import about_y, lean, vec
 

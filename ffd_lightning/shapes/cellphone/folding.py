@@ -4,25 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.cellphone.body import (
-    Body,
-    Finish,
-    add_half,
-    draw_finish,
-    lid_at,
-    tile,
-    upright,
-)
-from ffd_lightning.shapes.cellphone.controls import (
-    aerial,
-    camera,
-    display,
-    earpiece,
-    home_button,
-    keypad,
-    navigation,
-    side_buttons,
-)
+from ffd_lightning.shapes.cellphone.body import Body, add_half, lid_at, tile, upright
+from ffd_lightning.shapes.cellphone.edges import aerial, camera, side_buttons
+from ffd_lightning.shapes.cellphone.finish import Finish, draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, home_button, keypad, navigation
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.vectors import lean, vec
 

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.cellphone.body import Body, Finish, draw_finish, tile, upright
-from ffd_lightning.shapes.cellphone.controls import (
-    camera,
-    display,
-    earpiece,
-    home_button,
-    side_buttons,
-)
+from ffd_lightning.shapes.cellphone.body import Body, tile, upright
+from ffd_lightning.shapes.cellphone.edges import camera, side_buttons
+from ffd_lightning.shapes.cellphone.finish import Finish, draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, home_button
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.vectors import lean, vec
 

@@ -5,16 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.firearm.fittings import add_hammer, barrel, grip, iron_sights, trigger
-from ffd_lightning.shapes.firearm.swept import (
-    BLACK,
-    Cut,
-    at,
-    bar,
-    draw_furniture,
-    draw_steel,
-    even_bar,
-    sweep,
-)
+from ffd_lightning.shapes.firearm.materials import BLACK, draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 
 

@@ -5,15 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.firearm.fittings import add_hammer, barrel, trigger
-from ffd_lightning.shapes.firearm.swept import (
-    Cut,
-    at,
-    bar,
-    draw_furniture,
-    draw_steel,
-    even_bar,
-    sweep,
-)
+from ffd_lightning.shapes.firearm.materials import draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import Array, Pair

@@ -12,18 +12,9 @@ from ffd_lightning.shapes.firearm.fittings import (
     scope,
     trigger,
 )
+from ffd_lightning.shapes.firearm.materials import BLACK, IRON, draw_furniture, draw_steel
 from ffd_lightning.shapes.firearm.stocks import buttstock, handguard, sporting_stock
-from ffd_lightning.shapes.firearm.swept import (
-    BLACK,
-    IRON,
-    Cut,
-    at,
-    bar,
-    draw_furniture,
-    draw_steel,
-    even_bar,
-    sweep,
-)
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 

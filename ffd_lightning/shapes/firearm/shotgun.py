@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ffd_lightning.shapes.firearm.fittings import barrel, grip, trigger
+from ffd_lightning.shapes.firearm.materials import BLACK, draw_furniture, draw_steel
 from ffd_lightning.shapes.firearm.stocks import buttstock, fore_end, straight_stock
-from ffd_lightning.shapes.firearm.swept import BLACK, Cut, at, bar, draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.swept import BLACK, IRON, Cut, at, bar, even_bar, sweep
+from ffd_lightning.shapes.firearm.materials import BLACK, IRON
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend

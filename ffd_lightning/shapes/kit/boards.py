@@ -77,13 +77,25 @@ def pad(
     b.rounded_box(part, material, center, box, radius=radius, edge=edge, turn=turn)
 
 
-def fill_side(
+def enclose(
+    b: Builder, material: Material, tops: Array, *, deck: float, fill: str, gap: float
+) -> None:
+    """Fill the back and both ends of a seat between posts that end at `tops`, (4, 3).
+
+    They are in the order of `corners` and reach down to the height `deck`; the ends are as high as
+    the lower of their posts. `fill` is "bars", "slats" or "panel"; `gap` is the distance between
+    bars or slats.
+    """
+    _fill_side(b, material, tops[2:], deck, "back", fill, gap)
+    for pair in (tops[[0, 3]], tops[[1, 2]]):
+        pair[:, 1] = pair[:, 1].min()
+        _fill_side(b, material, pair, deck, "arm", fill, gap)
+
+
+def _fill_side(
     b: Builder, material: Material, tops: Array, deck: float, part: str, fill: str, gap: float
 ) -> None:
-    """Fill the space between two posts that end at `tops`, (2, 3), down to the deck.
-
-    `fill` is "bars", "slats" or "panel"; `gap` is the distance between bars or slats.
-    """
+    """Fill the space between two posts that end at `tops`, (2, 3), down to the deck."""
     first, last = tops - 0.03 * UP
     beam(b, part, material, first, last, width=0.03, height=0.05)
     rise, middle = first[1] - deck, (first + last) / 2

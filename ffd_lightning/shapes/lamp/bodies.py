@@ -1,29 +1,13 @@
-"""Materials and turned bodies of lamps."""
+"""Turned bodies of lamps, and their cross-sections."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.curves import monotone
 from ffd_lightning.shapes.kit.vectors import Array, about_y
-
-_BRASS = ((0.75, 0.58, 0.28), (0.6, 0.42, 0.2), (0.82, 0.68, 0.42))
-
-
-def draw_metal(rng: Rng) -> Material:
-    """Draw the metal of poles and fittings: steel, brass or lacquered."""
-    kind = draw(rng, ["metal", "brass", "paint"], [0.5, 0.35, 0.15])
-    if kind == "brass":
-        return Material(_BRASS[int(rng.integers(len(_BRASS)))])
-    return pick_material(rng, kind)
-
-
-def draw_body_material(rng: Rng) -> Material:
-    """Draw the material of a base's body: ceramic, wood, metal or coloured plastic."""
-    kinds = ["paint", "wood", "metal", "plastic"]
-    return pick_material(rng, draw(rng, kinds, [0.4, 0.3, 0.2, 0.1]))
 
 
 def outline(kind: str, count: int = 32) -> Array:

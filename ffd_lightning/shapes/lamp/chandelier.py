@@ -7,14 +7,9 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, vec
-from ffd_lightning.shapes.lamp.bodies import (
-    draw_body_material,
-    draw_metal,
-    outline,
-    turned,
-    turned_rows,
-)
+from ffd_lightning.shapes.lamp.bodies import outline, turned, turned_rows
 from ffd_lightning.shapes.lamp.cords import add_cord, add_rose, hang_shade
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal
 from ffd_lightning.shapes.lamp.shades import FLIP, Shade, add_bulb, add_shade, draw_shade
 
 CUPS = {"bell": 0.35, "empire": 0.35, "bowl": 0.3}

@@ -7,7 +7,8 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import UP, Array, lean, vec
-from ffd_lightning.shapes.lamp.bodies import add_foot, draw_body_material, draw_metal
+from ffd_lightning.shapes.lamp.bodies import add_foot
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal
 from ffd_lightning.shapes.lamp.shades import HEADS, add_head, draw_shade
 
 

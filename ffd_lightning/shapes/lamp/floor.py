@@ -8,7 +8,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import bend, circle
 from ffd_lightning.shapes.kit.vectors import about_y, about_z
-from ffd_lightning.shapes.lamp.bodies import add_foot, ball, draw_body_material, draw_metal
+from ffd_lightning.shapes.lamp.bodies import add_foot, ball
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal, draw_shade_material
 from ffd_lightning.shapes.lamp.shades import (
     CLOTH,
     FLIP,
@@ -18,7 +19,6 @@ from ffd_lightning.shapes.lamp.shades import (
     add_head,
     add_shade,
     draw_shade,
-    draw_shade_material,
 )
 
 

@@ -6,9 +6,10 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.vectors import UP, vec
-from ffd_lightning.shapes.lamp.bodies import add_foot, draw_metal, outline, turned
+from ffd_lightning.shapes.lamp.bodies import add_foot, outline, turned
 from ffd_lightning.shapes.lamp.cords import add_cord, add_rose
-from ffd_lightning.shapes.lamp.shades import add_bulb, draw_shade_material
+from ffd_lightning.shapes.lamp.materials import draw_metal, draw_shade_material
+from ffd_lightning.shapes.lamp.shades import add_bulb
 
 
 def lantern(rng: Rng) -> Builder:

@@ -7,16 +7,10 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import circle
 from ffd_lightning.shapes.kit.vectors import UP, vec
-from ffd_lightning.shapes.lamp.bodies import draw_metal, outline, turned
+from ffd_lightning.shapes.lamp.bodies import outline, turned
 from ffd_lightning.shapes.lamp.cords import HANGING, add_cord, add_rose, hang_shade
-from ffd_lightning.shapes.lamp.shades import (
-    FLIP,
-    Shade,
-    add_bulb,
-    add_shade,
-    draw_shade,
-    draw_shade_material,
-)
+from ffd_lightning.shapes.lamp.materials import draw_metal, draw_shade_material
+from ffd_lightning.shapes.lamp.shades import FLIP, Shade, add_bulb, add_shade, draw_shade
 
 
 def pendant(rng: Rng) -> Builder:

@@ -7,7 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import lean, vec
-from ffd_lightning.shapes.lamp.bodies import draw_metal
+from ffd_lightning.shapes.lamp.materials import draw_metal
 from ffd_lightning.shapes.lamp.shades import FLIP, add_bulb, add_shade, draw_shade
 
 

@@ -9,15 +9,8 @@ from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import circle
 from ffd_lightning.shapes.kit.sections import eased_disc
 from ffd_lightning.shapes.kit.vectors import about_y, vec
-from ffd_lightning.shapes.lamp.bodies import (
-    add_foot,
-    ball,
-    draw_body_material,
-    draw_metal,
-    outline,
-    turned,
-    turned_rows,
-)
+from ffd_lightning.shapes.lamp.bodies import add_foot, ball, outline, turned, turned_rows
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal
 from ffd_lightning.shapes.lamp.shades import CLOTH, add_bulb, add_harp, add_shade, draw_shade
 
 

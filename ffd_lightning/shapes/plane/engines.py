@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.vectors import UP, about_y, about_z, lean, vec
-from ffd_lightning.shapes.plane.fuselage import BLACK, STEEL
+from ffd_lightning.shapes.plane.livery import BLACK, STEEL
 
 
 def nacelle(

@@ -10,14 +10,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
-from ffd_lightning.shapes.plane.fuselage import (
-    BLACK,
-    STEEL,
-    canopy,
-    draw_livery,
-    fuselage,
-    width_at,
-)
+from ffd_lightning.shapes.plane.fuselage import canopy, fuselage, width_at
+from ffd_lightning.shapes.plane.livery import BLACK, STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import pair, surface
 
 

@@ -11,8 +11,6 @@ from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.plane.engines import nacelle, propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
-    STEEL,
-    draw_livery,
     fuselage,
     height_at,
     tapered,
@@ -20,6 +18,7 @@ from ffd_lightning.shapes.plane.fuselage import (
     windows,
     windscreen,
 )
+from ffd_lightning.shapes.plane.livery import STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import on_wing, pair, surface, tail
 
 

@@ -33,7 +33,7 @@ def add_handle(b: Builder, material: Material, ends: ArrayLike, rise: float, siz
 
 
 def add_feet(
-    b: Builder, material: Material, width: float, depth: float, height: float, cone: bool
+    b: Builder, material: Material, width: float, depth: float, height: float, cone: bool = False
 ) -> None:
     """Add four feet, cylinders or spikes, below a rectangle at `height`, its front at z = 0."""
     r = 0.07 * min(width, depth)

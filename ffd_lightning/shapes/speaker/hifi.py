@@ -30,10 +30,10 @@ def bookshelf(rng: Rng) -> Builder:
     bays = row_of_bays(cabinet.face, two_way(rng, cabinet.width), rng.uniform(0, 0.5))
     add_cabinet(b, cabinet, finish, bays)
     if low:
-        add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low, False)
+        add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low)
     if rng.random() < 0.2:
         cover = bays[-2] if rng.random() < 0.4 else bays[-1]
-        add_grille(b, draw_cloth(rng), cabinet, 0.0, share_below(cabinet, cover))
+        add_grille(b, draw_cloth(rng), cabinet, high=share_below(cabinet, cover))
     return b
 
 
@@ -60,14 +60,14 @@ def tower(rng: Rng) -> Builder:
         size = (wide * rng.uniform(1.1, 1.4), low + 0.004, deep * rng.uniform(1.05, 1.25))
         b.rounded_box("stand", finish.rim, (0, low / 2, deep / 2), size, radius=0.02, edge=0.006)
     elif base == "spikes":
-        add_feet(b, finish.rim, cabinet.back * wide, deep, low, True)
+        add_feet(b, finish.rim, cabinet.back * wide, deep, low, cone=True)
     elif base == "outriggers":
         for z in (0.12, 0.88):
             size = (1.5 * wide, low, 0.1 * deep)
             b.rounded_box("stand", finish.rim, (0, low / 2 + 0.004, z * deep), size, 0.01)
     if rng.random() < 0.25:
         cover = bays[int(rng.integers(1, len(bays)))]
-        add_grille(b, draw_cloth(rng), cabinet, 0.0, share_below(cabinet, cover))
+        add_grille(b, draw_cloth(rng), cabinet, high=share_below(cabinet, cover))
     return b
 
 
@@ -121,7 +121,7 @@ def soundbar(rng: Rng) -> Builder:
     middle: Units = [(draw(rng, ["tweeter", "horn"], [0.8, 0.2]), small)]
     units = [*half, *middle, *half[::-1]]
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, units, across=True))
-    add_feet(b, finish.rim, cabinet.width, cabinet.depth, low, False)
+    add_feet(b, finish.rim, cabinet.width, cabinet.depth, low)
     if rng.random() < 0.35:
         add_grille(b, draw_cloth(rng), cabinet)
     return b

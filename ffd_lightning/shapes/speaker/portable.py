@@ -66,7 +66,7 @@ def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
     space = ("blank", 0.45 * tall)
     bays = row_of_bays(cabinet.face, [*side, space, *side[::-1]], across=True)
     add_cabinet(b, cabinet, finish, bays)
-    add_feet(b, finish.rim, wide, deep, 0.012, False)
+    add_feet(b, finish.rim, wide, deep, 0.012)
     metal, y = pick_material(rng, "metal"), 0.012 + tall / 2
     size = (0.75 * tall, 0.02, rng.uniform(0.3, 0.6) * tall)
     center = (0, y - 0.08 * tall, 0)

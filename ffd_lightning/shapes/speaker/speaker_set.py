@@ -37,7 +37,7 @@ def speaker_set(rng: Rng) -> Builder:
     if rng.random() < 0.4:
         big.append(("port", 0.12 * cabinet.width))
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, big, 0.1))
-    add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, 0.02, False)
+    add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, 0.02)
     size, pairs = rng.uniform(0.07, 0.12), 1 if rng.random() < 0.7 else 2
     pods, state = pairs == 1 and rng.random() < 0.5, int(rng.integers(1 << 30))
     tall = size * rng.uniform(1.2, 2.6)

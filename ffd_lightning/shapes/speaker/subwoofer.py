@@ -29,7 +29,9 @@ def subwoofer(rng: Rng) -> Builder:
         units.append(units[-1])
     across = len(units) == 2 and units[0][0] == "port" and rng.random() < 0.4
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, units, 0.1, across))
-    add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low, rng.random() < 0.4)
+    add_feet(
+        b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low, cone=rng.random() < 0.4
+    )
     if rng.random() < 0.25:
         add_grille(b, draw_cloth(rng), cabinet)
     return b

@@ -79,5 +79,5 @@ def two_tier(rng: Rng) -> Builder:
         face = (0, under - box / 2, -0.41 * depth)
         columns = int(rng.integers(1, 4))
         metal = pick_material(rng, "metal")
-        drawer_fronts(b, base, metal, face, (0.9 * width, 0.92 * box), 1, columns)
+        drawer_fronts(b, base, metal, face, (0.9 * width, 0.92 * box), rows=1, columns=columns)
     return b

@@ -14,7 +14,7 @@ def trestle(rng: Rng) -> Builder:
     width, depth, height = draw_size(rng, "dining", "coffee", "bar")
     top, base = draw_materials(rng)
     thickness = rng.uniform(0.025, 0.06)
-    rectangular_top(b, rng, top, (width, depth, height), thickness, 0.45)
+    rectangular_top(b, rng, top, (width, depth, height), thickness, rounding=0.45)
     under = height - thickness + 0.002
     kind = draw(rng, ["x", "a", "h", "t"])
     reach = width / 2 * rng.uniform(0.55, 0.82)

@@ -112,4 +112,4 @@ def _square_rig(
         else:
             blown = (0, 0, -rng.uniform(0.05, 0.09))
             sides = (low - bottom, low + bottom, high - top, high + top)
-            add_sail(b, cloth, sides, blown, 5, 6)
+            add_sail(b, cloth, sides, blown, rows=5, cols=6)

@@ -66,10 +66,10 @@ def warship(rng: Rng) -> Builder:
             funnel(b, grey, dark, foot, size)
     for place in (0.16, 0.24) if rng.random() < 0.5 else (0.2,):
         step = storey * 0.8 * (place > 0.2)
-        _turret(b, grey, (0, hull.top(place) + step, hull.z(place)), caliber, barrels, False)
+        _turret(b, grey, (0, hull.top(place) + step, hull.z(place)), caliber, barrels)
     rear = 0.9 if low.z[1] < 0.25 * long else 0.93
     if rng.random() < 0.6:
-        _turret(b, grey, (0, hull.top(rear), hull.z(rear)), caliber, barrels, True)
+        _turret(b, grey, (0, hull.top(rear), hull.z(rear)), caliber, barrels, aft=True)
     else:
         pad = (0.8 * hull.beam, 0.012, 0.16)
         b.box("deck", dark, (0, hull.top(rear) + 0.008, hull.z(rear)), pad)
@@ -95,7 +95,7 @@ def _tower(b: Builder, rng: Rng, foot: Array, grey: Material) -> None:
 
 
 def _turret(
-    b: Builder, paint: Material, foot: Triple, size: float, barrels: int, aft: bool
+    b: Builder, paint: Material, foot: Triple, size: float, barrels: int, aft: bool = False
 ) -> None:
     """Add a gun turret that points forward, or aft."""
     way = 1.0 if aft else -1.0
