@@ -169,7 +169,9 @@ def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained,
 
 def test_all_views(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
-    train(tiny_config("data.render.azimuths=[30,200]", "network.batch_norm_momentum=1"), run)
+    few = ("data.num_models=10", "data.train_fraction=0.6")
+    views = ("data.render.azimuths=[30,200]", "network.batch_norm_momentum=1")
+    train(tiny_config(*few, *views), run)
     one = evaluate(run)
     rows = list(csv.DictReader(samples(run).splitlines()))
     both = evaluate(run, all_views=True)

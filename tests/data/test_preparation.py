@@ -448,8 +448,9 @@ def test_linux_ends_workers_first_where_memory_runs_out(tmp_path, start, log):
 
 def small(tmp_path):
     """Overrides for a set that is soon prepared."""
-    models = ["data.num_models=4", "data.num_points=64", "data.render.samples=1"]
-    return [*models, "data.render.height=32", "data.render.width=32", f"paths.data={tmp_path}/data"]
+    models = ["data.num_models=4", "data.num_points=64", "preparation.workers=1"]
+    render = [f"data.render.{setting}" for setting in ("height=32", "width=32", "samples=1")]
+    return [*models, *render, f"paths.data={tmp_path}/data"]
 
 
 def test_shards_by_command(tmp_path):

@@ -16,8 +16,8 @@ from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 
 # What one network may differ by from itself: added up in another order, by other numbers of
-# threads or images at a time, float32 was found to be off by 1.4e-5 after MobileNet's 28 layers.
-ROUNDING = 1e-4
+# threads or images at a time, float32 was found to be off by 2e-5 after MobileNet's 28 layers.
+ROUNDING = 2e-4
 
 
 @pytest.fixture(scope="module")

@@ -60,6 +60,6 @@ def test_a_notebook_runs(path, kernel):
     notebook = nbformat.read(path, 4)
     # Nothing is left of the names of the notebook before.
     notebook.cells.insert(0, nbformat.v4.new_code_cell("%reset -f"))
-    NotebookClient(notebook, km=kernel, timeout=900).execute()
+    NotebookClient(notebook, km=kernel, timeout=900, startup_timeout=600).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert any("image/png" in output.get("data", {}) for output in outputs), "it shows something"
