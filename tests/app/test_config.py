@@ -157,7 +157,10 @@ MISTAKES = [
     (["templates=30"], ["not a number: templates=t30"]),
     # settings
     (["schdule=quick"], ["no setting 'schdule'. Did you mean schedule?"]),
-    (["schedule.stps=3"], ["Did you mean schedule.steps?", "Settings in schedule: annealing_steps"]),
+    (
+        ["schedule.stps=3"],
+        ["Did you mean schedule.steps?", "Settings in schedule: annealing_steps"],
+    ),
     (["split.fil=a", "split=listed"], ["Did you mean split.file? Settings in split: file, "]),
     (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths, elevation"]),
     (
