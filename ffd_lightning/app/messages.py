@@ -54,8 +54,14 @@ def _from_hydra(error: BaseException) -> bool:
     return bool(frames) and {"hydra", "omegaconf"} & set(Path(frames[-1].filename).parts) != set()
 
 
-def explain(error: BaseException, schema: type[Any] | None = None) -> str:
-    """Return one message for a configuration error: what is wrong, and what could be meant."""
+def explain(error: BaseException, schema: type[Any] | None = None, where: str = "") -> str:
+    """Return one message for a configuration error: what is wrong, and what could be meant.
+
+    Args:
+        error: what was raised.
+        schema: of the settings, whose names are proposed for one that does not exist.
+        where: the group whose settings they are, "" for all.
+    """
     if isinstance(error, UserError):
         return str(error)
     message = " ".join(str(error).split("\n")[0].split())
@@ -82,10 +88,10 @@ def explain(error: BaseException, schema: type[Any] | None = None) -> str:
         )
     if "Config group override must be a string" in message:
         return "a group's option is a name, not a number: templates=t30, say, not templates=30"
-    return _explain_key(error, schema) or message
+    return _explain_key(error, schema, where) or message
 
 
-def _explain_key(error: BaseException, schema: type[Any] | None) -> str:
+def _explain_key(error: BaseException, schema: type[Any] | None, where: str) -> str:
     """Name the siblings of a key that does not exist; "" where the error is of another kind."""
     text = str(error) + "\n" + str(error.__cause__ or "")
     unknown = re.search(r"Key '([^']+)'(?: is)? not in", text)
@@ -94,9 +100,10 @@ def _explain_key(error: BaseException, schema: type[Any] | None) -> str:
         return ""
     *path, key = full.group(1).split(".")
     names = sorted(_names(error, path, schema))
+    place = ".".join(step for step in (where, *path) if step)
     if not names:
-        return f"no setting {full.group(1)!r}"
-    return unknown_setting(".".join(path), key, names)
+        return f"no setting '{place}.{key}'" if place else f"no setting {key!r}"
+    return unknown_setting(place, key, names)
 
 
 def unknown_setting(where: str, key: str, names: list[str]) -> str:

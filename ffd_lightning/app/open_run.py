@@ -78,6 +78,11 @@ def open_run(
     data = build_data(config)
     if not prepare and (missing := missing_data(run, data)) is not None:
         raise missing
-    model = load_model(checkpoint or run.checkpoint)
+    file = checkpoint or run.checkpoint
+    model = load_model(file)
     data.setup()
+    if model.bank.ids != data.bank.ids:
+        raise ConfigError(
+            f"the checkpoint {file} is of another network: its templates are not those of {run.path}"
+        )
     return OpenRun(run, config.data.render, model.network, data, model.step)

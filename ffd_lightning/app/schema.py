@@ -13,7 +13,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning import registry
 from ffd_lightning.app.config import COMMON, GROUPS, TrainConfig
-from ffd_lightning.app.messages import unknown_setting
+from ffd_lightning.app.messages import explain, unknown_setting
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.registry import Entry
 
@@ -106,10 +106,10 @@ def _to_object(base: DictConfig, plain: dict[Any, Any], parts: dict[str, Any]) -
 def _merged(where: str, entry: Entry, node: Mapping[str, Any]) -> DictConfig:
     """Return a part's node, checked against its schema."""
     typed = OmegaConf.structured(node_type(entry))
-    names = [str(name) for name in typed]  # `in` would not find those that must be given
-    unknown = [key for key in node if key not in names]
+    known = [str(name) for name in typed]  # `in` would leave out what must be given
+    unknown = [key for key in node if key not in known]
     if unknown:
-        names = [name for name in names if name not in ("name", "term")]
+        names = [name for name in known if name not in ("name", "term")]
         raise ConfigError(unknown_setting(where, unknown[0], names))
     try:
         merged = OmegaConf.merge(typed, dict(node))
@@ -122,7 +122,9 @@ def _merged(where: str, entry: Entry, node: Mapping[str, Any]) -> DictConfig:
 def _named(error: OmegaConfBaseException, where: str) -> ConfigError:
     """Return one message for a value that does not fit."""
     key = ".".join(x for x in (where, str(getattr(error, "full_key", "") or "")) if x)
-    reason = str(error).split("\n")[0]
+    reason = explain(error, where=where)
+    if reason.startswith("no setting"):
+        return ConfigError(reason)
     return ConfigError(f"{key}: {reason}" if key and key not in reason else reason)
 
 

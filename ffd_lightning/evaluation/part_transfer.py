@@ -127,7 +127,7 @@ def check_labels(
     if trained is not None and not trained[1]:
         raise DataError(
             f"protocol parts: no training model of {trained[0].path} has part labels, so there are "
-            f"none to retrieve: add references=false, {_WAY_OUT}"
+            f"none to retrieve: add evaluation.references=false, {_WAY_OUT}"
         )
     if without:
         log.warning(

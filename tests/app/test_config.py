@@ -1,14 +1,28 @@
+"""What is composed from `conf/`, and what is said of mistakes in it."""
+
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from ffd_lightning.app.cli import register, run_suffix
-from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
+from ffd_lightning import registry
+from ffd_lightning.app.build import build_objective
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import LearningRateDecay, TrainConfig, Weighting, typed_config
+from ffd_lightning.app.config import (
+    Annealing,
+    EvaluateConfig,
+    LearningRateDecay,
+    PredictConfig,
+    PrepareConfig,
+    TrainConfig,
+)
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.messages import SHOWN, explain
+from ffd_lightning.app.parts import Weighting
+from ffd_lightning.app.schema import typed_config
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError
 
@@ -16,9 +30,11 @@ ROOT = Path(__file__).parents[2]
 
 
 def composed(*overrides):
-    register()
-    with initialize_config_dir(str(ROOT / "conf"), version_base="1.3"):
-        return compose("train", list(overrides))
+    return compose_config("train", TrainConfig, overrides)
+
+
+def typed(*overrides):
+    return typed_config(composed(*overrides), TrainConfig)
 
 
 def train(*arguments):
@@ -37,12 +53,17 @@ def train(*arguments):
     ],
 )
 def test_regimes_are_the_papers_second_table(regime, row):
-    r = typed_config(composed(f"regime={regime}"), TrainConfig).regime
-    assert (r.min_weight, r.weighting, r.entropy_weight, r.offset_weight) == row
+    r = typed(f"regime={regime}").regime
+    entropy, offsets = r.terms["negative_entropy"], r.terms["offset_penalty"]
+    assert (r.min_weight, r.selection.function, entropy.weight, offsets.weight) == row
+    chamfer = r.terms["weighted_chamfer"]
+    assert (chamfer.term, chamfer.weight, chamfer.annealing) == ("chamfer", 1, Annealing.constant)
+    assert entropy.annealing is offsets.annealing is Annealing.exponential
+    assert list(r.terms) == ["weighted_chamfer", "negative_entropy", "offset_penalty"]
 
 
 def test_the_paper_schedule_is_the_papers():
-    cfg = typed_config(composed("schedule=paper", "templates=t30"), TrainConfig)
+    cfg = typed("schedule=paper", "templates=t30")
     s = cfg.schedule
     assert (s.steps, s.annealing_steps, s.batch_size, s.num_points) == (100_000, 10_000, 32, 1024)
     assert (s.learning_rate, s.learning_rate_decay) == (1e-3, LearningRateDecay.none)
@@ -52,53 +73,163 @@ def test_the_paper_schedule_is_the_papers():
 
 
 def test_regimes_combine():
-    cfg = typed_config(composed("regime=e", "regime.offset_weight=1"), TrainConfig)
-    assert (cfg.regime.entropy_weight, cfg.regime.offset_weight) == (100, 1)
+    cfg = typed("regime=e", "regime.terms.offset_penalty.weight=1")
+    assert cfg.regime.terms["negative_entropy"].weight == 100
+    assert cfg.regime.terms["offset_penalty"].weight == 1
+    weights = build_objective(cfg.regime, 10).weights(0)
+    assert weights == {"weighted_chamfer": 1, "negative_entropy": 100, "offset_penalty": 1}
+
+
+def test_a_term_may_have_any_label():
+    cfg = typed("+regime.terms.again.term=chamfer", "+regime.terms.again.weight=0.5")
+    assert list(cfg.regime.terms)[-1] == "again"
+    assert build_objective(cfg.regime, 10).weights(3)["again"] == 0.5
 
 
 @pytest.mark.parametrize("category", sorted(SYNSETS))
-def test_every_category_has_its_synset(category):
-    assert (
-        typed_config(composed(f"category={category}"), TrainConfig).category.synset
-        == SYNSETS[category]
-    )
+def test_every_category_is_an_option(category):
+    assert typed(f"category={category}").category.name == category
+
+
+NEEDED = {
+    "custom": ["category.name=mug"],
+    "folder": ["data.root=."],
+    "modelnet": ["data.root=."],
+    "pix3d": ["data.root=."],
+    "shapenet": ["data.root=."],
+    "timm": ["encoder.model=resnet18"],
+    ("split", "listed"): ["split.file=README.md"],
+    ("template_strategy", "listed"): ["template_strategy.file=README.md"],
+    "ranking": ["template_strategy.file=README.md"],
+}
+
+
+def needed(group, name):
+    return NEEDED.get(name, NEEDED.get((group, name), []))
 
 
 @pytest.mark.parametrize(
-    "group", ["category", "regime", "templates", "schedule", "trainer", "data"]
+    "group", ["category", "regime", "templates", "schedule", "trainer", "logger"]
 )
 def test_every_option_of_every_group_composes(group):
-    needed = {"category": "category.name=mug", "data": "data.root=."}
     for file in (ROOT / "conf" / group).glob("*.yaml"):
-        extra = [needed[group]] if file.stem in ("custom", "folder") else []
-        typed_config(composed(f"{group}={file.stem}", *extra), TrainConfig)
+        typed(f"{group}={file.stem}", *needed(group, file.stem))
+
+
+@pytest.mark.parametrize(
+    ("group", "kind"),
+    [
+        ("data", "source"),
+        ("split", "split"),
+        ("template_strategy", "template_strategy"),
+        ("encoder", "encoder"),
+        ("protocol", "protocol"),
+    ],
+)
+def test_every_part_can_be_chosen_and_passes(group, kind):
+    names = [entry.name for entry in registry.entries(kind)]
+    assert len(names) > 1
+    for name in names:
+        cfg = typed(f"{group}={name}", *needed(group, name))
+        assert getattr(cfg, group).name == name
+        validate(cfg)
+
+
+def test_a_setting_exists_under_its_own_option_only():
+    assert not hasattr(typed("data=folder", "data.root=.").data, "num_models")
+    assert typed("template_strategy=random", "template_strategy.seed=1").template_strategy.seed == 1
+
+
+# --- mistakes ------------------------------------------------------------------------------------
+
+MISTAKES = [
+    # groups and options
+    (["regime=x"], ["no regime 'x'. Choices: b, e, r, w"]),
+    (["category=tabel"], ["no category 'tabel'. Did you mean category=table?", "watercraft"]),
+    (["data=procedurl"], ["no data 'procedurl'. Did you mean data=procedural?", "pix3d"]),
+    (["encoder=mobilnet"], ["Did you mean encoder=mobilenet? Choices: mobilenet, timm"]),
+    (["split=lsted"], ["Did you mean split=listed?", "auto, hash, listed, published, r2n2"]),
+    (["protocol=moden"], ["Did you mean protocol=modern?", "occnet"]),
+    (["template_strategy=randm"], ["Did you mean template_strategy=random?", "ranking"]),
+    (["regime/selection=wieghted"], ["Did you mean regime/selection=weighted?"]),
+    (["regime.selection=weighted"], ["is a group: write regime/selection=weighted"]),
+    (["+regime.terms.mine.term=chamfre"], ["no term 'chamfre'. Did you mean chamfer?"]),
+    (["templates=30"], ["not a number: templates=t30"]),
+    # settings
+    (["schdule=quick"], ["no setting 'schdule'. Did you mean schedule?"]),
+    (
+        ["schedule.stps=3"],
+        ["Did you mean schedule.steps?", "Settings in schedule: annealing_steps"],
+    ),
+    (["split.fil=a", "split=listed"], ["Did you mean split.file? Settings in split: file, "]),
+    (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths, elevation"]),
+    (
+        ["regime.terms.offset_penlty.weight=1"],
+        ["no setting 'regime.terms.offset_penlty'. Did you mean regime.terms.offset_penalty?"],
+    ),
+    (
+        ["regime.terms.offset_penalty.wieght=1"],
+        ["Did you mean regime.terms.offset_penalty.weight?", "annealing"],
+    ),
+    (["regime.selection.functon=log"], ["Did you mean regime.selection.function?"]),
+    (["evaluation.refrences=false"], ["Did you mean evaluation.references?", "subset, workers"]),
+    (["template_strategy=random", "template_strategy.sed=1"], ["template_strategy.seed?"]),
+    (["+surprise=1"], ["no setting 'surprise'. Settings: ", "template_strategy"]),
+    (["+schedule.step=1"], ["no setting 'schedule.step'. Did you mean schedule.steps?"]),
+    (["+data.num_model=1"], ["no setting 'data.num_model'. Did you mean data.num_models?"]),
+    # settings of other options
+    (["data=pix3d", "data.root=.", "data.num_models=3"], ["no setting 'data.num_models'", "yaw"]),
+    (["data.parts_root=."], ["no setting 'data.parts_root'", "num_models"]),
+    (["data.images=r2n2"], ["no setting 'data.images'"]),
+    (["split.file=README.md"], ["no setting 'split.file'", "train_fraction"]),
+    (["encoder=timm", "encoder.model=resnet18", "encoder.width=1"], ["Settings in encoder: model"]),
+    # what must be given
+    (["category=custom"], ["must be given: category.name=..."]),
+    (["data=folder"], ["must be given: data.root=..."]),
+    (["split=listed"], ["must be given: split.file=..."]),
+    (["template_strategy=listed"], ["must be given: template_strategy.file=..."]),
+    (["encoder=timm"], ["must be given: encoder.model=..."]),
+    # values
+    (["schedule.steps=abc"], ["schedule.steps", "'abc'", "Integer"]),
+    (["data.limit=many"], ["data.limit", "'many'", "Integer"]),
+    (["regime.selection.function=cubic"], ["'cubic'", "identity, log"]),
+    (["evaluation.subset=train"], ["'train'", "val, test"]),
+    (["+regime.terms.chamfer.annealing=linear"], ["regime.terms.chamfer", "constant, exponential"]),
+    (["network.degrees=[3,3]"], ["network.degrees=[3, 3] must be three numbers"]),
+    (["plugins=[no_such_module]"], ["plugins=no_such_module: cannot be imported"]),
+    # spelling of the command line
+    (["regime"], ["group=option"]),
+    (["regime=b,e"], ["regime=b,e", "commas", "-m"]),
+    (["encoder=[a"], ["'[a'", "quoted for the shell"]),
+]
+
+
+@pytest.mark.parametrize(("overrides", "words"), MISTAKES, ids=lambda x: x[0] if x else "")
+def test_a_mistake_is_explained_in_one_line(overrides, words):
+    with pytest.raises((*SHOWN, ValueError)) as caught:
+        validate(typed(*overrides))
+    message = explain(caught.value, TrainConfig)
+    assert "\n" not in message
+    for word in words:
+        assert word in message
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["regime=x"], ["no regime 'x'", "b, e, r, w"]),
-        (["category=tabel"], ["no category 'tabel'", "Did you mean category=table", "watercraft"]),
-        (["regime.offst_weight=1"], ["Did you mean regime.offset_weight", "min_weight"]),
-        (["schdule=quick"], ["Did you mean schedule"]),
-        (["schedule.steps=abc"], ["schedule.steps", "abc", "Integer"]),
-        (["regime.weighting=cubic"], ["cubic", "identity, log"]),
-        (["templates=30"], ["t30"]),
-        (["category=custom"], ["category.name=..."]),
+        (["schedule.stps=3"], ["Did you mean schedule.steps?"]),
+        (["data=folder", "data.root=/no/such/place"], ["data.root=/no/such/place does not exist"]),
+        (["plugins=[no_such_module]"], ["plugins=no_such_module: cannot be imported"]),
         (["-m", "regime=b,ww", "category=table"], ["no regime 'ww'", "b, e, r, w"]),
-        (["+surprise=1"], ["surprise"]),
-        (["data=folder"], ["data.root"]),
-        (["data=folder", "data.root=/no/such/place"], ["/no/such/place"]),
-        (["regime"], ["group=option"]),
-        (["regime=b,e"], ["regime=b,e", "commas", "-m"]),
     ],
 )
-def test_mistakes_on_the_command_line_get_one_message(arguments, words, tmp_path):
+def test_the_command_shows_one_message(arguments, words, tmp_path):
     result = train(*arguments, f"paths.runs={tmp_path}/runs", f"paths.data={tmp_path}/data")
-    assert result.returncode != 0
+    assert result.returncode == 1
     message = result.stderr.strip().splitlines()
     assert "Traceback" not in result.stdout + result.stderr
     assert len(message) == 1, message
+    assert message[0].startswith("error: ")
     for word in words:
         assert word in message[0]
     assert not (tmp_path / "data").exists()
@@ -107,41 +238,68 @@ def test_mistakes_on_the_command_line_get_one_message(arguments, words, tmp_path
 @pytest.mark.parametrize(
     ("overrides", "word"),
     [
-        (["templates.strategy=listed"], "templates.file"),
-        (["templates=t1", "regime=w"], "single template"),
-        (["schedule.num_points=20000"], "data.num_points"),
-        (["schedule.batch_size=1"], "batch_size"),
-        (["schedule.steps=0"], "schedule.steps"),
-        (["schedule.learning_rate=-1"], "schedule.learning_rate"),
-        (["network.degrees=[3,0,3]"], "degrees"),
-        (["encoder.weights=/no/such.h5"], "encoder.weights"),
-        (["data.train_fraction=1.0"], "train_fraction"),
-        (["category.synset='123'"], "8 digits"),
-        (["seed=-1"], "seed"),
+        (["templates=t1", "regime=w"], "single template: use another regime"),
+        (["schedule.num_points=20000"], "more than data.num_points=16384"),
+        (["schedule.batch_size=1"], "batch_size must be 2 or more"),
+        (["schedule.steps=0"], "schedule.steps=0 must be above 0"),
+        (["schedule.learning_rate=-1"], "schedule.learning_rate=-1.0 must be above 0"),
+        (["data.limit=0"], "data.limit=0 must be above 0"),
+        (["data.num_models=0"], "data.num_models=0 must be above 0"),
+        (["data.render.height=31"], "height and width must be 32 or more"),
+        (["data.render.azimuths=[]"], "at least one angle"),
+        (["network.degrees=[3,0,3]"], r"network.degrees=\[3, 0, 3\] must be 1 or more"),
+        (["encoder.weights=/no/such.h5"], "encoder.weights=/no/such.h5 is not a file"),
+        (["encoder.width=0"], "encoder.width=0.0 must be above 0"),
+        (["split.train_fraction=1.0"], "split.train_fraction must lie between 0 and 1"),
+        (["split.val_fraction=1"], r"split.val_fraction must lie in \[0, 1\)"),
+        (["seed=-1"], "seed must not be negative"),
+        (["template_strategy=random", "template_strategy.seed=-1"], "must not be negative"),
         (["category=custom", "category.name=../mug"], "not a path"),
-        (["data.split=listed"], r"data.split_file=FILE"),
-        (["data.split=listed", "data.split_file=/no/such"], "/no/such"),
-        (["data.split_file=README.md"], "needs data.split=listed"),
-        (["data.parts_root=."], "goes with data=shapenet"),
-        (["data.images=r2n2"], "goes with data=shapenet"),
-        (["preparation.timeout=0"], "preparation.timeout"),
-        (["preparation.shard=1/2"], "goes with prepare.py"),
+        (["split=listed", "split.file=/no/such"], "split.file=/no/such does not exist"),
+        (
+            ["template_strategy=ranking", "template_strategy.file='/no/{category}.csv'"],
+            "template_strategy.file=/no/chair.csv is not there",
+        ),
+        (["data=shapenet", "data.root=.", "data.mix_versions=true"], "without data.images=r2n2"),
+        (["data=shapenet", "data.root=.", "data.images_root=."], "without data.images=r2n2"),
+        (["preparation.timeout=0"], "preparation.timeout=0.0 must be above 0"),
+        (["preparation.shard=1/2"], "goes with prepare"),
+        (["regime.min_weight=1"], r"regime.min_weight must lie in \[0, 1\)"),
+        (["regime.terms.offset_penalty.weight=-1"], "offset_penalty.weight must not be negative"),
+        (["regime.terms.weighted_chamfer.weight=0"], "regime b has no term of a weight above 0"),
+        (["templates=t4", "templates.hold_out=2"], "templates.hold_out=2 is less than"),
+        (["category=joint", "templates=t16"], "templates.count=16 must be a multiple of .*13"),
     ],
 )
 def test_values_that_cannot_work_are_named(overrides, word):
     with pytest.raises(ConfigError, match=word):
-        validate(typed_config(composed(*overrides), TrainConfig))
+        validate(typed(*overrides))
+
+
+def test_all_that_is_wrong_is_said_at_once():
+    with pytest.raises(ConfigError, match=r"schedule\.steps.*; .*seed.*; .*split\.train_fraction"):
+        validate(typed("schedule.steps=0", "seed=-1", "split.train_fraction=2"))
 
 
 def test_a_sound_configuration_passes():
-    validate(typed_config(composed(), TrainConfig))
+    validate(typed())
 
 
-def test_help_names_choices_and_examples():
-    result = train("--help")
-    assert result.returncode == 0
-    for word in ("regime: b, e, r, w", "-m regime=b,w,e,r", "templates: t1"):
-        assert word in result.stdout
+def test_a_damaged_value_of_a_file_is_named_with_its_place():
+    content = OmegaConf.to_container(composed())
+    content["regime"]["terms"]["offset_penalty"]["weight"] = "heavy"
+    with pytest.raises(ConfigError, match=r"regime\.terms\.offset_penalty.*heavy.*Float"):
+        typed_config(content, TrainConfig)
+    content["regime"]["terms"]["offset_penalty"] = {"weight": 1, "wait": 2}
+    with pytest.raises(ConfigError, match=r"no setting 'regime\.terms\.offset_penalty\.wait'"):
+        typed_config(content, TrainConfig)
+    content = OmegaConf.to_container(composed())
+    content["data"]["render"]["heigth"] = 64
+    with pytest.raises(ConfigError, match=r"Did you mean data\.render\.height\?"):
+        typed_config(content, TrainConfig)
+
+
+# --- what the commands say of themselves ---------------------------------------------------------
 
 
 def test_cfg_job_prints_everything():
@@ -150,11 +308,29 @@ def test_cfg_job_prints_everything():
     assert set(OmegaConf.create(result.stdout)) == set(OmegaConf.structured(TrainConfig))
 
 
-def test_run_suffix_tells_overrides_apart_and_stays_short():
-    assert run_suffix("") == ""
-    assert run_suffix("schedule.steps=50") == "_schedule.steps-50"
-    assert run_suffix("a.b=1,c=x y") == "_a.b-1+c-x-y"
-    long = [run_suffix(f"a.b={'x' * 300}{i}") for i in range(2)]
-    assert long[0] != long[1]
-    assert max(map(len, long)) < 150
-    assert "/" not in run_suffix("templates.file=/a/b.csv")
+@pytest.mark.parametrize(
+    ("name", "schema"),
+    [
+        ("evaluate", EvaluateConfig),
+        ("predict", PredictConfig),
+        ("prepare", PrepareConfig),
+    ],
+)
+def test_the_other_configurations_have_their_schema(name, schema):
+    assert set(compose_config(name, schema, [])) == set(OmegaConf.structured(schema))
+
+
+def test_a_folder_of_ones_own_brings_options(tmp_path):
+    (tmp_path / "schedule").mkdir()
+    text = (ROOT / "conf" / "schedule" / "quick.yaml").read_text()
+    (tmp_path / "schedule" / "blink.yaml").write_text(text.replace("steps: 300", "steps: 3"))
+    cfg = compose_config("train", TrainConfig, ["schedule=blink"], str(tmp_path))
+    assert typed_config(cfg, TrainConfig).schedule.steps == 3
+    done = subprocess.run(
+        [sys.executable, "train.py", "--config-dir", str(tmp_path), "--help"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "COLUMNS": "80"},
+    )
+    assert "  blink" in done.stdout

@@ -17,10 +17,11 @@ from commands import run_command
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.app.build import build_network
+from ffd_lightning.app.build import build_data, build_network, build_protocol
 from ffd_lightning.app.commands.evaluate import evaluate_run
-from ffd_lightning.app.config import EvaluateConfig, EvaluationConfig, ProtocolKind
-from ffd_lightning.app.open_run import build_data
+from ffd_lightning.app.config import EvaluateConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_weights
 from ffd_lightning.data.preparation.prepared import PreparedSet
@@ -51,7 +52,7 @@ ROOT = Path(__file__).parents[2]
 def trained(tiny_config, tmp_path_factory):
     """A tiny run, its configuration and its data."""
     run = RunFolder(tmp_path_factory.mktemp("run") / "a")
-    cfg = tiny_config("regime=e", "data.train_fraction=0.7")
+    cfg = tiny_config("regime=e", "split.train_fraction=0.4")
     train(cfg, run)
     data = build_data(cfg)
     data.setup()
@@ -66,19 +67,22 @@ def network(trained):
     return result
 
 
-@pytest.fixture(autouse=True)
-def _few_points(monkeypatch):
-    monkeypatch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol(points=64))
-
-
 @pytest.fixture
 def copy(trained, tmp_path):
     """The run's folder, free to be written to."""
     return RunFolder(shutil.copytree(trained[0].path, tmp_path / "run"))
 
 
-def evaluate(run, **settings):
-    return evaluate_run(EvaluateConfig(run=str(run.path), progress_bar=False, **settings))
+def config(run, *overrides):
+    """The settings of a command line; the paper's protocol with few points."""
+    own = [f"run={run.path}", "progress_bar=false", *overrides]
+    if not any(x.startswith("protocol") for x in own):
+        own.append("protocol.points=64")
+    return typed_config(compose_config("evaluate", EvaluateConfig, own), EvaluateConfig)
+
+
+def evaluate(run, *overrides):
+    return evaluate_run(config(run, *overrides))
 
 
 def samples(run):
@@ -106,7 +110,7 @@ def test_what_is_written(copy, trained):
 
 def test_the_numbers_are_the_papers(copy, trained, network):
     """Chamfer, EMD and IoU of a sample again, from the definitions and by other libraries."""
-    evaluate(copy, references=False)
+    evaluate(copy, "evaluation.references=false")
     row = list(csv.DictReader(samples(copy).splitlines()))[2]
     data = trained[2]
     place = data.prepared.index(row["id"])
@@ -134,11 +138,11 @@ def test_the_numbers_are_the_papers(copy, trained, network):
 
 
 def test_nothing_but_the_checkpoint_and_the_seed_decides_the_numbers(copy):
-    one = evaluate(copy, workers=1)
+    one = evaluate(copy, "evaluation.workers=1")
     first = samples(copy)
-    assert evaluate(copy, workers=3, restart=True) == one
+    assert evaluate(copy, "evaluation.workers=3", "restart=true") == one
     assert samples(copy) == first
-    other = evaluate(copy, seed=1)
+    other = evaluate(copy, "evaluation.seed=1")
     assert other["chamfer"] != one["chamfer"]
     assert other["iou"] == one["iou"], "voxels are not drawn"
 
@@ -146,35 +150,58 @@ def test_nothing_but_the_checkpoint_and_the_seed_decides_the_numbers(copy):
 def test_training_ends_with_the_same_evaluation(trained, monkeypatch):
     run = trained[0]
     before = samples(run)
-    monkeypatch.setitem(PROTOCOLS, ProtocolKind.paper, PaperProtocol())
     monkeypatch.setattr(evaluator, "score_sample", None)
-    summary = evaluate(run, references=False)
+    summary = evaluate(run, "evaluation.references=false", "protocol=paper")
     assert summary.items() <= run.status["summary"].items()
     assert samples(run) == before
-    assert (run.path / "template_ranking.csv").read_text() == (
-        run.evaluation("paper") / "template_ranking.csv"
+
+
+def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
+    """As the same network ranks them where it is evaluated on those."""
+    data = trained[2]
+    assert data.split.val
+    assert set(data.split.val).isdisjoint(data.split.test)
+    evaluate(copy, "evaluation.references=false", "evaluation.subset=val")
+    folder = copy.evaluation("paper", "val")
+    rows = list(csv.DictReader((folder / "samples.csv").read_text().splitlines()))
+    assert [row["id"] for row in rows] == list(data.split.val)
+    assert (copy.path / "template_ranking.csv").read_text() == (
+        folder / "template_ranking.csv"
     ).read_text()
+    assert folder != copy.evaluation("paper")
 
 
-def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, monkeypatch):
-    monkeypatch.setitem(PROTOCOLS, ProtocolKind.modern, ModernProtocol(points=100))
-    cfg = replace(trained[1], evaluation=EvaluationConfig(ProtocolKind.modern, False))
+def test_a_run_without_validation_shapes_is_evaluated_on_the_others(copy):
+    text = copy.config.read_text()
+    assert "val_fraction: 0.1" in text
+    copy.config.write_text(text.replace("val_fraction: 0.1", "val_fraction: 0.0"))
+    with pytest.raises(ConfigError, match=r"evaluation\.subset=val: the run has no validation"):
+        evaluate(copy, "evaluation.subset=val")
+
+
+def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, tiny_config):
+    cfg = tiny_config(
+        "regime=e", "split.train_fraction=0.4", "protocol=modern", "protocol.points=100"
+    )
     weights = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
     summary = train(cfg, copy)
     assert summary["fscore_2"] > 0
-    assert copy.status["evaluation"] == {"protocol": "modern", "references": False}
+    told = copy.status["evaluation"]
+    assert told["protocol"] == "modern"
+    assert "points=100" in told["settings"]
+    assert (told["references"], told["subset"], told["seed"]) == (False, "test", 0)
     again = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
     assert all(torch.equal(again[name], value) for name, value in weights.items())
 
 
 def test_all_views(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
-    few = ("data.num_models=10", "data.train_fraction=0.6")
+    few = ("data.num_models=10", "split.train_fraction=0.6")
     views = ("data.render.azimuths=[30,200]", "network.batch_norm_momentum=1")
     train(tiny_config(*few, *views), run)
     one = evaluate(run)
     rows = list(csv.DictReader(samples(run).splitlines()))
-    both = evaluate(run, all_views=True)
+    both = evaluate(run, "evaluation.all_views=true")
     views = list(csv.DictReader(samples(run).splitlines()))
     assert [row["view"] for row in views] == ["0", "1"] * len(rows)
     assert [r["emd"] for r in views if r["view"] == "0"] == [r["emd"] for r in rows]
@@ -186,7 +213,7 @@ def test_all_views(tiny_config, tmp_path):
 def test_one_evaluation_at_a_time(copy):
     with lock_folder(copy.evaluation("paper"), ""), pytest.raises(ConfigError, match="evaluates"):
         evaluate(copy)
-    evaluate(copy, references=False)
+    evaluate(copy, "evaluation.references=false")
 
 
 def test_a_network_that_has_diverged_is_said_and_not_averaged(copy, tmp_path):
@@ -195,7 +222,7 @@ def test_a_network_that_has_diverged_is_said_and_not_averaged(copy, tmp_path):
     content["state_dict"][name][:] = float("nan")
     torch.save(content, tmp_path / "nan.ckpt")
     with pytest.raises(DataError, match="not finite"):
-        evaluate(copy, checkpoint=str(tmp_path / "nan.ckpt"))
+        evaluate(copy, f"checkpoint={tmp_path}/nan.ckpt")
 
 
 # The first template's control points in one place, all moved alike, and all far apart.
@@ -210,10 +237,10 @@ def hopeless(bank, make):
     return TemplateShape(bank, 0, HOPELESS[make](bank.control_points[0].numpy()))
 
 
-@pytest.fixture(params=list(ProtocolKind))
+@pytest.fixture(params=list(PROTOCOLS))
 def protocol(request, monkeypatch):
     """Each protocol, with fewer points."""
-    monkeypatch.setitem(PROTOCOLS, ProtocolKind.modern, ModernProtocol(points=500))
+    monkeypatch.setitem(PROTOCOLS, "modern", ModernProtocol(points=500))
     for name, scaling in SCALINGS.items():
         monkeypatch.setitem(SCALINGS, name, replace(scaling, num_points=500))
     return PROTOCOLS[request.param]
@@ -247,20 +274,20 @@ def test_finished_evaluations_are_read_back(copy, monkeypatch):
 
 
 def test_a_killed_evaluation_goes_on(copy, trained, data_root):
-    undisturbed = evaluate(copy, references=False)
+    undisturbed = evaluate(copy, "evaluation.references=false")
     expected = samples(copy)
     shutil.rmtree(copy.evaluation("paper"))
     code = (
         "import sys, time\n"
-        "from ffd_lightning.app.config import EvaluateConfig, EvaluationConfig, ProtocolKind\n"
-        "from ffd_lightning.app import evaluate as run\n"
+        "from ffd_lightning.app.main import run\n"
         "from ffd_lightning.evaluation.protocols import PaperProtocol\n"
         "truth = PaperProtocol.truth\n"
         "PaperProtocol.truth = lambda *a: (time.sleep(1), truth(*a))[1]\n"
-        "run.PROTOCOLS[ProtocolKind.paper] = PaperProtocol(points=64)\n"
-        "run.evaluate_run(EvaluateConfig(run=sys.argv[1], workers=1, references=False))\n"
+        "run('evaluate')\n"
     )
-    process = subprocess.Popen([sys.executable, "-c", code, str(copy.path)], cwd=ROOT)
+    overrides = ["protocol.points=64", "evaluation.workers=1", "evaluation.references=false"]
+    command = [sys.executable, "-c", code, f"run={copy.path}", *overrides]
+    process = subprocess.Popen(command, cwd=ROOT)
     partial = copy.evaluation("paper") / "samples.partial"
     end = time.monotonic() + 180
     while not (partial.exists() and len(partial.read_text().splitlines()) > 2):
@@ -281,7 +308,7 @@ def test_a_killed_evaluation_goes_on(copy, trained, data_root):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluator, "score_sample", count)
-        assert evaluate(copy, references=False) == undisturbed
+        assert evaluate(copy, "evaluation.references=false") == undisturbed
     assert samples(copy) == expected
     assert len(scored) == len(trained[2].split.test) - done
 
@@ -294,9 +321,9 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
         if value.is_floating_point():
             value.mul_(1.01)
     torch.save(content, other)
-    first = evaluate(copy, references=False)
-    assert evaluate(copy, references=False, checkpoint=str(other)) != first
-    everything = evaluate(copy, references=False, prepared=str(data.prepared.path))
+    first = evaluate(copy, "evaluation.references=false")
+    assert evaluate(copy, "evaluation.references=false", f"checkpoint={other}") != first
+    everything = evaluate(copy, "evaluation.references=false", f"prepared={data.prepared.path}")
     assert everything["num_samples"] == len(data.prepared) - 2, "all but the templates"
 
 
@@ -312,20 +339,21 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
 )
 def test_what_is_missing_is_said(copy, settings, error, message):
     with pytest.raises(error, match=message):
-        evaluate_run(EvaluateConfig(**{"run": str(copy.path), **settings}))
+        evaluate_run(replace(config(copy), **settings))
 
 
 def test_a_checkpoint_of_another_network(copy, tiny_config, tmp_path):
     run = RunFolder(tmp_path / "four")
     train(tiny_config("templates=t4", "schedule.steps=2"), run)
     with pytest.raises(ConfigError, match="is of another network"):
-        evaluate(copy, checkpoint=str(run.checkpoint))
+        evaluate(copy, f"checkpoint={run.checkpoint}")
 
 
-def test_the_modern_protocol(copy, trained, monkeypatch):
-    protocol = ModernProtocol(points=200)
-    monkeypatch.setitem(PROTOCOLS, ProtocolKind.modern, protocol)
-    summary = evaluate(copy, protocol=ProtocolKind.modern)
+def test_the_modern_protocol(copy):
+    overrides = ["protocol=modern", "protocol.points=200"]
+    protocol = build_protocol(config(copy, *overrides).protocol)
+    assert protocol == ModernProtocol(points=200)
+    summary = evaluate(copy, *overrides)
     for measure in protocol.measures:
         for name in ("", "undeformed", "floor"):
             assert 0 <= summary[f"{name}_{measure.name}" if name else measure.name] < 2
@@ -444,15 +472,21 @@ def test_the_command(copy, data_root, prepared):
     assert isinstance(prepared, PreparedSet)
     command = [sys.executable, str(ROOT / "evaluate.py"), f"run={copy.path}"]
     done = subprocess.run(
-        [*command, "references=false"], capture_output=True, text=True, cwd=copy.path.parent
+        [*command, "evaluation.references=false"],
+        capture_output=True,
+        text=True,
+        cwd=copy.path.parent,
     )
     assert done.returncode == 0, done.stderr
     assert "selected template, deformed" in done.stdout
     assert (copy.evaluation("paper") / "samples.csv").is_file()
     for override, word in (
         ("run=/no/such", "is not a run folder"),
-        ("protocol=papre", "paper"),
+        ("protocol=papre", "no protocol 'papre'. Did you mean protocol=paper?"),
         ("chekpoint=x", "Did you mean checkpoint?"),
+        ("evaluation.refrences=false", "Did you mean evaluation.references?"),
+        ("references=false", "no setting 'references'"),
+        ("checkpoint=/no/such.ckpt", "there is no checkpoint /no/such.ckpt"),
     ):
         done = run_command("evaluate", f"run={copy.path}", override)
         assert done.returncode == 1

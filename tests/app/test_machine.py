@@ -5,7 +5,7 @@ import pytest
 import torch
 from omegaconf import OmegaConf
 
-from ffd_lightning.app import machine as sharing
+from ffd_lightning.app import machine
 from ffd_lightning.app.machine import gpu_slot, jobs_at_once, share_of_cores
 from ffd_lightning.parallel import available_cores
 
@@ -54,7 +54,7 @@ def test_gpus_are_known_by_name_not_by_place(tmp_path):
 
 
 def test_a_job_waits_until_one_is_free(tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(sharing, "_LOOK_EVERY", 0.01)
+    monkeypatch.setattr(machine, "_LOOK_EVERY", 0.01)
     caplog.set_level("INFO")
     taken = []
 

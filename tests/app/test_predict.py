@@ -15,7 +15,7 @@ from conftest import TRESTLE
 from filelock import FileLock
 from PIL import Image
 
-from ffd_lightning.app import photo_run as predict_run
+from ffd_lightning.app import photo_run
 from ffd_lightning.app.config import MeshColors, PredictConfig
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.photo_jobs import find_jobs
@@ -292,7 +292,7 @@ def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
     assert [o.known for o in again] == [False, True, True]
     again = predict_files(replace(config, points=301, restart=True))
     assert not any(o.known for o in again)
-    monkeypatch.setattr(predict_run, "FORMAT_VERSION", -1)
+    monkeypatch.setattr(photo_run, "FORMAT_VERSION", -1)
     assert not any(o.known for o in predict_files(replace(config, points=301)))
 
 
@@ -314,7 +314,7 @@ def test_a_failure_does_not_leave_an_old_record_beside_new_files(config, photos,
     photo = sorted(photos.iterdir())[0]
     config = replace(config, image=str(photo), preview=False)
     predict_files(config)
-    monkeypatch.setattr(predict_run, "write_cloud", fail)
+    monkeypatch.setattr(photo_run, "write_cloud", fail)
     (outcome,) = predict_files(replace(config, points=7))
     assert "no space" in outcome.error
     monkeypatch.undo()

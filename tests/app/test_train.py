@@ -48,8 +48,11 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     assert mean == pytest.approx(summary["chamfer"], rel=1e-5)
     ranking = list(csv.DictReader((run.path / "template_ranking.csv").open()))
     assert [int(r["rank"]) for r in ranking] == [1, 2]
-    assert sum(int(r["count"]) for r in ranking) == len(rows)
-    assert {r["id"] for r in ranking}.isdisjoint(r["id"] for r in rows)
+    split = open_run(run).data.split
+    assert [r["id"] for r in rows] == list(split.test)
+    assert split.val
+    assert sum(int(r["count"]) for r in ranking) == len(split.val), "chosen before the test"
+    assert {r["id"] for r in ranking}.isdisjoint((*split.train, *split.val, *split.test))
     assert Image.open(run.path / "reconstructions.png").size[0] > 5 * 64
     assert list((run.path / "tensorboard").glob("events.*"))
     (row,) = load_runs(find_runs(run.path)).to_dict("records")
@@ -69,7 +72,7 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
         assert tag in tags["histograms"]
     assert {"examples/input", "examples/reconstructions"} <= set(tags["images"])
     selected = events.Histograms("templates/selected")[-1].histogram_value
-    assert sum(selected.bucket) == finished[1]["num_samples"]
+    assert sum(selected.bucket) == len(open_run(finished[0]).data.split.val)
     metadata = events.summary_metadata
     assert any(m.plugin_data.plugin_name == "hparams" for m in metadata.values())
 
@@ -239,7 +242,7 @@ def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_r
     states = load_runs(find_runs(tmp_path)).set_index("templates")
     assert states.loc[2, "state"] == "finished"
     assert states.loc[500, "state"] == "failed"
-    assert "24 models" in states.loc[500, "reason"]
+    assert "24 shapes" in states.loc[500, "reason"]
     assert "Results" in first.stdout
     second = run_command("train", *arguments[2:])
     assert second.returncode == 1
@@ -277,7 +280,7 @@ def test_labels_that_are_missing_are_told_before_the_training(tiny_config, tmp_p
     monkeypatch.setattr(FfdDataModule, "setup", without_labels(FfdDataModule.setup))
     run = RunFolder(tmp_path / "run")
     with pytest.raises(DataError, match=r"no test model of .* has part labels"):
-        train(tiny_config("evaluation.protocol=parts"), run)
+        train(tiny_config("protocol=parts"), run)
     assert not run.checkpoint.exists()
     assert run.status["state"] == "failed"
 

@@ -6,11 +6,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from omegaconf import OmegaConf
 
 from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.identity import to_yaml
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
@@ -56,6 +59,9 @@ class Box:
 
     def point_parts(self, row):
         return self.parts
+
+    def part_names_of(self, row):
+        return self.part_names
 
     @property
     def mesh(self):
@@ -192,15 +198,16 @@ def test_the_parts_of_a_category_among_several(prepared):
 def trained(tiny_config, tmp_path_factory):
     """A run as it is after no step of training, its network, and its data."""
     run = RunFolder(tmp_path_factory.mktemp("run"))
-    cfg = tiny_config("data.train_fraction=0.4")
+    cfg = tiny_config("split.train_fraction=0.4")
     torch.manual_seed(0)
     network = build_network(cfg)
     weights = {f"network.{name}": value for name, value in network.state_dict().items()}
-    run.config.write_text(OmegaConf.to_yaml(OmegaConf.structured(cfg)))
+    run.config.write_text(to_yaml(cfg))
     run.checkpoint.parent.mkdir()
-    torch.save({"state_dict": weights, "global_step": 0}, run.checkpoint)
     data = build_data(cfg)
     data.setup()
+    content = {"state_dict": weights, "global_step": 0, **model_entry(network, data, {})}
+    torch.save(content, run.checkpoint)
     return run, network, data
 
 
@@ -210,10 +217,10 @@ def copy(trained, tmp_path):
     return RunFolder(shutil.copytree(trained[0].path, tmp_path / "run"))
 
 
-def evaluate(run, **settings):
-    return evaluate_run(
-        EvaluateConfig(run=str(run.path), protocol="parts", progress_bar=False, **settings)
-    )
+def evaluate(run, *overrides):
+    given = [f"run={run.path}", "protocol=parts", "progress_bar=false", *overrides]
+    composed = compose_config("evaluate", EvaluateConfig, given)
+    return evaluate_run(typed_config(composed, EvaluateConfig))
 
 
 def written(run):
@@ -245,7 +252,7 @@ def test_a_run_in_numbers(copy, trained):
 
 
 def test_a_sample_again_by_hand(copy, trained):
-    evaluate(copy, references=False)
+    evaluate(copy, "evaluation.references=false")
     rows, _ = written(copy)
     _, network, data = trained
     for row in rows[:2]:
@@ -281,10 +288,10 @@ def test_an_evaluation_that_was_cut_off_goes_on(copy, monkeypatch):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluator, "score_sample", cut_off)
         with pytest.raises(KeyboardInterrupt):
-            evaluate(copy, workers=1)
+            evaluate(copy, "evaluation.workers=1")
     done = len((copy.evaluation("parts") / "samples.partial").read_text().splitlines()) - 1
     assert done == 3
-    evaluate(copy, workers=2)
+    evaluate(copy, "evaluation.workers=2")
     assert [file.read_text() for file in files] == expected
 
 
@@ -317,9 +324,9 @@ def test_templates_or_training_models_without_labels(copy, trained, monkeypatch,
             evaluate(copy)
     with pytest.MonkeyPatch.context() as patch:
         unlabelled(patch, data.split.train)
-        with pytest.raises(DataError, match=r"no training model .* references=false"):
+        with pytest.raises(DataError, match=r"no training model .* evaluation\.references=false"):
             evaluate(copy)
-        assert evaluate(copy, references=False)["part_iou"] > 0
+        assert evaluate(copy, "evaluation.references=false")["part_iou"] > 0
     unlabelled(monkeypatch, data.bank.ids[:1])
     summary = evaluate(copy)
     assert "1 of 2 templates have no part labels, so all" in caplog.text
@@ -337,7 +344,7 @@ def test_models_without_labels_are_left_out(copy, trained, monkeypatch):
     before = {row["id"]: row for row in written(copy)[0]}
     gone = data.split.test[:2]
     unlabelled(monkeypatch, {*gone, *data.split.train[::2]})
-    summary = evaluate(copy, restart=True)
+    summary = evaluate(copy, "restart=true")
     rows, _ = written(copy)
     assert [row["id"] for row in rows] == [i for i in data.split.test if i not in gone]
     assert summary["num_samples"] == len(rows) < len(before)

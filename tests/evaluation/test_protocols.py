@@ -8,7 +8,12 @@ import pytest
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.evaluator import EvaluatedNetwork, EvaluationOptions, evaluate
+from ffd_lightning.evaluation.evaluator import (
+    EvaluatedNetwork,
+    EvaluationOptions,
+    Shapes,
+    evaluate,
+)
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
 
 
@@ -54,9 +59,9 @@ def test_results_say_what_they_were_measured_with(tiny_run, tmp_path, monkeypatc
     run = open_run(tiny_run)
     subsets = run.data.split.train, run.data.split.test
     models = [Shapes(run.data.prepared, run.data.rows(ids)) for ids in subsets]
-    subject = EvaluatedNetwork(run.network, run.data.bank, *models, run.step)
+    evaluated = EvaluatedNetwork(run.network, run.data.bank, *models, run.step)
     protocol, options = Warmth(), EvaluationOptions(references=False, progress=False)
-    summary = evaluate(subject, protocol, tmp_path, options)
+    summary = evaluate(evaluated, protocol, tmp_path, options)
     assert summary["warmth"] == 20
     content = json.loads((tmp_path / "summary.json").read_text())
     assert content["protocol"] == {
@@ -81,9 +86,9 @@ def test_results_say_what_they_were_measured_with(tiny_run, tmp_path, monkeypatc
     counted = []
     predict = evaluator.predict
     monkeypatch.setattr(evaluator, "predict", lambda *a: (counted.append(1), predict(*a))[1])
-    assert evaluate(subject, protocol, tmp_path, options) == summary
+    assert evaluate(evaluated, protocol, tmp_path, options) == summary
     assert counted == [], "read back"
     protocol.measures = (replace(protocol.measures[0], definition="how warm it feels"),)
-    assert evaluate(subject, protocol, tmp_path, options) == summary
+    assert evaluate(evaluated, protocol, tmp_path, options) == summary
     assert counted == [1], "what is said of it has changed"
     assert np.isfinite(list(summary.values())).all()

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.data.datamodule import Batch
-from ffd_lightning.evaluation.template_scores import TemplateScores, score_templates
+from ffd_lightning.data.batches import Batch
+from ffd_lightning.evaluation.template_scores import TemplateScores, TemplateScoring
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.nn.network import FfdPrediction
 
@@ -22,6 +22,13 @@ def case():
     return prediction, Batch(torch.tensor([4, 9]), images, rand(2, 20, 3, seed=3), templates)
 
 
+def score(*cases):
+    scoring = TemplateScoring()
+    for prediction, batch in cases:
+        scoring.update(prediction, batch)
+    return TemplateScores.of(scoring.compute())
+
+
 def naive(a, b):
     squared = torch.cdist(a.double(), b.double()) ** 2
     return float(squared.min(1).values.mean() + squared.min(0).values.mean())
@@ -29,7 +36,7 @@ def naive(a, b):
 
 def test_every_template_is_scored_on_every_query(case):
     prediction, batch = case
-    scores = score_templates(prediction, batch)
+    scores = score((prediction, batch))
     matrix, control = batch.templates
     for q in range(2):
         for t in range(3):
@@ -43,7 +50,7 @@ def test_every_template_is_scored_on_every_query(case):
 
 
 def test_summary_reads_the_selected_and_the_best(case):
-    scores = score_templates(*case)
+    scores = score(case)
     summary = scores.summary()
     assert summary["chamfer"] == pytest.approx(
         (scores.deformed[0, 1] + scores.deformed[1, 0]) / 2, rel=1e-6
@@ -54,13 +61,36 @@ def test_summary_reads_the_selected_and_the_best(case):
     assert summary["num_samples"] == 2
 
 
-def test_batches_are_joined(case):
-    scores = score_templates(*case)
-    joined = TemplateScores.concatenate([scores, scores])
-    assert joined.rows.tolist() == [4, 9, 4, 9]
-    np.testing.assert_array_equal(joined.deformed[2:], scores.deformed)
+def test_batches_are_joined_in_the_order_of_the_rows(case):
+    prediction, batch = case
+    later = batch._replace(rows=torch.tensor([12, 2]))
+    scores = score(case)
+    joined = score((prediction, later), case)
+    assert joined.rows.tolist() == [2, 4, 9, 12]
+    np.testing.assert_array_equal(joined.deformed[[1, 2]], scores.deformed)
+    np.testing.assert_array_equal(joined.deformed[[3, 0]], scores.deformed)
+    np.testing.assert_array_equal(joined.weights[[3, 0]], scores.weights)
+
+
+def test_one_query_and_one_template_keep_their_axes(case):
+    prediction, batch = case
+    templates = TemplateSample(*(x[:1] for x in batch.templates))
+    weights = torch.ones(1, 1)
+    alone = FfdPrediction(weights, weights, prediction.offsets[:1, :1], weights.log())
+    one = Batch(batch.rows[:1], batch.images[:1], batch.target_points[:1], templates)
+    scores = score((alone, one))
+    assert scores.deformed.shape == scores.weights.shape == (1, 1)
+    assert scores.summary()["num_samples"] == 1
+
+
+def test_nothing_is_left_after_a_reset(case):
+    scoring = TemplateScoring()
+    scoring.update(*case)
+    scoring.reset()
+    scoring.update(*case)
+    assert TemplateScores.of(scoring.compute()).rows.tolist() == [4, 9]
 
 
 def test_scores_of_no_batch_are_an_error():
-    with pytest.raises(ValueError, match="need at least one array"):
-        TemplateScores.concatenate([])
+    with pytest.raises(ValueError, match="no queries were scored"):
+        TemplateScoring().compute()

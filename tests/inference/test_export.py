@@ -16,10 +16,11 @@ import pytest
 import torch
 from torch import nn
 
+from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import export as command
 from ffd_lightning.app.main import run as run_command
 from ffd_lightning.app.settings import read_settings
-from ffd_lightning.checkpoint import TrainedModel, build_network, load_model, model_entry
+from ffd_lightning.checkpoint import TrainedModel, load_model, model_entry
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.imaging.appearance import TrainingAppearance
@@ -50,12 +51,14 @@ def _without_shape_checks():
 
 @pytest.fixture(scope="module")
 def parts(prepared, tiny_config):
-    """Configuration, templates and looks of a run of two templates."""
+    """Templates, appearance, cameras, categories and record of a run of two templates."""
     rows = np.arange(len(prepared))
     return (
-        tiny_config(),
         TemplateBank.of(prepared, prepared.ids[:2]),
         TrainingAppearance.of(prepared.spread_images(rows, 256)),
+        tiny_config().data.render,
+        ("table",),
+        {"run": "default/table/b/t2/seed0"},
     )
 
 
@@ -82,7 +85,7 @@ def small(parts):
     torch.manual_seed(0)
     network = TemplateFfdNetwork(OneLayer(), (48, 64), 2, 64, 8, 32, offset_std=0.02)
     nn.init.normal_(network.heads.offsets.bias, std=0.05)  # of zeros nothing would be exported
-    return TrainedModel(parts[0], network.eval(), *parts[1:], step=8)
+    return TrainedModel(network.eval(), *parts, step=8)
 
 
 @pytest.fixture(scope="module")
@@ -98,18 +101,24 @@ def ready(graphs, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def run(parts, prepared, tmp_path_factory):
+def run(parts, prepared, tiny_config, tmp_path_factory):
     """A run folder with the checkpoint of a MobileNet that has seen one batch."""
     torch.manual_seed(0)
-    parts[0].network.offset_std, parts[0].network.batch_norm_momentum = 0.02, 1.0
-    network = build_network(parts[0]).train()
+    momentum, ids = "network.batch_norm_momentum=1", tmp_path_factory.mktemp("ids") / "ids.txt"
+    ids.write_text("\n".join(prepared.ids[:2]))
+    listed = ["template_strategy=listed", f"template_strategy.file={ids}"]
+    cfg = tiny_config("network.offset_std=0.02", momentum, *listed)
+    data, network = build_data(cfg), build_network(cfg).train()
+    data.setup()
     images = np.stack([prepared.image(k)[..., :3].transpose(2, 0, 1) for k in range(8)])
     with torch.no_grad():
         network(torch.from_numpy(images))  # moves batch norm's statistics, as training does
     state = {f"network.{name}": value for name, value in network.state_dict().items()}
     path = tmp_path_factory.mktemp("run") / "checkpoints" / "last.ckpt"
     path.parent.mkdir()
-    torch.save({"state_dict": state, "global_step": 3, **model_entry(*parts)}, path)
+    torch.save(
+        {"state_dict": state, "global_step": 3, **model_entry(network, data, parts[-1])}, path
+    )
     return path.parents[1]
 
 

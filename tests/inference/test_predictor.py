@@ -1,9 +1,11 @@
 import shutil
 from math import comb
+from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
+import yaml
 from PIL import Image
 
 from ffd_lightning.app.open_run import open_run
@@ -144,23 +146,23 @@ def discs(count):
 
 
 def test_appearance_tells_training_images_from_others():
-    looks = TrainingAppearance.of(discs(64))
-    assert looks.fill == pytest.approx(2 * 17.5 / 48, abs=0.05)
-    assert looks.strangeness(disc(17, 30)) == 0
-    assert looks.strangeness(disc(17, 30, ink=200)) < 0.5  # pale objects are objects too
-    assert looks.strangeness(255 - disc(17, 30)) > 1
-    assert looks.strangeness(np.full((48, 64, 3), 128, np.uint8)) > 1
-    again = TrainingAppearance.from_state(looks.state())
-    assert again.strangeness(disc(20, 10)) == looks.strangeness(disc(20, 10)) > 1
+    appearance = TrainingAppearance.of(discs(64))
+    assert appearance.fill == pytest.approx(2 * 17.5 / 48, abs=0.05)
+    assert appearance.strangeness(disc(17, 30)) == 0
+    assert appearance.strangeness(disc(17, 30, ink=200)) < 0.5  # pale objects are objects too
+    assert appearance.strangeness(255 - disc(17, 30)) > 1
+    assert appearance.strangeness(np.full((48, 64, 3), 128, np.uint8)) > 1
+    again = TrainingAppearance.from_state(appearance.state())
+    assert again.strangeness(disc(20, 10)) == appearance.strangeness(disc(20, 10)) > 1
     few = TrainingAppearance.of(discs(4))
     assert few.strangeness(np.zeros((48, 64, 3), np.uint8)) == 0
 
 
 def test_strange_images_are_warned_of(checkpoint, image):
     predictor = Predictor.load(checkpoint)
-    looks = predictor.model.looks
-    strict = TrainingAppearance(looks.silhouettes, looks.fill, 1.0)
-    object.__setattr__(predictor.model, "looks", strict)
+    usual = predictor.model.appearance
+    strict = TrainingAppearance(usual.silhouettes, usual.fill, 1.0)
+    object.__setattr__(predictor.model, "appearance", strict)
     assert any("unlike the images of table" in w for w in predictor.frame(image).warnings)
 
 
@@ -210,17 +212,30 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
     with pytest.raises(ConfigError, match=r"holds no templates.*restart=true"):
         loaded(lambda c: c.pop("model"))
     with pytest.raises(ConfigError, match="of another version"):
-        loaded(lambda c: c["model"].update(config="seed: banana"))
+        loaded(lambda c: c["model"].update(render={"hight": 3}))
     with pytest.raises(ConfigError, match="of another version"):
-        loaded(lambda c: c["model"].pop("looks"))
+        loaded(lambda c: c["model"].pop("appearance"))
+    with pytest.raises(ConfigError, match="no encoder 'mobilnet'. Did you mean mobilenet"):
+        loaded(lambda c: c["model"].update(encoder={**c["model"]["encoder"], "name": "mobilnet"}))
+    theirs = {"kind": "encoder", "name": "tiny", "settings": {}, "provider": "own-parts 0.1"}
+    with pytest.raises(ConfigError, match=r"'tiny' comes from own-parts 0.1, which is not here"):
+        loaded(lambda c: c["model"].update(encoder=theirs))
+    with pytest.raises(ConfigError, match=r"was not built by name.*pass network=\.\.\."):
+        loaded(lambda c: c["model"].update(encoder=None))
     with pytest.raises(ConfigError, match="of another network"):
         loaded(lambda c: c["state_dict"].popitem())
     assert loaded(lambda c: None).step == content["global_step"]
 
 
 def test_a_checkpoint_names_no_folder_of_its_maker(checkpoint):
-    config = load_model(checkpoint).config
-    assert (config.paths.data, config.paths.runs) == ("data", "runs")
+    model = load_model(checkpoint)
+    config = yaml.safe_load(model.record["config"])
+    assert config["paths"] == {"data": "data", "runs": "runs"}
+    assert config["templates"]["count"] == len(model.bank) == 4
+    assert (model.record["run"], model.record["regime"]) == ("default/table/r/t4/seed0", "r")
+    assert model.categories == ("table",)
+    assert str(Path.home()).encode() not in checkpoint.read_bytes()
+    assert b"/tmp/" not in checkpoint.read_bytes()
 
 
 def test_framed_photos_can_be_given(predictor, image, reconstruction):
