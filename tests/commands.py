@@ -7,14 +7,14 @@ import contextlib
 import io
 import logging
 import os
-import runpy
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
-from ffd_lightning.app.cli import register
 from hydra.core.singleton import Singleton
+
+from ffd_lightning.app.main import run
 
 ROOT = Path(__file__).parents[1]
 
@@ -29,15 +29,14 @@ class Done:
 
 
 def run_command(name, *arguments, cwd=ROOT):
-    """Run `python name.py arguments...`, or `python -m name arguments...` for a module's name."""
-    script = ROOT / f"{name}.py"
+    """Run `ffd name arguments...`."""
     argv, environment = sys.argv, dict(os.environ)
     hydra = Singleton.get_state()
     root = logging.getLogger()
     handlers, level = list(root.handlers), root.level
     stdout, stderr = io.StringIO(), io.StringIO()
     try:
-        sys.argv = [str(script), *map(str, arguments)]
+        sys.argv = [str(ROOT / "train.py")]
         with (
             contextlib.chdir(cwd),
             contextlib.redirect_stdout(stdout),
@@ -46,10 +45,7 @@ def run_command(name, *arguments, cwd=ROOT):
             mock.patch("logging.config._clearExistingHandlers"),
         ):
             try:
-                if script.is_file():
-                    runpy.run_path(str(script), run_name="__main__")
-                else:
-                    runpy.run_module(name, run_name="__main__", alter_sys=True)
+                run(name, list(map(str, arguments)))
                 code = 0
             except SystemExit as exit:
                 code = exit.code
@@ -63,5 +59,4 @@ def run_command(name, *arguments, cwd=ROOT):
         Singleton.set_state(hydra)
         root.handlers[:] = handlers
         root.setLevel(level)
-        register()
     return Done(code or 0, stdout.getvalue(), stderr.getvalue())

@@ -215,7 +215,7 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
         loaded(lambda c: c["model"].update(render={"hight": 3}))
     with pytest.raises(ConfigError, match="of another version"):
         loaded(lambda c: c["model"].pop("appearance"))
-    with pytest.raises(ConfigError, match="no encoder 'mobilnet'. Did you mean mobilenet"):
+    with pytest.raises(ConfigError, match=r"no encoder 'mobilnet'\. Did you mean mobilenet"):
         loaded(lambda c: c["model"].update(encoder={**c["model"]["encoder"], "name": "mobilnet"}))
     theirs = {"kind": "encoder", "name": "tiny", "settings": {}, "provider": "own-parts 0.1"}
     with pytest.raises(ConfigError, match=r"'tiny' comes from own-parts 0.1, which is not here"):
