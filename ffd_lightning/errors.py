@@ -32,23 +32,26 @@ def is_bug(error: BaseException) -> bool:
     Libraries raise errors of all kinds on damaged bytes; where a line of our own raises one that
     says that the code is wrong, it is.
     """
-    return isinstance(error, _BUGS) and _PACKAGE in _origin(error)[0].parents
+    origin = _origin(error)
+    inside = origin is not None and _PACKAGE in Path(origin.filename).parents
+    return inside and isinstance(error, _BUGS)
 
 
 def explain_unforeseen(error: BaseException) -> str:
-    """Return an unforeseen error's kind and message, and where in the code it comes from.
+    """Return an unforeseen error's kind and message, and which function it comes from.
 
-    The system's own errors, of files and of time, say enough without the place.
+    The system's own errors, of files and of time, say enough without it.
     """
-    text = f"{type(error).__name__}: {error}"
-    file, line = _origin(error)
-    if isinstance(error, OSError) or not line:
+    text, origin = f"{type(error).__name__}: {error}", _origin(error)
+    if isinstance(error, OSError) or origin is None:
         return text
-    bug = ", a bug of ffd_lightning: please report it" if is_bug(error) else ""
-    return f"{text} ({file.name}, line {line}{bug})"
+    place = f"{Path(origin.filename).stem}.{origin.name}"
+    if is_bug(error):
+        place += f", line {origin.lineno}, a bug of ffd_lightning: please report it"
+    return f"{text} ({place})"
 
 
-def _origin(error: BaseException) -> tuple[Path, int]:
-    """Return the file and the line that an error was raised at."""
+def _origin(error: BaseException) -> traceback.FrameSummary | None:
+    """Return where in the code an error was raised, None for one that never was."""
     frames = traceback.extract_tb(error.__traceback__)
-    return (Path(frames[-1].filename), frames[-1].lineno or 0) if frames else (Path(), 0)
+    return frames[-1] if frames else None

@@ -136,6 +136,14 @@ class Entry:
 
     def make(self, settings: Any, **context: Any) -> Any:
         """Build it from its own settings; what has an attribute `part` is told what it is."""
+        try:
+            inspect.signature(self.factory).bind(settings, **context)
+        except TypeError as error:
+            given = _list(["settings", *context])
+            raise ConfigError(
+                f"the factory of {_words(self.kind)} {self.name!r} ({self.provider}) must take "
+                f"{given}: {error}"
+            ) from None
         made = self.factory(settings, **context)
         if hasattr(type(made), "part"):
             made.part = Part(self.kind, self.name, dataclasses.asdict(settings), self.provider)
@@ -203,7 +211,7 @@ def get(kind: str, name: str, provided: Mapping[str, str] | None = None) -> Entr
     if (kind, name) in _entries:
         return _entries[kind, name]
     key = part_key(kind, name)
-    if provided and key in provided:
+    if provided and provided.get(key, "ffd_lightning") != "ffd_lightning":
         raise ConfigError(
             f"the {_words(kind)} {name!r} comes from {provided[key]}, which is not here: install "
             "that package, or name its module with plugins=[MODULE]"

@@ -4,6 +4,10 @@ import os
 
 # Before torch is loaded, as train.py does it: waiting threads must not take the others' cores.
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+# Two threads at most, since the suite runs in parallel; and as many in the processes that tests
+# start, whose trainings are compared with those of this process to the last digit.
+os.environ.setdefault("OMP_NUM_THREADS", str(min(2, os.cpu_count() or 1)))
+os.environ.setdefault("MKL_DYNAMIC", "FALSE")  # MKL would take fewer where two share a core
 
 import jaxtyping
 import pytest
@@ -40,10 +44,14 @@ TINY = (
 )
 
 
+THREADS = torch.get_num_threads()
+
+
 @pytest.fixture(autouse=True)
 def _few_threads():
-    """Two threads at most: the suite runs in parallel."""
-    torch.set_num_threads(min(2, torch.get_num_threads()))
+    """A test that changes the number of threads does not change that of the next ones."""
+    yield
+    torch.set_num_threads(THREADS)
 
 
 @pytest.fixture
@@ -80,6 +88,11 @@ def prepared(data_root):
     ).run()
 
 
+# The templates of the tiny run, of different families, with 117, 1, 2 (one of them glass) and 63
+# colours.
+TRESTLE, SLAB, GLASS, PEDESTAL = ("table-000002", "table-000007", "table-000006", "table-000019")
+
+
 @pytest.fixture(scope="session")
 def tiny_run(tiny_config, tmp_path_factory):
     """A run of a few steps, whose network tells images apart: its folder.
@@ -89,17 +102,50 @@ def tiny_run(tiny_config, tmp_path_factory):
     from ffd_lightning.app.training_run import train
     from ffd_lightning.run_folder import RunFolder
 
-    run = RunFolder(tmp_path_factory.mktemp("runs") / "run")
-    train(tiny_config("regime=r", "templates=t4", "network.batch_norm_momentum=1"), run)
+    folder = tmp_path_factory.mktemp("runs")
+    chosen = folder / "templates.txt"
+    chosen.write_text("\n".join((TRESTLE, SLAB, GLASS, PEDESTAL)))
+    overrides = ("templates=t4", "template_strategy=listed", f"template_strategy.file={chosen}")
+    run = RunFolder(folder / "run")
+    train(tiny_config("regime=r", "network.batch_norm_momentum=1", *overrides), run)
     return run
 
 
+def select(state, template):
+    """Let a network select this template for every image, and still tell images apart by weights.
+
+    What training so few steps selects depends on the processor. Hidden values lie in [0, 6], so
+    what the images say moves no logit by more than 1.
+    """
+    weight, bias = (state[f"network.heads.logits.{name}"] for name in ("weight", "bias"))
+    weight.div_(6 * weight.abs().sum(dim=1).max())
+    bias.zero_()
+    bias[template] = 2.2  # more than 1 - -1, and little enough to leave weight to the others
+
+
 @pytest.fixture(scope="session")
-def checkpoint(tiny_run, tmp_path_factory):
-    """The run's checkpoint, alone in a folder, with deformations large enough to be seen."""
-    content = torch.load(tiny_run.checkpoint, weights_only=True)
-    bias = content["state_dict"]["network.heads.offsets.bias"]
-    bias.copy_(0.05 * torch.randn(bias.shape, generator=torch.Generator().manual_seed(0)))
-    path = tmp_path_factory.mktemp("given") / "model.ckpt"
-    torch.save(content, path)
-    return path
+def selecting(tiny_run, tmp_path_factory):
+    """Return a function from a template of the tiny run to a checkpoint that selects it.
+
+    The checkpoint is alone in a folder, and its deformations are large enough to be seen.
+    """
+    from ffd_lightning.checkpoint import load_model
+
+    ids = load_model(tiny_run.checkpoint).bank.ids
+
+    def make(template):
+        content = torch.load(tiny_run.checkpoint, weights_only=True)
+        select(content["state_dict"], ids.index(template))
+        bias = content["state_dict"]["network.heads.offsets.bias"]
+        bias.copy_(0.05 * torch.randn(bias.shape, generator=torch.Generator().manual_seed(0)))
+        path = tmp_path_factory.mktemp("given") / "model.ckpt"
+        torch.save(content, path)
+        return path
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def checkpoint(selecting):
+    """A checkpoint that selects a table of wood and glass: few colours, not all of them opaque."""
+    return selecting(GLASS)

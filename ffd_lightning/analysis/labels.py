@@ -69,7 +69,8 @@ def transfer_table(
         `templates`, `seed`, `measure`, `shape` (a key of `references.SHAPES`, "" for the model),
         `num_samples` (models), `mean` with its interval `low`, `high`, and `gain` with `gain_low`,
         `gain_high`: the model's less this shape's, model by model (NaN for the model itself).
-        Shares, from 0 to 1. Shapes that were not scored (`evaluation.references=false`) have no rows.
+        Shares, from 0 to 1. Shapes that were not scored (`evaluation.references=false`) have no
+        rows.
 
     Raises:
         DataError: a measure is missing.

@@ -22,10 +22,12 @@ from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.limited import LimitedSource
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.losses.annealing import make_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
+from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
 
@@ -44,6 +46,7 @@ def build_source(cfg: PrepareConfig) -> Source:
     """Return the source of shapes; nothing is read yet."""
     size = (cfg.data.render.height, cfg.data.render.width)
     source: Source = build_part("data", cfg.data, image_size=size)
+    _expect(source, Source, f"data={cfg.data.name}")
     return source if cfg.data.limit is None else LimitedSource(source, cfg.data.limit)
 
 
@@ -96,6 +99,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     encoder = build_part(
         "encoder", cfg.encoder, image_size=image_size, batch_norm_momentum=momentum
     )
+    _expect(encoder, ImageEncoder, f"encoder={cfg.encoder.name}")
     return TemplateFfdNetwork(
         encoder,
         image_size=image_size,
@@ -139,6 +143,22 @@ def _cosine(optimizer: Optimizer, steps: int) -> LRScheduler:
 
 
 def build_protocol(node: Any) -> EvaluationProtocol:
-    """Return how predictions are measured."""
+    """Return how predictions are measured.
+
+    Raises:
+        ConfigError: it does not call itself by the name that it is registered under.
+    """
     protocol: EvaluationProtocol = build_part("protocol", node)
+    if protocol.name != node.name:
+        raise ConfigError(f"protocol {node.name!r} calls itself {protocol.name!r}: use one name")
     return protocol
+
+
+def _expect(made: Any, kind: type[Any], what: str) -> None:
+    """Make sure that a factory has built what it is for.
+
+    Raises:
+        ConfigError: it has built something else.
+    """
+    if not isinstance(made, kind):
+        raise ConfigError(f"{what} gives a {type(made).__name__}, not a {kind.__name__}")

@@ -92,6 +92,7 @@ def run_hydra(
     run: Callable[[Any], Any],
     arguments: Sequence[str],
     paths: Sequence[str] = (),
+    counted: bool = False,
 ) -> None:
     """Run a command as a Hydra application.
 
@@ -101,6 +102,7 @@ def run_hydra(
         run: takes the typed settings; what it returns is the job's result.
         arguments: of the command line.
         paths: settings whose values are files' names, to be taken as they are.
+        counted: a callback of the configuration counts the jobs of a multirun that have failed.
     """
     given = quote_paths(arguments, paths)
     prepare_hydra(config, given)
@@ -108,12 +110,12 @@ def run_hydra(
         print(command_help(name, config, config_folder(), _option(given, "--config-dir")))
         return
     sys.argv[1:] = given
-    job = partial(_job, config, run)
+    job = partial(_job, config, run, counted)
     main = hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=name)
     main(job)()
 
 
-def _job(config: type[Any], run: Callable[[Any], Any], cfg: DictConfig) -> Any:
+def _job(config: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictConfig) -> Any:
     """Run one job; in a multirun, one that fails does not stop the others."""
     try:
         return run(schema.typed_config(cfg, config))
@@ -121,8 +123,10 @@ def _job(config: type[Any], run: Callable[[Any], Any], cfg: DictConfig) -> Any:
         if HydraConfig.get().mode is not RunMode.MULTIRUN:
             # Not as an exception: Hydra would put a line of its own above it.
             sys.exit(f"error: {explain(error)}")
-        # Hydra goes on, and shows the first of all exceptions at the end.
         print(f"error: {explain(error)}", file=sys.stderr)
+        if counted:
+            return None
+        # Hydra goes on, and shows the first of all exceptions at the end.
         raise DataError("not all jobs came to their end: see the messages above") from None
 
 

@@ -83,6 +83,6 @@ def open_run(
     data.setup()
     if model.bank.ids != data.bank.ids:
         raise ConfigError(
-            f"the checkpoint {file} is of another network: its templates are not those of {run.path}"
+            f"the checkpoint {file} is of another network: its templates are not {run.path}'s"
         )
     return OpenRun(run, config.data.render, model.network, data, model.step)

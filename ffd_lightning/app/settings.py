@@ -56,8 +56,12 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
 
 def _set(merged: DictConfig, key: str, value: str) -> None:
     """Give a setting the value that a user wrote, of whatever type the setting has."""
-    plain = OmegaConf.get_type(merged, key) is str
+    kind = OmegaConf.get_type(merged, key)
+    plain = kind is str
     try:
+        if kind is list and not value.startswith("["):
+            merged[key] = [value]  # one is a list of one
+            return
         # Names of files may hold what means something to YAML: they are taken as they are.
         merged[key] = value if plain else OmegaConf.create(f"- {value}")[0]
     except (ValidationError, OmegaConfBaseException, ValueError):

@@ -50,9 +50,10 @@ class SummaryTable(Callback):
 
     def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
         """Note which run this was, and whether it came to its end."""
-        if job_return.return_value == {}:
+        came_through = job_return.status is JobStatus.COMPLETED  # else there is no value to ask for
+        if came_through and job_return.return_value == {}:
             return  # a further process of a distributed run
-        good = job_return.status is JobStatus.COMPLETED and job_return.return_value is not None
+        good = came_through and job_return.return_value is not None
         path = str(Path(config.hydra.runtime.output_dir))
         number = OmegaConf.select(config, "hydra.job.num", default=0)
         note = self._notes / f"{number}.json"

@@ -179,8 +179,12 @@ def make_split(
             where the rule has named none.
 
     Raises:
+        ConfigError: a subset that there is not.
         DataError: nothing to train on, or nothing to test on.
     """
+    wrong = sorted(set(subsets.values()) - set(SUBSETS))
+    if wrong:
+        raise ConfigError(f"the split has {wrong[0]!r} for one of {', '.join(SUBSETS)}")
     rest = subsets.get("*", "")
     found = {i: subsets.get(i, rest) for i in sorted(set(ids) - set(exclude))}
     if "val" not in subsets.values():

@@ -13,8 +13,8 @@ class Mesh:
     """A triangle soup with a colour per face and, where known, textures and part labels.
 
     Convention:
-        y is up and the object faces -z (ShapeNet's frame). Nothing is assumed about winding,
-        closedness or connectivity.
+        y is up and the object faces -z (ShapeNet's frame), so +x is its own right. Nothing is
+        assumed about winding, closedness or connectivity.
 
     Attributes:
         vertices: (V, 3) float64 positions.
@@ -45,7 +45,11 @@ class Mesh:
         return self.vertices[used]
 
     def with_vertices(self, vertices: NDArray[np.float64]) -> Mesh:
-        """Return the same faces and materials on other vertices of the same count, (V, 3)."""
+        """Return the same faces and materials on other vertices of the same count, (V, 3).
+
+        Raises:
+            ValueError: another count.
+        """
         if vertices.shape != self.vertices.shape:
             raise ValueError(f"expected vertices {self.vertices.shape}, got {vertices.shape}")
         return replace(self, vertices=vertices)

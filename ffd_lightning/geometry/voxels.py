@@ -87,6 +87,20 @@ def surface_voxels(
         raise ValueError(f"no grid of resolution {resolution} over [{low}, {high}]")
     if not half_size > 0:
         raise ValueError(f"half_size must be above 0, got {half_size}")
+    points, triangles = _checked_mesh(vertices, faces)
+    with np.errstate(over="ignore", invalid="ignore"):
+        scaled = (points - low) * (resolution / (high - low))
+    if not np.abs(scaled).max(initial=0) < _FARTHEST:
+        raise ValueError("vertices must be finite, and less than 1e100 voxels away")
+    grid = np.zeros((resolution, resolution, resolution), np.bool_)
+    _mark(np.ascontiguousarray(scaled), triangles, float(half_size), grid)
+    return grid
+
+
+def _checked_mesh(
+    vertices: ArrayLike, faces: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return vertices (V, 3) and faces (F, 3) that go together."""
     points, triangles = np.asarray(vertices, np.float64), np.asarray(faces)
     if triangles.size == 0:
         triangles = np.empty((0, 3), np.int64)
@@ -96,14 +110,7 @@ def surface_voxels(
         raise ValueError(f"faces must be integers, got {triangles.dtype}")
     if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(points)):
         raise ValueError(f"faces name vertices that are not among the {len(points)}")
-    with np.errstate(over="ignore", invalid="ignore"):
-        scaled = (points - low) * (resolution / (high - low))
-    if not np.abs(scaled).max(initial=0) < _FARTHEST:
-        raise ValueError("vertices must be finite, and less than 1e100 voxels away")
-    grid = np.zeros((resolution, resolution, resolution), np.bool_)
-    triangles = np.ascontiguousarray(triangles, np.int64)
-    _mark(np.ascontiguousarray(scaled), triangles, float(half_size), grid)
-    return grid
+    return points, np.ascontiguousarray(triangles, np.int64)
 
 
 def fill_voxels(surface: ArrayLike) -> NDArray[np.bool_]:

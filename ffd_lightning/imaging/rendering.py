@@ -86,8 +86,8 @@ def render(
 
     Convention:
         y is up and the object faces -z. Azimuth 0 looks at the front from -z, azimuth 90 at the
-        side on +x. The camera looks at the origin from where a sphere of radius 0.5 just fills
-        the vertical field of view, so that all models are shown at the same scale.
+        object's own right from +x. The camera looks at the origin from where a sphere of radius 0.5
+        just fills the vertical field of view, so that all models are shown at the same scale.
 
     Faces are lit from both sides by ambient light and fixed lights above, left and right, without
     shadows. See-through faces are blended front to back, six deep.

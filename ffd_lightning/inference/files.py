@@ -55,7 +55,16 @@ class MeshWriter:
         self._templates: dict[int, bytes] = {}
 
     def write(self, reconstruction: Reconstruction, folder: Path, obj: bool = False) -> None:
-        """Write `mesh.glb`, `template.glb`, `lattice.glb`, and `mesh.obj` with `mesh.mtl`."""
+        """Write `mesh.glb`, `template.glb`, `lattice.glb`, and `mesh.obj` with `mesh.mtl`.
+
+        Args:
+            reconstruction: by one of the templates.
+            folder: where the files go; made where it is missing.
+            obj: whether to write the last two.
+
+        Raises:
+            DataError: a file cannot be written.
+        """
         index = reconstruction.index
         if index not in self._templates:
             mesh = self._bank.meshes[index]
@@ -158,6 +167,16 @@ def write_cloud(
     """Write points of the deformed surface as PLY: colour and, where known, the part `label`.
 
     What the labels mean stands in comments of the header: `label 0 leg`; 255 is unknown.
+
+    Args:
+        reconstruction: whose surface.
+        path: of the file.
+        count: of the points.
+        seed: that they are drawn with.
+        colors: what the points' colours say.
+
+    Raises:
+        DataError: it cannot be written.
     """
     surface = reconstruction.surface
     points, faces = reconstruction.sample(count, seed)
@@ -179,6 +198,10 @@ def write_cloud(
 
 def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.uint8]:
     """Draw what the network saw, its template, the deformed cloud and mesh, and the parts.
+
+    Args:
+        reconstruction: what is drawn.
+        view: size and camera, those of the network's own images.
 
     Returns:
         RGB image, (H, W, 3) uint8.

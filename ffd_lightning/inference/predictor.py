@@ -13,7 +13,9 @@ from PIL import Image
 
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo, read_photo
+from ffd_lightning.imaging.cutting import Background
+from ffd_lightning.imaging.framing import FramedPhoto, frame_photo
+from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.run_folder import RunFolder

@@ -93,7 +93,15 @@ class Reconstruction:
         return self.surface.face_parts
 
     def cloud(self, count: int, seed: int = 0) -> NDArray[np.float32]:
-        """Draw points uniformly from the deformed surface, (count, 3)."""
+        """Draw points uniformly from the deformed surface.
+
+        Args:
+            count: of points.
+            seed: the same gives the same points.
+
+        Returns:
+            (count, 3), in template units.
+        """
         return self.sample(count, seed)[0]
 
     def labelled_cloud(

@@ -109,8 +109,9 @@ def folded_share(
         ValueError: the original mesh has no area, or a Jacobian is not finite.
 
     >>> triangle, mirror = np.eye(3), np.diag([1.0, 1, -1])
-    >>> folded_share(triangle, np.array([[0, 1, 2]]), np.stack([mirror, np.eye(3), np.eye(3)]))
-    0.3333333333333333
+    >>> jacobians = np.stack([mirror, np.eye(3), np.eye(3)])
+    >>> round(folded_share(triangle, np.array([[0, 1, 2]]), jacobians), 6)
+    0.333333
     """
     if not np.isfinite(jacobians[np.unique(faces)]).all():
         raise ValueError("jacobians hold values that are not finite")

@@ -54,6 +54,17 @@ def sample_with_normals(
 def precision(pred_points: Points, target_points: Points, threshold: float) -> Any:
     """Return the share of predicted points that are nearer than `threshold` to the target.
 
+    Args:
+        pred_points: (*batch, N, 3).
+        target_points: (*batch, M, 3).
+        threshold: see `fscore`.
+
+    Returns:
+        (*batch,), in [0, 1]; a float for one pair of arrays.
+
+    Raises:
+        ValueError: as `fscore`.
+
     >>> precision(np.array([[0.0, 0, 0], [0, 0, 5]]), np.zeros((1, 3)), 0.1)
     0.5
     """
@@ -63,6 +74,8 @@ def precision(pred_points: Points, target_points: Points, threshold: float) -> A
 
 def recall(pred_points: Points, target_points: Points, threshold: float) -> Any:
     """Return the share of target points that are nearer than `threshold` to the prediction.
+
+    Arguments, result and errors are those of `precision`.
 
     >>> recall(np.array([[0.0, 0, 0], [0, 0, 5]]), np.zeros((1, 3)), 0.1)
     1.0

@@ -29,15 +29,6 @@ def categories() -> tuple[str, ...]:
     return _CATEGORIES
 
 
-def parts(category: str) -> tuple[str, ...]:
-    """Return the names of the parts of a category's models, in their order.
-
-    Raises:
-        DataError: no generator for the category.
-    """
-    return tuple(_package(category).PARTS)
-
-
 def families(category: str) -> tuple[str, ...]:
     """Return the structural families of a category.
 

@@ -380,7 +380,7 @@ def test_random_images_need_no_scores(run, tmp_path):
         for s in (0, 0, 1)
     ]
     assert names[0] == names[1] != names[2]
-    with pytest.raises(DataError, match=r"not been evaluated.*evaluate\.py run="):
+    with pytest.raises(DataError, match=r"not been evaluated.*ffd evaluate run="):
         collect([bare], Choice(), open_run)
 
 

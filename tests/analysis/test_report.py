@@ -20,8 +20,8 @@ import pytest
 from PIL import Image
 from scipy.spatial import cKDTree
 
-from ffd_lightning.analysis.gallery import choose_examples, choose_runs, make_examples
 from ffd_lightning.analysis.report import elements
+from ffd_lightning.analysis.report.gallery import choose_examples, choose_runs, make_examples
 from ffd_lightning.analysis.report.meshes import lighten, pack, size
 from ffd_lightning.analysis.report.write import write_report
 from ffd_lightning.analysis.runs import load_samples
@@ -354,6 +354,10 @@ def test_the_command(sweep, tmp_path, capsys):
     ):
         with pytest.raises(error, match=message):
             run(*arguments)
+    (tmp_path / "report.html").unlink()
+    (tmp_path / "report.html").mkdir()
+    with pytest.raises(DataError, match="cannot write"):
+        run(str(tmp_path), "gallery=0")
 
 
 # --- examples ------------------------------------------------------------------------------------

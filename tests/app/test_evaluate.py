@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from commands import run_command
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
@@ -45,13 +46,14 @@ from ffd_lightning.metrics.scalings import SCALINGS
 from ffd_lightning.run_folder import RunFolder
 
 ROOT = Path(__file__).parents[2]
+SETTINGS = ("regime=e", "split.train_fraction=0.7", "split.val_fraction=0.2")
 
 
 @pytest.fixture(scope="module")
 def trained(tiny_config, tmp_path_factory):
     """A tiny run, its configuration and its data."""
     run = RunFolder(tmp_path_factory.mktemp("run") / "a")
-    cfg = tiny_config("regime=e", "split.train_fraction=0.4")
+    cfg = tiny_config(*SETTINGS)
     train(cfg, run)
     data = build_data(cfg)
     data.setup()
@@ -172,16 +174,14 @@ def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
 
 def test_a_run_without_validation_shapes_is_evaluated_on_the_others(copy):
     text = copy.config.read_text()
-    assert "val_fraction: 0.1" in text
-    copy.config.write_text(text.replace("val_fraction: 0.1", "val_fraction: 0.0"))
+    assert "val_fraction: 0.2" in text
+    copy.config.write_text(text.replace("val_fraction: 0.2", "val_fraction: 0.0"))
     with pytest.raises(ConfigError, match=r"evaluation\.subset=val: the run has no validation"):
         evaluate(copy, "evaluation.subset=val")
 
 
 def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, tiny_config):
-    cfg = tiny_config(
-        "regime=e", "split.train_fraction=0.4", "protocol=modern", "protocol.points=100"
-    )
+    cfg = tiny_config(*SETTINGS, "protocol=modern", "protocol.points=100")
     weights = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
     summary = train(cfg, copy)
     assert summary["fscore_2"] > 0
@@ -195,7 +195,9 @@ def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained,
 
 def test_all_views(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
-    train(tiny_config("data.render.azimuths=[30,200]", "network.batch_norm_momentum=1"), run)
+    few = ("data.num_models=10", "split.train_fraction=0.6")
+    views = ("data.render.azimuths=[30,200]", "network.batch_norm_momentum=1")
+    train(tiny_config(*few, *views), run)
     one = evaluate(run)
     rows = list(csv.DictReader(samples(run).splitlines()))
     both = evaluate(run, "evaluation.all_views=true")
@@ -222,31 +224,44 @@ def test_a_network_that_has_diverged_is_said_and_not_averaged(copy, tmp_path):
         evaluate(copy, f"checkpoint={tmp_path}/nan.ckpt")
 
 
-def collapsed(bank):
-    """Offsets that bring a template's control points to one place."""
-    return (torch.tensor([0.1, 0.2, 0.1]) - bank.control_points[0]).numpy()
+# The first template's control points in one place, all moved alike, and all far apart.
+HOPELESS = {
+    "collapsed": lambda control: np.float32([0.1, 0.2, 0.1]) - control,
+    "far away": lambda control: np.full_like(control, 10),
+    "huge": lambda control: 1e4 * control,
+}
 
 
-@pytest.mark.parametrize("make", ["collapsed", "far away", "huge"])
-@pytest.mark.parametrize("kind", list(PROTOCOLS))
-def test_hopeless_deformations_score_badly_and_finitely(trained, make, kind):
+def hopeless(bank, make):
+    return TemplateShape(bank, 0, HOPELESS[make](bank.control_points[0].numpy()))
+
+
+@pytest.fixture(params=list(PROTOCOLS))
+def protocol(request, monkeypatch):
+    """Each protocol, with fewer points."""
+    for name, scaling in SCALINGS.items():
+        monkeypatch.setitem(SCALINGS, name, replace(scaling, num_points=500))
+    return ModernProtocol(points=500) if request.param == "modern" else PROTOCOLS[request.param]
+
+
+def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):
     data = trained[2]
-    offsets = collapsed(data.bank)
-    if make == "far away":
-        offsets = np.full((64, 3), 10, np.float32)
-    elif make == "huge":
-        offsets = 1e4 * data.bank.control_points[0].numpy()
-    protocol, truth = PROTOCOLS[kind], ModelShape(data.prepared, 3)
-    reference = protocol.truth(truth, np.random.default_rng(0))
-    shape = TemplateShape(data.bank, 0, offsets)
-    scores = protocol.score(shape, reference, np.random.default_rng(1))
+    reference = protocol.truth(ModelShape(data.prepared, 3), np.random.default_rng(0))
     other = protocol.score(TemplateShape(data.bank, 0), reference, np.random.default_rng(1))
-    for measure in protocol.measures:
-        assert np.isfinite(scores[measure.name]), measure.name
-        worse = scores[measure.name] - other[measure.name]
-        if measure.name != "normal_consistency":
-            assert (worse <= 0) if measure.higher_is_better else (worse > 0), measure.name
-    quality = shape.quality()
+    for make in HOPELESS:
+        shape = hopeless(data.bank, make)
+        scores = protocol.score(shape, reference, np.random.default_rng(1))
+        for measure in protocol.measures:
+            assert np.isfinite(scores[measure.name]), (make, measure.name)
+            worse = scores[measure.name] - other[measure.name]
+            if measure.name != "normal_consistency":
+                as_bad = (worse <= 0) if measure.higher_is_better else (worse > 0)
+                assert as_bad, (make, measure.name)
+
+
+@pytest.mark.parametrize("make", HOPELESS)
+def test_the_quality_of_hopeless_deformations_is_a_number(trained, make):
+    quality = hopeless(trained[2].bank, make).quality()
     assert not any(np.isnan(value) for value in quality.values())
 
 
@@ -471,7 +486,7 @@ def test_the_command(copy, data_root, prepared):
         ("references=false", "no setting 'references'"),
         ("checkpoint=/no/such.ckpt", "there is no checkpoint /no/such.ckpt"),
     ):
-        done = subprocess.run([*command, override], capture_output=True, text=True)
+        done = run_command("evaluate", f"run={copy.path}", override)
         assert done.returncode == 1
         assert word in done.stderr
         assert "Traceback" not in done.stderr

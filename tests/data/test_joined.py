@@ -50,6 +50,7 @@ def test_rows_are_the_members_end_to_end(joined, members):
             np.testing.assert_array_equal(joined.image(row), member.image(own))
             ours, theirs = joined.mesh(row), member.mesh(own)
             np.testing.assert_array_equal(ours.faces, theirs.faces)
+            assert joined.part_names_of(row) == member.part_names_of(own) == member.part_names
             names = [
                 np.array(s.part_names)[p]
                 for s, p in ((joined, joined.point_parts(row)), (member, member.point_parts(own)))

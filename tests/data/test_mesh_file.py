@@ -56,6 +56,13 @@ def area(mesh: Mesh) -> float:
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
 
 
+def test_a_bug_of_ours_is_not_called_a_damaged_file(folder, monkeypatch) -> None:
+    folder.write("m.obj", TRIANGLE + "f 1 2 3\n")
+    monkeypatch.setattr(mesh_file, "face_colors", None)
+    with pytest.raises(TypeError, match="not callable"):
+        folder.load()
+
+
 # --- colours ---
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, box_mesh
 
+from ffd_lightning.data.preparation import model_file
 from ffd_lightning.data.preparation.model_file import Recipe, is_done, make_model, reject
 from ffd_lightning.data.preparation.packing import unpack_mesh
 from ffd_lightning.data.sources.base import SourceModel
@@ -82,6 +83,15 @@ def test_a_mesh_without_area_is_rejected_with_the_reason(tmp_path):
     make_model(flat, "a")
     assert "no area" in flat.rejection("a").read_text()
     assert is_done(flat, "a")
+
+
+def test_a_bug_rejects_a_model_and_is_called_one(tmp_path, monkeypatch):
+    monkeypatch.setattr(model_file, "normalize", None)
+    odd = recipe(tmp_path, MeshSource(box_mesh(0)))
+    make_model(odd, "a")
+    reason = odd.rejection("a").read_text()
+    assert reason.startswith("TypeError: 'NoneType' object is not callable (model_file._normalized")
+    assert reason.endswith("a bug of ffd_lightning: please report it)")
 
 
 def test_is_done_takes_whole_files_only(tmp_path):

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
+from commands import run_command
 
 from ffd_lightning.data.preparation.preparation import Preparation, Shard
 from ffd_lightning.data.sources.procedural import ProceduralSource
@@ -20,7 +21,7 @@ from ffd_lightning.errors import ConfigError, DataError
 
 ROOT = Path(__file__).parents[2]
 COUNT = 10
-KILLS = 8
+KILLS = 6
 SCRIPT = """
 import signal
 import sys
@@ -38,7 +39,7 @@ except KeyboardInterrupt:
     sys.exit(130 if threading.active_count() == 1 else "threads are left")
 """
 
-LIMIT = 60  # seconds; only ends a test that would hang
+LIMIT = 600  # seconds; only ends a test that would hang
 
 
 @pytest.fixture
@@ -174,7 +175,7 @@ def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(undisturbed, tmp_path, st
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to parent and workers
     _, said = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
-    assert "the same command continues" in said
+    assert "the same command resumes" in said
     assert "Traceback" not in said
     assert all(gone(pid) for pid in loads(log)[1])
     assert len(partial_files(tmp_path)) == 4
@@ -203,7 +204,7 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
     assert rows == [
         ["id", "reason"],
         ["b01", "it is no box"],
-        ["b02", "ZeroDivisionError: bad box"],
+        ["b02", "ZeroDivisionError: bad box (box_source.load)"],
         ["b04", "its worker process died twice (out of memory, or stuck)"],
         ["b05", "FileNotFoundError: box.png"],
     ]
@@ -291,7 +292,7 @@ def test_a_script_without_the_guard_ends_and_says_so(tmp_path):
     command = [sys.executable, str(script)]
     path = os.pathsep.join(p for p in sys.path if p)
     environment = {**os.environ, "PYTHONPATH": path}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60)
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=LIMIT)
     assert done.returncode == 1
     assert 'data is prepared outside of `if __name__ == "__main__":`' in done.stderr
     assert "worker processes end as soon as they start" in done.stderr
@@ -327,24 +328,22 @@ def test_kills_at_random_moments(undisturbed, tmp_path, start, log):
     """Starting, making, joining, tidying: whenever a set is done, the next one is begun."""
     rng = random.Random(0)
     target = tmp_path / "prepared" / undisturbed.path.name
-    began = time.monotonic()
-    assert start().wait(LIMIT) == 0
-    whole = time.monotonic() - began
-    shutil.rmtree(target)
-    kills = done = 0
-    while kills < KILLS:
+    for number in range(KILLS):
+        if number % 3 == 0:  # again, as the machine may be busier than it was
+            began = time.monotonic()
+            assert start().wait(LIMIT) == 0
+            whole = time.monotonic() - began
+            assert contents(target) == contents(undisturbed.path)
+            shutil.rmtree(target)
         process = start(start_new_session=True)
         try:
-            process.wait(rng.uniform(0.1, 1.1) * whole)
+            process.wait(rng.uniform(0.1, 1) * whole)
         except subprocess.TimeoutExpired:
-            kills += 1
             rng.choice([os.kill, os.killpg])(process.pid, signal.SIGKILL)
         process.wait()
         if target.exists():
             assert contents(target) == contents(undisturbed.path)
             shutil.rmtree(target)
-            done += 1
-    assert done > 0
     wait_for(lambda: all(gone(pid) for pid in loads(log)[1]))
     assert contents(prepare_boxes(BoxSource(COUNT, log), tmp_path).path) == contents(
         undisturbed.path
@@ -428,6 +427,7 @@ def test_shards_that_make_no_sense(text):
 def test_a_model_that_takes_too_long_is_rejected(undisturbed, tmp_path, log):
     """Whether Python runs, and is interrupted, or a library that does not return."""
     faults = {"b01": "sleep", "b02": "hang"}
+    # A box takes a hundredth of a second.
     got = prepare_boxes(BoxSource(4, log, faults), tmp_path, timeout=1.0)
     assert got.ids == ("b00", "b03")
     assert got.rejected == {
@@ -446,17 +446,17 @@ def test_linux_ends_workers_first_where_memory_runs_out(tmp_path, start, log):
 # --- the command --------------------------------------------------------------------------------
 
 
-def prepare(tmp_path, *overrides):
-    small = ["-m"] if "-m" in overrides else []
-    overrides = [o for o in overrides if o != "-m"]
-    small += ["data.num_models=4", "data.num_points=64", "data.render.samples=1"]
-    size = ["data.render.height=32", "data.render.width=32", f"paths.data={tmp_path}/data"]
-    command = [sys.executable, str(ROOT / "prepare.py"), *small, *size, *overrides]
-    return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+def small(tmp_path):
+    """Overrides for a set that is soon prepared."""
+    models = ["data.num_models=4", "data.num_points=64", "preparation.workers=1"]
+    render = [f"data.render.{setting}" for setting in ("height=32", "width=32", "samples=1")]
+    return [*models, *render, f"paths.data={tmp_path}/data"]
 
 
 def test_shards_by_command(tmp_path):
-    done = prepare(tmp_path, "-m", "category=table,lamp", "preparation.shard=1/2,2/2")
+    overrides = ["-m", *small(tmp_path), "category=table,lamp", "preparation.shard=1/2,2/2"]
+    command = [sys.executable, str(ROOT / "prepare.py"), *overrides]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "table: shard 1/2 is done, 2 models of other shards are not" in done.stderr
     folders = [path.name for path in (tmp_path / "data/prepared").iterdir() if path.is_dir()]
@@ -465,7 +465,8 @@ def test_shards_by_command(tmp_path):
 
 
 def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
-    done = prepare(tmp_path, "-m", "category=rifle,telephone,lamp")
+    overrides = ["-m", *small(tmp_path), "category=rifle,telephone,lamp"]
+    done = run_command("prepare", *overrides, cwd=tmp_path)
     assert done.returncode == 1
     for name in ("rifle", "telephone"):
         assert f"error: no procedural models of '{name}'" in done.stderr
@@ -484,7 +485,7 @@ def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
     ],
 )
 def test_mistakes_get_one_message(tmp_path, override, word):
-    done = prepare(tmp_path, override)
+    done = run_command("prepare", *small(tmp_path), override, cwd=tmp_path)
     assert done.returncode == 1
     assert word in done.stderr
     assert len(done.stderr.splitlines()) == 1, done.stderr

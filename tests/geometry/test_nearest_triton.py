@@ -69,11 +69,11 @@ def test_agrees_with_torch(backend, n, m):
 
 @runs
 def test_work_split_between_programs(backend, monkeypatch):
-    monkeypatch.setattr(backend, "_PROGRAMS", 24)  # few, so that a program has tiles in a row
+    monkeypatch.setattr(backend, "_PROGRAMS", 8)  # few, so that a program has tiles in a row
     monkeypatch.setattr(backend, "_MAX_SPLITS", 3)
-    check(backend, clouds(1, 200), clouds(1, 2500, seed=1), 1)  # both clouds in parts
-    check(backend, clouds(2, 150), clouds(12, 70, seed=1), 12)  # two parts of rows
-    check(backend, clouds(2, 150), clouds(30, 70, seed=1), 30)  # one part
+    check(backend, clouds(1, 140), clouds(1, 2100, seed=1), 1)  # both clouds in three parts
+    check(backend, clouds(2, 150), clouds(4, 70, seed=1), 4)  # two parts of rows
+    check(backend, clouds(2, 150), clouds(10, 70, seed=1), 10)  # one part
 
 
 @runs

@@ -15,8 +15,9 @@ from PIL import Image, ImageCms, ImageOps
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.normalization import normalize
-from ffd_lightning.imaging import framing as module
-from ffd_lightning.imaging.framing import frame_photo, read_photo
+from ffd_lightning.imaging import cutting, photos
+from ffd_lightning.imaging.framing import frame_photo
+from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.imaging.rendering import render
 
 SIZE = {"height": 96, "width": 128}
@@ -454,7 +455,7 @@ def test_what_is_no_file_is_refused(tmp_path, monkeypatch):
     def refuse(*_, **__):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(module, "open_picture", refuse)
+    monkeypatch.setattr(photos, "open_picture", refuse)
     with pytest.raises(DataError, match=r"a\.png cannot be read .*Permission denied"):
         read_photo(tmp_path / "a.png")
 
@@ -513,9 +514,9 @@ def rembg(monkeypatch):
 
     fake.new_session, fake.remove = new_session, remove
     monkeypatch.setitem(sys.modules, "rembg", fake)
-    module._rembg.cache_clear()
+    cutting._rembg.cache_clear()
     yield fake
-    module._rembg.cache_clear()
+    cutting._rembg.cache_clear()
 
 
 def test_rembg_finds_the_object(rembg):

@@ -16,10 +16,10 @@ import pytest
 import torch
 from torch import nn
 
+from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import export as command
 from ffd_lightning.app.main import run as run_command
 from ffd_lightning.app.settings import read_settings
-from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.checkpoint import TrainedModel, load_model, model_entry
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError, UserError
@@ -32,6 +32,9 @@ from ffd_lightning.inference.export.write import export
 from ffd_lightning.nn.encoders.mobilenet import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
+# What float32 may be off after MobileNet's 28 layers, whose batch norm magnifies what is rounded
+# before it: ten times what was found, and a tenth of what an image makes a difference.
+ROUNDING = 2e-4
 EXAMPLE = "\n".join(
     line.removeprefix("    ")
     for line in command.__doc__.split("onnxruntime alone:\n")[1].split("Before")[0].splitlines()
@@ -113,7 +116,8 @@ def run(parts, prepared, tiny_config, tmp_path_factory):
     state = {f"network.{name}": value for name, value in network.state_dict().items()}
     path = tmp_path_factory.mktemp("run") / "checkpoints" / "last.ckpt"
     path.parent.mkdir()
-    torch.save({"state_dict": state, "global_step": 3, **model_entry(network, data, parts[-1])}, path)
+    entry = model_entry(network, data, parts[-1])
+    torch.save({"state_dict": state, "global_step": 3, **entry}, path)
     return path.parents[1]
 
 
@@ -139,10 +143,10 @@ def test_the_exported_file_gives_what_torch_gives(exported, run, prepared):
         with torch.no_grad():
             expected = network(torch.from_numpy(images[:size]).double())
         for name, output in zip(OUTPUTS, outputs, strict=True):
-            np.testing.assert_allclose(output, getattr(expected, name), atol=2e-5)
+            np.testing.assert_allclose(output, getattr(expected, name), atol=ROUNDING)
     assert [output.name for output in session.get_outputs()] == list(OUTPUTS)
     assert outputs[2].shape == (5, 2, 64, 3)
-    assert np.ptp(outputs[2], axis=0).max() > 1e-3, "all images gave the same"
+    assert np.ptp(outputs[2], axis=0).max() > 10 * ROUNDING, "all images gave the same"
     assert "images (batch, 3, 48, 64) uint8, 2 templates" in said
 
 
@@ -152,14 +156,14 @@ def test_the_example_deforms_the_selected_template_without_torch(exported, run, 
     np.save(folder / "framed.npy", image)
     script = "import sys\nsys.modules['torch'] = sys.modules['ffd_lightning'] = None\n"
     script += EXAMPLE + "\nnp.savez('result.npz', vertices=vertices, faces=faces)\n"
-    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", script], cwd=folder, check=True, timeout=600)
     model = load_model(run / "checkpoints" / "last.ckpt")
     with torch.no_grad():
         prediction = model.network(torch.from_numpy(image.copy()).permute(2, 0, 1)[None])
     index = int(prediction.template_index)
     expected = model.bank.deformed_mesh(index, prediction.offsets[0, index])
     result = np.load(folder / "result.npz")
-    np.testing.assert_allclose(result["vertices"], expected.vertices, atol=5e-5)
+    np.testing.assert_allclose(result["vertices"], expected.vertices, atol=ROUNDING)
     np.testing.assert_array_equal(result["faces"], expected.faces)
     assert np.abs(expected.vertices - model.bank.subdivided(index)[0].vertices).max() > 1e-2
 

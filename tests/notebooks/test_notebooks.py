@@ -1,10 +1,12 @@
 """The notebooks run from their first cell to their last, on a sweep made here."""
 
 import json
+import os
 from pathlib import Path
 
 import nbformat
 import pytest
+from jupyter_client.manager import KernelManager
 from nbclient import NotebookClient
 
 from ffd_lightning.app.training_run import train
@@ -21,13 +23,23 @@ def sweep(tiny_config, tmp_path_factory):
         overrides = (
             f"regime={regime}",
             f"templates={templates}",
-            "data.train_fraction=0.4",
+            "split.train_fraction=0.4",
             "schedule.steps=4",
             "evaluation.references=true",
             "templates.hold_out=2",
         )
         train(tiny_config(*overrides), RunFolder(folder / regime / templates))
     return folder
+
+
+@pytest.fixture(scope="module")
+def kernel(sweep, data_root):
+    """A kernel that all notebooks share, which loads torch once."""
+    kernel = KernelManager()
+    environment = {"SWEEP": str(sweep), "DATA": str(data_root)}
+    kernel.start_kernel(cwd=str(NOTEBOOKS[0].parent), env=os.environ | environment)
+    yield kernel
+    kernel.shutdown_kernel(now=True)
 
 
 def test_there_are_notebooks():
@@ -44,11 +56,10 @@ def test_a_notebook_is_kept_without_outputs(path):
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
-def test_a_notebook_runs(path, sweep, data_root, monkeypatch):
-    monkeypatch.setenv("SWEEP", str(sweep))
-    monkeypatch.setenv("DATA", str(data_root))
+def test_a_notebook_runs(path, kernel):
     notebook = nbformat.read(path, 4)
-    place = {"metadata": {"path": str(path.parent)}}
-    NotebookClient(notebook, timeout=300, resources=place).execute()
+    # Nothing is left of the names of the notebook before.
+    notebook.cells.insert(0, nbformat.v4.new_code_cell("%reset -f"))
+    NotebookClient(notebook, km=kernel, timeout=900, startup_timeout=600).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert any("image/png" in output.get("data", {}) for output in outputs), "it shows something"

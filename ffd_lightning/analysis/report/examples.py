@@ -8,8 +8,8 @@ from typing import ClassVar, NamedTuple
 
 import pandas as pd
 
-from ffd_lightning.analysis.gallery import Example, choose_runs, make_examples, meshes_json
 from ffd_lightning.analysis.report.elements import data_uri
+from ffd_lightning.analysis.report.gallery import Example, choose_runs, make_examples, meshes_json
 from ffd_lightning.analysis.report.sweep import Sweep
 from ffd_lightning.analysis.wording import measure_title, number
 from ffd_lightning.errors import UserError

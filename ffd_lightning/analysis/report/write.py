@@ -14,7 +14,7 @@ from markupsafe import Markup
 from ffd_lightning.analysis.report import distributions, examples, listings, scores
 from ffd_lightning.analysis.report.sweep import Sweep
 from ffd_lightning.analysis.wording import measure_title
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import RunOpener
 from ffd_lightning.files import write_atomic
 
@@ -65,7 +65,10 @@ def write_report(
         meshes={} if gallery is None else gallery.meshes,
     )
     path = folder / "report.html"
-    write_atomic(path, text)
+    try:
+        write_atomic(path, text)
+    except OSError as error:
+        raise DataError(f"cannot write {path}: {error.strerror or error}") from None
     return path
 
 

@@ -17,10 +17,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from ffd_lightning.app.settings import MISSING
 from ffd_lightning.errors import ConfigError
@@ -51,8 +50,8 @@ class Settings:
     """
 
     figure: str = MISSING
-    runs: Any = MISSING
-    models: Any = None
+    runs: list[str] = MISSING
+    models: list[str] = field(default_factory=list)
     number: int = 6
     pick: str = "spread"
     seed: int = 0
@@ -76,10 +75,10 @@ def main(settings: Settings) -> int:
         raise ConfigError(f"size={settings.size}: choose {_SMALLEST} to {_LARGEST} pixels")
     if settings.top < 1:
         raise ConfigError(f"top={settings.top}: at least one template must be shown")
-    runs = [_run(Path(path)) for path in _several(settings.runs)]
+    runs = [_run(Path(path)) for path in settings.runs]
     target = _target(settings.out, runs, figure)
     choice = Choice(
-        models=tuple(_several(settings.models)),
+        models=tuple(settings.models),
         number=settings.number,
         pick=settings.pick,
         protocol=settings.protocol,
@@ -90,13 +89,6 @@ def main(settings: Settings) -> int:
     print(caption(figure, examples, choice))
     print(target)
     return 0
-
-
-def _several(value: Any) -> list[str]:
-    """Return what was given as a list, as one value, or not at all."""
-    if value is None:
-        return []
-    return [str(each) for each in value] if isinstance(value, list) else [str(value)]
 
 
 def _run(path: Path) -> RunFolder:

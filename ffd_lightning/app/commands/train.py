@@ -24,7 +24,7 @@ SCHEMA = TrainConfig
 
 def main(arguments: Sequence[str]) -> None:
     """Train what the command line names."""
-    run_hydra("train", TrainConfig, train_job, arguments)
+    run_hydra("train", TrainConfig, train_job, arguments, counted=True)
 
 
 def train_job(cfg: TrainConfig) -> dict[str, float] | None:

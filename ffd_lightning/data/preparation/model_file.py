@@ -55,6 +55,13 @@ class Recipe:
 def make_model(recipe: Recipe, model_id: str) -> None:
     """Write one model's file, or the reason why it is rejected.
 
+    An error that nobody foresaw rejects the model too, with the place in the code where it arose:
+    one odd model must not end hours of work.
+
+    Args:
+        recipe: what to make, and where to.
+        model_id: of the model.
+
     Raises:
         OSError: the file cannot be written.
     """
@@ -63,7 +70,7 @@ def make_model(recipe: Recipe, model_id: str) -> None:
     except RejectedModelError as error:
         reject(recipe, model_id, str(error))
         return
-    except Exception as error:  # one odd model must not end hours of work
+    except Exception as error:
         reject(recipe, model_id, explain_unforeseen(error))
         return
     # Not durable: `is_done` sees a file that a power cut broke.

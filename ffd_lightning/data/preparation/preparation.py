@@ -183,7 +183,7 @@ class Preparation:
                 make_models(recipe, todo, workers, self.timeout, bar.advance)
         except KeyboardInterrupt:
             print(
-                "preparation interrupted: the same command continues with the models that are left",
+                "preparation interrupted: the same command resumes with the models that are left",
                 file=sys.stderr,
             )
             raise
@@ -216,7 +216,7 @@ class Preparation:
         except OSError as error:
             raise DataError(
                 f"cannot prepare {self.target}: {error}. Free some space there or choose another "
-                "folder (paths.data=DIR); the same command continues with the models that are left"
+                "folder (paths.data=DIR); the same command resumes with the models that are left"
             ) from error
 
 

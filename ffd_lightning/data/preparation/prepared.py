@@ -121,11 +121,20 @@ class PreparedSet:
         return self.part_names
 
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
-        """Return a model's surface samples, or the first `count`: (N, 3), box diagonal 1."""
+        """Return a model's surface samples, (N, 3), in its frame: bounding-box diagonal 1.
+
+        Args:
+            row: of the model.
+            count: only the first so many; they are drawn independently.
+        """
         return unpack_points(self.arrays["points"][row, :count])
 
     def image(self, row: int, view: int = 0) -> NDArray[np.uint8]:
         """Return one image of a model, (H, W, 4) uint8: RGB over white and coverage.
+
+        Args:
+            row: of the model.
+            view: which of its images.
 
         Raises:
             DataError: it is damaged.
@@ -265,9 +274,15 @@ def _note(folder: Path) -> Path:
 
 
 def damaged(folder: Path, file: Path, why: str) -> DataError:
-    """Return the error for a file that is not as it was written."""
+    """Return the error for a file that is not as it was written.
+
+    Args:
+        folder: of the set.
+        file: that is damaged.
+        why: in words.
+    """
     category = folder.name.rpartition("-")[0] or "NAME"
     return DataError(
         f"{file} is damaged ({why}): delete the folder {folder} and run the same command again, "
-        f"or python prepare.py category={category} with the data settings of the run"
+        f"or ffd prepare category={category} with the data settings of the run"
     )

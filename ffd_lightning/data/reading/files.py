@@ -16,6 +16,14 @@ MAX_BYTES = 1 << 31
 """Of one file; reading a mesh takes several times its size in memory."""
 
 
+def is_hidden(name: str) -> bool:
+    """Return whether files of this name are the system's, not the user's: ".DS_Store", say.
+
+    `__MACOSX` is what archives hold that were packed on a Mac.
+    """
+    return name.startswith(".") or name == "__MACOSX"
+
+
 class File(Protocol):
     """What the readers of meshes need of a file; `pathlib.Path` offers it too."""
 

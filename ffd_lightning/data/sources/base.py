@@ -31,7 +31,7 @@ class SourceModel:
     """One model as its source gives it, before normalisation.
 
     Attributes:
-        mesh: geometry, colours, textures and part labels in ShapeNet's frame.
+        mesh: geometry, colours, textures and part labels; y up, facing -z (+x is its own right).
         family: structural family where the source knows it ("pedestal", say), else "".
         images: the source's own images, (views, H, W, 4) uint8, RGB over white and coverage, in the
             size asked for; None where the mesh is to be rendered.
@@ -82,6 +82,10 @@ class Source(Protocol):
 
     def load(self, category: str, model_id: str) -> SourceModel:
         """Return one model.
+
+        Args:
+            category: one of `categories`.
+            model_id: one of `model_ids`.
 
         Raises:
             RejectedModelError: the model cannot be used; the message is the reason.

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.data.reading.frame import Up, into_frame
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
@@ -138,7 +139,7 @@ class FolderSource:
                 f"the folder of models {self.root} does not exist: set data.root to a folder of "
                 "the form <root>/<category>/<model>"
             )
-        return sorted(p.name for p in self.root.iterdir() if p.is_dir() and not _hidden(p.name))
+        return sorted(p.name for p in self.root.iterdir() if p.is_dir() and not is_hidden(p.name))
 
     def _category_folder(self, category: str) -> Path:
         """Return the folder of a category."""
@@ -153,21 +154,16 @@ class FolderSource:
         raise DataError(f"{self.root} has no folder {wanted}; it has: {there}")
 
 
-def _hidden(name: str) -> bool:
-    """Return whether files of this name are the system's, not the user's."""
-    return name.startswith(".") or name == "__MACOSX"
-
-
 def _files_below(entry: Path) -> list[Path]:
     """Return the file itself, or all files in the folder and its subfolders, sorted."""
-    if _hidden(entry.name):
+    if is_hidden(entry.name):
         return []
     if entry.is_file():
         return [entry]
     files = []
     for folder, subfolders, names in os.walk(entry):
-        subfolders[:] = [name for name in subfolders if not _hidden(name)]
-        files += [Path(folder, name) for name in names if not _hidden(name)]
+        subfolders[:] = [name for name in subfolders if not is_hidden(name)]
+        files += [Path(folder, name) for name in names if not is_hidden(name)]
     return sorted(file for file in files if file.is_file())
 
 

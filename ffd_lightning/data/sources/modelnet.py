@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
+from ffd_lightning.data.reading.files import File, ZipMember, ZipTree, is_hidden
 from ffd_lightning.data.reading.frame import Up, into_frame
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceModel, Survey
@@ -161,11 +161,6 @@ class ModelNetSource:
         return self._models
 
 
-def _hidden(name: str) -> bool:
-    """Return whether files of this name are the system's: the archives were packed on a Mac."""
-    return name.startswith(".") or name == "__MACOSX"
-
-
 def _off_files(place: Path) -> Iterator[tuple[tuple[str, ...], File]]:
     """Yield the models' files in a folder or an archive, each with its path in there."""
     files: Iterator[tuple[tuple[str, ...], File]]
@@ -176,7 +171,7 @@ def _off_files(place: Path) -> Iterator[tuple[tuple[str, ...], File]]:
         files = ((path.relative_to(place).parts, path) for path in found if path.is_file())
     for path, file in files:
         wanted = len(path) > 2 and path[-2] in _SIDES and file.suffix.lower() == ".off"
-        if wanted and not any(map(_hidden, path)):
+        if wanted and not any(map(is_hidden, path)):
             yield path, file
 
 
@@ -192,7 +187,7 @@ def _find(root: Path) -> Path:
         for place in (root / name, root / f"{name}.zip"):
             if _has_layout(place) or place.is_file():
                 return place
-    entries = sorted(p for p in root.iterdir() if not _hidden(p.name)) if root.is_dir() else []
+    entries = sorted(p for p in root.iterdir() if not is_hidden(p.name)) if root.is_dir() else []
     likely = [p for p in entries if p.name.lower().startswith("modelnet")]
     found = [p for p in entries if _has_layout(p) or (p in likely and p.suffix == ".zip")]
     if len(found) == 1:
@@ -212,5 +207,5 @@ def _has_layout(folder: Path) -> bool:
     """Return whether a folder holds categories with a folder `train` or `test`."""
     if not folder.is_dir():
         return False
-    categories = (p for p in folder.iterdir() if not _hidden(p.name))
+    categories = (p for p in folder.iterdir() if not is_hidden(p.name))
     return any((p / side).is_dir() for p in categories for side in _SIDES)

@@ -92,7 +92,7 @@ class Pix3dSource:
         Raises:
             DataError: pix3d.json is missing or broken.
         """
-        return sorted(name for name, photos in self._read().items() if self._kept(photos))
+        return sorted(name for name, photos in self._read().items() if self._usable(photos))
 
     def model_ids(self, category: str) -> list[str]:
         """Return the ids of all photographs of `category` that are not left out, sorted.
@@ -188,7 +188,7 @@ class Pix3dSource:
         cameras = [photo.camera for photo in self._category(category).values() if photo.camera]
         return mean_azimuth(turn(cameras, self.up, self.yaw)) if cameras else None
 
-    def _kept(self, photos: dict[str, _Photo]) -> dict[str, _Photo]:
+    def _usable(self, photos: dict[str, _Photo]) -> dict[str, _Photo]:
         """Return the photographs that are not left out."""
         return {i: p for i, p in photos.items() if not set(p.flaws) & set(self.leave_out)}
 
@@ -197,13 +197,13 @@ class Pix3dSource:
         if photos is None:
             there = ", ".join(self.categories()) or "nothing"
             raise DataError(f"{self.root / _LIST} has no {category}; it has: {there}")
-        kept = self._kept(photos)
-        if not kept:
+        usable = self._usable(photos)
+        if not usable:
             raise DataError(
                 f"all {len(photos)} photographs of {category} are left out: shorten "
                 f"data.leave_out=[{','.join(self.leave_out)}]"
             )
-        return kept
+        return usable
 
     def _read(self) -> dict[str, dict[str, _Photo]]:
         """Return all photographs by category and id, those that are left out too."""

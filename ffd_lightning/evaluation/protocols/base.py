@@ -54,13 +54,13 @@ class EvaluationProtocol(Protocol):
 
     @property
     def quality(self) -> bool:
-        """Whether the quality of the model's own deformed mesh is measured too."""
-        ...
+        """Whether the quality of the model's own deformed mesh is measured too; by default not."""
+        return False
 
     @property
     def needs_parts(self) -> bool:
-        """Whether only models with part labels can be tested on."""
-        ...
+        """Whether only models with part labels can be tested on; by default not."""
+        return False
 
     def truth(self, shape: ModelShape, rng: np.random.Generator) -> Any:
         """Return what of the ground truth is computed once for all shapes put before it."""

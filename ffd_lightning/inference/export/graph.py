@@ -109,7 +109,12 @@ def _translated(network: TemplateFfdNetwork, dtype: torch.dtype, opset: int) -> 
 
 
 def metadata(model: TrainedModel, dtype: str = "uint8") -> dict[str, str]:
-    """Return what an ONNX file says of itself, `metadata_props`: lists and numbers as JSON."""
+    """Return what an ONNX file says of itself, `metadata_props`: lists and numbers as JSON.
+
+    Args:
+        model: a checkpoint's content.
+        dtype: of the images that the graph takes.
+    """
     height, width = model.network.image_size
     return {
         "images": f"(batch, 3, {height}, {width}) {dtype}, RGB over white, of any scale; the "

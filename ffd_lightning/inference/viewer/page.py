@@ -22,7 +22,7 @@ from ffd_lightning.inference.viewer.panel_text import (
     template_labels,
     weight_bars,
 )
-from ffd_lightning.inference.viewer.scene import SPACING, Look, Stage
+from ffd_lightning.inference.viewer.scene import SPACING, DrawingOptions, Stage
 from ffd_lightning.inference.viewer.session import Session
 
 log = logging.getLogger(__name__)
@@ -242,7 +242,7 @@ class Page:
         session.template = int(session.reconstruction.ranking[labels.index(self._template.value)])
         session.amount = self._amount.value
         with self._client.atomic():
-            self._stage.show(session, self._current_look())
+            self._stage.show(session, self._drawing_options())
         self._bars.content = weight_bars(session)
         self._scores.content = score_table(session.scores())
         self._legend.content = part_legend(session)
@@ -285,6 +285,6 @@ class Page:
     def _mesh_colors(self) -> MeshColors:
         return cast(MeshColors, self._colors.value)
 
-    def _current_look(self) -> Look:
+    def _drawing_options(self) -> DrawingOptions:
         boxes = {key: bool(box.value) for key, box in self._boxes.items()}
-        return Look(self._mesh_colors(), self._layout.value == "side by side", **boxes)
+        return DrawingOptions(self._mesh_colors(), self._layout.value == "side by side", **boxes)

@@ -27,8 +27,18 @@ _KNOT, _GIZMO, _POINT = 0.011, 0.16, 0.008  # sizes in template units
 
 
 @dataclass(frozen=True)
-class Look:
-    """What is drawn, and how."""
+class DrawingOptions:
+    """What is drawn, and how.
+
+    Attributes:
+        colors: what the colours of meshes say.
+        beside: shapes stand side by side, not in one place.
+        template: the template as it is.
+        mesh, cloud: the reconstruction's.
+        truth, truth_cloud: the ground truth's mesh and cloud.
+        cage, first_cage: the control lattice, deformed and as it was.
+        handles: the control points.
+    """
 
     colors: MeshColors
     beside: bool
@@ -70,45 +80,45 @@ class Stage:
         pulls, self._pulls = self._pulls, {}
         return pulls
 
-    def show(self, session: Session, look: Look) -> None:
+    def show(self, session: Session, options: DrawingOptions) -> None:
         """Draw a session; only what has changed is sent."""
-        drawn = (session, session.template, look.colors, look.beside)
+        drawn = (session, session.template, options.colors, options.beside)
         if drawn != self._drawn:
-            self._build(session, look)
+            self._build(session, options)
             self._drawn = drawn
-        self._update(session, look)
-        self._toggle(session, look)
+        self._update(session, options)
+        self._toggle(session, options)
         gizmo = self._nodes["gizmo"]
-        gizmo.visible = look.handles and self._picked is not None
+        gizmo.visible = options.handles and self._picked is not None
         if self._picked is not None and not self._held:
             gizmo.position = session.control_points[self._picked].astype(float)
 
-    def _build(self, session: Session, look: Look) -> None:
+    def _build(self, session: Session, options: DrawingOptions) -> None:
         # A browser keeps the place of a node that is made again: each time all have other names.
         earlier, self._builds = self._nodes.get("root"), self._builds + 1
         self._root, self._nodes, self._picked = f"/scene-{self._builds}", {}, None
         self._nodes["root"] = self._scene.add_frame(self._root, show_axes=False)
         resting, surface = session.template_surface(), session.surface()
-        ghosts = (None, None) if look.beside else (_GREY, _BLUE)
+        ghosts = (None, None) if options.beside else (_GREY, _BLUE)
         floor = _lowest(surface)
 
         def place(mesh: Mesh, side: int) -> NDArray[np.float64]:
             """Return where a shape stands: beside the reconstruction, on the same floor."""
             up = np.array([0.0, floor - _lowest(mesh), 0.0])
-            return side * SPACING * self._aside + up if look.beside else np.zeros(3)
+            return side * SPACING * self._aside + up if options.beside else np.zeros(3)
 
         self._frame("template", place(resting, -1), "template")
-        self._mesh("template/mesh", resting, look.colors, ghosts[0])
+        self._mesh("template/mesh", resting, options.colors, ghosts[0])
         self._frame("shown", np.zeros(3), "reconstruction")
         self._frame("shown/mesh")
-        self._moving = self._mesh("shown/mesh/surface", surface, look.colors)
+        self._moving = self._mesh("shown/mesh/surface", surface, options.colors)
         self._cloud("shown/cloud", session.points())
         self._cages(session)
         truth = session.truth
         if truth is not None:
             self._frame("truth", place(truth.mesh, 1), "ground truth")
             self._frame("truth/mesh")
-            self._mesh("truth/mesh/surface", truth.mesh, look.colors, ghosts[1])
+            self._mesh("truth/mesh/surface", truth.mesh, options.colors, ghosts[1])
             self._cloud("truth/cloud", truth.points)
         self._floor(floor - 0.005)
         if earlier is not None:
@@ -213,12 +223,12 @@ class Stage:
             position=(0, height, 0),
         )
 
-    def _update(self, session: Session, look: Look) -> None:
+    def _update(self, session: Session, options: DrawingOptions) -> None:
         """Move what moves."""
         vertices = session.surface().vertices.astype(np.float32)
         for node, piece in self._moving:
             node.vertices = vertices[piece.vertices]
-        if look.cloud:
+        if options.cloud:
             self._nodes["shown/cloud"].points = session.points().astype(np.float16)
         places = session.control_points
         self._nodes["shown/cage"].points = places[self._edges]
@@ -226,21 +236,21 @@ class Stage:
         knots.batched_positions = places
         knots.batched_colors = self._knot_colors(session)
 
-    def _toggle(self, session: Session, look: Look) -> None:
+    def _toggle(self, session: Session, options: DrawingOptions) -> None:
         visible = {
-            "template": look.template,
-            "shown/mesh": look.mesh,
-            "shown/cloud": look.cloud,
-            "shown/cage": look.cage,
-            "shown/first_cage": look.first_cage,
-            "handles": look.handles,
-            "template/label": look.beside,
-            "shown/label": look.beside,
+            "template": options.template,
+            "shown/mesh": options.mesh,
+            "shown/cloud": options.cloud,
+            "shown/cage": options.cage,
+            "shown/first_cage": options.first_cage,
+            "handles": options.handles,
+            "template/label": options.beside,
+            "shown/label": options.beside,
         }
         if session.truth is not None:
-            visible["truth"] = look.truth or look.truth_cloud
-            visible["truth/mesh"], visible["truth/cloud"] = look.truth, look.truth_cloud
-            visible["truth/label"] = look.beside
+            visible["truth"] = options.truth or options.truth_cloud
+            visible["truth/mesh"], visible["truth/cloud"] = options.truth, options.truth_cloud
+            visible["truth/label"] = options.beside
         for name, on in visible.items():
             self._nodes[name].visible = on
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.bench.boards import add_boards, draw_bench_size
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.boards import beam, fill_side, pad, rails
+from ffd_lightning.shapes.kit.boards import beam, enclose, pad, rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.upholstery import draw_cover
@@ -36,12 +36,9 @@ def settle(rng: Rng) -> Builder:
             at = (x, (height + low) / 2, -chest[2] / 2)
             b.rounded_box("seat", wood, at, panel, 0.008)
     else:
-        rails(b, "leg", wood, feet + (height - 0.07) * UP, 0.025, 0.08)
+        rails(b, "leg", wood, feet + (height - 0.07) * UP, width=0.025, height=0.08)
     fill, gap = draw(rng, ["bars", "slats", "panel"]), rng.uniform(0.07, 0.14)
-    fill_side(b, wood, tops[2:], height, "back", fill, gap)
-    for pair in (tops[[0, 3]], tops[[1, 2]]):
-        pair[:, 1] = pair[:, 1].min()
-        fill_side(b, wood, pair, height, "arm", fill, gap)
+    enclose(b, wood, tops, deck=height, fill=fill, gap=gap)
     if rng.random() < 0.5:
         soft = rng.uniform(0.04, 0.09)
         size = (length - 2.2 * post, soft, depth - 1.5 * post)
@@ -90,7 +87,7 @@ def _spindle_back(
     rear = foot + turn @ vec(0, level, 0)
     for x in (-half, half):
         front = (x, height + level, -depth / 2 + 0.06)
-        beam(b, "arm", wood, front, (x, *rear[1:]), 0.05, 0.022)
+        beam(b, "arm", wood, front, (x, *rear[1:]), width=0.05, height=0.022)
         for z in (-depth / 2 + 0.1, -depth / 2 + 0.24):
             ends = (x, height - 0.01, z), (x, height + level, z)
             b.cylinder("arm", wood, *ends, 0.012, segments=8)

@@ -41,9 +41,10 @@ def curved(rng: Rng) -> Builder:
             foot = r * out
             add_leg(b, "leg", base, style, foot + (height - thick + 0.003) * UP, foot)
         level = (height - thick - 0.02) * UP
-        target = (inner + depth) * out + level
-        beam(b, "leg", base, (inner + 0.03) * out + level, target, 0.04, 0.04)
+        outer_end = (inner + depth) * out + level
+        beam(b, "leg", base, (inner + 0.03) * out + level, outer_end, width=0.04, height=0.04)
         if backed:
             foot = (inner + depth - 0.012) * out
-            beam(b, "back", base, foot + level, foot + (height + 0.97 * back) * UP, 0.03, 0.025)
+            target = foot + (height + 0.97 * back) * UP
+            beam(b, "back", base, foot + level, target, width=0.03, height=0.025)
     return b

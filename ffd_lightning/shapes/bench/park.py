@@ -22,8 +22,8 @@ def _wooden_side(
     add_leg(b, "leg", material, post, (x, arm or height, front), (x, 0, front))
     add_leg(b, "leg", material, post, (x, height, rear), (x, 0, rear + 0.03))
     low = height - 0.04
-    beam(b, "leg", material, (x, low, front), (x, low, rear), 0.035, 0.06)
-    beam(b, "back", material, (x, height - 0.03, rear), (x, *back[1:]), 0.045, 0.05)
+    beam(b, "leg", material, (x, low, front), (x, low, rear), width=0.035, height=0.06)
+    beam(b, "back", material, (x, height - 0.03, rear), (x, *back[1:]), width=0.045, height=0.05)
     if arm:
         t = (arm - height) / (back[1] - height)
         z = rear + t * (back[2] - rear)
@@ -42,7 +42,8 @@ def _iron_side(
     b.tube("leg", material, bend(seat_path, 0.12), r, segments=8)
     back_path = [(x, 0, rear + 0.1), (x, 0.5 * height, rear - 0.05), (x, height, rear + 0.005)]
     b.tube("leg", material, bend([*back_path, (x, *back[1:])], 0.2), r, segments=8)
-    beam(b, "leg", material, (x, 0.3 * height, front - 0.01), (x, 0.3 * height, rear), 0.016, 0.03)
+    start = (x, 0.3 * height, front - 0.01)
+    beam(b, "leg", material, start, (x, 0.3 * height, rear), width=0.016, height=0.03)
     if arm:
         t = (arm - height) / (back[1] - height)
         z = rear + t * (back[2] - rear)
@@ -65,7 +66,7 @@ def park(rng: Rng) -> Builder:
     if not iron and rng.random() < 0.3:  # upright laths between two rails
         for up in (low, rise):
             middle, half = foot + turn @ vec(0, up, -0.03), vec(length / 2, 0, 0)
-            beam(b, "back", wood, middle - half, middle + half, 0.03, 0.06)
+            beam(b, "back", wood, middle - half, middle + half, width=0.03, height=0.06)
         for x in np.linspace(-0.47, 0.47, round(length / rng.uniform(0.08, 0.14))) * length:
             at = foot + turn @ vec(x, (low + rise) / 2, -0.03)
             b.rounded_box("back", wood, at, (0.04, rise - low, 0.015), 0.004, turn=turn, segments=1)

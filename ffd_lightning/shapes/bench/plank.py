@@ -27,7 +27,7 @@ def plank(rng: Rng) -> Builder:
         feet = tops * vec(out, 0, out)
         add_legs(b, "leg", base, style, tops, feet)
         if style.plain:
-            rails(b, "leg", base, feet + 0.9 * (tops - feet), 0.02, 0.07)
+            rails(b, "leg", base, feet + 0.9 * (tops - feet), width=0.02, height=0.07)
             if rng.random() < 0.4:
                 level = rng.uniform(0.25, 0.45) * height
                 shelf = (2 * reach, depth, level)
@@ -38,7 +38,8 @@ def plank(rng: Rng) -> Builder:
         _plank_end(b, base, kind, x, half, under, thick)
     if kind != "loops" or rng.random() < 0.5:
         y = height * (0.5 if kind == "cross" else rng.uniform(0.3, 0.9))
-        beam(b, "leg", base, (-reach, y, 0), (reach, y, 0), 0.03, rng.uniform(0.03, 0.08))
+        start = (-reach, y, 0)
+        beam(b, "leg", base, start, (reach, y, 0), width=0.03, height=rng.uniform(0.03, 0.08))
     return b
 
 
@@ -56,7 +57,7 @@ def _plank_end(
     else:
         path = [(x, top, -half), (x, 0.014, -half), (x, 0.014, half), (x, top, half)]
         b.tube("leg", base, bend(path, 0.04), 0.014, segments=10)
-        beam(b, "leg", base, (x, top - 0.01, -half), (x, top - 0.01, half), 0.03, 0.02)
+        beam(b, "leg", base, (x, top - 0.01, -half), (x, top - 0.01, half), width=0.03, height=0.02)
 
 
 def picnic(rng: Rng) -> Builder:
@@ -79,8 +80,9 @@ def picnic(rng: Rng) -> Builder:
             foot = (x, 0, sign * out * 0.95)
             add_leg(b, "leg", base, post, (x, under, sign * 0.3 * depth), foot, (0.7, 1.4))
         tip = out + 0.45 * wide
-        beam(b, "leg", base, (x, low - 0.04, -tip), (x, low - 0.04, tip), 0.045, 0.08)
+        beam(b, "leg", base, (x, low - 0.04, -tip), (x, low - 0.04, tip), width=0.045, height=0.08)
         ends = (x, under - 0.03, -0.45 * depth), (x, under - 0.03, 0.45 * depth)
-        beam(b, "leg", base, *ends, 0.045, 0.06)
-        beam(b, "leg", base, (x, low - 0.04, 0), (0.25 * x, under - 0.01, 0), 0.04, 0.06)
+        beam(b, "leg", base, *ends, width=0.045, height=0.06)
+        end = (0.25 * x, under - 0.01, 0)
+        beam(b, "leg", base, (x, low - 0.04, 0), end, width=0.04, height=0.06)
     return b

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery, shelves
+from ffd_lightning.shapes.cabinet.fronts import shelves
+from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import Pair, Triple
@@ -33,7 +34,7 @@ def bookcase(rng: Rng) -> Builder:
         dividers(b, style, columns, across=True)
         count = max(2, round(bay.height / rng.uniform(0.26, 0.42)) - 1)
         for column in columns:
-            shelves(b, style, column, count, style.body)
+            shelves(b, style, column, count)
         if rng.random() < 0.4:
             add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.02, 0.06))
         else:

@@ -6,15 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ffd_lightning.shapes.cabinet.joinery import (
-    Bay,
-    Joinery,
-    dividers,
-    doors,
-    fronts,
-    plank,
-    shelves,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves
+from ffd_lightning.shapes.cabinet.joinery import Bay, Joinery, dividers, plank
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_leg, add_legs, draw_leg_style
@@ -22,11 +15,11 @@ from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import UP, Pair, Triple, vec
 
 
-def add_top(b: Builder, rng: Rng, material: Material, size: Triple, z: float = 0.0) -> None:
+def add_top(b: Builder, rng: Rng, material: Material, size: Triple) -> None:
     """Add a top with an overhang over `size` (width, height of its underside, depth)."""
     width, height, depth = size
     over, thickness = rng.uniform(0.0, 0.04), rng.uniform(0.02, 0.045)
-    center = (0, height + thickness / 2 - 0.002, z - over / 2)
+    center = (0, height + thickness / 2 - 0.002, -over / 2)
     board = (width + 2 * over + 0.004, thickness, depth + over + 0.004)
     edge = rng.uniform(0.2, 0.45) * thickness
     b.rounded_box("top", material, center, board, radius=0.012, edge=edge)
@@ -56,12 +49,13 @@ def fill(b: Builder, rng: Rng, style: Joinery, bay: Bay, kind: str) -> None:
         rows = max(1, round(bay.height / rng.uniform(0.14, 0.28)))
         fronts(b, style, bay, min(rows, 6))
     elif kind in ("door", "glass"):
-        shelves(b, style, bay, min(4, int(bay.height / 0.35)), style.body)
+        shelves(b, style, bay, min(4, int(bay.height / 0.35)))
         handle = 0.5 if bay.height > 1.1 else 0.85
-        doors(b, style, bay, 2 if bay.width > 0.55 else 1, kind == "glass", handle)
+        count = 2 if bay.width > 0.55 else 1
+        doors(b, style, bay, count, glazed=kind == "glass", handle=handle)
     elif bay.height > 0.3:
         most = max(2, min(5, int(bay.height / 0.28)))
-        shelves(b, style, bay, int(rng.integers(1, most)), style.body)
+        shelves(b, style, bay, int(rng.integers(1, most)))
 
 
 def stand(
@@ -87,8 +81,8 @@ def stand(
         side = rng.uniform(0.015, 0.03)
         feet = corners(0.9 * width, 0.85 * depth, side / 2)
         style = LegStyle("square", side, ((0, 1), (1, 1)))
-        rails(b, "leg", material, feet, side, side)
-        rails(b, "leg", material, feet + (rise - side) * UP, side, side)
+        rails(b, "leg", material, feet, width=side, height=side)
+        rails(b, "leg", material, feet + (rise - side) * UP, width=side, height=side)
         add_legs(b, "leg", material, style, feet * vec(1, 0, 1) + rise * UP, feet * vec(1, 0, 1))
     elif kind == "bracket":
         rise *= 0.7

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import STANDS, add_top, stand
-from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery, fronts
+from ffd_lightning.shapes.cabinet.fronts import fronts
+from ffd_lightning.shapes.cabinet.joinery import Joinery, carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.vectors import Pair, Triple, vec
 

@@ -7,14 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import stand
-from ffd_lightning.shapes.cabinet.joinery import (
-    BOARD,
-    Joinery,
-    carcass,
-    doors,
-    draw_joinery,
-    fronts,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts
+from ffd_lightning.shapes.cabinet.joinery import BOARD, Joinery, carcass, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.vectors import vec
 

@@ -7,15 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import (
-    carcass,
-    dividers,
-    doors,
-    draw_joinery,
-    fronts,
-    plank,
-    shelves,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves
+from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery, plank
 from ffd_lightning.shapes.kit import Builder, Rng
 
 
@@ -51,7 +44,7 @@ def hutch(rng: Rng) -> Builder:
         for column in columns:
             fill(b, rng, style, column, "open")
     else:
-        shelves(b, style, bay, int(rng.integers(1, 4)), style.body)
+        shelves(b, style, bay, int(rng.integers(1, 4)))
         doors(b, style, bay, count, glazed=True, handle=0.3)
     size = (wide, bottom + high_height, deep)
     add_cornice(b, style.body, size, rng.uniform(0.03, 0.08), z)

@@ -48,14 +48,8 @@ def _sink(b: Builder, rng: Rng, steel: Material, x: float, level: float) -> None
     center = (x, level + 0.004, -0.04)
     b.rounded_box("top", bowl, center, size * vec(0.85, 1, 0.8), 0.06, segments=2)
     rise, reach = rng.uniform(0.14, 0.3), rng.uniform(0.12, 0.18)
-    path = np.array(
-        [
-            [x, level, 0.2],
-            [x, level + rise, 0.2],
-            [x, level + rise, 0.2 - reach],
-            [x, level + 0.7 * rise, 0.2 - reach],
-        ]
-    )
+    path = [(x, level, 0.2), (x, level + rise, 0.2)]
+    path += [(x, level + y, 0.2 - reach) for y in (rise, 0.7 * rise)]
     b.tube("top", steel, bend(path, 0.06, 3), 0.013, segments=8)
 
 

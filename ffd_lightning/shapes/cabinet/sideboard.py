@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.casework import STANDS, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery, sliding_doors
+from ffd_lightning.shapes.cabinet.fronts import sliding_doors
+from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 
 
@@ -15,14 +16,8 @@ def sideboard(rng: Rng) -> Builder:
     style = draw_joinery(rng, ("wood", "wood", "paint", "plastic"))
     width, depth = rng.uniform(0.9, 2.2), rng.uniform(0.3, 0.52)
     height = rng.uniform(0.28, 0.45) if rng.random() < 0.4 else rng.uniform(0.5, 0.85)
-    base = stand(
-        b,
-        rng,
-        style.body if rng.random() < 0.6 else pick_material(rng, "metal"),
-        (width, depth),
-        STANDS,
-        0.28,
-    )
+    material = style.body if rng.random() < 0.6 else pick_material(rng, "metal")
+    base = stand(b, rng, material, (width, depth), STANDS, 0.28)
     bay = carcass(b, style, (width, height, depth), bottom=base)
     count = int(rng.integers(2, 6)) if width > 1.4 else int(rng.integers(2, 4))
     half = rng.uniform(0.6, 1.6, (count + 1) // 2)

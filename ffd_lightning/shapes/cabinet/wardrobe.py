@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 from ffd_lightning.shapes.cabinet.casework import add_cornice, add_top, fill, stand
-from ffd_lightning.shapes.cabinet.joinery import (
-    carcass,
-    dividers,
-    doors,
-    draw_joinery,
-    fronts,
-    shelves,
-    sliding_doors,
-)
+from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves, sliding_doors
+from ffd_lightning.shapes.cabinet.joinery import carcass, dividers, draw_joinery
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 
 
@@ -24,9 +17,8 @@ def wardrobe(rng: Rng) -> Builder:
     height, depth = rng.uniform(1.6, 2.3), rng.uniform(0.35, 0.65)
     base = stand(b, rng, style.body, (width, depth), ("plinth", "bracket", "legs", "none"), 0.18)
     bay = carcass(b, style, (width, height, depth), bottom=base)
-    kind = draw(
-        rng, ["plain", "drawers", "attic", "sliding", "middle"], [0.3, 0.25, 0.15, 0.2, 0.1]
-    )
+    kinds = ["plain", "drawers", "attic", "sliding", "middle"]
+    kind = draw(rng, kinds, [0.3, 0.25, 0.15, 0.2, 0.1])
     if kind == "drawers":
         low, bay = bay.split((rng.uniform(0.15, 0.35), 1), across=False)
         dividers(b, style, [low, bay], across=False)
@@ -43,7 +35,7 @@ def wardrobe(rng: Rng) -> Builder:
         for column, filling in zip(columns, ("door", "mixed", "door"), strict=True):
             fill(b, rng, style, column, filling)
     else:
-        shelves(b, style, bay, int(rng.integers(1, 5)), style.body)
+        shelves(b, style, bay, int(rng.integers(1, 5)))
         doors(b, style, bay, count)
     if rng.random() < 0.6:
         add_cornice(b, style.body, (width, base + height, depth), rng.uniform(0.03, 0.08))

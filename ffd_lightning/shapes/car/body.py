@@ -113,15 +113,9 @@ def walls(
         for z in stations:
             outer = side * 0.985 * stance.half_width(z)
             inner = outer - side * thickness
-            rings.append(
-                [
-                    (inner, low, z),
-                    (outer, low, z),
-                    (outer, high - 0.03, z),
-                    (outer - 0.2 * side * thickness, high, z),
-                    (inner, high, z),
-                ]
-            )
+            flat = [(inner, low), (outer, low), (outer, high - 0.03)]
+            flat += [(outer - 0.2 * side * thickness, high), (inner, high)]
+            rings.append([(x, y, z) for x, y in flat])
         b.loft("body", paint, rings)
     for z, wall, shift in zip(ends, closed, (0.5, -0.5), strict=True):
         if wall:

@@ -11,6 +11,7 @@ from ffd_lightning.shapes.car.body import BLACK, CHROME, draw_paint, face, hood,
 from ffd_lightning.shapes.car.stance import Stance
 from ffd_lightning.shapes.car.wheels import wheels
 from ffd_lightning.shapes.kit import Builder, Material, Rng
+from ffd_lightning.shapes.kit.sections import corner_arcs
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 
 
@@ -48,14 +49,12 @@ class Cabin:
         y = (1 - up) * self.heights[0] + up * self.heights[1]
         return vec(side * half, y, front + along * (rear - front))
 
-    def ring(self, up: float, grow: float = 0.0, corner: float = 0.08) -> Array:
+    def ring(self, up: float, grow: float = 0.0) -> Array:
         """Return the horizontal outline (16, 3) at a fraction of the height."""
         low, high = self.point(0, up, 1), self.point(1, up, 1)
         x, z = np.array([high[0], (high[2] - low[2]) / 2]) + grow
-        signs = np.repeat([(1, 1), (-1, 1), (-1, -1), (1, -1)], 4, axis=0)
-        angles = np.concatenate([np.linspace(0, np.pi / 2, 4) + i * np.pi / 2 for i in range(4)])
-        flat = signs * np.array([x - corner, z - corner])
-        flat = flat + corner * np.column_stack([np.cos(angles), np.sin(angles)])
+        corners, arcs = corner_arcs(3)
+        flat = corners * np.array([x - 0.08, z - 0.08]) + 0.08 * arcs
         middle = (low[2] + high[2]) / 2
         return np.column_stack([flat[:, 0], np.full(16, low[1]), flat[:, 1] + middle])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.car.body import BLACK, draw_paint
-from ffd_lightning.shapes.car.wheels import wheel
+from ffd_lightning.shapes.car.wheels import Rim, wheel
 from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.sections import Section
@@ -40,14 +40,14 @@ def formula(rng: Rng) -> Builder:
             Section(z=rear, lift=y + 0.2, width=0.12, height=0.16),
         ]
         b.loft("hood", paint, [row.ring(0.5, 16) for row in airbox])
-        block = (0.94 * width, 0.32)
-        _wing(b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=block, count=1)
+        plan = (0.94 * width, 0.32)
+        _wing(b, second, paint, z=-length / 2 + 0.12, y=y - 0.18, size=plan, count=1)
         count = int(rng.integers(1, 4))
         high = y + rng.uniform(0.3, 0.55)
         _wing(b, second, paint, rear + 0.45, high, (rng.uniform(0.5, 0.62) * width, 0.3), count)
         for side in (-0.1, 0.1):
             start = (side, y - 0.05, rear + 0.3)
-            beam(b, "trim", BLACK, start, (side, high, rear + 0.48), 0.03, 0.14)
+            beam(b, "trim", BLACK, start, (side, high, rear + 0.48), width=0.03, height=0.14)
     else:
         for side in (-0.5 * bulk, 0.5 * bulk):
             b.cylinder("trim", BLACK, (side, y, seat), (side, y - 0.05, length / 2), 0.05)
@@ -112,7 +112,8 @@ def _wing(
 
 def _running_gear(b: Builder, rng: Rng, axles: Pair, sizes: Pair, width: float, y: float) -> None:
     """Add four wide wheels and their wishbones."""
-    style = ("spokes" if rng.random() < 0.6 else "disc", 6, pick_material(rng, "metal"))
+    kind = "spokes" if rng.random() < 0.6 else "disc"
+    style = Rim(kind, 6, pick_material(rng, "metal"))
     for z, radius, thick in zip(axles, sizes, (0.28, 0.36), strict=True):
         for side in (-1, 1):
             x = side * (width / 2 - thick / 2)

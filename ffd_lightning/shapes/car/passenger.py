@@ -55,7 +55,7 @@ def _spoiler(b: Builder, rng: Rng, stance: Stance, paint: Material) -> None:
     b.rounded_box("trim", paint, center, (2 * half, 0.045, 0.26), radius=0.06, edge=0.02)
     for side in (-0.7, 0.7):
         end = (side * half, y + rise, z + 0.03)
-        beam(b, "trim", paint, (side * half, y - 0.03, z), end, 0.04, 0.12)
+        beam(b, "trim", paint, (side * half, y - 0.03, z), end, width=0.04, height=0.12)
 
 
 def estate(rng: Rng) -> Builder:
@@ -96,12 +96,12 @@ def _roof_rails(b: Builder, rng: Rng, shape: Cabin) -> None:
     y, half = shape.heights[1] + 0.1, 0.36 * shape.widths[1]
     front, rear = shape.roof[0] + 0.2, shape.roof[1] - 0.15
     for side in (-half, half):
-        beam(b, "trim", BLACK, (side, y, front), (side, y, rear), 0.035, 0.035)
+        beam(b, "trim", BLACK, (side, y, front), (side, y, rear), width=0.035, height=0.035)
         for z in (front + 0.03, rear - 0.03):
             b.box("trim", BLACK, (side, y - 0.05, z), (0.035, 0.12, 0.06))
     for t in np.linspace(0.2, 0.8, int(rng.integers(0, 4))):
         z = front + t * (rear - front)
-        beam(b, "trim", BLACK, (-half, y + 0.02, z), (half, y + 0.02, z), 0.05, 0.025)
+        beam(b, "trim", BLACK, (-half, y + 0.02, z), (half, y + 0.02, z), width=0.05, height=0.025)
 
 
 def off_roader(rng: Rng) -> Builder:
@@ -136,19 +136,12 @@ def off_roader(rng: Rng) -> Builder:
     if rng.random() < 0.5:
         turn, y = lean(90), stance.clearance + 0.6 * (belt - stance.clearance)
         r = 0.85 * stance.radius
-        profile = [
-            (0.3 * r, -0.1),
-            (0.9 * r, -0.1),
-            (r, -0.05),
-            (r, 0.06),
-            (0.9 * r, 0.1),
-            (0.55 * r, 0.11),
-            (0.05, 0.12),
-        ]
+        profile = [(0.3 * r, -0.1), (0.9 * r, -0.1), (r, -0.05), (r, 0.06)]
+        profile += [(0.9 * r, 0.1), (0.55 * r, 0.11), (0.05, 0.12)]
         b.lathe("wheel", BLACK, profile, (0, y + 0.05, half + 0.08), segments=24, turn=turn)
     for side in (-1, 1):
         z = np.array(stance.axles) + np.array([1, -1]) * 1.2 * stance.radius
         x = side * (stance.width / 2 + 0.02)
         material, start = paint if rng.random() < 0.3 else BLACK, (x, stance.clearance, z[0])
-        beam(b, "trim", material, start, (x, stance.clearance, z[1]), 0.14, 0.06)
+        beam(b, "trim", material, start, (x, stance.clearance, z[1]), width=0.14, height=0.06)
     return b

@@ -35,9 +35,8 @@ def roadster(rng: Rng) -> Builder:
     )
     rows = [row for row in stance.profile if not front < row[0] < rear]
     index = [z for z, _ in rows].index(front) + 1
-    stance = replace(
-        stance, profile=(*rows[:index], (front + 0.01, floor), (rear - 0.01, floor), *rows[index:])
-    )
+    sunk = ((front + 0.01, floor), (rear - 0.01, floor))
+    stance = replace(stance, profile=(*rows[:index], *sunk, *rows[index:]))
     belt = stance.top(front)
     shell(b, paint, stance)
     span = (floor - 0.15, belt)
@@ -55,17 +54,10 @@ def _cockpit(b: Builder, rng: Rng, stance: Stance, ends: Pair, floor: float, bel
     front, rear = ends
     rise, rake, half = rng.uniform(0.25, 0.42), rng.uniform(0.2, 0.4), 0.4 * stance.width
     glass = pick_material(rng, "glass")
-    frame = [
-        vec(x, y, z)
-        for x, y, z in (
-            (-half, belt - 0.02, front - 0.05),
-            (-0.85 * half, belt + rise, front + rake),
-            (0.85 * half, belt + rise, front + rake),
-            (half, belt - 0.02, front - 0.05),
-        )
-    ]
+    left = [vec(-half, belt - 0.02, front - 0.05), vec(-0.85 * half, belt + rise, front + rake)]
+    frame = [*left, *(point * vec(-1, 1, 1) for point in left[::-1])]
     for start, end in itertools.pairwise(frame):
-        beam(b, "window", BLACK, start, end, 0.035, 0.035)
+        beam(b, "window", BLACK, start, end, width=0.035, height=0.035)
     b.loft("window", glass, [np.array(frame) + shift for shift in ([0, 0, 0], [0, 0.004, 0.012])])
     cover, spread = pick_material(rng, "leather"), 0.21 * stance.width
     count = 2 if rear - front > 1.5 else 1

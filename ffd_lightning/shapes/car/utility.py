@@ -75,14 +75,8 @@ def bus(rng: Rng) -> Builder:
     for deck in range(decks):
         low = belt + deck * (tall + 0.45)
         if deck:
-            b.rounded_box(
-                "body",
-                paint,
-                (0, low - 0.2, 0),
-                (0.98 * width, 0.5, length - 0.04),  # a little proud of the glass
-                0.1,
-                segments=2,
-            )
+            size = (0.98 * width, 0.5, length - 0.04)  # a little proud of the glass
+            b.rounded_box("body", paint, (0, low - 0.2, 0), size, 0.1, segments=2)
         ends, widths = (0.04 - half, half - 0.04), (0.97 * width, 0.93 * width)
         shape = Cabin(
             belt=ends,

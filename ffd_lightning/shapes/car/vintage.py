@@ -10,7 +10,7 @@ from ffd_lightning.shapes.car.stance import Stance
 from ffd_lightning.shapes.car.wheels import wheels
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.sheets import sheet
-from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean
+from ffd_lightning.shapes.kit.vectors import lean
 
 
 def vintage(rng: Rng) -> Builder:
@@ -30,7 +30,8 @@ def vintage(rng: Rng) -> Builder:
     )
     belt, cowl = rng.uniform(1.0, 1.2), axles[0] + rng.uniform(0.24, 0.4) * length
     tail = min(axles[1] + rng.uniform(0.1, 0.9) * radius, length / 2)
-    _body(b, rng, paint, (axles[0] - 0.3 * radius, cowl, tail), (0.32, belt), width)
+    nose = axles[0] - 0.3 * radius
+    _body(b, rng, paint, nose=nose, cowl=cowl, tail=tail, belt=belt, width=width)
     high = belt + rng.uniform(0.45, 0.7)
     shape = Cabin(
         belt=(cowl + 0.02, tail - 0.02),
@@ -43,29 +44,31 @@ def vintage(rng: Rng) -> Builder:
     cabin(b, paint, draw_glass(rng), shape, dark if rng.random() < 0.6 else paint)
     _wings(b, rng, dark, stance)
     wheels(b, rng, stance, inset=0.0)
-    _front(b, rng, axles[0] - 0.3 * radius, belt, width)
+    _front(b, rng, nose, belt, width)
     for side in (-1, 1):
         middle = (side * 0.4 * width, 0.75, tail + 0.05)
         b.ellipsoid("light", RED, middle, (0.05, 0.05, 0.05), segments=10)
     if rng.random() < 0.6:
-        profile = [
-            (0.05, -0.07),
-            (0.85 * radius, -0.07),
-            (0.9 * radius, 0),
-            (0.8 * radius, 0.08),
-            (0.05, 0.06),
-        ]
+        profile = [(0.05, -0.07), (0.85 * radius, -0.07), (0.9 * radius, 0)]
+        profile += [(0.8 * radius, 0.08), (0.05, 0.06)]
         center = (0, 0.3 + 1.0 * radius, tail + 0.06)
         b.lathe("wheel", BLACK, profile, center, segments=22, turn=lean(90))
     return b
 
 
 def _body(
-    b: Builder, rng: Rng, paint: Material, stations: Triple, span: Pair, width: float
+    b: Builder,
+    rng: Rng,
+    paint: Material,
+    *,
+    nose: float,
+    cowl: float,
+    tail: float,
+    belt: float,
+    width: float,
 ) -> None:
-    """Add a slender bonnet between the front two stations and the wider body behind."""
-    nose, cowl, tail = stations
-    low, belt = span
+    """Add a slender bonnet from the nose to the cowl and the wider body behind, up to `belt`."""
+    low = 0.32
     slim = rng.uniform(0.36, 0.46) * width
     sizes = [(nose, slim, belt - 0.12), (cowl - 0.1, 0.66 * width, belt - 0.02)]
     rings = []
@@ -76,16 +79,11 @@ def _body(
     for side in (-1, 1):
         for t in np.linspace(0.35, 0.75, int(rng.integers(4, 9))):
             z = nose + t * (cowl - nose)
-            x = (
-                side
-                * 0.5
-                * (slim + t * (0.66 * width - slim) * (cowl - nose) / (cowl - 0.1 - nose))
-            )
+            flare = t * (0.66 * width - slim) * (cowl - nose) / (cowl - 0.1 - nose)
+            x = side * 0.5 * (slim + flare)
             b.box("hood", BLACK, (x, belt - 0.45, z), (0.02, 0.22, 0.03))
-    center, size = (
-        (0, (low + belt) / 2, (cowl - 0.12 + tail) / 2),
-        (0.76 * width, belt - low, tail - cowl + 0.12),
-    )
+    center = (0, (low + belt) / 2, (cowl - 0.12 + tail) / 2)
+    size = (0.76 * width, belt - low, tail - cowl + 0.12)
     b.rounded_box("body", paint, center, size, radius=0.12, edge=0.03)
 
 
@@ -100,13 +98,9 @@ def _wings(b: Builder, rng: Rng, dark: Material, stance: Stance) -> None:
     rows += [(rear - reach * np.cos(a), r + reach * np.sin(a)) for a in np.linspace(0.25, 3.0, 11)]
     for side in (-1, 1):
         offsets = np.linspace(-0.5, 0.5, 5)
-        grid = [
-            [
-                (side * (stance.width / 2 - wide * (0.42 - t)), y - 0.09 * (2 * t) ** 2 * r, z)
-                for t in offsets
-            ]
-            for z, y in rows
-        ]
+        xs = [side * (stance.width / 2 - wide * (0.42 - t)) for t in offsets]
+        sags = [0.09 * (2 * t) ** 2 * r for t in offsets]
+        grid = [[(x, y - sag, z) for x, sag in zip(xs, sags, strict=True)] for z, y in rows]
         sheet(b, "body", dark, grid, 0.03)
 
 
@@ -122,18 +116,13 @@ def _front(b: Builder, rng: Rng, nose: float, belt: float, width: float) -> None
     apart = 0.5 * wide + 1.2 * size
     b.cylinder("trim", CHROME, (-apart, lamp, nose), (apart, lamp, nose), 0.022, segments=8)
     for side in (-apart, apart):
-        bowl = [
-            (0.02, 0.9 * size),
-            (0.7 * size, 0.6 * size),
-            (size, -0.4 * size),
-            (size, -0.6 * size),
-        ]
+        bowl = [(0.02, 0.9 * size), (0.7 * size, 0.6 * size)]
+        bowl += [(size, -0.4 * size), (size, -0.6 * size)]
         b.lathe("trim", CHROME, bowl, (side, lamp, nose), segments=16, turn=lean(90))
         center = (side, lamp, nose - 0.55 * size)
         b.ellipsoid("light", LAMP, center, (0.94 * size, 0.94 * size, 0.05), segments=14)
-    ends = [
-        (x, 0.42, nose - 0.35 + 0.12 * abs(x) ** 2) for x in np.linspace(-0.46, 0.46, 7) * width
-    ]
+    xs = np.linspace(-0.46, 0.46, 7) * width
+    ends = [(x, 0.42, nose - 0.35 + 0.12 * abs(x) ** 2) for x in xs]
     b.tube("trim", CHROME, ends, 0.04, segments=8)
     for side in (-0.2, 0.2):
         foot = (side * width, 0.42, nose - 0.33)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ffd_lightning.shapes.car.body import BLACK, CHROME
@@ -12,10 +14,16 @@ from ffd_lightning.shapes.kit.vectors import Triple, about_z, lean, vec
 RUBBER = Material((0.09, 0.09, 0.09))
 
 
-def wheel(
-    b: Builder, radius: float, thickness: float, hub: Triple, style: tuple[str, int, Material]
-) -> None:
-    """Add a wheel at `hub`, turned outwards; `style` is (kind of rim, spokes, rim material)."""
+class Rim(NamedTuple):
+    """What is within a tyre: "spokes" or a "disc", how many spokes, and the metal."""
+
+    kind: str
+    spokes: int
+    metal: Material
+
+
+def wheel(b: Builder, radius: float, thickness: float, hub: Triple, style: Rim) -> None:
+    """Add a wheel at `hub`, turned outwards."""
     kind, count, metal = style
     out = 1.0 if hub[0] > 0 else -1.0
     turn, center = about_z(-90 * out), np.array(hub)
@@ -25,12 +33,7 @@ def wheel(
     b.lathe("wheel", RUBBER, profile, center, segments=14, turn=turn)
     face = center + vec(0.45 * w * out, 0, 0)
     plate = BLACK if kind == "spokes" else metal
-    bulge = [
-        (0.97 * rim, -0.05 * w),
-        (0.97 * rim, 0.06 * w),
-        (0.45 * rim, 0.25 * w),
-        (0.1 * rim, 0.3 * w),
-    ]
+    bulge = np.array([(0.97, -0.05), (0.97, 0.06), (0.45, 0.25), (0.1, 0.3)]) * (rim, w)
     b.lathe("wheel", plate, bulge, face, segments=12, turn=turn)
     if kind == "spokes":
         for i in range(count):
@@ -46,7 +49,7 @@ def wheels(b: Builder, rng: Rng, stance: Stance, inset: float = 0.02) -> None:
     thickness = stance.radius * rng.uniform(0.5, 0.75)
     kind = draw(rng, ["spokes", "disc"], [0.7, 0.3])
     metal = CHROME if rng.random() < 0.6 else pick_material(rng, "metal")
-    style = (kind, int(rng.integers(5, 9)), metal)
+    style = Rim(kind, int(rng.integers(5, 9)), metal)
     for axle in stance.axles:
         x = stance.half_width(axle) - thickness / 2 - inset
         for side in (-x, x):

@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.cellphone.body import add_half, draw_finish, shell, upright
-from ffd_lightning.shapes.cellphone.controls import (
-    aerial,
-    camera,
-    display,
-    earpiece,
-    keypad,
-    navigation,
-    side_buttons,
-)
+from ffd_lightning.shapes.cellphone.body import add_half, shell, upright
+from ffd_lightning.shapes.cellphone.edges import aerial, camera, side_buttons
+from ffd_lightning.shapes.cellphone.finish import draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, keypad, navigation
 from ffd_lightning.shapes.kit import Builder, Rng
 
 
@@ -22,25 +16,18 @@ def candybar(rng: Rng) -> Builder:
     width = rng.uniform(0.34, 0.5)
     body = upright(width, 1.0, width * rng.uniform(0.24, 0.5))
     palm = rng.uniform(0.1, 0.5) if rng.random() < 0.6 else 0.0
-    shell(
-        b,
-        rng,
-        "body",
-        finish.body,
-        body,
-        waist=rng.uniform(-0.1, 0.14),
-        squareness=rng.uniform(3.5, 8),
-        palm=palm,
-    )
+    waist, square = rng.uniform(-0.1, 0.14), rng.uniform(3.5, 8)
+    shell(b, rng, "body", finish.body, body, waist=waist, squareness=square, palm=palm)
     split = rng.uniform(-0.06, 0.14)
     share = rng.uniform(0.66, 0.8)
-    display(b, rng, finish, body, (split + 0.04, rng.uniform(0.34, 0.4), share))
+    display(b, rng, finish, body, low=split + 0.04, high=rng.uniform(0.34, 0.4), share=share)
     low = -0.44
     if rng.random() < 0.7:
         navigation(b, rng, finish, body, split - 0.1, rng.uniform(0.26, 0.38))
         split -= 0.17
     rows = int(rng.integers(4, 6))
-    keypad(b, rng, finish, body, (low, split - 0.02, rng.uniform(0.7, 0.82)), (rows, 3))
+    high, share = split - 0.02, rng.uniform(0.7, 0.82)
+    keypad(b, rng, finish, body, low=low, high=high, share=share, rows=rows, columns=3)
     earpiece(b, rng, body, 0.44)
     if rng.random() < 0.45:
         aerial(b, rng, finish, body, int(rng.choice([-1, 1])))
@@ -63,9 +50,11 @@ def keyboard(rng: Rng) -> Builder:
         add_half(b, rng, finish, body, width * rng.uniform(0.06, 0.22))
     rows = int(rng.integers(3, 5))
     split = -0.45 + 0.095 * rows + rng.uniform(0.0, 0.04)
-    keypad(b, rng, finish, body, (-0.45, split, 0.86), (rows, int(rng.integers(7, 11))))
+    columns = int(rng.integers(7, 11))
+    keypad(b, rng, finish, body, low=-0.45, high=split, share=0.86, rows=rows, columns=columns)
     navigation(b, rng, finish, body, split + 0.075, rng.uniform(0.16, 0.22))
-    display(b, rng, finish, body, (split + 0.16, 0.39, rng.uniform(0.76, 0.86)), rng.random() < 0.5)
+    share, icons = rng.uniform(0.76, 0.86), rng.random() < 0.5
+    display(b, rng, finish, body, low=split + 0.16, high=0.39, share=share, icons=icons)
     earpiece(b, rng, body, 0.445)
     side_buttons(b, rng, finish, body)
     camera(b, rng, finish, body, center=rounded)

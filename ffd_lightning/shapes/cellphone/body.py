@@ -6,39 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
-from ffd_lightning.shapes.kit.materials import draw_housing
+from ffd_lightning.shapes.cellphone.finish import Finish
+from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, lean, vec
 
 _FLAT = lean(90)  # rounded_box rounds the edges along its y: this turns y to z
-
-
-@dataclass(frozen=True)
-class Finish:
-    """The materials of one telephone."""
-
-    body: Material
-    back: Material
-    trim: Material
-    keys: Material
-    screen: Material
-
-
-def draw_finish(rng: Rng) -> Finish:
-    """Draw the materials: any housing, a contrasting or equal back, dark or lit screen."""
-
-    def shell() -> Material:
-        return pick_material(rng, "plastic") if rng.random() < 0.3 else draw_housing(rng)
-
-    body = shell()
-    back = body if rng.random() < 0.5 else shell()
-    level = float(np.mean(body.color))
-    shade = rng.uniform(0.05, 0.2) if level > 0.5 else rng.uniform(0.65, 0.9)
-    keys = Material((shade, shade, shade)) if rng.random() < 0.7 else pick_material(rng, "paint")
-    hue = pick_material(rng, "paint").color
-    lit = rng.random() < 0.5
-    screen = Material(hue) if lit else Material((0.03, 0.03, rng.uniform(0.04, 0.1)))
-    return Finish(body, back, pick_material(rng, "metal"), keys, screen)
 
 
 @dataclass(frozen=True)
@@ -128,9 +100,9 @@ def add_half(b: Builder, rng: Rng, finish: Finish, body: Body, radius: float) ->
     """Add one half of a folding or sliding telephone, its two shells of different material."""
     size = (body.width, body.height, 0.6 * body.depth)
     edge = 0.2 * body.depth
-    tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge)
+    tile(b, "body", finish.body, body, body.at(0, 0, -0.3 * body.depth), size, radius, edge=edge)
     block = (0.99 * size[0], 0.99 * size[1], size[2])
-    tile(b, "body", finish.back, body, body.at(0, 0, -0.7 * body.depth), block, radius, edge)
+    tile(b, "body", finish.back, body, body.at(0, 0, -0.7 * body.depth), block, radius, edge=edge)
 
 
 def lid_at(hinge: Array, tip: Array, width: float, height: float, depth: float) -> Body:

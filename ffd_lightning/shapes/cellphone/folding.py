@@ -4,25 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.cellphone.body import (
-    Body,
-    Finish,
-    add_half,
-    draw_finish,
-    lid_at,
-    tile,
-    upright,
-)
-from ffd_lightning.shapes.cellphone.controls import (
-    aerial,
-    camera,
-    display,
-    earpiece,
-    home_button,
-    keypad,
-    navigation,
-    side_buttons,
-)
+from ffd_lightning.shapes.cellphone.body import Body, add_half, lid_at, tile, upright
+from ffd_lightning.shapes.cellphone.edges import aerial, camera, side_buttons
+from ffd_lightning.shapes.cellphone.finish import Finish, draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, home_button, keypad, navigation
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.vectors import lean, vec
 
@@ -48,10 +33,12 @@ def flip(rng: Rng) -> Builder:
         reach = vec((0.2 if x == 0 else 0.1) * width, 0, 0)
         middle = hinge + vec(x * width, 0, 0)
         b.cylinder("body", part, middle - reach, middle + reach, barrel, segments=20)
-    display(b, rng, finish, upper, (-0.28, 0.32, rng.uniform(0.68, 0.82)), rng.random() < 0.3)
+    share, icons = rng.uniform(0.68, 0.82), rng.random() < 0.3
+    display(b, rng, finish, upper, low=-0.28, high=0.32, share=share, icons=icons)
     earpiece(b, rng, upper, 0.4)
     navigation(b, rng, finish, lower, 0.26, rng.uniform(0.24, 0.34))
-    keypad(b, rng, finish, lower, (-0.44, 0.08, rng.uniform(0.74, 0.84)), (4, 3))
+    share = rng.uniform(0.74, 0.84)
+    keypad(b, rng, finish, lower, low=-0.44, high=0.08, share=share, rows=4, columns=3)
     outer = (0.5 * width, rng.uniform(0.15, 0.35) * tall, 0.014)
     if rng.random() < 0.7:
         spot = upper.behind(0, rng.uniform(-0.1, 0.2))
@@ -76,7 +63,8 @@ def slider(rng: Rng) -> Builder:
     for half in (lower, upper):
         add_half(b, rng, finish, half, radius)
     low, share = (-0.4, rng.uniform(0.82, 0.92))
-    display(b, rng, finish, upper, (low + 0.14, 0.4, share - 0.05), bool(rng.random() < 0.5))
+    icons = bool(rng.random() < 0.5)
+    display(b, rng, finish, upper, low=low + 0.14, high=0.4, share=share - 0.05, icons=icons)
     if rng.random() < 0.6:
         navigation(b, rng, finish, upper, low + 0.03, 0.24)
     else:
@@ -85,7 +73,7 @@ def slider(rng: Rng) -> Builder:
     if aside:
         _side_keys(b, rng, finish, lower, 1.2 * slide)
     else:
-        keypad(b, rng, finish, lower, (-0.46, slide - 0.53, 0.82), (4, 3))
+        keypad(b, rng, finish, lower, low=-0.46, high=slide - 0.53, share=0.82, rows=4, columns=3)
     side_buttons(b, rng, finish, lower)
     camera(b, rng, finish, lower)
     return b
@@ -95,4 +83,5 @@ def _side_keys(b: Builder, rng: Rng, finish: Finish, body: Body, share: float) -
     """Fill the strip `share` of the width that a lid slid aside leaves free with small keys."""
     center = body.at(-0.5 + share / 2, 0, -body.depth / 2)
     strip = Body(center, share * body.width, body.height, body.depth, body.turn)
-    keypad(b, rng, finish, strip, (-0.44, 0.44, 0.84), (int(rng.integers(9, 12)), 4))
+    rows = int(rng.integers(9, 12))
+    keypad(b, rng, finish, strip, low=-0.44, high=0.44, share=0.84, rows=rows, columns=4)

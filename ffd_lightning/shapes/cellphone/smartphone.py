@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.cellphone.body import Body, Finish, draw_finish, tile, upright
-from ffd_lightning.shapes.cellphone.controls import (
-    camera,
-    display,
-    earpiece,
-    home_button,
-    side_buttons,
-)
+from ffd_lightning.shapes.cellphone.body import Body, tile, upright
+from ffd_lightning.shapes.cellphone.edges import camera, side_buttons
+from ffd_lightning.shapes.cellphone.finish import Finish, draw_finish
+from ffd_lightning.shapes.cellphone.front import display, earpiece, home_button
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.vectors import lean, vec
 
@@ -27,7 +23,8 @@ def smartphone(rng: Rng) -> Builder:
     if rng.random() < 0.3:
         body = Body(body.center, width, 1.0, body.depth, lean(rng.uniform(12, 32)))
         _prop(b, rng, finish, body)
-    tile(b, "body", finish.body, body, body.center, (width, 1.0, body.depth), radius, edge, 5)
+    size = (width, 1.0, body.depth)
+    tile(b, "body", finish.body, body, body.center, size, radius, edge=edge, segments=5)
     plate = (0.95 * width, 0.97, 0.3 * body.depth)
     place = body.behind(0, 0, -0.12 * body.depth)
     tile(b, "body", finish.back, body, place, plate, 0.9 * radius)
@@ -35,8 +32,8 @@ def smartphone(rng: Rng) -> Builder:
         _bumper(b, rng, body, radius)
     chin = rng.uniform(0.08, 0.16) if rng.random() < 0.6 else rng.uniform(0.02, 0.04)
     brow = rng.uniform(0.05, 0.14) if chin > 0.05 else rng.uniform(0.02, 0.04)
-    span = (-0.5 + chin, 0.5 - brow, rng.uniform(0.86, 0.95))
-    display(b, rng, finish, body, span, icons=bool(rng.random() < 0.5))
+    share, icons = rng.uniform(0.86, 0.95), bool(rng.random() < 0.5)
+    display(b, rng, finish, body, low=-0.5 + chin, high=0.5 - brow, share=share, icons=icons)
     if chin > 0.07:
         home_button(b, rng, finish, body, -0.5 + chin / 2, 0.7 * chin)
     earpiece(b, rng, body, 0.5 - max(brow, 0.05) / 2)
@@ -51,7 +48,7 @@ def _bumper(b: Builder, rng: Rng, body: Body, radius: float) -> None:
     grow = rng.uniform(0.02, 0.05)
     size = (body.width + grow, body.height + grow, 0.7 * body.depth)
     place = body.behind(0, 0, -0.3 * body.depth)
-    tile(b, "body", material, body, place, size, radius + grow / 2, 0.12 * body.depth)
+    tile(b, "body", material, body, place, size, radius + grow / 2, edge=0.12 * body.depth)
 
 
 def _prop(b: Builder, rng: Rng, finish: Finish, body: Body) -> None:

@@ -9,7 +9,7 @@ from ffd_lightning.shapes.kit.boards import beam, pad, rails, slats
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style, stretchers
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.upholstery import draw_cover
-from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple, lean, vec
+from ffd_lightning.shapes.kit.vectors import Array, Pair, lean, vec
 
 
 def _back(
@@ -30,7 +30,7 @@ def _back(
     half, low = (width - post) / 2, rise * rng.uniform(0.1, 0.45)
     for x in (-half, half):
         foot, head = (turn @ vec(x, up, 0.0) + origin for up in (-0.03, rise))
-        beam(b, "back", frame, foot, head, post, post)
+        beam(b, "back", frame, foot, head, width=post, height=post)
     kinds = ["ladder", "cushion", "panel", "cross", "spindles"]
     kind = draw(rng, kinds, [0.3, 0.15, 0.2, 0.1, 0.25])
     if kind == "ladder":
@@ -48,14 +48,22 @@ def _back(
         crest = (width + rng.uniform(0, 0.05), rail, 1.1 * post)
         top = turn @ vec(0, rise, 0) + origin
         pad(b, "back", frame, top, crest, rng.uniform(0.1, 0.5) * rail, degrees)
-        _back_filling(b, rng, frame, kind, origin, (half, low, rise), degrees)
+        _back_filling(b, rng, frame, kind, origin, half=half, low=low, rise=rise, degrees=degrees)
 
 
 def _back_filling(
-    b: Builder, rng: Rng, frame: Material, kind: str, origin: Array, extent: Triple, degrees: float
+    b: Builder,
+    rng: Rng,
+    frame: Material,
+    kind: str,
+    origin: Array,
+    *,
+    half: float,
+    low: float,
+    rise: float,
+    degrees: float,
 ) -> None:
-    """Fill a back between its posts, `extent` (half width, lower, upper end), below its crest."""
-    half, low, rise = extent
+    """Fill a back between its posts, at +-`half`, from `low` up to its crest at `rise`."""
     turn = lean(degrees)
 
     def at(x: float, up: float) -> Array:
@@ -67,10 +75,10 @@ def _back_filling(
         return
     low = 0.0 if kind == "spindles" and rng.random() < 0.5 else low
     if low:
-        beam(b, "back", frame, at(-half, low), at(half, low), 0.02, 0.03)
+        beam(b, "back", frame, at(-half, low), at(half, low), width=0.02, height=0.03)
     if kind == "cross":
-        beam(b, "back", frame, at(-half, low), at(half, rise), 0.02, 0.03)
-        beam(b, "back", frame, at(half, low), at(-half, rise), 0.016, 0.03)
+        beam(b, "back", frame, at(-half, low), at(half, rise), width=0.02, height=0.03)
+        beam(b, "back", frame, at(half, low), at(-half, rise), width=0.016, height=0.03)
         return
     for x in np.linspace(-half, half, int(rng.integers(5, 11)))[1:-1]:
         start = at(x, low - 0.01)
@@ -89,7 +97,7 @@ def _side_arms(
         rest = (width, 0.028, back - front)
         b.rounded_box("arm", material, (side, level, (front + back) / 2), rest, 0.4 * width)
         foot = (side * 0.97, seat - 0.04, front + 2 * setback)
-        beam(b, "arm", material, foot, (side, level, front + setback), 0.03, 0.03)
+        beam(b, "arm", material, foot, (side, level, front + setback), width=0.03, height=0.03)
 
 
 def dining(rng: Rng) -> Builder:
@@ -114,7 +122,7 @@ def dining(rng: Rng) -> Builder:
     feet = corners(width - 2 * inset + splay, depth - 2 * inset + 1.5 * splay, 0.0)
     add_legs(b, "leg", frame, style, tops, feet)
     if rng.random() < 0.6:
-        rails(b, "leg", frame, feet + 0.93 * (tops - feet), 0.018, 0.05)
+        rails(b, "leg", frame, feet + 0.93 * (tops - feet), width=0.018, height=0.05)
     kind = draw(rng, ["none", "box", "h"], [0.5, 0.25, 0.25])
     if kind != "none":
         points = feet + rng.uniform(0.2, 0.45) * (tops - feet)

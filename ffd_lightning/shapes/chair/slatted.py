@@ -31,7 +31,7 @@ def slatted(rng: Rng) -> Builder:
         tall = rise * (1 - arch * u * u)
         low = end + tilt @ vec(u * half * 0.95, -0.03, 0)
         high = end + tilt @ vec(u * half * (0.95 + fan), tall, 0)
-        beam(b, "back", wood, low, high, board, 1.6 * half / planks)
+        beam(b, "back", wood, low, high, width=board, height=1.6 * half / planks)
     arm = front + rng.uniform(0.16, 0.24)
     level = (arm - end[1]) / np.cos(np.radians(degrees))
     for up in (0.75 * rise, level):
@@ -47,5 +47,5 @@ def slatted(rng: Rng) -> Builder:
             add_leg(b, "leg", wood, post, (x, arm - 0.005, z), (x, 0, z), (0.5, 1.3))
         inner = side * (half + 0.01)
         rail = (inner, front - 0.06, -depth / 2), (inner, end[1] - 0.06, rear + 0.02)
-        beam(b, "seat", wood, *rail, 0.025, 0.09)
+        beam(b, "seat", wood, *rail, width=0.025, height=0.09)
     return b

@@ -45,7 +45,7 @@ def _stool_base(b: Builder, rng: Rng, frame: Material, half: float, top: float) 
         if top > 0.5:
             ring = circle(count=24, radius=0.8 * half, height=0.35 * top)
             b.tube("leg", frame, [*ring, ring[0]], 0.009, segments=8)
-            beam(b, "leg", frame, ring[0], ring[12], 0.012, 0.012)
+            beam(b, "leg", frame, ring[0], ring[12], width=0.012, height=0.012)
         return
     count = int(rng.integers(3, 5))
     style, turn = draw_leg_style(rng, (0.026, 0.045), 0.0), 90.0 + 180.0 / count
@@ -53,7 +53,7 @@ def _stool_base(b: Builder, rng: Rng, frame: Material, half: float, top: float) 
     feet = circle(count=count, radius=half * rng.uniform(0.85, 1.4), height=0.0, degrees=turn)
     add_legs(b, "leg", frame, style, tops, feet)
     for level in np.sort(rng.uniform(0.2, 0.6, int(rng.integers(0, 3)))):
-        rails(b, "leg", frame, feet + level * (tops - feet), 0.018, 0.022)
+        rails(b, "leg", frame, feet + level * (tops - feet), width=0.018, height=0.022)
 
 
 def _stool_back(

@@ -59,5 +59,6 @@ def swivel(rng: Rng) -> Builder:
         path = path if kind == "loop" else [(0, height - 0.02, 0.06), *path]
         b.tube("arm", metal, bend(path, 0.05), 0.013, segments=8)
         if kind == "loop":
-            beam(b, "arm", metal, (0, height - 0.02, 0), (x, height - 0.01, 0), 0.05, 0.012)
+            start = (0, height - 0.02, 0)
+            beam(b, "arm", metal, start, (x, height - 0.01, 0), width=0.05, height=0.012)
     return b

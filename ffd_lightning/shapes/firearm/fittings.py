@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.swept import BLACK, Cut, at, bar, sweep
+from ffd_lightning.shapes.firearm.materials import BLACK
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
@@ -23,10 +24,8 @@ def barrel(
 ) -> None:
     """Add a barrel from `start` forward to `end`, with a dark bore in its muzzle."""
     tip = at(end, up, side)
-    origin = at(start, up, side)
-    b.cylinder(
-        "barrel", material, origin, tip, radius=radius, radius_end=taper * radius, segments=16
-    )
+    breech = at(start, up, side)
+    b.tube("barrel", material, [breech, tip], (radius, taper * radius), segments=16)
     b.cylinder("barrel", BLACK, at(end - 0.01, up, side), at(end + 0.002, up, side), 0.6 * radius)
 
 
@@ -62,7 +61,7 @@ def grip(
     t = np.array([0.0, 0.12, 0.35, 0.6, 0.82, 0.95, 1.0])
     path = np.array(top) + length * t[:, None] * np.array([-np.sin(a), -np.cos(a)])
     swell = np.array([1.1, 1.0, 0.96, 1.0, 1 + 0.5 * flare, 1 + flare, 0.9 + flare])
-    sweep(b, "grip", material, path, depth * swell, width * (0.6 + 0.4 * swell))
+    sweep(b, "grip", material, path, depth=depth * swell, width=width * (0.6 + 0.4 * swell))
     return float(path[-1, 0]), float(path[-1, 1])
 
 
@@ -72,14 +71,11 @@ def trigger(
     """Add a trigger and its guard, a strap that hangs `drop` below `top`."""
     loop = [(back, top), (back, top - drop), (front - 0.2 * drop, top - drop), (front, top)]
     strap = bend(loop, 0.5 * drop, 4)
-    sweep(b, "trigger", material, strap, 0.09 * drop, width, 0.9)
+    sweep(b, "trigger", material, strap, depth=0.09 * drop, width=width, boxiness=0.9)
     f = back + 0.42 * (front - back)
-    blade = [
-        (f, top + 0.01),
-        (f - 0.02 * drop, top - 0.3 * drop),
-        (f + 0.12 * drop, top - 0.7 * drop),
-    ]
-    sweep(b, "trigger", material, bend(blade, 0.3 * drop, 3), 0.09 * drop, 0.6 * width)
+    blade = [(f, top + 0.01), (f - 0.02 * drop, top - 0.3 * drop)]
+    blade += [(f + 0.12 * drop, top - 0.7 * drop)]
+    sweep(b, "trigger", material, bend(blade, 0.3 * drop, 3), depth=0.09 * drop, width=0.6 * width)
 
 
 def magazine(
@@ -97,9 +93,9 @@ def magazine(
     angles = np.radians(degrees + curl * t)
     steps = np.stack([np.sin(angles), -np.cos(angles)], 1)[:-1] * length / (len(t) - 1)
     path = np.array(top) + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, 0)])
-    sweep(b, "magazine", material, path, depth, width, 0.85)
+    sweep(b, "magazine", material, path, depth=depth, width=width, boxiness=0.85)
     foot = path[-1] + np.outer([-0.01, 0.015], steps[-1] / np.linalg.norm(steps[-1]))
-    sweep(b, "magazine", BLACK, foot, 1.12 * depth, 1.2 * width, 0.85)
+    sweep(b, "magazine", BLACK, foot, depth=1.12 * depth, width=1.2 * width, boxiness=0.85)
 
 
 def drum(b: Builder, material: Material, center: Pair, radius: float, depth: float) -> None:
@@ -108,7 +104,7 @@ def drum(b: Builder, material: Material, center: Pair, radius: float, depth: flo
     rim = 0.12 * depth
     profile = [(0.9, -depth / 2), (1, -depth / 2 + rim), (1, depth / 2 - rim), (0.9, depth / 2)]
     rows = [Cut(t + f, up - radius * r, up + radius * r, 2 * radius * r) for r, t in profile]
-    bar(b, "magazine", material, rows, 0.0)
+    bar(b, "magazine", material, rows, boxiness=0.0)
 
 
 def scope(b: Builder, rng: Rng, material: Material, middle: float, base: float) -> None:
@@ -144,7 +140,8 @@ def rail(
     b: Builder, part: str, material: Material, back: float, front: float, up: float, width: float
 ) -> None:
     """Add a toothed mounting rail on top of a surface at height `up`."""
-    beam(b, part, material, at(back, up + 0.003), at(front, up + 0.003), 0.8 * width, 0.012)
+    end = at(front, up + 0.003)
+    beam(b, part, material, at(back, up + 0.003), end, width=0.8 * width, height=0.012)
     for f in np.arange(back + 0.01, front - 0.005, 0.03):
         b.box(part, material, at(f, up + 0.012), (width, 0.012, 0.016))
 
@@ -152,4 +149,4 @@ def rail(
 def add_hammer(b: Builder, steel: Material, forward: float, up: float, size: float) -> None:
     """Add a spur hammer that leans back from (forward, up)."""
     path = np.array([(0.3, -0.5), (0, 0.4), (-0.25, 0.9), (-0.8, 1.0)]) * size
-    sweep(b, "trigger", steel, path + np.array([forward, up]), 0.35 * size, 0.45 * size)
+    sweep(b, "trigger", steel, path + np.array([forward, up]), depth=0.35 * size, width=0.45 * size)

@@ -11,17 +11,9 @@ from ffd_lightning.shapes.firearm.fittings import (
     muzzle,
     trigger,
 )
+from ffd_lightning.shapes.firearm.materials import BLACK, IRON, draw_furniture, draw_steel
 from ffd_lightning.shapes.firearm.stocks import bipod, buttstock, handguard, jacket
-from ffd_lightning.shapes.firearm.swept import (
-    BLACK,
-    IRON,
-    Cut,
-    at,
-    bar,
-    draw_furniture,
-    draw_steel,
-    even_bar,
-)
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import vec
@@ -86,7 +78,7 @@ def machine_gun(rng: Rng) -> Builder:
         Cut(forward=0.7 * length, low=low, high=high, width=wide),
         Cut(forward=length, low=low + 0.01, high=high - 0.02, width=0.9 * wide),
     ]
-    bar(b, "body", steel, rows, 0.85)
+    bar(b, "body", steel, rows, boxiness=0.85)
     end, guard = length + rng.uniform(0.3, 0.5), length + rng.uniform(0.0, 0.2)
     if rng.random() < 0.4:
         guard = end - rng.uniform(0.05, 0.12)
@@ -95,15 +87,8 @@ def machine_gun(rng: Rng) -> Builder:
         handguard(b, rng, furniture, (length - 0.01, guard), up=-0.005, tall=0.06, wide=wide)
     barrel(b, steel, start=length - 0.02, end=end, up=0.0, radius=rng.uniform(0.013, 0.018))
     muzzle(b, rng, steel, end, 0.0)
-    grip(
-        b,
-        furniture,
-        (0.07, low + 0.02),
-        length=rng.uniform(0.1, 0.12),
-        degrees=rng.uniform(10, 25),
-        depth=0.046,
-        width=0.036,
-    )
+    top, long, rake = (0.07, low + 0.02), rng.uniform(0.1, 0.12), rng.uniform(10, 25)
+    grip(b, furniture, top, length=long, degrees=rake, depth=0.046, width=0.036)
     trigger(b, steel, back=0.085, front=0.155, top=low + 0.004, drop=0.04, width=0.014)
     _feed(b, rng, steel, 0.62 * length, low, high)
     bipod(b, rng, steel, end - rng.uniform(0.06, 0.16))

@@ -5,16 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.firearm.fittings import add_hammer, barrel, grip, iron_sights, trigger
-from ffd_lightning.shapes.firearm.swept import (
-    BLACK,
-    Cut,
-    at,
-    bar,
-    draw_furniture,
-    draw_steel,
-    even_bar,
-    sweep,
-)
+from ffd_lightning.shapes.firearm.materials import BLACK, draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 
 
@@ -27,7 +19,7 @@ def _slide(b: Builder, rng: Rng, steel: Material, length: float, tall: float, wi
         Cut(forward=length - 0.06, low=low, high=high, width=wide),
         Cut(forward=length, low=low + nose, high=high, width=0.9 * wide),
     ]
-    bar(b, "body", steel, rows, rng.uniform(0.75, 0.95))
+    bar(b, "body", steel, rows, boxiness=rng.uniform(0.75, 0.95))
     end = length + rng.uniform(0.005, 0.05)
     barrel(b, steel, start=length - 0.05, end=end, up=0.1 * tall, radius=0.26 * tall)
     for f in np.linspace(0.04, rng.uniform(0.12, 0.2), int(rng.integers(4, 8))):
@@ -35,9 +27,8 @@ def _slide(b: Builder, rng: Rng, steel: Material, length: float, tall: float, wi
     port = rng.uniform(0.14, 0.2)
     center = at(0.52 * length, 0.3 * tall, 0.2 * wide)
     b.box("body", BLACK, center, (0.64 * wide, 0.42 * tall, port))
-    iron_sights(
-        b, BLACK, rear=0.04, front=length - 0.04, base=high, height=rng.uniform(0.025, 0.045)
-    )
+    height = rng.uniform(0.025, 0.045)
+    iron_sights(b, BLACK, rear=0.04, front=length - 0.04, base=high, height=height)
 
 
 def _open_slide(
@@ -52,7 +43,7 @@ def _open_slide(
         Cut(forward=back, low=low, high=high, width=wide),
         Cut(forward=back + 0.05, low=low, high=0.6 * high, width=0.7 * wide),
     ]
-    bar(b, "body", steel, rows, 0.7)
+    bar(b, "body", steel, rows, boxiness=0.7)
     radius = rng.uniform(0.24, 0.34) * tall
     end = length + rng.uniform(0, 0.25)
     barrel(b, steel, start=back, end=end, up=0.05 * tall, radius=radius, taper=0.75)
@@ -82,35 +73,20 @@ def pistol(rng: Rng) -> Builder:
         Cut(forward=0.5 * length, low=under, high=-0.42 * tall, width=wide),
         Cut(forward=front, low=under + 0.03, high=-0.42 * tall, width=wide),
     ]
-    bar(b, "body", body, rows, 0.85)
+    bar(b, "body", body, rows, boxiness=0.85)
     top = (0.5 * depth + 0.02, under + 0.04)
-    foot, end = grip(
-        b,
-        panel,
-        top,
-        length=rng.uniform(0.4, 0.6),
-        degrees=rake,
-        depth=depth,
-        width=wide,
-        flare=rng.uniform(0, 0.12),
-    )
+    long, flare = rng.uniform(0.4, 0.6), rng.uniform(0, 0.12)
+    foot, end = grip(b, panel, top, long, degrees=rake, depth=depth, width=wide, flare=flare)
     plate = [(foot, end + 0.01), (foot - 0.02 * np.sin(np.radians(rake)), end - 0.03)]
-    sweep(b, "magazine", steel, plate, 1.02 * depth, 0.8 * wide, 0.85)
+    sweep(b, "magazine", steel, plate, depth=1.02 * depth, width=0.8 * wide, boxiness=0.85)
     back = depth
-    trigger(
-        b,
-        body,
-        back=back,
-        front=back + rng.uniform(0.2, 0.27),
-        top=under,
-        drop=rng.uniform(0.13, 0.18),
-        width=0.4 * wide,
-    )
+    tip, drop = back + rng.uniform(0.2, 0.27), rng.uniform(0.13, 0.18)
+    trigger(b, body, back=back, front=tip, top=under, drop=drop, width=0.4 * wide)
     if rng.random() < 0.55:
         add_hammer(b, steel, forward=-0.01, up=-0.1 * tall, size=rng.uniform(0.07, 0.1))
     if not opened and rng.random() < 0.2:
-        target = length + rng.uniform(0.4, 0.7)
-        barrel(b, BLACK, start=length, end=target, up=0.1 * tall, radius=rng.uniform(0.06, 0.08))
+        muzzle = length + rng.uniform(0.4, 0.7)
+        barrel(b, BLACK, start=length, end=muzzle, up=0.1 * tall, radius=rng.uniform(0.06, 0.08))
     elif not opened and front > 0.8 * length and rng.random() < 0.25:
         light = rng.uniform(0.16, 0.22)
         ends = (front - light, front)

@@ -5,15 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.firearm.fittings import add_hammer, barrel, trigger
-from ffd_lightning.shapes.firearm.swept import (
-    Cut,
-    at,
-    bar,
-    draw_furniture,
-    draw_steel,
-    even_bar,
-    sweep,
-)
+from ffd_lightning.shapes.firearm.materials import draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import Array, Pair
@@ -32,15 +25,8 @@ def _cylinder(b: Builder, steel: Material, rng: Rng, ends: Array, radius: float)
     count = int(rng.integers(5, 8))
     plain, flute = _fluted(radius, count, 0), _fluted(radius, count, rng.uniform(0.1, 0.2))
     waist = back + 0.35 * (front - back)
-    rings = [
-        np.column_stack([outline, np.full(48, -f)])
-        for f, outline in (
-            (back, 0.96 * plain),
-            (back + 0.01, plain),
-            (waist, plain),
-            (front, flute),
-        )
-    ]
+    outlines = ((back, 0.96 * plain), (back + 0.01, plain), (waist, plain), (front, flute))
+    rings = [np.column_stack([outline, np.full(48, -f)]) for f, outline in outlines]
     b.loft("magazine", steel, rings)
 
 
@@ -69,15 +55,8 @@ def revolver(rng: Rng) -> Builder:
     _revolver_barrel(b, rng, steel, (front, front + 0.05 + length), bore, thick)
     _revolver_grip(b, rng, panel, (back - 0.09, -0.8 * radius), wide)
     drop = rng.uniform(0.15, 0.19)
-    trigger(
-        b,
-        steel,
-        back=back - 0.04,
-        front=back + rng.uniform(0.22, 0.28),
-        top=-1.4 * radius,
-        drop=drop,
-        width=0.5 * wide,
-    )
+    tip, under = back + rng.uniform(0.22, 0.28), -1.4 * radius
+    trigger(b, steel, back=back - 0.04, front=tip, top=under, drop=drop, width=0.5 * wide)
     add_hammer(b, steel, forward=back - 0.1, up=0.5 * bore, size=rng.uniform(0.09, 0.12))
     return b
 
@@ -101,16 +80,15 @@ def _revolver_barrel(
         bar(b, "barrel", steel, rows)
     if rng.random() < 0.5:
         rib = (start, end - 0.01)
-        even_bar(
-            b, "barrel", steel, rib, low=up, high=up + 1.25 * thick, width=0.7 * thick, boxiness=0.9
-        )
+        width = 0.7 * thick
+        even_bar(b, "barrel", steel, rib, low=up, high=up + 1.25 * thick, width=width, boxiness=0.9)
     tall = rng.uniform(0.03, 0.06)
     blade = [
         Cut(forward=end - 0.12, low=up + 0.8 * thick, high=up + 1.1 * thick, width=0.02),
         Cut(forward=end - 0.04, low=up + 0.6 * thick, high=up + 1.1 * thick + tall, width=0.02),
         Cut(forward=end - 0.015, low=up + 0.6 * thick, high=up + 1.1 * thick + tall, width=0.02),
     ]
-    bar(b, "sight", steel, blade, 0.95)
+    bar(b, "sight", steel, blade, boxiness=0.95)
 
 
 def _revolver_grip(b: Builder, rng: Rng, panel: Material, top: Pair, wide: float) -> None:
@@ -129,4 +107,5 @@ def _revolver_grip(b: Builder, rng: Rng, panel: Material, top: Pair, wide: float
         "bird": 0.2 - 0.03 * t - 0.08 * t**6,
         "target": 0.22 + 0.05 * np.sin(3 * t) + 0.04 * t,
     }[style]
-    sweep(b, "grip", panel, path, depths * rng.uniform(0.9, 1.15), wide * (1 + 0.25 * t), 0.4)
+    depth = depths * rng.uniform(0.9, 1.15)
+    sweep(b, "grip", panel, path, depth=depth, width=wide * (1 + 0.25 * t), boxiness=0.4)

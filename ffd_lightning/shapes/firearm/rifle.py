@@ -12,18 +12,9 @@ from ffd_lightning.shapes.firearm.fittings import (
     scope,
     trigger,
 )
+from ffd_lightning.shapes.firearm.materials import BLACK, IRON, draw_furniture, draw_steel
 from ffd_lightning.shapes.firearm.stocks import buttstock, handguard, sporting_stock
-from ffd_lightning.shapes.firearm.swept import (
-    BLACK,
-    IRON,
-    Cut,
-    at,
-    bar,
-    draw_furniture,
-    draw_steel,
-    even_bar,
-    sweep,
-)
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 
@@ -34,13 +25,9 @@ def _top(b: Builder, rng: Rng, steel: Material, back: float, front: float, up: f
     middle = (back + front) / 2
     if kind == "handle":
         rise = rng.uniform(0.045, 0.065)
-        loop = [
-            (back + 0.01, up - 0.01),
-            (back + 0.015, up + rise),
-            (front - 0.02, up + rise),
-            (front, up - 0.01),
-        ]
-        sweep(b, "sight", steel, bend(loop, 0.02, 3), 0.016, 0.02)
+        loop = [(back + 0.01, up - 0.01), (back + 0.015, up + rise)]
+        loop += [(front - 0.02, up + rise), (front, up - 0.01)]
+        sweep(b, "sight", steel, bend(loop, 0.02, 3), depth=0.016, width=0.02)
     elif kind != "none":
         rail(b, "sight", steel, back, front, up, 0.026)
     if kind == "scope":
@@ -65,18 +52,11 @@ def assault_rifle(rng: Rng) -> Builder:
         Cut(forward=0.05, low=low, high=high, width=wide),
         Cut(forward=length, low=low + 0.006, high=high, width=wide),
     ]
-    bar(b, "body", body, rows, 0.8)
+    bar(b, "body", body, rows, boxiness=0.8)
     grip_at = length - 0.12 if bullpup else 0.06
     top = (grip_at, low + 0.02)
-    grip(
-        b,
-        furniture,
-        top,
-        length=rng.uniform(0.1, 0.13),
-        degrees=rng.uniform(12, 28),
-        depth=0.045,
-        width=0.034,
-    )
+    long, rake = rng.uniform(0.1, 0.13), rng.uniform(12, 28)
+    grip(b, furniture, top, length=long, degrees=rake, depth=0.045, width=0.034)
     back = grip_at + 0.015
     trigger(b, steel, back=back, front=grip_at + 0.085, top=low + 0.005, drop=0.04, width=0.014)
     well = rng.uniform(0.04, 0.1) if bullpup else rng.uniform(0.62, 0.75) * length
@@ -91,11 +71,11 @@ def assault_rifle(rng: Rng) -> Builder:
     muzzle(b, rng, steel, end, 0.0)
     _top(b, rng, steel, 0.04, length, high)
     front = guard + rng.uniform(0.01, 0.03)
-    stations = [
+    post = [
         Cut(forward=front + 0.012, low=-0.018, high=0.06, width=0.014),
         Cut(forward=front + 0.032, low=-0.018, high=0.04, width=0.014),
     ]
-    bar(b, "sight", steel, stations)
+    bar(b, "sight", steel, post)
     kinds = {"solid": 0.35, "tube": 0.3, "frame": 0.2, "wire": 0.15}
     kinds = {"solid": 1.0} if bullpup else kinds
     buttstock(b, rng, furniture, 0.0, (low + 0.01, high), kinds)
@@ -113,31 +93,19 @@ def hunting_rifle(rng: Rng) -> Builder:
     stations = ((-0.04, 0.6), (-0.03, 1.0), (0.2, 1.0), (0.24, 0.8))
     tube = [at(f, 0.004) for f, _ in stations]
     b.tube("body", steel, tube, [radius * swell for _, swell in stations], segments=14)
-    barrel(
-        b,
-        steel,
-        start=0.2,
-        end=end,
-        up=0.002,
-        radius=rng.uniform(0.6, 0.85) * radius,
-        taper=rng.uniform(0.65, 0.95),
-    )
+    slim, taper = rng.uniform(0.6, 0.85) * radius, rng.uniform(0.65, 0.95)
+    barrel(b, steel, start=0.2, end=end, up=0.002, radius=slim, taper=taper)
     top = belly + 0.012
     trigger(b, steel, back=0.0, front=rng.uniform(0.085, 0.1), top=top, drop=0.042, width=0.014)
     if rng.random() < 0.75:
         knob = at(-0.01, -0.035, 0.07)
-        line = bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3)
-        b.tube("body", steel, line, 0.006, segments=8)
+        bolt = bend([at(0.0, 0.008), at(-0.005, 0.0, 0.035), knob], 0.02, 3)
+        b.tube("body", steel, bolt, 0.006, segments=8)
         b.ellipsoid("body", steel, knob, (0.012, 0.012, 0.012), segments=10)
     else:
-        path = [
-            (0.12, belly + 0.01),
-            (0.11, belly - 0.045),
-            (-0.02, belly - 0.05),
-            (-0.08, belly - 0.075),
-            (-0.09, belly - 0.02),
-        ]
-        sweep(b, "body", steel, bend(path, 0.03, 3), 0.009, 0.016)
+        path = [(0.12, belly + 0.01), (0.11, belly - 0.045), (-0.02, belly - 0.05)]
+        path += [(-0.08, belly - 0.075), (-0.09, belly - 0.02)]
+        sweep(b, "body", steel, bend(path, 0.03, 3), depth=0.009, width=0.016)
     if rng.random() < 0.5:
         well = (0.16, belly + 0.02)
         magazine(b, steel, well, length=rng.uniform(0.04, 0.09), depth=0.075, width=0.03)
@@ -148,7 +116,6 @@ def hunting_rifle(rng: Rng) -> Builder:
     if rng.random() < 0.3:
         bands = rng.uniform(0.5, 0.95)
         band = (bands * front - 0.01, bands * front + 0.01)
-        even_bar(
-            b, "body", steel, band, low=-0.8 * fore, high=0.016, width=0.95 * wide, boxiness=0.3
-        )
+        width = 0.95 * wide
+        even_bar(b, "body", steel, band, low=-0.8 * fore, high=0.016, width=width, boxiness=0.3)
     return b

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from ffd_lightning.shapes.firearm.fittings import barrel, grip, trigger
+from ffd_lightning.shapes.firearm.materials import BLACK, draw_furniture, draw_steel
 from ffd_lightning.shapes.firearm.stocks import buttstock, fore_end, straight_stock
-from ffd_lightning.shapes.firearm.swept import BLACK, Cut, at, bar, draw_furniture, draw_steel
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 
 
@@ -29,7 +30,7 @@ def shotgun(rng: Rng) -> Builder:
             width=wide,
         ),
     ]
-    bar(b, "body", steel, rows, 0.6)
+    bar(b, "body", steel, rows, boxiness=0.6)
     fore_end(b, rng, wood, steel, kind, radius, end)
     trigger(b, steel, back=-0.05, front=0.045, top=low + 0.004, drop=0.04, width=0.014)
     if kind == "pump" and rng.random() < 0.4:

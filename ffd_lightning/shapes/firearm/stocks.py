@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.swept import BLACK, IRON, Cut, at, bar, even_bar, sweep
+from ffd_lightning.shapes.firearm.materials import BLACK, IRON
+from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
@@ -26,14 +27,14 @@ def buttstock(
             Cut(forward=neck, low=low + 0.003, high=high - 0.01, width=wide),
             Cut(forward=end, low=heel - butt, high=heel, width=wide),
         ]
-        bar(b, "stock", material, rows, 0.55)
+        bar(b, "stock", material, rows, boxiness=0.55)
         _butt_pad(b, end, (heel - butt, heel), wide, 0.55)
     elif kind == "tube":
         _tube_stock(b, material, (start, end), (low + high) / 2, butt, wide)
     elif kind == "frame":
         loop = [(start + 0.02, high - 0.025), (end, heel - 0.01), (end, heel - butt)]
         loop += [(start + 0.02, low + 0.015)]
-        sweep(b, "stock", IRON, bend(loop, 0.03, 3), 0.024, 0.7 * wide)
+        sweep(b, "stock", IRON, bend(loop, 0.03, 3), depth=0.024, width=0.7 * wide)
     elif kind == "wire":
         hooked = [(start + 0.03, high - 0.03), (end, heel - 0.02), (end, heel - butt)]
         hooked += [(end + 0.04, heel - butt)]
@@ -42,7 +43,7 @@ def buttstock(
             b.tube("stock", IRON, bend(wire, 0.02, 3), 0.006, segments=8)
         for up in (heel - 0.02, heel - butt):
             left, right = (at(end, up, side) for side in (-0.4 * wide, 0.4 * wide))
-            beam(b, "stock", IRON, left, right, 0.012, 0.012)
+            beam(b, "stock", IRON, left, right, width=0.012, height=0.012)
 
 
 def _tube_stock(
@@ -92,7 +93,7 @@ def sporting_stock(
         Cut(forward=front - 0.03, low=-0.72 * fore, high=0.0, width=0.75 * wide),
         Cut(forward=front, low=-0.4 * fore, high=0.0, width=0.5 * wide),
     ]
-    bar(b, "stock", wood, rows, 0.3)
+    bar(b, "stock", wood, rows, boxiness=0.3)
     _butt_pad(b, end=end, span=(-drop - butt, -drop), wide=0.9 * wide, boxiness=0.3)
     return -0.01 - fore
 
@@ -115,7 +116,7 @@ def straight_stock(b: Builder, rng: Rng, wood: Material, span: Pair, wide: float
         ),
         Cut(forward=end, low=high - drop - butt, high=high - drop, width=wide),
     ]
-    bar(b, "stock", wood, rows, 0.3)
+    bar(b, "stock", wood, rows, boxiness=0.3)
     _butt_pad(b, end, (high - drop - butt, high - drop), wide, 0.3)
 
 
@@ -129,7 +130,7 @@ def handguard(
         Cut(back, up - tall / 2, up + tall / 2, wide),
         Cut(front, up - taper * tall / 2, up + taper * tall / 2, taper * wide),
     ]
-    bar(b, "body", material, rows, boxiness)
+    bar(b, "body", material, rows, boxiness=boxiness)
     style = draw(rng, ["plain", "ribs", "slots"])
     for f in np.linspace(back, front, int(rng.integers(5, 10)))[1:-1]:
         swell = tall * (1 + (taper - 1) * (f - back) / (front - back))
@@ -160,7 +161,7 @@ def fore_end(
         Cut(forward=0.8 * front, low=base - 2.0 * radius, high=base + 0.3 * radius, width=wide),
         Cut(forward=front, low=base - 1.1 * radius, high=base + 0.2 * radius, width=0.6 * wide),
     ]
-    bar(b, "body", wood, rows, 0.35)
+    bar(b, "body", wood, rows, boxiness=0.35)
 
 
 def jacket(b: Builder, steel: Material, back: float, front: float, radius: float) -> None:

@@ -1,20 +1,16 @@
-"""Materials of firearms, and bodies swept along them."""
+"""Bodies swept along a firearm, which points to -z."""
 
 from __future__ import annotations
 
-import colorsys
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Material
 from ffd_lightning.shapes.kit.sections import superellipse
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
-
-BLACK = Material((0.03, 0.03, 0.03))
-IRON = Material((0.14, 0.14, 0.15))
 
 
 class Cut(NamedTuple):
@@ -36,22 +32,6 @@ class Cut(NamedTuple):
 def at(forward: float, up: float, side: float = 0.0) -> Array:
     """Return the (3,) point that lies `forward` of the origin, towards -z."""
     return vec(side, up, -forward)
-
-
-def draw_steel(rng: Rng) -> Material:
-    """Draw blued, parkerised or (seldom) nickelled steel."""
-    value = rng.uniform(0.5, 0.8) if rng.random() < 0.25 else rng.uniform(0.12, 0.32)
-    return Material(colorsys.hsv_to_rgb(rng.uniform(0.55, 0.65), rng.uniform(0, 0.15), value))
-
-
-def draw_furniture(rng: Rng, wood: float = 0.5) -> Material:
-    """Draw what is held in the hands: wood (with probability `wood`) or a dull polymer."""
-    if rng.random() < wood:
-        return pick_material(rng, "wood")
-    hue, saturation = rng.uniform(0.08, 0.28), rng.uniform(0.0, 0.45)
-    pattern = draw(rng, ["", "speckle"], [0.7, 0.3])
-    color = colorsys.hsv_to_rgb(hue, saturation, rng.uniform(0.12, 0.55))
-    return Material(color, pattern, 3.0, seed=int(rng.integers(1 << 30)))
 
 
 def bar(
@@ -77,7 +57,7 @@ def even_bar(
     boxiness: float = 0.7,
 ) -> None:
     """Add a body of one section, between the two places along the barrel in `ends`."""
-    bar(b, part, material, [Cut(f, low, high, width) for f in ends], boxiness)
+    bar(b, part, material, [Cut(f, low, high, width) for f in ends], boxiness=boxiness)
 
 
 def sweep(

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit.builder import Builder
-from ffd_lightning.shapes.kit.materials import Material
+from ffd_lightning.shapes.kit import Builder, Material
 from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, lean, vec
 
 
 def beam(
-    builder: Builder,
+    b: Builder,
     part: str,
     material: Material,
     start: ArrayLike,
@@ -20,27 +19,27 @@ def beam(
     height: float,
 ) -> None:
     """Add a straight bar with chamfered edges; `height` is its side nearest to upright."""
-    a, b = np.asarray(start, float), np.asarray(end, float)
-    length = float(np.linalg.norm(b - a))
-    along = (b - a) / length
+    first, last = np.asarray(start, float), np.asarray(end, float)
+    length = float(np.linalg.norm(last - first))
+    along = (last - first) / length
     helper = vec(0.0, 1, 0) if abs(along[1]) < 0.95 else vec(0.0, 0, 1)
     side = np.cross(helper, along)
     side /= np.linalg.norm(side)
     turn = np.column_stack([side, np.cross(along, side), along])
     size, radius = (width, height, length), 0.15 * min(width, height)
-    builder.rounded_box(part, material, (a + b) / 2, size, radius, turn=turn, segments=1)
+    b.rounded_box(part, material, (first + last) / 2, size, radius, turn=turn, segments=1)
 
 
 def rails(
-    builder: Builder, part: str, material: Material, points: Array, width: float, height: float
+    b: Builder, part: str, material: Material, points: Array, width: float, height: float
 ) -> None:
     """Join consecutive points (p, 3), and the last to the first, with beams."""
     for start, end in zip(points, np.roll(points, -1, axis=0), strict=True):
-        beam(builder, part, material, start, end, width, height)
+        beam(b, part, material, start, end, width=width, height=height)
 
 
 def slats(
-    builder: Builder,
+    b: Builder,
     part: str,
     material: Material,
     first: ArrayLike,
@@ -55,11 +54,11 @@ def slats(
     segments = 1 if count > 3 else 3  # a few broad boards are in full view
     for t in np.linspace(0, 1, count) if count > 1 else [0.5]:
         center = (1 - t) * np.asarray(first, float) + t * np.asarray(last, float)
-        builder.rounded_box(part, material, center, board, edge, turn=turn, segments=segments)
+        b.rounded_box(part, material, center, board, edge, turn=turn, segments=segments)
 
 
 def pad(
-    builder: Builder,
+    b: Builder,
     part: str,
     material: Material,
     center: ArrayLike,
@@ -75,28 +74,40 @@ def pad(
     turn = lean(90 + degrees)
     box = (width, thickness, height)
     edge = 0.45 * thickness
-    builder.rounded_box(part, material, center, box, radius=radius, edge=edge, turn=turn)
+    b.rounded_box(part, material, center, box, radius=radius, edge=edge, turn=turn)
 
 
-def fill_side(
-    builder: Builder, material: Material, tops: Array, deck: float, part: str, fill: str, gap: float
+def enclose(
+    b: Builder, material: Material, tops: Array, *, deck: float, fill: str, gap: float
 ) -> None:
-    """Fill the space between two posts that end at `tops`, (2, 3), down to the deck.
+    """Fill the back and both ends of a seat between posts that end at `tops`, (4, 3).
 
-    `fill` is "bars", "slats" or "panel"; `gap` is the distance between bars or slats.
+    They are in the order of `corners` and reach down to the height `deck`; the ends are as high as
+    the lower of their posts. `fill` is "bars", "slats" or "panel"; `gap` is the distance between
+    bars or slats.
     """
+    _fill_side(b, material, tops[2:], deck, "back", fill, gap)
+    for pair in (tops[[0, 3]], tops[[1, 2]]):
+        pair[:, 1] = pair[:, 1].min()
+        _fill_side(b, material, pair, deck, "arm", fill, gap)
+
+
+def _fill_side(
+    b: Builder, material: Material, tops: Array, deck: float, part: str, fill: str, gap: float
+) -> None:
+    """Fill the space between two posts that end at `tops`, (2, 3), down to the deck."""
     first, last = tops - 0.03 * UP
-    beam(builder, part, material, first, last, 0.03, 0.05)
+    beam(b, part, material, first, last, width=0.03, height=0.05)
     rise, middle = first[1] - deck, (first + last) / 2
     length = float(np.linalg.norm(last - first))
     along_z = abs(last[2] - first[2]) > abs(last[0] - first[0])
     if fill == "bars":
         for t in np.linspace(0, 1, round(length / gap) + 1)[1:-1]:
             point = first + t * (last - first)
-            builder.cylinder(part, material, point, point - rise * UP, 0.011, segments=8)
+            b.cylinder(part, material, point, point - rise * UP, 0.011, segments=8)
         return
     tall = 0.5 * gap if fill == "slats" else rise
     count = max(1, round(rise / gap)) if fill == "slats" else 1
     size = (0.018, tall, length) if along_z else (length, tall, 0.018)
     low, high = middle - (rise - tall / 2) * UP, middle - tall / 2 * UP
-    slats(builder, part, material, low, high, size, count)
+    slats(b, part, material, low, high, size, count)

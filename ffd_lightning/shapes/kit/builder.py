@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.shapes.kit.choices import Rng
 from ffd_lightning.shapes.kit.materials import Material
+from ffd_lightning.shapes.kit.sections import corner_arcs
 from ffd_lightning.shapes.kit.vectors import Array
 
 
@@ -90,49 +91,39 @@ class Builder:
         corner = min(radius, 0.98 * half[0], 0.98 * half[2])
         rim = min(0.8 * corner if edge is None else edge, 0.9 * corner, 0.98 * half[1])
         quarter = np.linspace(0, np.pi / 2, segments + 1)
-        angles = np.concatenate([quarter + i * np.pi / 2 for i in range(4)])
-        signs = np.repeat([(1, 1), (-1, 1), (-1, -1), (1, -1)], segments + 1, axis=0)
-        core = signs * (half[[0, 2]] - corner)
+        corners, arcs = corner_arcs(segments)
+        core = corners * (half[[0, 2]] - corner)
         inset, rise = rim * (1 - np.cos(quarter)), half[1] - rim + rim * np.sin(quarter)
         rows = [*zip(inset[::-1], -rise[::-1], strict=True), *zip(inset, rise, strict=True)]
         matrix = np.eye(3) if turn is None else turn
         rings = []
         for shrink, y in rows:
-            flat = core + (corner - shrink) * np.column_stack([np.cos(angles), np.sin(angles)])
+            flat = core + (corner - shrink) * arcs
             ring = np.column_stack([flat[:, 0], np.full(len(flat), y), flat[:, 1]])
             rings.append(ring @ matrix.T + np.asarray(center, float))
         self.loft(part, material, rings)
 
     def loft(
-        self,
-        part: str,
-        material: Material,
-        sections: Sequence[ArrayLike],
-        closed: bool = True,
-        caps: bool = True,
+        self, part: str, material: Material, sections: Sequence[ArrayLike], caps: bool = True
     ) -> None:
-        """Join rings of points, each (k, 3) with the same k, into a skin.
+        """Join closed rings of points, each (k, 3) with the same k, into a skin.
 
-        `closed` joins each ring's last point to its first; `caps` closes both ends (fans about
-        the rings' means, so rings should be star-shaped).
+        `caps` closes both ends (fans about the rings' means, so rings should be star-shaped).
         """
         rings = np.stack([np.asarray(s, float) for s in sections])
         n, k = rings.shape[:2]
         vertices = rings.reshape(-1, 3)
         faces = []
         for i in range(n - 1):
-            for j in range(k if closed else k - 1):
+            for j in range(k):
                 a, b = i * k + j, i * k + (j + 1) % k
                 faces += [(a, b, b + k), (a, b + k, a + k)]
-        if caps and closed:
+        if caps:
             for row in (0, n - 1):
                 vertices = np.concatenate([vertices, rings[row].mean(0)[None]])
                 c = len(vertices) - 1
-                ring = [row * k + j for j in range(k)]
-                faces += [
-                    (c, ring[(j + 1) % k], ring[j]) if row == 0 else (c, ring[j], ring[(j + 1) % k])
-                    for j in range(k)
-                ]
+                rim = [(row * k + j, row * k + (j + 1) % k) for j in range(k)]
+                faces += [(c, after, one) if row == 0 else (c, one, after) for one, after in rim]
         self.add(part, material, vertices, faces)
 
     def tube(

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.boards import beam, rails
-from ffd_lightning.shapes.kit.builder import Builder
-from ffd_lightning.shapes.kit.choices import Rng
-from ffd_lightning.shapes.kit.materials import Material
 from ffd_lightning.shapes.kit.paths import bend, circle
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
 
@@ -54,9 +52,8 @@ def draw_leg_style(rng: Rng, thickness: Pair, hairpin: float = 0.1) -> LegStyle:
         return LegStyle("round", 1.25 * across, _turned_profile(rng))
     foot = rng.uniform(0.45, 1.0) if rng.random() < 0.6 else 1.0
     knee = rng.uniform(0.5, 0.9)
-    return LegStyle(
-        kind, across, ((0.0, foot), (knee / 2, (1 + foot) / 2), (knee, 1.0), (1.0, 1.0))
-    )
+    profile = ((0.0, foot), (knee / 2, (1 + foot) / 2), (knee, 1.0), (1.0, 1.0))
+    return LegStyle(kind, across, profile)
 
 
 def _turned_profile(rng: Rng) -> Profile:
@@ -68,7 +65,7 @@ def _turned_profile(rng: Rng) -> Profile:
 
 
 def add_leg(
-    builder: Builder,
+    b: Builder,
     part: str,
     material: Material,
     style: LegStyle,
@@ -77,12 +74,12 @@ def add_leg(
     stretch: Pair = (1.0, 1.0),
 ) -> None:
     """Add a leg from `top` to `foot`, both its ends level; `stretch` scales its x and z sides."""
-    a, b = np.asarray(foot, float), np.asarray(top, float)
+    low, high = np.asarray(foot, float), np.asarray(top, float)
     if not style.plain:
         rod, spread = max(0.008, 0.16 * style.thickness), 0.9 * style.thickness
-        ends = b + spread * np.array([[-1, 0, 1], [1, 0, -1]])
-        path = bend([ends[0], a + rod * UP, ends[1]], 0.4 * style.thickness)
-        builder.tube(part, material, path, rod, segments=8)
+        ends = high + spread * np.array([[-1, 0, 1], [1, 0, -1]])
+        path = bend([ends[0], low + rod * UP, ends[1]], 0.4 * style.thickness)
+        b.tube(part, material, path, rod, segments=8)
         return
     if style.section == "square":
         flat = np.array([(1, 0.8), (0.8, 1), (-0.8, 1), (-1, 0.8)])
@@ -90,32 +87,33 @@ def add_leg(
     else:
         ring = circle(count=16, radius=1.0, height=0.0)[:, [0, 2]]
     ring = ring * np.asarray(stretch) * style.thickness / 2
-    rings = [np.insert(scale * ring, 1, 0, axis=1) + a + t * (b - a) for t, scale in style.profile]
-    builder.loft(part, material, rings)
+    level, along = np.insert(ring, 1, 0, axis=1), high - low
+    rings = [scale * level + low + t * along for t, scale in style.profile]
+    b.loft(part, material, rings)
 
 
 def add_legs(
-    builder: Builder, part: str, material: Material, style: LegStyle, tops: Array, feet: Array
+    b: Builder, part: str, material: Material, style: LegStyle, tops: Array, feet: Array
 ) -> None:
     """Add one leg from each of `tops` to the same row of `feet`, both (n, 3)."""
     for top, foot in zip(tops, feet, strict=True):
-        add_leg(builder, part, material, style, top, foot)
+        add_leg(b, part, material, style, top, foot)
 
 
 def stretchers(
-    builder: Builder, part: str, material: Material, points: Array, size: float, kind: str
+    b: Builder, part: str, material: Material, points: Array, size: float, kind: str
 ) -> None:
     """Join four legs at `points`, (4, 3) in `corners` order, as "box", "h" or "x"."""
     front_left, front_right, back_right, back_left = points
     if kind == "box":
-        rails(builder, part, material, points, size, size)
+        rails(b, part, material, points, width=size, height=size)
     elif kind == "h":
         for start, end in ((front_left, back_left), (front_right, back_right)):
-            beam(builder, part, material, start, end, size, size)
+            beam(b, part, material, start, end, width=size, height=size)
         middles = (front_left + back_left) / 2, (front_right + back_right) / 2
-        beam(builder, part, material, *middles, size, size)
+        beam(b, part, material, *middles, width=size, height=size)
     elif kind == "x":
-        beam(builder, part, material, front_left, back_right, size, size)
-        beam(builder, part, material, front_right, back_left, size, 0.8 * size)
+        beam(b, part, material, front_left, back_right, width=size, height=size)
+        beam(b, part, material, front_right, back_left, width=size, height=0.8 * size)
     else:
         raise ValueError(f"unknown stretchers {kind!r}")

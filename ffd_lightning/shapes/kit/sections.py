@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ffd_lightning.shapes.kit.vectors import Array
+from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 
 class Section(NamedTuple):
@@ -41,3 +41,25 @@ def superellipse(boxiness: float, count: int = 16) -> Array:
     circle = np.stack([np.cos(angles), np.sin(angles)], 1)
     ring = np.sign(circle) * np.abs(circle) ** (1 - 0.8 * boxiness)
     return ring / np.abs(ring).max()
+
+
+def corner_arcs(segments: int) -> tuple[Array, Array]:
+    """Return what a rounded rectangle is drawn by: (1 or -1) corners and unit arcs about them.
+
+    Both are (4 * (segments + 1), 2); a point is a corner times the half sides, less the radius,
+    plus the arc's direction times the radius.
+    """
+    quarter = np.linspace(0, np.pi / 2, segments + 1)
+    angles = np.concatenate([quarter + i * np.pi / 2 for i in range(4)])
+    corners = np.repeat([(1, 1), (-1, 1), (-1, -1), (1, -1)], segments + 1, axis=0)
+    return corners, np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def eased_disc(radius: float, low: float, high: float, ease: float) -> list[Pair]:
+    """Return the (radius, height) rows of a disc between two heights whose edges are eased."""
+    return [
+        (radius - ease, low),
+        (radius, low + ease),
+        (radius, high - ease),
+        (radius - ease, high),
+    ]

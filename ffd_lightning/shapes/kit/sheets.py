@@ -5,14 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit.builder import Builder
-from ffd_lightning.shapes.kit.materials import Material
+from ffd_lightning.shapes.kit import Builder, Material
 from ffd_lightning.shapes.kit.vectors import Array, Pair
 
 
-def sheet(
-    builder: Builder, part: str, material: Material, grid: ArrayLike, thickness: float
-) -> None:
+def sheet(b: Builder, part: str, material: Material, grid: ArrayLike, thickness: float) -> None:
     """Add a curved sheet: a grid of points (n, m, 3) thickened along its normals."""
     points = np.asarray(grid, float)
     n, m = points.shape[:2]
@@ -27,11 +24,11 @@ def sheet(
     quads += [(border, following, following + n * m, border + n * m)]
     faces = [np.stack([q[i].ravel() for i in t], 1) for q in quads for t in ((0, 1, 2), (0, 2, 3))]
     vertices = np.concatenate([(points + offset).reshape(-1, 3), (points - offset).reshape(-1, 3)])
-    builder.add(part, material, vertices, np.concatenate(faces))
+    b.add(part, material, vertices, np.concatenate(faces))
 
 
 def arc(
-    builder: Builder,
+    b: Builder,
     part: str,
     material: Material,
     radii: Pair,
@@ -48,4 +45,4 @@ def arc(
         r = radii[0] + flat[:, 0] * (radii[1] - radii[0])
         y = bottom + flat[:, 1] * (top - bottom)
         rings.append(np.stack([r * np.sin(angle), y, r * np.cos(angle)], 1))
-    builder.loft(part, material, rings)
+    b.loft(part, material, rings)

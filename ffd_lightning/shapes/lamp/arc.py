@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.vectors import UP, about_y, vec
-from ffd_lightning.shapes.lamp.bodies import draw_body_material, draw_metal
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal
 from ffd_lightning.shapes.lamp.shades import add_head, draw_shade
 
 

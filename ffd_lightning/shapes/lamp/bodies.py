@@ -1,30 +1,13 @@
-"""Materials and turned bodies of lamps."""
+"""Turned bodies of lamps, and their cross-sections."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import PchipInterpolator
 
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.kit.curves import monotone
 from ffd_lightning.shapes.kit.vectors import Array, about_y
-
-_BRASS = ((0.75, 0.58, 0.28), (0.6, 0.42, 0.2), (0.82, 0.68, 0.42))
-
-
-def draw_metal(rng: Rng) -> Material:
-    """Draw the metal of poles and fittings: steel, brass or lacquered."""
-    kind = draw(rng, ["metal", "brass", "paint"], [0.5, 0.35, 0.15])
-    if kind == "brass":
-        return Material(_BRASS[int(rng.integers(len(_BRASS)))])
-    return pick_material(rng, kind)
-
-
-def draw_body_material(rng: Rng) -> Material:
-    """Draw the material of a base's body: ceramic, wood, metal or coloured plastic."""
-    return pick_material(
-        rng, draw(rng, ["paint", "wood", "metal", "plastic"], [0.4, 0.3, 0.2, 0.1])
-    )
 
 
 def outline(kind: str, count: int = 32) -> Array:
@@ -79,13 +62,8 @@ def add_foot(b: Builder, rng: Rng, material: Material, radius: float, height: fl
     edge = 0.12 * height
     rows = [(radius, 0), (radius, height - edge), (radius - edge, height), (0.1 * radius, height)]
     if kind == "stepped":
-        rows = [
-            (radius, 0),
-            (radius, height / 2),
-            (0.78 * radius, height / 2),
-            (0.75 * radius, height),
-        ]
-        rows += [(0.1 * radius, height)]
+        step = [(1, 0), (1, 0.5), (0.78, 0.5), (0.75, 1), (0.1, 1)]
+        rows = [(r * radius, t * height) for r, t in step]
     elif kind == "domed":
         a = np.linspace(0, 1.5, 7)
         rows = [(radius, 0), *np.stack([radius * np.cos(a), height * (0.3 + 0.7 * np.sin(a))], 1)]
@@ -101,4 +79,4 @@ def turned_rows(rng: Rng, radius: float, height: float, neck: float) -> Array:
     widths[int(rng.integers(count))] = radius
     knots = np.array([rng.uniform(0.45, 0.9) * radius, *widths, 1.2 * neck, neck])
     t = np.linspace(0, 1, 18)
-    return np.stack([PchipInterpolator(levels, knots)(t), height * t], 1)
+    return np.stack([monotone(levels, knots, t), height * t], 1)

@@ -7,14 +7,9 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, vec
-from ffd_lightning.shapes.lamp.bodies import (
-    draw_body_material,
-    draw_metal,
-    outline,
-    turned,
-    turned_rows,
-)
+from ffd_lightning.shapes.lamp.bodies import outline, turned, turned_rows
 from ffd_lightning.shapes.lamp.cords import add_cord, add_rose, hang_shade
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal
 from ffd_lightning.shapes.lamp.shades import FLIP, Shade, add_bulb, add_shade, draw_shade
 
 CUPS = {"bell": 0.35, "empire": 0.35, "bowl": 0.3}
@@ -28,8 +23,8 @@ def chandelier(rng: Rng) -> Builder:
     add_rose(b, metal, 0.07, vec(0, tall + drop, 0))
     add_cord(b, metal, vec(0, tall + drop, 0), drop)
     column = metal if rng.random() < 0.6 else draw_body_material(rng)
-    stations = turned_rows(rng, radius=rng.uniform(0.04, 0.08), height=tall, neck=0.012)
-    turned(b, "pole", column, stations, outline("round", 16))
+    vase = turned_rows(rng, radius=rng.uniform(0.04, 0.08), height=tall, neck=0.012)
+    turned(b, "pole", column, vase, outline("round", 16))
     rows = [(0.004, -0.06), (0.018, -0.045), (0.02, -0.03), (0.008, -0.01), (0.02, 0.005)]
     b.lathe("pole", metal, rows, segments=12)
     head = draw(rng, ["candle", "up", "down"], [0.4, 0.3, 0.3])
@@ -41,9 +36,8 @@ def chandelier(rng: Rng) -> Builder:
     for tier in range(tiers):
         out = reach * (1 - 0.45 * tier)
         number = max(3, count - 2 * tier)
-        path = (
-            _arm_path(rng, head, out, rng.uniform(0.05, 0.25) * tall, tall) + 0.4 * tier * tall * UP
-        )
+        path = _arm_path(rng, head, out, rng.uniform(0.05, 0.25) * tall, tall)
+        path = path + 0.4 * tier * tall * UP
         for i in range(number):
             turn = about_y(360.0 * i / number + 30 * tier)
             _arm(b, metal, shade, head, path @ turn.T)
@@ -60,9 +54,8 @@ def _arm_path(rng: Rng, head: str, reach: float, start: float, tall: float) -> A
     kind = draw(rng, ["scroll", "bow", "straight"], [0.5, 0.3, 0.2])
     rise = rng.uniform(0.0, 0.5) * tall
     if kind == "straight":
-        return np.array(
-            [(0, start, 0), (reach / 2, start + rise / 4, 0), (reach, start + rise / 2, 0)]
-        )
+        middle = (reach / 2, start + rise / 4, 0)
+        return np.array([(0, start, 0), middle, (reach, start + rise / 2, 0)])
     sag = rng.uniform(0.2, 0.5) * tall * (-1 if head != "down" else 1)
     points = [(0.0, start, 0.0), (0.45 * reach, start + sag, 0.0)]
     if kind == "scroll":

@@ -7,7 +7,8 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import UP, Array, lean, vec
-from ffd_lightning.shapes.lamp.bodies import add_foot, draw_body_material, draw_metal
+from ffd_lightning.shapes.lamp.bodies import add_foot
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal
 from ffd_lightning.shapes.lamp.shades import HEADS, add_head, draw_shade
 
 
@@ -22,12 +23,8 @@ def desk(rng: Rng) -> Builder:
     if rng.random() < 0.35:
         rise = lower + upper * rng.uniform(0.3, 0.6)
         corner = start + rise * UP
-        points = [
-            start - 0.02 * UP,
-            corner,
-            corner + vec(0, 0.03, -upper),
-            corner + vec(0, -0.1, -1.1 * upper),
-        ]
+        points = [start - 0.02 * UP, corner, corner + vec(0, 0.03, -upper)]
+        points += [corner + vec(0, -0.1, -1.1 * upper)]
         path = bend(points, 0.3, 8)
         b.tube("arm", metal, path, 0.012, segments=10)
         end, tilt = path[-1], rng.uniform(0, 25)

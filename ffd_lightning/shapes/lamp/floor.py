@@ -8,7 +8,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import bend, circle
 from ffd_lightning.shapes.kit.vectors import about_y, about_z
-from ffd_lightning.shapes.lamp.bodies import add_foot, ball, draw_body_material, draw_metal
+from ffd_lightning.shapes.lamp.bodies import add_foot, ball
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal, draw_shade_material
 from ffd_lightning.shapes.lamp.shades import (
     CLOTH,
     FLIP,
@@ -18,7 +19,6 @@ from ffd_lightning.shapes.lamp.shades import (
     add_head,
     add_shade,
     draw_shade,
-    draw_shade_material,
 )
 
 
@@ -65,10 +65,8 @@ def _tripod(b: Builder, rng: Rng, material: Material, metal: Material, height: f
     joint = height * rng.uniform(0.55, 0.93)
     style = LegStyle(draw(rng, ["round", "square"]), 0.04, ((0, 0.6), (0.5, 0.9), (1, 1)))
     spread = rng.uniform(0.2, 0.36)
-    tops, feet = (
-        circle(count=3, radius=0.025, height=joint, degrees=90),
-        circle(count=3, radius=spread, height=0, degrees=90),
-    )
+    tops = circle(count=3, radius=0.025, height=joint, degrees=90)
+    feet = circle(count=3, radius=spread, height=0, degrees=90)
     add_legs(b, "base", material, style, tops, feet)
     b.cylinder("pole", metal, (0, joint - 0.06, 0), (0, joint + 0.02, 0), 0.045)
     b.cylinder("pole", metal, (0, joint, 0), (0, height, 0), 0.014)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.vectors import UP, Triple, vec
-from ffd_lightning.shapes.lamp.bodies import add_foot, draw_metal, outline, turned
+from ffd_lightning.shapes.kit.vectors import UP, vec
+from ffd_lightning.shapes.lamp.bodies import add_foot, outline, turned
 from ffd_lightning.shapes.lamp.cords import add_cord, add_rose
-from ffd_lightning.shapes.lamp.shades import add_bulb, draw_shade_material
+from ffd_lightning.shapes.lamp.materials import draw_metal, draw_shade_material
+from ffd_lightning.shapes.lamp.shades import add_bulb
 
 
 def lantern(rng: Rng) -> Builder:
@@ -23,15 +24,11 @@ def lantern(rng: Rng) -> Builder:
         low = rng.uniform(0.7, 1.5)
         add_foot(b, rng, metal, rng.uniform(0.12, 0.17), rng.uniform(0.06, 0.16))
         stem = rng.uniform(0.02, 0.035)
-        rows = [
-            (2 * stem, 0.02),
-            (2 * stem, 0.2 * low),
-            (1.2 * stem, 0.22 * low),
-            (stem, 0.9 * low),
-        ]
+        rows = [(2 * stem, 0.02), (2 * stem, 0.2 * low), (1.2 * stem, 0.22 * low)]
+        rows += [(stem, 0.9 * low)]
         rows += [(1.8 * stem, 0.92 * low), (stem, 0.94 * low), (2 * stem, low)]
         turned(b, "pole", metal, rows, outline(draw(rng, ["round", "hexagon"]), 20))
-    top = low + tall + _case(b, rng, metal, sides, (wide, low, tall))
+    top = low + tall + _case(b, rng, metal, sides, wide=wide, low=low, tall=tall)
     if mount == "chain":
         length = rng.uniform(0.1, 0.6)
         add_rose(b, metal, 0.07, vec(0, top + length, 0))
@@ -44,17 +41,18 @@ def lantern(rng: Rng) -> Builder:
     return b
 
 
-def _case(b: Builder, rng: Rng, metal: Material, sides: str, extent: Triple) -> float:
+def _case(
+    b: Builder, rng: Rng, metal: Material, sides: str, *, wide: float, low: float, tall: float
+) -> float:
     """Add the floor, posts, panes, candle and roof of a lantern; return the roof's height.
 
-    `extent` is the radius, the lower end and the height of the glazed part.
+    The glazed part is `tall` from `low` on; `wide` is its radius at the top.
     """
-    wide, low, tall = extent
     section = outline(sides)
     waist = wide * rng.uniform(0.55, 1.0)
     at = vec(0, low, 0)
-    stations = [(0.9 * waist, 0), (1.1 * waist, 0.012), (1.1 * waist, 0.03)]
-    turned(b, "base", metal, stations, section, at)
+    floor = [(0.9 * waist, 0), (1.1 * waist, 0.012), (1.1 * waist, 0.03)]
+    turned(b, "base", metal, floor, section, at)
     pane = pick_material(rng, "glass") if rng.random() < 0.75 else draw_shade_material(rng, 0)
     rows = np.array([(0.93 * waist, 0.025), (0.93 * wide, tall)])
     turned(b, "shade", pane, rows, section, at)

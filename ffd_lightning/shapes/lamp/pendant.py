@@ -5,17 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.kit.paths import circle
 from ffd_lightning.shapes.kit.vectors import UP, vec
-from ffd_lightning.shapes.lamp.bodies import draw_metal, outline, turned
+from ffd_lightning.shapes.lamp.bodies import outline, turned
 from ffd_lightning.shapes.lamp.cords import HANGING, add_cord, add_rose, hang_shade
-from ffd_lightning.shapes.lamp.shades import (
-    FLIP,
-    Shade,
-    add_bulb,
-    add_shade,
-    draw_shade,
-    draw_shade_material,
-)
+from ffd_lightning.shapes.lamp.materials import draw_metal, draw_shade_material
+from ffd_lightning.shapes.lamp.shades import FLIP, Shade, add_bulb, add_shade, draw_shade
 
 
 def pendant(rng: Rng) -> Builder:
@@ -60,8 +55,7 @@ def _several(b: Builder, rng: Rng, metal: Material, kind: str, drop: float) -> N
     else:
         ring = 1.15 * wide / np.sin(np.pi / count)
         add_rose(b, metal, ring + 0.04, np.zeros(3))
-        a = 2 * np.pi * np.arange(count) / count
-        places = np.stack([ring * np.cos(a), 0 * a, ring * np.sin(a)], 1)
+        places = circle(count, ring, height=0.0)
     for place in places:
         length = max(0.08, drop + uneven * rng.uniform(-0.5, 0.5))
         add_cord(b, metal, place, length)

@@ -7,7 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import lean, vec
-from ffd_lightning.shapes.lamp.bodies import draw_metal
+from ffd_lightning.shapes.lamp.materials import draw_metal
 from ffd_lightning.shapes.lamp.shades import FLIP, add_bulb, add_shade, draw_shade
 
 
@@ -23,9 +23,8 @@ def sconce(rng: Rng) -> Builder:
     else:
         rows = [(0.5 * tall, -0.012), (0.5 * tall, 0.004), (0.4 * tall, 0.014), (0.02, 0.02)]
         center = (0, 0, 0.012)
-        b.lathe(
-            "base", metal, rows, center, segments=28, turn=upright, squash=rng.uniform(0.6, 1.5)
-        )
+        squash = rng.uniform(0.6, 1.5)
+        b.lathe("base", metal, rows, center, segments=28, turn=upright, squash=squash)
     size = rng.uniform(0.06, 0.12)
     count = int(rng.choice([1, 2, 3], p=[0.55, 0.3, 0.15]))
     up = rng.random() < 0.6
@@ -37,9 +36,8 @@ def sconce(rng: Rng) -> Builder:
         middle = 0.04 if x == 0 else 0.0
         foot = vec(0.1 * x, 0, 0.01)
         end = vec(x, 0.06 if up else 0.02, -reach - middle)
-        points = np.array(
-            [foot, foot - vec(0, sag, 0.4 * reach), (x, -0.06 - abs(sag), end[2]), end]
-        )
+        low = (x, -0.06 - abs(sag), end[2])
+        points = np.array([foot, foot - vec(0, sag, 0.4 * reach), low, end])
         if not up:
             points[1:3] = (0.1 * x, 0.1, -0.3 * reach), (x, 0.12, end[2])
         b.tube("arm", metal, bend(points, 0.1, 6), 0.009, segments=8)

@@ -7,26 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.vectors import UP, Array, lean, vec
-from ffd_lightning.shapes.lamp.bodies import draw_metal, outline, rings_along
+from ffd_lightning.shapes.lamp.bodies import outline, rings_along
+from ffd_lightning.shapes.lamp.materials import draw_metal, draw_shade_material
 
 FLIP = lean(180)
 """Turns a shade that hangs into one that opens upward."""
 _GLOW = Material((1.0, 0.95, 0.75))
-
-
-def draw_shade_material(rng: Rng, glass: float = 0.15) -> Material:
-    """Draw a pale cloth, any other fabric, paint, metal or (with probability `glass`) glass."""
-    if rng.random() < glass:
-        return pick_material(rng, "glass")
-    kind = draw(rng, ["pale", "fabric", "paint", "metal"], [0.35, 0.35, 0.2, 0.1])
-    if kind != "pale":
-        return pick_material(rng, kind)
-    value, warmth = rng.uniform(0.78, 0.97), rng.uniform(0.03, 0.25)
-    color = (value, value * (1 - 0.4 * warmth), value * (1 - warmth))
-    pattern = draw(rng, ["", "fabric", "stripes"], [0.5, 0.35, 0.15])
-    return Material(color, pattern, 4.0, seed=int(rng.integers(1 << 30)))
 
 
 @dataclass(frozen=True)
@@ -104,12 +92,8 @@ def add_shade(
     b.loft("shade", shade.material, rings_along(loop, shade.section, at, turn, 0), caps=False)
     if shade.trim is not None:
         for r, h in shade.rows[[0, -1]]:
-            band = [
-                (r + wall / 2, -wall),
-                (r + wall / 2, wall),
-                (r - wall, wall),
-                (r - wall, -wall),
-            ]
+            out, into = r + wall / 2, r - wall
+            band = [(out, -wall), (out, wall), (into, wall), (into, -wall)]
             rows = np.array([*band, band[0]]) + (0, h)
             b.loft("shade", shade.trim, rings_along(rows, shade.section, at, turn, 0), caps=False)
     mouth = shade.rows[-1, 0]

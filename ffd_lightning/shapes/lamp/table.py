@@ -7,16 +7,10 @@ import numpy as np
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import circle
-from ffd_lightning.shapes.kit.vectors import Triple, about_y, vec
-from ffd_lightning.shapes.lamp.bodies import (
-    add_foot,
-    ball,
-    draw_body_material,
-    draw_metal,
-    outline,
-    turned,
-    turned_rows,
-)
+from ffd_lightning.shapes.kit.sections import eased_disc
+from ffd_lightning.shapes.kit.vectors import about_y, vec
+from ffd_lightning.shapes.lamp.bodies import add_foot, ball, outline, turned, turned_rows
+from ffd_lightning.shapes.lamp.materials import draw_body_material, draw_metal
 from ffd_lightning.shapes.lamp.shades import CLOTH, add_bulb, add_harp, add_shade, draw_shade
 
 
@@ -29,7 +23,7 @@ def table(rng: Rng) -> Builder:
     if rng.random() < 0.6:
         foot = rng.uniform(0.012, 0.035)
         add_foot(b, rng, metal if rng.random() < 0.5 else material, rng.uniform(0.08, 0.13), foot)
-    _body(b, rng, material, metal, (radius, foot - 0.002, foot + height))
+    _body(b, rng, material, metal, radius=radius, low=foot - 0.002, high=foot + height)
     size = rng.uniform(0.11, 0.24), rng.uniform(0.12, 0.3)
     shade = draw_shade(rng, max(size[0], 1.15 * radius), size[1], CLOTH)
     low = foot + height + rng.uniform(0.01, 0.08)
@@ -42,22 +36,27 @@ def table(rng: Rng) -> Builder:
     return b
 
 
-def _body(b: Builder, rng: Rng, material: Material, metal: Material, extent: Triple) -> None:
-    """Add the body of a table lamp; `extent` is its radius, lower and upper end."""
-    radius, low, high = extent
+def _body(
+    b: Builder,
+    rng: Rng,
+    material: Material,
+    metal: Material,
+    *,
+    radius: float,
+    low: float,
+    high: float,
+) -> None:
+    """Add the body of a table lamp between two heights, `radius` at its widest."""
     rise, at = high - low, vec(0, low, 0)
-    kind = draw(
-        rng,
-        ["vase", "stack", "block", "loop", "legs", "column"],
-        [0.4, 0.16, 0.14, 0.08, 0.1, 0.12],
-    )
+    kinds = ["vase", "stack", "block", "loop", "legs", "column"]
+    kind = draw(rng, kinds, [0.4, 0.16, 0.14, 0.08, 0.1, 0.12])
     if kind == "vase":
         section = draw(rng, ["round", "fluted", "hexagon", "square"], [0.7, 0.14, 0.08, 0.08])
         twist = rng.uniform(-150, 150) if section in ("fluted", "square") else 0.0
         rows = turned_rows(rng, radius, rise, 0.016)
         turned(b, "base", material, rows, outline(section), at, twist)
     elif kind == "stack":
-        _stack(b, rng, material, metal, extent)
+        _stack(b, rng, material, metal, radius, low, high)
     elif kind == "block":
         top = rng.uniform(0.5, 1.2) * radius
         rows = np.array([(radius, 0), (top, 0.97 * rise), (0.92 * top, rise)])
@@ -73,10 +72,7 @@ def _body(b: Builder, rng: Rng, material: Material, metal: Material, extent: Tri
     elif kind == "legs":
         count = int(rng.integers(3, 5))
         style = LegStyle(draw(rng, ["round", "square"]), 0.024, ((0, 0.6), (0.5, 0.9), (1, 1)))
-        tops, feet = (
-            circle(count=count, radius=0.015, height=high - 0.01),
-            circle(count, 0.9 * radius + 0.03, low),
-        )
+        tops, feet = circle(count, 0.015, high - 0.01), circle(count, 0.9 * radius + 0.03, low)
         add_legs(b, "base", material, style, tops, feet)
         b.cylinder("base", metal, (0, high - 0.04, 0), (0, high, 0), 0.032)
     else:
@@ -85,9 +81,16 @@ def _body(b: Builder, rng: Rng, material: Material, metal: Material, extent: Tri
         b.lathe("base", metal, [(0.09, 0), (0.09, 0.012), (slim, 0.025)], at)
 
 
-def _stack(b: Builder, rng: Rng, material: Material, metal: Material, extent: Triple) -> None:
+def _stack(
+    b: Builder,
+    rng: Rng,
+    material: Material,
+    metal: Material,
+    radius: float,
+    low: float,
+    high: float,
+) -> None:
     """Thread two to five balls, discs or blocks on a rod, smaller toward the top."""
-    radius, low, high = extent
     b.cylinder("pole", metal, (0, low, 0), (0, high, 0), 0.01)
     count, kind = int(rng.integers(2, 6)), draw(rng, ["ball", "disc", "block"])
     shares = np.linspace(1, rng.uniform(0.5, 1.1), count)
@@ -102,13 +105,7 @@ def _stack(b: Builder, rng: Rng, material: Material, metal: Material, extent: Tr
             ball(b, "base", skin, middle, np.array([0.9 * wide, 0.52 * size]))
         elif kind == "disc":
             half, edge = 0.5 * size, 0.12 * size
-            rows = [
-                (wide - edge, -half),
-                (wide, edge - half),
-                (wide, half - edge),
-                (wide - edge, half),
-            ]
-            b.lathe("base", skin, rows, middle)
+            b.lathe("base", skin, eased_disc(wide, -half, half, edge), middle)
         else:
             turn = about_y(i * 45.0 if i % 2 else 0.0)
             b.rounded_box("base", skin, middle, (1.5 * wide, size, 1.5 * wide), 0.01, turn=turn)

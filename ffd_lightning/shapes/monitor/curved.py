@@ -37,9 +37,9 @@ def curved(rng: Rng) -> Builder:
     middle = vec(0, bottom + 0.5 * height, 1.3 * thickness)
     b.rounded_box("back", case.back, middle, size, 0.02)
     start, end = vec(0, 0.4 * low, middle[2] + 0.07), middle + vec(0, 0, 0.01)
-    beam(b, "stand", case.stand, start, end, rng.uniform(0.05, 0.14), 0.03)
+    beam(b, "stand", case.stand, start, end, width=rng.uniform(0.05, 0.14), height=0.03)
     for i in range(int(rng.integers(1, 5))):
         spot = vec(0.06 * i - 0.1, bottom + 0.4 * bezel, -0.4 * thickness)
-        target = spot - vec(0, 0, 0.2 * thickness)
-        b.cylinder("button", case.accent, spot, target, 0.3 * bezel, segments=8)
+        tip = spot - vec(0, 0, 0.2 * thickness)
+        b.cylinder("button", case.accent, spot, tip, 0.3 * bezel, segments=8)
     return b

@@ -50,10 +50,11 @@ def multiple(rng: Rng) -> Builder:
             turned = moved(panel, place, about_y(angle * offset))
             add_panel(b, rng, case, turned)
             knob = turned.at(0, 0, 0.3 * panel.thickness)
-            beam(b, "stand", case.stand, knob, (0.8 * x, y, bar), 0.03, 0.05)
+            beam(b, "stand", case.stand, knob, (0.8 * x, y, bar), width=0.03, height=0.05)
         if columns > 1:
             reach = 0.4 * columns * (columns - 1) / 2 * step
-            beam(b, "stand", case.stand, (-reach, y, bar), (reach, y, bar), 0.025, 0.04)
+            start = (-reach, y, bar)
+            beam(b, "stand", case.stand, start, (reach, y, bar), width=0.025, height=0.04)
     b.cylinder("stand", case.stand, (0, 0.3 * low, bar), (0, levels[-1] + 0.06, bar), 0.022)
     b.rounded_box("base", case.stand, (0, low / 2, bar), (0.12, low, 0.1), 0.01)
     return b

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -79,15 +79,7 @@ def draw_panel(
 def moved(panel: Panel, center: Array, turn: Array | None = None) -> Panel:
     """Return the panel at another place, perhaps turned further."""
     matrix = panel.turn if turn is None else turn @ panel.turn
-    return Panel(
-        center=center,
-        width=panel.width,
-        height=panel.height,
-        thickness=panel.thickness,
-        turn=matrix,
-        bezel=panel.bezel,
-        chin=panel.chin,
-    )
+    return replace(panel, center=center, turn=matrix)
 
 
 def add_panel(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:

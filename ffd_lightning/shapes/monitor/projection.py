@@ -34,12 +34,11 @@ def projection(rng: Rng) -> Builder:
         inner = vec(x, y, 0.0)
         b.rounded_box("frame", case.back, inner, (size[0], size[1], 0.03), 0.03)
         add_bulged_screen(b, case, (x, y, -0.015), (0.92 * size[0], 0.92 * size[1]), 0.03)
-        _console_panel(b, rng, case, (border - width / 2, x - size[0] / 2), (y, hole[1]))
+        _console_panel(b, rng, case, (border - width / 2, x - size[0] / 2), y=y, tall=hole[1])
         style = LegStyle("round", 0.05, ((0, 0.5), (0.5, 0.75), (1, 1)))
         tops = corners(0.85 * width, 0.75 * depth, low + 0.01, depth / 2)
-        spread = (tops - vec(0, low + 0.01, depth / 2)) * rng.uniform(1.0, 1.1) + vec(
-            0, 0, depth / 2
-        )
+        spread = (tops - vec(0, low + 0.01, depth / 2)) * rng.uniform(1.0, 1.1)
+        spread = spread + vec(0, 0, depth / 2)
         add_legs(b, "base", body, style, tops, spread)
         return b
     add_bezel(b, case, (0, y, 0), (width, height), hole, 0.0, lip)
@@ -49,10 +48,9 @@ def projection(rng: Rng) -> Builder:
     return b
 
 
-def _console_panel(b: Builder, rng: Rng, case: Case, span: Pair, extent: Pair) -> None:
-    """Add dials above a loudspeaker cloth between the x of `span`; `extent` is (y, height)."""
+def _console_panel(b: Builder, rng: Rng, case: Case, span: Pair, y: float, tall: float) -> None:
+    """Add dials above a loudspeaker cloth between the x of `span`, `tall` about `y`."""
     x, wide = sum(span) / 2, span[1] - span[0] - 0.04
-    y, tall = extent
     b.box("speaker", case.back, (x, y - 0.2 * tall, -0.004), (wide, 0.55 * tall, 0.015))
     for dy in np.linspace(-0.45, 0.05, int(rng.integers(5, 11))) * tall:
         b.box("speaker", case.accent, (x, y + dy, -0.008), (wide, 0.012, 0.015))

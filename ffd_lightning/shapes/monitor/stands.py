@@ -25,13 +25,11 @@ def foot(b: Builder, rng: Rng, case: Case, width: float, kind: str) -> float:
         b.rounded_box("base", case.stand, (0, thick / 2, 0), size, radius=radius, edge=0.3 * thick)
     elif kind == "v":
         for side in (-1, 1):
-            path = [
-                (0, 1.2 * thick, 0.3 * reach),
-                (0.5 * side * reach, thick, -0.2 * reach),
-                (1.2 * side * reach, 0.5 * thick, -0.75 * reach),
-            ]
+            path = [(0, 1.2 * thick, 0.3 * reach), (0.5 * side * reach, thick, -0.2 * reach)]
+            path += [(1.2 * side * reach, 0.5 * thick, -0.75 * reach)]
             b.tube("base", case.stand, bend(path, 0.4 * reach), 0.5 * thick, segments=10)
-        beam(b, "base", case.stand, (0, 0.5 * thick, 0.8 * reach), (0, thick, 0), 2 * thick, thick)
+        start = (0, 0.5 * thick, 0.8 * reach)
+        beam(b, "base", case.stand, start, (0, thick, 0), width=2 * thick, height=thick)
     else:
         raise ValueError(f"unknown base {kind!r}")
     return thick
@@ -59,18 +57,12 @@ def neck(b: Builder, rng: Rng, case: Case, low: float, panel: Panel) -> None:
         path = bend([behind, knee, mount], 0.5 * deep)
         b.tube("stand", case.stand, path, 0.18 * width, segments=12)
     else:
-        beam(b, "stand", case.stand, foot, mount + 0.2 * width * UP, width, 0.35 * deep)
+        upper = mount + 0.2 * width * UP
+        beam(b, "stand", case.stand, foot, upper, width=width, height=0.35 * deep)
     plate = (1.3 * width + 0.03, 1.1 * width + 0.03, 0.9 * panel.thickness)
-    b.rounded_box(
-        "stand",
-        case.stand,
-        panel.at(
-            0, (panel.turn.T @ (mount - panel.center))[1] / panel.height, 0.5 * panel.thickness
-        ),
-        plate,
-        0.01,
-        turn=panel.turn,
-    )
+    rise = (panel.turn.T @ (mount - panel.center))[1] / panel.height
+    place = panel.at(0, rise, 0.5 * panel.thickness)
+    b.rounded_box("stand", case.stand, place, plate, 0.01, turn=panel.turn)
 
 
 def side_speaker(b: Builder, rng: Rng, case: Case, panel: Panel, side: int) -> None:
@@ -85,6 +77,4 @@ def side_speaker(b: Builder, rng: Rng, case: Case, panel: Panel, side: int) -> N
         spot = place + panel.turn @ vec(0, y * tall, -0.38 * panel.thickness)
         end = spot + panel.turn @ vec(0, 0, -0.06 * panel.thickness)
         radius = 0.38 * wide
-        b.cylinder(
-            "speaker", case.accent, spot, end, radius=radius, radius_end=0.3 * wide, segments=16
-        )
+        b.tube("speaker", case.accent, [spot, end], (radius, 0.3 * wide), segments=16)

@@ -60,7 +60,7 @@ def _wall_mount(b: Builder, rng: Rng, case: Case, panel: Panel, arm: bool) -> No
     if arm:
         elbow = vec(rng.choice([-1, 1]) * 0.5 * wide, y, (wall + hold[2]) / 2)
         for end in (vec(0, y, wall), hold):
-            beam(b, "stand", case.stand, end, elbow, 0.03, 0.05)
+            beam(b, "stand", case.stand, end, elbow, width=0.03, height=0.05)
         b.cylinder("stand", case.stand, elbow - 0.035 * UP, elbow + 0.035 * UP, 0.022)
         size = (0.2, 0.03, 0.2)
         turn = panel.turn @ lean(90)
@@ -69,7 +69,8 @@ def _wall_mount(b: Builder, rng: Rng, case: Case, panel: Panel, arm: bool) -> No
     for x in (-0.4 * wide, 0.4 * wide):
         for rise in (-0.3, 0.3):
             start = vec(x, y + rise * plate[1], wall)
-            beam(b, "stand", case.stand, start, (*start[:2], 0.3 * panel.thickness), 0.025, 0.04)
+            tip = (*start[:2], 0.3 * panel.thickness)
+            beam(b, "stand", case.stand, start, tip, width=0.025, height=0.04)
 
 
 def _sound_bar(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
@@ -83,6 +84,4 @@ def _sound_bar(b: Builder, rng: Rng, case: Case, panel: Panel) -> None:
         spot = place + panel.turn @ vec(x, 0, -0.44 * panel.thickness)
         end = spot + panel.turn @ vec(0, 0, -0.05 * panel.thickness)
         radius = 0.36 * tall
-        b.cylinder(
-            "speaker", case.accent, spot, end, radius=radius, radius_end=0.3 * tall, segments=14
-        )
+        b.tube("speaker", case.accent, [spot, end], (radius, 0.3 * tall), segments=14)

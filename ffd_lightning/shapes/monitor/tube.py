@@ -78,15 +78,8 @@ def _side_grilles(b: Builder, rng: Rng, case: Case, x: float, place: Pair, size:
         if cones:
             for dy in (-0.25, 0.2):
                 spot = vec(side * x, y + dy * tall, z)
-                b.cylinder(
-                    "speaker",
-                    case.accent,
-                    spot,
-                    spot - vec(0, 0, 0.014),
-                    radius=0.42 * wide,
-                    radius_end=0.34 * wide,
-                    segments=16,
-                )
+                path, radii = [spot, spot - vec(0, 0, 0.014)], (0.42 * wide, 0.34 * wide)
+                b.tube("speaker", case.accent, path, radii, segments=16)
             continue
         for dy in np.linspace(-0.45, 0.45, max(5, int(tall / 0.03))) * tall:
             b.box("speaker", case.accent, (side * x, y + dy, z - 0.004), (0.9 * wide, 0.008, 0.014))
@@ -122,13 +115,15 @@ def tube(rng: Rng) -> Builder:
         x = outer[0] / 2 - side / 2 - 0.25 * border
         block = (side * 0.8, 0.85 * screen[1])
         _side_grilles(b, rng, case, x, (middle[1] + shift, -lip / 2), block)
-    _tube_foot(b, rng, case, kind, outer, (base, depth))
+    _tube_foot(b, rng, case, kind, outer, base=base, depth=depth)
     return b
 
 
-def _tube_foot(b: Builder, rng: Rng, case: Case, kind: str, outer: Pair, extent: Pair) -> None:
+def _tube_foot(
+    b: Builder, rng: Rng, case: Case, kind: str, outer: Pair, base: float, depth: float
+) -> None:
     """Add what a tube set stands on: a swivel, four pads, or pads with aerials or a handle."""
-    (width, height), (base, depth) = outer, extent
+    width, height = outer
     if kind == "tilt":
         radius, z = rng.uniform(0.22, 0.34) * width, 0.3 * depth
         rows = [(radius, 0), (radius, 0.25 * base), (0.55 * radius, 0.5 * base)]

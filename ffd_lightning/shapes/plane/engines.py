@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.vectors import UP, about_y, about_z, lean, vec
-from ffd_lightning.shapes.plane.fuselage import BLACK, STEEL
+from ffd_lightning.shapes.plane.livery import BLACK, STEEL
 
 
 def nacelle(
@@ -18,15 +18,11 @@ def nacelle(
     profile = np.array([(0.82, 0.5), (0.9, 0.5), (1, 0.4), (1, 0.05), (0.78, -0.42), (0.68, -0.42)])
     b.lathe("engine", material, profile * [radius, -length], c, segments=18, turn=turn)
     face, back = c - vec(0, 0, 0.485 * length), c + vec(0, 0, 0.4 * length)
-    outline = [(0.84 * radius, 0), (0.84 * radius, 0.03 * length)]
-    b.lathe("engine", BLACK, outline, c - vec(0, 0, 0.505 * length), segments=18, turn=turn)
+    inlet = [(0.84 * radius, 0), (0.84 * radius, 0.03 * length)]
+    b.lathe("engine", BLACK, inlet, c - vec(0, 0, 0.505 * length), segments=18, turn=turn)
     cone = [(0.3 * radius, 0.0), (0.2 * radius, -0.05 * length), (0.02 * radius, -0.1 * length)]
     b.lathe("engine", STEEL, cone, face, segments=12, turn=turn)
-    tail = [
-        (0.55 * radius, -0.02 * length),
-        (0.45 * radius, 0.12 * length),
-        (0.1 * radius, 0.22 * length),
-    ]
+    tail = np.array([(0.55, -0.02), (0.45, 0.12), (0.1, 0.22)]) * (radius, length)
     b.lathe("engine", STEEL, tail, back, segments=14, turn=turn)
 
 
@@ -58,5 +54,5 @@ def undercarriage(
     for side in [0.0] if wheels == 1 else [-0.55, 0.55]:
         center, half = axle + vec(side * radius, 0, 0), vec(0.3 * radius, 0, 0)
         b.cylinder("gear", BLACK, center - half, center + half, radius, segments=14)
-        origin = center - 1.1 * half
-        b.cylinder("gear", STEEL, origin, center + 1.1 * half, 0.45 * radius, segments=8)
+        left = center - 1.1 * half
+        b.cylinder("gear", STEEL, left, center + 1.1 * half, 0.45 * radius, segments=8)

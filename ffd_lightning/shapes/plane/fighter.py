@@ -10,14 +10,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import UP, Array, Triple, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
-from ffd_lightning.shapes.plane.fuselage import (
-    BLACK,
-    STEEL,
-    canopy,
-    draw_livery,
-    fuselage,
-    width_at,
-)
+from ffd_lightning.shapes.plane.fuselage import canopy, fuselage, width_at
+from ffd_lightning.shapes.plane.livery import BLACK, STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import pair, surface
 
 
@@ -131,8 +125,8 @@ def _nozzles(b: Builder, rng: Rng, wide: float, tall: float, twin: bool) -> None
     r, end = min(0.42 * tall, 0.24 * wide if twin else 1.0), 0.4 + rng.uniform(0.03, 0.08)
     for x in (-0.23 * wide, 0.23 * wide) if twin else (0.0,):
         start = (x, 0, 0.33)
-        target, radius = (x, 0, end), 1.08 * r
-        b.cylinder("engine", STEEL, start, target, radius=radius, radius_end=0.82 * r, segments=16)
+        tip, radius = (x, 0, end), 1.08 * r
+        b.cylinder("engine", STEEL, start, tip, radius=radius, radius_end=0.82 * r, segments=16)
         b.cylinder("engine", BLACK, (x, 0, end - 0.01), (x, 0, end + 0.002), 0.7 * r, segments=16)
 
 

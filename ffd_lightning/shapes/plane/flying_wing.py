@@ -8,7 +8,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.engines import undercarriage
-from ffd_lightning.shapes.plane.fuselage import BLACK, STEEL, canopy, draw_livery, fuselage
+from ffd_lightning.shapes.plane.fuselage import canopy, fuselage
+from ffd_lightning.shapes.plane.livery import BLACK, STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import pair
 
 

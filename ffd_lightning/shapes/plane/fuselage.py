@@ -1,30 +1,15 @@
-"""Liveries and fuselages, and the glass in them."""
+"""Fuselages and the glass in them."""
 
 from __future__ import annotations
 
-import colorsys
 from collections.abc import Sequence
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
+from ffd_lightning.shapes.kit import Builder, Material
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Pair
-
-BLACK = Material((0.05, 0.05, 0.055))
-STEEL = Material((0.45, 0.46, 0.48))
-GLASS = Material((0.1, 0.14, 0.2))
-
-
-def draw_livery(rng: Rng, drab: float = 0.0) -> tuple[Material, Material]:
-    """Draw a main and an accent colour; `drab` is the probability of a military main colour."""
-    accent = pick_material(rng, "paint")
-    if rng.random() < drab:
-        hue, saturation = rng.uniform(0.1, 0.62), rng.uniform(0.03, 0.35)
-        return Material(colorsys.hsv_to_rgb(hue, saturation, rng.uniform(0.25, 0.65))), accent
-    if rng.random() < 0.6:
-        return Material((rng.uniform(0.75, 0.97),) * 3), accent
-    return pick_material(rng, "paint"), accent
+from ffd_lightning.shapes.plane.livery import GLASS
 
 
 def fuselage(
@@ -107,9 +92,8 @@ def windscreen(b: Builder, rows: Sequence[Section], z: float, depth: float) -> N
         for at in np.linspace(z, z + depth, 4):
             middle, half = height_at(rows, at, 0), 0.5 * width_at(rows, at)
             tall = height_at(rows, at, 1) - middle
-            flat = [
-                (s * half * np.cos(angles), middle + s * tall * np.sin(angles)) for s in (1.03, 0.9)
-            ]
+            cos, sin = np.cos(angles), np.sin(angles)
+            flat = [(s * half * cos, middle + s * tall * sin) for s in (1.03, 0.9)]
             outer, inner = (np.stack(xy, 1) for xy in flat)
             ring = np.concatenate([outer, inner[::-1]]) * [side, 1]
             rings.append(np.column_stack([ring, np.full(12, at)]))

@@ -8,7 +8,8 @@ from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import vec
 from ffd_lightning.shapes.plane.engines import undercarriage
-from ffd_lightning.shapes.plane.fuselage import STEEL, canopy, draw_livery, fuselage, height_at
+from ffd_lightning.shapes.plane.fuselage import canopy, fuselage, height_at
+from ffd_lightning.shapes.plane.livery import STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import pair, tail
 
 

@@ -10,15 +10,8 @@ from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.engines import propeller, undercarriage
-from ffd_lightning.shapes.plane.fuselage import (
-    BLACK,
-    GLASS,
-    STEEL,
-    canopy,
-    draw_livery,
-    fuselage,
-    height_at,
-)
+from ffd_lightning.shapes.plane.fuselage import canopy, fuselage, height_at
+from ffd_lightning.shapes.plane.livery import BLACK, GLASS, STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import pair, tail
 
 
@@ -109,10 +102,8 @@ def light_plane(rng: Rng) -> Builder:
     if high:
         _cab(b, rows, paint, lead, y, wide)
         for side in (-1, 1):
-            foot, head = (
-                (side * 0.4 * wide, -0.3 * tall, lead + 0.07),
-                (side * knee * span, y + knee * rise, lead + 0.07),
-            )
+            foot = (side * 0.4 * wide, -0.3 * tall, lead + 0.07)
+            head = (side * knee * span, y + knee * rise, lead + 0.07)
             b.cylinder("wing", paint, foot, head, 0.007, segments=6)
     else:
         ends = (lead - 0.04, lead + 0.34)
@@ -123,9 +114,8 @@ def light_plane(rng: Rng) -> Builder:
     place = lead + (0.13 if nose else 0.02)
     _ground(b, rng, paint, rows, rng.uniform(reach, z), place, nose)
     hub = (0, 0, -0.505)
-    propeller(
-        b, rng, hub, radius=rng.uniform(0.11, 0.15), blades=int(rng.integers(2, 4)), spinner=accent
-    )
+    radius, blades = rng.uniform(0.11, 0.15), int(rng.integers(2, 4))
+    propeller(b, rng, hub, radius=radius, blades=blades, spinner=accent)
     return b
 
 
@@ -136,11 +126,11 @@ def biplane(rng: Rng) -> Builder:
     rows = _slim(rng, wide, tall)
     fuselage(b, "body", paint, rows, rng.uniform(0.1, 0.6))
     if rng.random() < 0.5:
-        stations = [
+        cowl = [
             Section(z=-0.5, lift=0, width=1.02 * wide, height=0.86 * tall),
             Section(z=-0.41, lift=0, width=1.05 * wide, height=0.9 * tall),
         ]
-        fuselage(b, "engine", STEEL, stations)
+        fuselage(b, "engine", STEEL, cowl)
     count = 3 if rng.random() < 0.2 else 2
     span, chord = rng.uniform(0.5, 0.72), rng.uniform(0.13, 0.19)
     gap, stagger = rng.uniform(0.19, 0.27) * (0.75 if count == 3 else 1), rng.uniform(0, 0.07)
@@ -149,13 +139,11 @@ def biplane(rng: Rng) -> Builder:
     for i in range(count):
         reach = span * (rng.uniform(0.8, 1.0) if i == 0 else 1.0)
         edge = vec(0, low + i * gap, lead - i * stagger + 0.06)
-        points = (
-            edge + np.outer([0, 0.9, 1], [reach, 0.02, 0.0]) + [[0, 0, 0], [0, 0, 0], [0, 0, 0.02]]
-        )
+        points = edge + np.outer([0, 0.9, 1], [reach, 0.02, 0.0])
+        points[2, 2] += 0.02
         pair(b, "wing", color, points, (chord, chord, 0.7 * chord), 0.09)
-    _struts(
-        b, rng, (low, low + (count - 1) * gap), (lead + 0.06, (count - 1) * stagger), span, chord
-    )
+    heights = (low, low + (count - 1) * gap)
+    _struts(b, rng, heights, (lead + 0.06, (count - 1) * stagger), span, chord)
     tail(b, rng, color, rows, rng.uniform(0.15, 0.18), "low")
     _ground(b, rng, paint, rows, rng.uniform(0.1, 0.14), lead + 0.05, False)
     propeller(b, rng, (0, 0, -0.515), radius=rng.uniform(0.13, 0.17), blades=2, spinner=accent)

@@ -11,8 +11,6 @@ from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.plane.engines import nacelle, propeller, undercarriage
 from ffd_lightning.shapes.plane.fuselage import (
-    STEEL,
-    draw_livery,
     fuselage,
     height_at,
     tapered,
@@ -20,6 +18,7 @@ from ffd_lightning.shapes.plane.fuselage import (
     windows,
     windscreen,
 )
+from ffd_lightning.shapes.plane.livery import STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import on_wing, pair, surface, tail
 
 
@@ -40,9 +39,8 @@ def airliner(rng: Rng) -> Builder:
     lead, sweep = rng.uniform(-0.16, -0.05), rng.uniform(0.35, 0.7)
     y = height_at(rows, 0, -0.55)
     kink = rng.uniform(0.25, 0.4)
-    edge = vec(0, y, lead) + np.outer(
-        [0.0, kink, 1.0], [span, rng.uniform(0.03, 0.1), sweep * span]
-    )
+    tip_at = [span, rng.uniform(0.03, 0.1), sweep * span]
+    edge = vec(0, y, lead) + np.outer([0.0, kink, 1.0], tip_at)
     pair(b, "wing", STEEL if rng.random() < 0.3 else paint, edge, (root, 0.6 * root, tip), 0.11)
     if rng.random() < 0.5:
         end = edge[-1] + vec(0.02, 0.06, 0.05)
@@ -64,9 +62,8 @@ def airliner(rng: Rng) -> Builder:
             undercarriage(b, STEEL, (x, y + 0.01, lead + 0.7 * root), drop=drop, radius=r, wheels=2)
         front = -0.38
         top = (0, height_at(rows, front, -0.9), front)
-        undercarriage(
-            b, STEEL, top, drop=drop + height_at(rows, front, -0.9) - y - 0.01, radius=r, wheels=2
-        )
+        drop = drop + height_at(rows, front, -0.9) - y - 0.01
+        undercarriage(b, STEEL, top, drop=drop, radius=r, wheels=2)
     return b
 
 
@@ -103,9 +100,8 @@ def _jets(
         for side in (-x, x):
             nacelle(b, paint, (side, y, z), radius, length)
         chords = (0.6 * length,) * 2
-        pair(
-            b, "engine", paint, [(0, y, z - 0.25 * length), (x, y, z - 0.25 * length)], chords, 0.12
-        )
+        pylon = [(0, y, z - 0.25 * length), (x, y, z - 0.25 * length)]
+        pair(b, "engine", paint, pylon, chords, 0.12)
         return
     for t in (0.36,) if rng.random() < 0.7 else (0.3, 0.62):
         hold = on_wing(edge, t)
@@ -133,9 +129,8 @@ def turboprop(rng: Rng) -> Builder:
     span, root = rng.uniform(0.45, 0.62), rng.uniform(0.13, 0.19)
     tip, lead = root * rng.uniform(0.4, 0.8), rng.uniform(-0.14, -0.05)
     y = height_at(rows, 0, 0.85 if high else -0.6)
-    edge = vec(0, y, lead) + np.outer(
-        [0.0, 1.0], [span, rng.uniform(0, 0.07), rng.uniform(0.0, 0.07)]
-    )
+    tip_at = [span, rng.uniform(0, 0.07), rng.uniform(0.0, 0.07)]
+    edge = vec(0, y, lead) + np.outer([0.0, 1.0], tip_at)
     pair(b, "wing", paint, edge, (root, tip), 0.13)
     tail(b, rng, accent, rows, rng.uniform(0.15, 0.2), draw(rng, ["low", "cross", "tee"]))
     cowl = accent if rng.random() < 0.5 else paint

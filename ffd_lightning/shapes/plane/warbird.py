@@ -8,14 +8,8 @@ from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import vec
 from ffd_lightning.shapes.plane.engines import propeller, undercarriage
-from ffd_lightning.shapes.plane.fuselage import (
-    BLACK,
-    STEEL,
-    canopy,
-    draw_livery,
-    fuselage,
-    height_at,
-)
+from ffd_lightning.shapes.plane.fuselage import canopy, fuselage, height_at
+from ffd_lightning.shapes.plane.livery import BLACK, STEEL, draw_livery
 from ffd_lightning.shapes.plane.wings import pair, tail
 
 
@@ -36,11 +30,11 @@ def warbird(rng: Rng) -> Builder:
     ]
     fuselage(b, "body", paint, rows)
     if radial:
-        stations = [
+        cowl = [
             Section(z=-0.5, lift=0, width=0.98 * wide, height=0.98 * tall),
             Section(z=-0.4, lift=0, width=1.06 * wide, height=1.06 * tall),
         ]
-        fuselage(b, "engine", accent, stations)
+        fuselage(b, "engine", accent, cowl)
         mouth = [Section(z, 0, width=0.85 * wide, height=0.85 * tall) for z in (-0.503, -0.49)]
         fuselage(b, "engine", BLACK, mouth)
     span, root, lead = rng.uniform(0.48, 0.62), rng.uniform(0.22, 0.28), rng.uniform(-0.24, -0.18)
@@ -55,9 +49,8 @@ def warbird(rng: Rng) -> Builder:
     canopy(b, rows, ends=ends, width=0.62 * wide, rise=rng.uniform(0.025, 0.04), frames=paint)
     tail(b, rng, accent if rng.random() < 0.3 else paint, rows, rng.uniform(0.14, 0.18), "low")
     hub = (0, 0, -0.51)
-    propeller(
-        b, rng, hub, radius=rng.uniform(0.15, 0.19), blades=int(rng.integers(2, 6)), spinner=accent
-    )
+    radius, blades = rng.uniform(0.15, 0.19), int(rng.integers(2, 6))
+    propeller(b, rng, hub, radius=radius, blades=blades, spinner=accent)
     if rng.random() < 0.6:
         for side in (-1, 1):
             top = (side * 0.3 * span, y + 0.3 * rise, lead + 0.06)

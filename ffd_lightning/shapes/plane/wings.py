@@ -74,11 +74,8 @@ def tail(
 ) -> None:
     """Add fin and tailplane at a fuselage's end; `kind` is "low", "cross" or "tee"."""
     rear = rows[-1].z
-    chord, rise, swept = (
-        size * rng.uniform(0.75, 1.0),
-        size * rng.uniform(0.9, 1.3),
-        rng.uniform(0.35, 0.8),
-    )
+    chord, rise = size * rng.uniform(0.75, 1.0), size * rng.uniform(0.9, 1.3)
+    swept = rng.uniform(0.35, 0.8)
     root = vec(0, height_at(rows, rear - 0.9 * chord, 0.6), rear - 1.05 * chord)
     tip = root + vec(0, rise, swept * rise)
     surface(b, "tail", paint, [root, tip], (chord, 0.5 * chord), 0.1)

@@ -7,14 +7,13 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, pick_material
+from ffd_lightning.shapes.kit.seat_backs import add_arm, back_point
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.upholstery import (
     Seating,
-    add_arm,
     add_base,
     add_feet,
     add_seat_cushions,
-    back_point,
     draw_seating,
 )
 from ffd_lightning.shapes.kit.vectors import Array, vec

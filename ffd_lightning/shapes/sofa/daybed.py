@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.boards import fill_side, pad, rails
+from ffd_lightning.shapes.kit.boards import enclose, pad, rails
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import UP, vec
@@ -25,16 +25,13 @@ def daybed(rng: Rng) -> Builder:
     tops = feet + (deck + np.array([[ends], [ends], [back], [back]])) * UP
     style = LegStyle("square", post, ((0.0, 0.8), (0.3, 1.0), (0.6, 1.0), (1.0, 1.0)))
     add_legs(b, "leg", frame, style, tops, feet)
-    rails(b, "seat", frame, feet + (deck - 0.05) * UP, 0.03, 0.1)
+    rails(b, "seat", frame, feet + (deck - 0.05) * UP, width=0.03, height=0.1)
     mattress = (width - 2 * post, soft, depth - 2 * post)
     center = (0, deck + soft / 2 - 0.01, 0)
     b.rounded_box("seat", cover, center, mattress, radius=0.07, edge=0.35 * soft)
     if back:
         fill, gap = draw(rng, ["bars", "slats", "panel"]), rng.uniform(0.08, 0.16)
-        fill_side(b, frame, tops[2:], deck, "back", fill, gap)
-        for pair in (tops[[0, 3]], tops[[1, 2]]):
-            pair[:, 1] = pair[:, 1].min()
-            fill_side(b, frame, pair, deck, "arm", fill, gap)
+        enclose(b, frame, tops, deck=deck, fill=fill, gap=gap)
     level, r = deck + soft, rng.uniform(0.07, 0.11)
     if back and rng.random() < 0.7:
         count = int(rng.integers(2, 4))

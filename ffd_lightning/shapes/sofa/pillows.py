@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from ffd_lightning.shapes.kit import Builder, Rng, pick_material
 from ffd_lightning.shapes.kit.boards import pad
-from ffd_lightning.shapes.kit.upholstery import Seating, back_point
+from ffd_lightning.shapes.kit.seat_backs import back_point
+from ffd_lightning.shapes.kit.upholstery import Seating
 
 
 def throw_pillows(b: Builder, rng: Rng, s: Seating) -> None:

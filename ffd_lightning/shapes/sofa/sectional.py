@@ -5,12 +5,11 @@ from __future__ import annotations
 from ffd_lightning.shapes.kit import Builder, Rng
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import corners
+from ffd_lightning.shapes.kit.seat_backs import add_arm, add_loose_back
 from ffd_lightning.shapes.kit.upholstery import (
     Seating,
-    add_arm,
     add_base,
     add_feet,
-    add_loose_back,
     add_seat_cushions,
     draw_seating,
 )

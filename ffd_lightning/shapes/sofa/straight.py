@@ -5,16 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
-from ffd_lightning.shapes.kit.upholstery import (
-    add_arm,
-    add_base,
-    add_feet,
-    add_loose_back,
-    add_seat_cushions,
-    add_tight_back,
-    add_tufts,
-    draw_seating,
-)
+from ffd_lightning.shapes.kit.seat_backs import add_arm, add_loose_back, add_tight_back, add_tufts
+from ffd_lightning.shapes.kit.upholstery import add_base, add_feet, add_seat_cushions, draw_seating
 from ffd_lightning.shapes.kit.vectors import vec
 from ffd_lightning.shapes.sofa.pillows import throw_pillows
 

@@ -13,6 +13,9 @@ from ffd_lightning.shapes.kit.vectors import Array, lean, vec
 FORWARD = lean(-90)
 """Turns what is upright so that it points to the front."""
 BLACK = Material((0.06, 0.06, 0.07))
+_CONES = (
+    (0.13, 0.13, 0.14), (0.85, 0.84, 0.8), (0.8, 0.66, 0.2), (0.5, 0.52, 0.55), (0.3, 0.2, 0.15),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -29,17 +32,9 @@ def draw_finish(rng: Rng) -> Finish:
     """Draw a wooden, black, lacquered or plastic body and drivers to go with it."""
     kind = draw(rng, ["wood", "black", "paint", "plastic"], [0.4, 0.18, 0.2, 0.22])
     body = pick_material(rng, "rubber" if kind == "black" else kind)
-    rim = (
-        BLACK if rng.random() < (0.2 if kind == "black" else 0.45) else pick_material(rng, "metal")
-    )
-    tones = [
-        (0.13, 0.13, 0.14),
-        (0.85, 0.84, 0.8),
-        (0.8, 0.66, 0.2),
-        (0.5, 0.52, 0.55),
-        (0.3, 0.2, 0.15),
-    ]
-    cone = Material(tones[int(rng.choice(5, p=[0.45, 0.15, 0.12, 0.18, 0.1]))])
+    dark = 0.2 if kind == "black" else 0.45
+    rim = BLACK if rng.random() < dark else pick_material(rng, "metal")
+    cone = Material(_CONES[int(rng.choice(5, p=[0.45, 0.15, 0.12, 0.18, 0.1]))])
     return Finish(body, rim, cone, cone if rng.random() < 0.4 else pick_material(rng, "metal"))
 
 
@@ -68,8 +63,8 @@ def add_port(
     """Add a flared bass port that goes `depth` into the body."""
     rows = [(1.0, 0.0), (1.0, 0.06), (0.9, 0.07), (0.75, -0.15), (0.7, -depth / radius)]
     add_skin(b, "port", finish.rim, radius * np.array(rows), center, turn)
-    stations = [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)]
-    add_skin(b, "port", BLACK, stations, center, turn)
+    rear = [(0.71 * radius, -0.98 * depth), (0.05 * radius, -depth)]
+    add_skin(b, "port", BLACK, rear, center, turn)
 
 
 def add_driver(

@@ -126,10 +126,9 @@ def row_of_bays(face: Pair, units: Units, blank: float = 0.0, across: bool = Fal
         middle = start + length / 2
         start += length
         if length > 1e-3 * long:
-            place, size = (
-                ((middle, 0.0), (length, wide)) if across else ((0.0, middle), (wide, length))
-            )
-            bays.append(Bay(kind, float(r), place, size))
+            place, size = (middle, 0.0), (length, wide)
+            turned = (place[::-1], size[::-1])
+            bays.append(Bay(kind, float(r), *((place, size) if across else turned)))
     return bays
 
 
@@ -150,9 +149,8 @@ def add_cabinet(b: Builder, cabinet: Cabinet, finish: Finish, bays: Sequence[Bay
     """Add a cabinet whose front is tiled by `bays`, with everything mounted in them."""
     slope = np.tan(np.radians(cabinet.tilt))
     rows = [(0.0, cabinet.bevel), (0.4 * cabinet.bevel, 0.3 * cabinet.bevel)]
-    rows += [
-        (cabinet.bevel + t * (cabinet.depth - cabinet.bevel), 0.0) for t in np.linspace(0, 1, 6)
-    ]
+    deep = cabinet.depth - cabinet.bevel
+    rows += [(cabinet.bevel + t * deep, 0.0) for t in np.linspace(0, 1, 6)]
     rings = []
     for z, inset in rows:
         share = 1 - (1 - cabinet.back) * (z / cabinet.depth) ** cabinet.curve

@@ -33,7 +33,7 @@ def add_handle(b: Builder, material: Material, ends: ArrayLike, rise: float, siz
 
 
 def add_feet(
-    b: Builder, material: Material, width: float, depth: float, height: float, cone: bool
+    b: Builder, material: Material, width: float, depth: float, height: float, cone: bool = False
 ) -> None:
     """Add four feet, cylinders or spikes, below a rectangle at `height`, its front at z = 0."""
     r = 0.07 * min(width, depth)
@@ -53,9 +53,8 @@ def add_corners(b: Builder, material: Material, cabinet: Cabinet) -> None:
                 near = np.array([x * share * cabinet.width / 2, y * cabinet.height / 2])
                 near -= np.array([x, y]) * 0.42 * size
                 center = cabinet.world((*near, z))
-                b.rounded_box(
-                    "body", material, center, [size] * 3, 0.25 * size, turn=cabinet.turn, segments=1
-                )
+                cube, turn = [size] * 3, cabinet.turn
+                b.rounded_box("body", material, center, cube, 0.25 * size, turn=turn, segments=1)
 
 
 def add_knobs(b: Builder, material: Material, ends: ArrayLike, radius: float, count: int) -> None:

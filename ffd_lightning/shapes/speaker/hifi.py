@@ -23,18 +23,17 @@ def bookshelf(rng: Rng) -> Builder:
     """Build a small box with two or three drivers, perhaps behind a cloth."""
     b, finish = Builder(), draw_finish(rng)
     low = rng.uniform(0.008, 0.025) if rng.random() < 0.4 else 0.0
-    cabinet = draw_cabinet(
-        rng, width=(0.16, 0.3), height=(0.28, 0.5), depth=(0.16, 0.38), foot=(0, low, 0)
-    )
+    width, depth = (0.16, 0.3), (0.16, 0.38)
+    cabinet = draw_cabinet(rng, width=width, height=(0.28, 0.5), depth=depth, foot=(0, low, 0))
     if rng.random() < 0.2:
         cabinet = replace(cabinet, tilt=rng.uniform(4, 14))
     bays = row_of_bays(cabinet.face, two_way(rng, cabinet.width), rng.uniform(0, 0.5))
     add_cabinet(b, cabinet, finish, bays)
     if low:
-        add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low, False)
+        add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low)
     if rng.random() < 0.2:
         cover = bays[-2] if rng.random() < 0.4 else bays[-1]
-        add_grille(b, draw_cloth(rng), cabinet, 0.0, share_below(cabinet, cover))
+        add_grille(b, draw_cloth(rng), cabinet, high=share_below(cabinet, cover))
     return b
 
 
@@ -43,9 +42,8 @@ def tower(rng: Rng) -> Builder:
     b, finish = Builder(), draw_finish(rng)
     base = draw(rng, ["plinth", "spikes", "outriggers", "none"], [0.45, 0.25, 0.15, 0.15])
     low = 0.0 if base == "none" else rng.uniform(0.02, 0.05)
-    cabinet = draw_cabinet(
-        rng, width=(0.15, 0.3), height=(0.75, 1.3), depth=(0.18, 0.42), foot=(0, low, 0)
-    )
+    width, depth = (0.15, 0.3), (0.18, 0.42)
+    cabinet = draw_cabinet(rng, width=width, height=(0.75, 1.3), depth=depth, foot=(0, low, 0))
     if rng.random() < 0.3:
         cabinet = replace(cabinet, tilt=rng.uniform(2, 9))
     wide, deep = cabinet.width, cabinet.depth
@@ -62,14 +60,14 @@ def tower(rng: Rng) -> Builder:
         size = (wide * rng.uniform(1.1, 1.4), low + 0.004, deep * rng.uniform(1.05, 1.25))
         b.rounded_box("stand", finish.rim, (0, low / 2, deep / 2), size, radius=0.02, edge=0.006)
     elif base == "spikes":
-        add_feet(b, finish.rim, cabinet.back * wide, deep, low, True)
+        add_feet(b, finish.rim, cabinet.back * wide, deep, low, cone=True)
     elif base == "outriggers":
         for z in (0.12, 0.88):
             size = (1.5 * wide, low, 0.1 * deep)
             b.rounded_box("stand", finish.rim, (0, low / 2 + 0.004, z * deep), size, 0.01)
     if rng.random() < 0.25:
         cover = bays[int(rng.integers(1, len(bays)))]
-        add_grille(b, draw_cloth(rng), cabinet, 0.0, share_below(cabinet, cover))
+        add_grille(b, draw_cloth(rng), cabinet, high=share_below(cabinet, cover))
     return b
 
 
@@ -77,9 +75,8 @@ def stand(rng: Rng) -> Builder:
     """Build a small box on a stand of one, two or four posts, or on a tripod."""
     b, finish = Builder(), draw_finish(rng)
     metal, low = pick_material(rng, "metal"), rng.uniform(0.4, 0.9)
-    cabinet = draw_cabinet(
-        rng, width=(0.13, 0.26), height=(0.2, 0.42), depth=(0.14, 0.3), foot=(0, low, 0)
-    )
+    width, depth = (0.13, 0.26), (0.14, 0.3)
+    cabinet = draw_cabinet(rng, width=width, height=(0.2, 0.42), depth=depth, foot=(0, low, 0))
     bays = row_of_bays(cabinet.face, two_way(rng, cabinet.width), rng.uniform(0, 0.3))
     add_cabinet(b, cabinet, finish, bays)
     middle = vec(0, 0, cabinet.depth / 2)
@@ -104,7 +101,7 @@ def stand(rng: Rng) -> Builder:
     side = rng.uniform(0.05, 0.09) if kind == "one" else 0.035
     for x, z in places[kind]:
         at = middle + vec(x * wide, 0, z * deep)
-        beam(b, "stand", metal, at + 0.02 * UP, at + (low - 0.01) * UP, side, side)
+        beam(b, "stand", metal, at + 0.02 * UP, at + (low - 0.01) * UP, width=side, height=side)
     return b
 
 
@@ -112,9 +109,8 @@ def soundbar(rng: Rng) -> Builder:
     """Build a long low box: a centre speaker with drivers in a row, or a bar behind cloth."""
     b, finish = Builder(), draw_finish(rng)
     low = rng.uniform(0.012, 0.03)
-    cabinet = draw_cabinet(
-        rng, width=(0.5, 1.2), height=(0.09, 0.24), depth=(0.08, 0.28), foot=(0, low, 0)
-    )
+    width, depth = (0.5, 1.2), (0.08, 0.28)
+    cabinet = draw_cabinet(rng, width=width, height=(0.09, 0.24), depth=depth, foot=(0, low, 0))
     cabinet = replace(cabinet, bevel=cabinet.height * rng.uniform(0.04, 0.2), back=1.0)
     if rng.random() < 0.25:
         cabinet = replace(cabinet, tilt=rng.uniform(5, 20))
@@ -125,7 +121,7 @@ def soundbar(rng: Rng) -> Builder:
     middle: Units = [(draw(rng, ["tweeter", "horn"], [0.8, 0.2]), small)]
     units = [*half, *middle, *half[::-1]]
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, units, across=True))
-    add_feet(b, finish.rim, cabinet.width, cabinet.depth, low, False)
+    add_feet(b, finish.rim, cabinet.width, cabinet.depth, low)
     if rng.random() < 0.35:
         add_grille(b, draw_cloth(rng), cabinet)
     return b

@@ -13,10 +13,8 @@ from ffd_lightning.shapes.speaker.drivers import FORWARD, add_skin
 def horn(rng: Rng) -> Builder:
     """Build a round or oblong public-address horn in a bracket, on a wall plate, post or foot."""
     b = Builder()
-    skin, metal = (
-        pick_material(rng, draw(rng, ["plastic", "paint", "metal"])),
-        pick_material(rng, "metal"),
-    )
+    skin = pick_material(rng, draw(rng, ["plastic", "paint", "metal"]))
+    metal = pick_material(rng, "metal")
     long, mouth = rng.uniform(0.25, 0.5), rng.uniform(0.13, 0.24)
     throat, flare = rng.uniform(0.03, 0.05), rng.uniform(1.3, 3.0)
     squash = rng.uniform(0.5, 0.8) if rng.random() < 0.35 else 1.0
@@ -32,22 +30,13 @@ def horn(rng: Rng) -> Builder:
     b.lathe("driver", metal, profile, at, segments=20, turn=turn @ FORWARD)
     b.cylinder("driver", metal, at - vec(0, 0, 0.25 * long), at + vec(0, 0, 0.05), 0.35 * throat)
     deep, wide = rng.uniform(0.08, 0.16), rng.uniform(1.3, 2.2) * throat
-    rows = [
-        (throat, -0.02),
-        (wide, 0.0),
-        (wide, 0.8 * deep),
-        (0.8 * wide, deep),
-        (0.1 * wide, deep),
-    ]
+    rows = [(throat, -0.02), (wide, 0.0), (wide, 0.8 * deep), (0.8 * wide, deep)]
+    rows += [(0.1 * wide, deep)]
     b.lathe("driver", pick_material(rng, "metal"), rows, at, segments=28, turn=lean(90))
     arm = wide + 0.02
-    hook = [
-        (-arm, low, 0.5 * deep),
-        (-arm, 0.02, 0.5 * deep),
-        (arm, 0.02, 0.5 * deep),
-        (arm, low, 0.5 * deep),
-    ]
-    b.tube("stand", metal, bend(hook, 0.03), 0.01, segments=8)
+    hook = [(-arm, low), (-arm, 0.02), (arm, 0.02), (arm, low)]
+    path = bend([(x, y, 0.5 * deep) for x, y in hook], 0.03)
+    b.tube("stand", metal, path, 0.01, segments=8)
     start = at + vec(-arm - 0.02, 0, 0.5 * deep)
     b.cylinder("stand", metal, start, at + vec(arm + 0.02, 0, 0.5 * deep), 0.014)
     _horn_mount(b, rng, metal, 0.5 * deep, wide)

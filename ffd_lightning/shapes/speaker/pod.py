@@ -6,7 +6,7 @@ import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.paths import circle
-from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, about_y, lean, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, about_y, lean, vec
 from ffd_lightning.shapes.speaker.drivers import Finish, add_driver, add_skin, draw_finish
 
 
@@ -23,47 +23,32 @@ def add_pod(
     """Add a pod that stands at `at`."""
     stretch, tilt = rng.uniform(0.8, 1.6), rng.uniform(0, 25)
     kind = draw(rng, ["ground", "neck", "legs"], [0.25, 0.45, 0.3])
-    low = {"ground": -0.03 * radius, "neck": rng.uniform(0.1, 1.6) * radius, "legs": 0.35 * radius}[
-        kind
-    ]
+    neck = rng.uniform(0.1, 1.6) * radius
+    low = {"ground": -0.03 * radius, "neck": neck, "legs": 0.35 * radius}[kind]
     turn = about_y(yaw) @ lean(tilt)
     center = at + (low + stretch * radius) * UP
     if kind == "neck":
         wide = radius * rng.uniform(0.6, 1.0)
-        rows = [
-            (wide, 0),
-            (wide, 0.08 * radius),
-            (0.85 * wide, 0.14 * radius),
-            (0.1 * wide, 0.17 * radius),
-        ]
+        rows = np.array([(1, 0), (1, 0.08), (0.85, 0.14), (0.1, 0.17)]) * (wide, radius)
         b.lathe("stand", finish.rim, rows, at, segments=28)
         b.cylinder("stand", finish.rim, at + 0.02 * UP, center, 0.14 * radius)
     elif kind == "legs":
         for x, y, z in circle(count=3, radius=0.65 * radius, height=0, degrees=yaw + 90):
             foot = at + vec(x, y, z)
             head = center + vec(0.6 * x, -0.6 * stretch * radius, 0.6 * z)
-            b.cylinder(
-                "stand",
-                finish.rim,
-                foot,
-                head,
-                radius=0.05 * radius,
-                radius_end=0.1 * radius,
-                segments=12,
-            )
+            b.tube("stand", finish.rim, [foot, head], (0.05 * radius, 0.1 * radius))
     else:
         b.lathe("stand", finish.rim, radius * np.array([(0.6, 0), (0.5, 0.15), (0.3, 0.2)]), at)
-    _add_body(b, rng, finish, center, turn, (radius, stretch))
+    _add_body(b, rng, finish, center, turn, radius=radius, stretch=stretch)
 
 
 def _add_body(
-    b: Builder, rng: Rng, finish: Finish, center: Array, turn: Array, extent: Pair
+    b: Builder, rng: Rng, finish: Finish, center: Array, turn: Array, radius: float, stretch: float
 ) -> None:
     """Add a body turned about the forward axis, cut off at the front, where its driver sits.
 
-    `extent` is its radius and how much taller than wide it is.
+    `stretch` is how much taller than wide it is.
     """
-    radius, stretch = extent
     blunt, length = rng.uniform(0.4, 1.0), radius * rng.uniform(0.8, 1.5)
     a = np.linspace(rng.uniform(0.75, 1.15), np.pi - 0.08, 16)
     rows = np.stack(

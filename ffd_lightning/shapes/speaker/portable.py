@@ -64,10 +64,9 @@ def _boombox(b: Builder, rng: Rng, finish: Finish) -> None:
     if rng.random() < 0.4:
         side.insert(0, ("tweeter", 0.12 * tall))
     space = ("blank", 0.45 * tall)
-    add_cabinet(
-        b, cabinet, finish, row_of_bays(cabinet.face, [*side, space, *side[::-1]], across=True)
-    )
-    add_feet(b, finish.rim, wide, deep, 0.012, False)
+    bays = row_of_bays(cabinet.face, [*side, space, *side[::-1]], across=True)
+    add_cabinet(b, cabinet, finish, bays)
+    add_feet(b, finish.rim, wide, deep, 0.012)
     metal, y = pick_material(rng, "metal"), 0.012 + tall / 2
     size = (0.75 * tall, 0.02, rng.uniform(0.3, 0.6) * tall)
     center = (0, y - 0.08 * tall, 0)

@@ -31,14 +31,13 @@ def speaker_set(rng: Rng) -> Builder:
             one = replace(cabinet, foot=(side * apart, 0.0, 0.0), yaw=side * yaw)
             add_cabinet(b, one, finish, bays)
         return b
-    cabinet = draw_cabinet(
-        rng, width=(0.18, 0.3), height=(0.22, 0.36), depth=(0.2, 0.32), foot=(0, 0.02, 0)
-    )
+    width, depth = (0.18, 0.3), (0.2, 0.32)
+    cabinet = draw_cabinet(rng, width=width, height=(0.22, 0.36), depth=depth, foot=(0, 0.02, 0))
     big: Units = [("woofer", cabinet.width * rng.uniform(0.32, 0.45))]
     if rng.random() < 0.4:
         big.append(("port", 0.12 * cabinet.width))
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, big, 0.1))
-    add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, 0.02, False)
+    add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, 0.02)
     size, pairs = rng.uniform(0.07, 0.12), 1 if rng.random() < 0.7 else 2
     pods, state = pairs == 1 and rng.random() < 0.5, int(rng.integers(1 << 30))
     tall = size * rng.uniform(1.2, 2.6)

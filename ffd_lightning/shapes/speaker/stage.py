@@ -73,7 +73,7 @@ def amplifier(rng: Rng) -> Builder:
     if rng.random() < 0.3:
         cabinet = replace(cabinet, tilt=rng.uniform(3, 10))
     knob, cloth = pick_material(rng, "metal"), draw_cloth(rng)
-    add_feet(b, finish.rim, wide, deep, low, False)
+    add_feet(b, finish.rim, wide, deep, low)
     rise = rng.uniform(0.09, 0.13)
     _speakers(b, rng, finish, cloth, cabinet, 0.0 if stacked else rise)
     case = cabinet
@@ -90,10 +90,8 @@ def amplifier(rng: Rng) -> Builder:
     x = 0.38 * case.width
     ends = case.world([(-x, y, -0.006), (x, y, -0.006)])
     add_knobs(b, knob, ends, 0.016, int(rng.integers(4, 9)))
-    top = [
-        case.world((side * 0.2 * case.width, case.height / 2 - 0.004, 0.5 * deep))
-        for side in (-1, 1)
-    ]
+    mounts = [(x * case.width, case.height / 2 - 0.004, 0.5 * deep) for x in (-0.2, 0.2)]
+    top = case.world(mounts)
     add_handle(b, finish.rim, top, 0.04, 0.011)
     if rng.random() < 0.6 and not cabinet.tilt:
         add_corners(b, knob, cabinet)
@@ -107,7 +105,7 @@ def _speakers(
     wide, tall = cabinet.face
     if rng.random() < 0.55:
         add_cabinet(b, cabinet, finish, [Bay("blank", 0, (0, 0), cabinet.face)])
-        add_grille(b, cloth, cabinet, 0.02, 1 - reserve / tall)
+        add_grille(b, cloth, cabinet, low=0.02, high=1 - reserve / tall)
         return
     across = int(rng.integers(1, 3))
     down = 2 if across == 2 and tall - reserve > 0.75 * wide else 1

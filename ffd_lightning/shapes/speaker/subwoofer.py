@@ -29,7 +29,9 @@ def subwoofer(rng: Rng) -> Builder:
         units.append(units[-1])
     across = len(units) == 2 and units[0][0] == "port" and rng.random() < 0.4
     add_cabinet(b, cabinet, finish, row_of_bays(cabinet.face, units, 0.1, across))
-    add_feet(b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low, rng.random() < 0.4)
+    add_feet(
+        b, finish.rim, cabinet.back * cabinet.width, cabinet.depth, low, cone=rng.random() < 0.4
+    )
     if rng.random() < 0.25:
         add_grille(b, draw_cloth(rng), cabinet)
     return b
@@ -38,12 +40,8 @@ def subwoofer(rng: Rng) -> Builder:
 def _drum(b: Builder, rng: Rng, finish: Finish, radius: float, low: float) -> Builder:
     """Add an upright drum on feet whose cone looks up, between two plates."""
     tall, edge = radius * rng.uniform(1.2, 3.0), 0.08 * radius
-    rows = [
-        (0.93 * radius, low),
-        (radius, low + edge),
-        (radius, low + tall),
-        (0.9 * radius, low + tall + edge),
-    ]
+    rows = [(0.93 * radius, low), (radius, low + edge), (radius, low + tall)]
+    rows += [(0.9 * radius, low + tall + edge)]
     b.lathe("body", finish.body, rows, segments=40)
     top = vec(0, low + tall + edge + 0.3 * radius, 0)
     add_driver(b, finish, "woofer", top - 0.2 * radius * UP, 0.0 + 0.8 * radius, lean(90))

@@ -30,7 +30,8 @@ def desk(rng: Rng) -> Builder:
         x, y = side * (edge - chest / 2), (under + legs) / 2
         b.rounded_box("support", body, (x, y, 0), (chest, under - legs, inner), 0.01)
         face = (x, y, -inner / 2)
-        drawer_fronts(b, front, handle, face, (0.94 * chest, 0.95 * (under - legs)), rows, 1, knobs)
+        size = (0.94 * chest, 0.95 * (under - legs))
+        drawer_fronts(b, front, handle, face, size, rows=rows, knobs=knobs)
         if legs > 0.02:
             tops = corners(chest - 0.05, inner - 0.05, legs + 0.01) + vec(x, 0, 0)
             add_legs(b, "leg", body, style, tops, tops * vec(1, 0, 1))
@@ -42,7 +43,8 @@ def desk(rng: Rng) -> Builder:
         b.box("support", body, (0, under - drop / 2, z), (1.9 * edge, drop, 0.018))
     elif both:
         b.box("support", body, (0, under - 0.05, 0), (width - 1.9 * chest, 0.1, inner))
-        drawer_fronts(b, front, handle, (0, under - 0.05, -inner / 2), (gap, 0.09), 1, 1, knobs)
+        face = (0, under - 0.05, -inner / 2)
+        drawer_fronts(b, front, handle, face, (gap, 0.09), rows=1, knobs=knobs)
     if rng.random() < 0.3:
         _hutch(b, rng, body, (width, depth, height))
     return b

@@ -19,13 +19,7 @@ from ffd_lightning.shapes.table.tops import (
 
 
 def _frame(
-    b: Builder,
-    rng: Rng,
-    material: Material,
-    style: LegStyle,
-    size: Triple,
-    under: float,
-    shelves: Material | None = None,
+    b: Builder, rng: Rng, material: Material, style: LegStyle, size: Triple, under: float
 ) -> None:
     """Add four legs, an apron, and perhaps stretchers or a shelf, below a top's underside."""
     width, depth, _ = size
@@ -40,15 +34,14 @@ def _frame(
     apron = rng.uniform(0.06, 0.13) * min(1.0, under / 0.6)
     if rng.random() < 0.75:
         level = 1 - (apron / 2 + 0.004) / under
-        rails(b, "support", material, feet + level * (tops - feet), 0.022, apron)
+        rails(b, "support", material, feet + level * (tops - feet), width=0.022, height=apron)
     kind = draw(rng, ["none", "box", "h", "x", "shelf"], [0.42, 0.13, 0.15, 0.08, 0.22])
     level = rng.uniform(0.15, 0.4) if kind != "box" else rng.uniform(0.08, 0.25)
     points = feet + level * (tops - feet)
     if kind == "shelf":
         spread = np.ptp(points, axis=0) + style.thickness
         shelf = (spread[0], 0.02, spread[2])
-        board = material if shelves is None else shelves
-        b.rounded_box("shelf", board, (0, points[0, 1], 0), shelf, 0.02)
+        b.rounded_box("shelf", material, (0, points[0, 1], 0), shelf, 0.02)
     elif kind != "none":
         stretchers(b, "support", material, points, 0.5 * style.thickness, kind)
 
@@ -62,7 +55,7 @@ def four_legged(rng: Rng) -> Builder:
     rectangular_top(b, rng, top, size, thickness)
     style = draw_leg_style(rng, (0.035, 0.085))
     under = size[2] - thickness
-    _frame(b, rng, base, style, size, under, shelves=base)
+    _frame(b, rng, base, style, size, under)
     if style.plain and rng.random() < 0.25:
         height = rng.uniform(0.08, 0.14)
         inset = 2.3 * style.thickness + 0.09 * size[1]
@@ -73,5 +66,7 @@ def four_legged(rng: Rng) -> Builder:
             columns = max(1, round(width / rng.uniform(0.4, 0.7)))
             metal = pick_material(rng, "metal")
             front = (0.0, under - height / 2, -depth / 2)
-            drawer_fronts(b, base, metal, front, (width, height), 1, columns, rng.random() < 0.5)
+            knobs = rng.random() < 0.5
+            face = (width, height)
+            drawer_fronts(b, base, metal, front, face, rows=1, columns=columns, knobs=knobs)
     return b

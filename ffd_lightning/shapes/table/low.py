@@ -43,10 +43,10 @@ def nested(rng: Rng) -> Builder:
         add_legs(b, "leg", base, style, feet + under * UP, feet)
         low = feet + side / 2 * UP
         if rail == "sides":
-            beam(b, "support", base, low[0], low[3], 0.7 * side, 0.7 * side)
-            beam(b, "support", base, low[1], low[2], 0.7 * side, 0.7 * side)
+            beam(b, "support", base, low[0], low[3], width=0.7 * side, height=0.7 * side)
+            beam(b, "support", base, low[1], low[2], width=0.7 * side, height=0.7 * side)
         elif rail == "box":
-            rails(b, "support", base, feet + (under - 0.03) * UP, 0.015, 0.06)
+            rails(b, "support", base, feet + (under - 0.03) * UP, width=0.015, height=0.06)
     return b
 
 
@@ -79,5 +79,5 @@ def two_tier(rng: Rng) -> Builder:
         face = (0, under - box / 2, -0.41 * depth)
         columns = int(rng.integers(1, 4))
         metal = pick_material(rng, "metal")
-        drawer_fronts(b, base, metal, face, (0.9 * width, 0.92 * box), 1, columns)
+        drawer_fronts(b, base, metal, face, (0.9 * width, 0.92 * box), rows=1, columns=columns)
     return b

@@ -60,7 +60,7 @@ def pedestal(rng: Rng) -> Builder:
     columns = [0.0]
     if shape in ("square", "long"):
         width = 2 * half * (rng.uniform(1.5, 2.2) if shape == "long" else 1.0)
-        rectangular_top(b, rng, top, (width, 2 * half, height), thickness, 0.5)
+        rectangular_top(b, rng, top, (width, 2 * half, height), thickness, rounding=0.5)
         columns = [-0.27 * width, 0.27 * width] if shape == "long" else columns
     else:
         squash = rng.uniform(0.55, 0.75) if shape == "oval" else 1.0

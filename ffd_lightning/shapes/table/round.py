@@ -31,29 +31,20 @@ def round_table(rng: Rng) -> Builder:
     count = int(rng.integers(3, 6))
     turn = 90.0 + 180.0 / count
     tops = circle(count, radius * rng.uniform(0.55, 0.8), under, turn) * oval
-    feet = (
-        circle(count=count, radius=radius * rng.uniform(0.7, 1.05), height=0, degrees=turn) * oval
-    )
+    feet = circle(count, radius * rng.uniform(0.7, 1.05), height=0, degrees=turn) * oval
     add_legs(b, "leg", base, style, tops, feet)
     kind = draw(rng, ["none", "shelf", "apron", "spokes"], [0.25, 0.3, 0.3, 0.15])
     level = rng.uniform(0.2, 0.4)
     points = feet + level * (tops - feet)
     if kind == "shelf":
         reach = float(np.linalg.norm((points / oval)[0, [0, 2]]))
-        round_top(
-            b,
-            base,
-            radius=1.02 * reach,
-            height=level * under,
-            thickness=0.02,
-            squash=squash,
-            part="shelf",
-        )
+        low = level * under
+        round_top(b, base, 1.02 * reach, low, thickness=0.02, squash=squash, part="shelf")
     elif kind == "apron" and style.plain:
-        rails(b, "support", base, feet + 0.94 * (tops - feet), 0.02, 0.11 * under)
+        rails(b, "support", base, feet + 0.94 * (tops - feet), width=0.02, height=0.11 * under)
     elif kind == "spokes" and style.plain:
         hub = vec(0, level * under, 0)
         for point in points:
-            beam(b, "support", base, point, hub, 0.025, 0.025)
+            beam(b, "support", base, point, hub, width=0.025, height=0.025)
         b.cylinder("support", base, hub - 0.02 * UP, hub + 0.02 * UP, 0.045)
     return b

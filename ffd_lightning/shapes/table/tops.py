@@ -7,7 +7,10 @@ from typing import NamedTuple
 from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.boards import rails, slats
 from ffd_lightning.shapes.kit.paths import corners
+from ffd_lightning.shapes.kit.sections import eased_disc
 from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean, vec
+
+_KNOB = ((0.006, -0.02), (0.006, 0.0), (0.016, 0.006), (0.013, 0.014), (0.004, 0.017))
 
 
 class Limits(NamedTuple):
@@ -65,7 +68,7 @@ def rectangular_top(
         border = 0.12 * depth
         rim = pick_material(rng, "wood")
         points = corners(width - border, depth - border, center[1])
-        rails(b, "top", rim, points, border, thickness)
+        rails(b, "top", rim, points, width=border, height=thickness)
         for point in points:
             b.rounded_box("top", rim, point, (border, thickness, border), 0.1 * border)
         inner = (width - 1.9 * border, 0.6 * thickness, depth - 1.9 * border)
@@ -90,12 +93,7 @@ def round_top(
     """Add a disc with an eased rim whose upper side is at `height`; `squash` scales its z."""
     ease = 0.35 * thickness
     low = height - thickness
-    rows = [
-        (radius - ease, low),
-        (radius, low + ease),
-        (radius, height - ease),
-        (radius - ease, height),
-    ]
+    rows = eased_disc(radius, low, height, ease)
     b.lathe(part, material, rows, segments=segments, squash=squash)
 
 
@@ -120,14 +118,7 @@ def drawer_fronts(
             b.rounded_box("drawer", front, (x, y, center[2] - 0.008), face, 0.008, segments=1)
             z = center[2] - 0.035
             if knobs:
-                knob = [
-                    (0.006, -0.02),
-                    (0.006, 0.0),
-                    (0.016, 0.006),
-                    (0.013, 0.014),
-                    (0.004, 0.017),
-                ]
-                b.lathe("drawer", handle, knob, (x, y, z), segments=10, turn=lean(-90))
+                b.lathe("drawer", handle, _KNOB, (x, y, z), segments=10, turn=lean(-90))
             else:
                 bar = (0.35 * width, 0.016, 0.034)
                 b.rounded_box("drawer", handle, (x, y, z), bar, 0.006, segments=1)

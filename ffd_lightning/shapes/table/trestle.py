@@ -14,7 +14,7 @@ def trestle(rng: Rng) -> Builder:
     width, depth, height = draw_size(rng, "dining", "coffee", "bar")
     top, base = draw_materials(rng)
     thickness = rng.uniform(0.025, 0.06)
-    rectangular_top(b, rng, top, (width, depth, height), thickness, 0.45)
+    rectangular_top(b, rng, top, (width, depth, height), thickness, rounding=0.45)
     under = height - thickness + 0.002
     kind = draw(rng, ["x", "a", "h", "t"])
     reach = width / 2 * rng.uniform(0.55, 0.82)
@@ -24,11 +24,11 @@ def trestle(rng: Rng) -> Builder:
         _trestle_end(b, base, kind, x, spread, under, side)
     level = {"x": 0.5, "a": 0.3, "h": rng.uniform(0.2, 0.4), "t": rng.uniform(0.2, 0.5)}[kind]
     y = level * under
-    beam(b, "support", base, (-reach, y, 0), (reach, y, 0), 0.5 * side, side)
+    beam(b, "support", base, (-reach, y, 0), (reach, y, 0), width=0.5 * side, height=side)
     if rng.random() < 0.3:
         for x in (-reach, reach):
             end = (0.25 * x, under - 0.01, 0)
-            beam(b, "support", base, (x, y, 0), end, 0.5 * side, 0.5 * side)
+            beam(b, "support", base, (x, y, 0), end, width=0.5 * side, height=0.5 * side)
     return b
 
 
@@ -48,4 +48,5 @@ def _trestle_end(
         b.rounded_box("leg", material, (x, side / 2, 0), head, 0.2 * side)
     if kind == "a":
         start = (x, 0.3 * top, -0.75 * spread)
-        beam(b, "support", material, start, (x, 0.3 * top, 0.75 * spread), 0.5 * side, 0.7 * side)
+        end = (x, 0.3 * top, 0.75 * spread)
+        beam(b, "support", material, start, end, width=0.5 * side, height=0.7 * side)

@@ -29,9 +29,8 @@ def freighter(rng: Rng) -> Builder:
     )
     deck = tint(rng, "red", "grey", "green", "dark")
     paint = tint(rng, "navy", "black", "red", "green", "blue", "grey", "orange")
-    solid_hull(
-        b, hull, paint, tint(rng, "red", "red", "black"), rng.uniform(0.3, 0.55) * depth, deck
-    )
+    lower, waterline = tint(rng, "red", "red", "black"), rng.uniform(0.3, 0.55) * depth
+    solid_hull(b, hull, paint, lower, waterline, deck)
     bulwark(b, hull, paint, height=rng.uniform(0.015, 0.035), span=(0.0, 0.18))
     if rng.random() < 0.6:
         nose = (0, 0.3 * depth, hull.z(0, 0.3 * depth) + 0.02)

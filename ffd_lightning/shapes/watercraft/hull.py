@@ -98,14 +98,14 @@ class Hull:
         x = self.x + side * max(self.half(t) - inset, 0.002)
         return vec(x, self.top(t) + up, self.z(t))
 
-    def profile(self, t: float, span: Pair = (0.0, 9.0), inset: float = 0.0, n: int = 9) -> Array:
-        """Return the section (2n, 3) at a station, from gunwale to keel to gunwale.
+    def profile(self, t: float, span: Pair = (0.0, 9.0), inset: float = 0.0) -> Array:
+        """Return the section (18, 3) at a station, from gunwale to keel to gunwale.
 
         Only what lies between the heights `span` is kept; `inset` moves it inward.
         """
         top, keel = self.top(t), min(self.keel(t), self.top(t) - 0.01)
         high, low = min(top, max(span[1], keel + 0.004)), max(keel, min(span[0], top - 0.004))
-        y = low + (high - low) * (1 - np.sin(np.linspace(0, np.pi / 2, n)))
+        y = low + (high - low) * (1 - np.sin(np.linspace(0, np.pi / 2, 9)))
         power = 1.25 + (self.fullness - 1.25) * min(1.0, t / (0.7 * self.widest))
         drop = np.clip((top - y) / (top - keel), 0, 1)
         x = max(self.half(t) - inset, 0.002) * (1 - drop**power) ** (1 / power)
@@ -115,9 +115,9 @@ class Hull:
         return np.concatenate([sides[0], sides[1][::-1]])
 
 
-def stations(count: int = 17) -> Array:
-    """Return stations from bow to stern, denser at the bow."""
-    t = np.linspace(0, 1, count)
+def stations() -> Array:
+    """Return stations (17,) from bow to stern, denser at the bow."""
+    t = np.linspace(0, 1, 17)
     return 0.55 * t + 0.45 * t**2
 
 
@@ -137,10 +137,8 @@ def solid_hull(
 
 def open_hull(b: Builder, hull: Hull, outer: Material, thickness: float) -> None:
     """Add an undecked hull with sides of a thickness and a closed stern."""
-    rings = [
-        np.concatenate([hull.profile(t), hull.profile(t, inset=thickness)[::-1]])
-        for t in stations()
-    ]
+    skins = [(hull.profile(t), hull.profile(t, inset=thickness)) for t in stations()]
+    rings = [np.concatenate([outside, inside[::-1]]) for outside, inside in skins]
     b.loft("hull", outer, rings, caps=False)
     stern = hull.profile(1.0)
     b.loft("hull", outer, [stern - vec(0, 0, thickness), stern])

@@ -161,12 +161,8 @@ def _arch(b: Builder, rng: Rng, paint: Material, y: float, z: float, width: floa
         mast(b, paint, vec(0, y, z), height=rng.uniform(0.1, 0.2), arms=2)
         return
     rise, half = rng.uniform(0.06, 0.11), width / 2
-    ends = [
-        (-half, y - 0.01, z),
-        (-0.8 * half, y + rise, z + 0.06),
-        (0.8 * half, y + rise, z + 0.06),
-        (half, y - 0.01, z),
-    ]
+    ends = [(-half, y - 0.01, z), (-0.8 * half, y + rise, z + 0.06)]
+    ends += [(-x, up, at) for x, up, at in ends[::-1]]
     b.tube("mast", paint, bend(ends, 0.04), 0.016, segments=8)
     for x in (-0.35, 0.35) if rng.random() < 0.6 else (0.0,):
         center = (x * width, y + rise + 0.025, z + 0.06)

@@ -33,9 +33,8 @@ def rowboat(rng: Rng) -> Builder:
         lift=(rng.uniform(0.2, 0.7) * depth, 0.3 * depth),
     )
     wood = plank(rng)
-    outer = (
-        wood if rng.random() < 0.4 else tint(rng, "white", "red", "green", "blue", "navy", "orange")
-    )
+    paints = ("white", "red", "green", "blue", "navy", "orange")
+    outer = wood if rng.random() < 0.4 else tint(rng, *paints)
     trim = plank(rng)
     open_hull(b, hull, outer, 0.014)
     bulwark(b, hull, trim, height=0.01, thickness=0.022, part="rail")

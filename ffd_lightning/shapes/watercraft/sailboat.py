@@ -119,10 +119,8 @@ def catamaran(rng: Rng) -> Builder:
     length = rng.uniform(0.9, 1.3)
     gap, depth = length * rng.uniform(0.19, 0.25), rng.uniform(0.13, 0.18)
     wall, glass = tint(rng, "white", "white", "cream", "grey"), tint(rng, "window")
-    paint, lower = (
-        tint(rng, "white", "white", "navy", "grey", "red"),
-        tint(rng, "navy", "red", "black"),
-    )
+    paint = tint(rng, "white", "white", "navy", "grey", "red")
+    lower = tint(rng, "navy", "red", "black")
     shape = Hull(
         length=length,
         beam=0.11 * length,
@@ -153,9 +151,8 @@ def catamaran(rng: Rng) -> Builder:
         foot = foot + (roof - 0.02) * UP
     tip = shape.z(0.04)
     b.cylinder("mast", tint(rng, "grey"), (-gap, depth, tip), (gap, depth, tip), 0.014, segments=10)
-    net = np.array(
-        [[(x, y, at) for x in (-0.85 * gap, 0.0, 0.85 * gap)] for at in (tip, front + 0.02)]
-    )
+    xs = (-0.85 * gap, 0.0, 0.85 * gap)
+    net = [[(x, y, at) for x in xs] for at in (tip, front + 0.02)]
     sheet(b, "deck", tint(rng, "dark"), net, 0.006)
     spar, cloth = pick_material(rng, "metal"), draw_cloth(rng)
     height = length * rng.uniform(1.0, 1.4)

@@ -17,14 +17,11 @@ def submarine(rng: Rng) -> Builder:
     dark = tint(rng, "dark", "black")
     length, radius = rng.uniform(1.3, 2.0), rng.uniform(0.085, 0.15)
     nose, tail = rng.uniform(0.08, 0.25), rng.uniform(0.25, 0.45)
-    t = np.concatenate(
-        [nose * (1 - np.cos(np.linspace(0, np.pi / 2, 9))), np.linspace(1 - tail, 1, 11)]
-    )
-    share = np.where(
-        t < nose,
-        np.sqrt(np.maximum(1 - (1 - t / nose) ** 2, 0)),
-        1 - 0.88 * np.clip((t - 1 + tail) / tail, 0, 1) ** 1.8,
-    )
+    ahead = nose * (1 - np.cos(np.linspace(0, np.pi / 2, 9)))
+    t = np.concatenate([ahead, np.linspace(1 - tail, 1, 11)])
+    front = np.sqrt(np.maximum(1 - (1 - t / nose) ** 2, 0))
+    rear = 1 - 0.88 * np.clip((t - 1 + tail) / tail, 0, 1) ** 1.8
+    share = np.where(t < nose, front, rear)
     profile = np.column_stack([radius * np.maximum(share, 0.02), (0.5 - t) * length])
     forward = lean(-90)
     b.lathe("hull", paint, profile, turn=forward, segments=28)
@@ -79,9 +76,7 @@ def _fin(
 def _screw(b: Builder, metal: Material, z: float, radius: float, blades: int) -> None:
     """Add a hub and twisted blades about the z axis."""
     start, end = (0, 0, z - 0.02), (0, 0, z + 0.03)
-    b.cylinder(
-        "engine", metal, start, end, radius=0.25 * radius, radius_end=0.08 * radius, segments=10
-    )
+    b.tube("engine", metal, [start, end], (0.25 * radius, 0.08 * radius), segments=10)
     for k in range(blades):
         spin = about_z(360 * k / blades)
         turn = spin @ about_y(145)

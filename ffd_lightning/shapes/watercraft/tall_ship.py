@@ -74,10 +74,8 @@ def _wales(b: Builder, rng: Rng, hull: Hull, trim: Material) -> None:
     """Add painted strakes along the sides and perhaps a row of gun ports."""
     for t_level in np.linspace(0.06, 0.26, int(rng.integers(1, 4))):
         for side in (-1, 1):
-            path = [
-                hull.edge(t, side, -0.004) - t_level * hull.depth * UP
-                for t in np.linspace(0.03, 1.0, 13)
-            ]
+            edge = [hull.edge(t, side, -0.004) for t in np.linspace(0.03, 1.0, 13)]
+            path = np.array(edge) - t_level * hull.depth * UP
             b.tube("hull", trim, path, 0.007, segments=5)
     if rng.random() < 0.55:
         for t in np.linspace(0.25, 0.85, int(rng.integers(6, 12))):
@@ -114,4 +112,4 @@ def _square_rig(
         else:
             blown = (0, 0, -rng.uniform(0.05, 0.09))
             sides = (low - bottom, low + bottom, high - top, high + top)
-            add_sail(b, cloth, sides, blown, 5, 6)
+            add_sail(b, cloth, sides, blown, rows=5, cols=6)

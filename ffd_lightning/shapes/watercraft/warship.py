@@ -66,10 +66,10 @@ def warship(rng: Rng) -> Builder:
             funnel(b, grey, dark, foot, size)
     for place in (0.16, 0.24) if rng.random() < 0.5 else (0.2,):
         step = storey * 0.8 * (place > 0.2)
-        _turret(b, grey, (0, hull.top(place) + step, hull.z(place)), caliber, barrels, False)
+        _turret(b, grey, (0, hull.top(place) + step, hull.z(place)), caliber, barrels)
     rear = 0.9 if low.z[1] < 0.25 * long else 0.93
     if rng.random() < 0.6:
-        _turret(b, grey, (0, hull.top(rear), hull.z(rear)), caliber, barrels, True)
+        _turret(b, grey, (0, hull.top(rear), hull.z(rear)), caliber, barrels, aft=True)
     else:
         pad = (0.8 * hull.beam, 0.012, 0.16)
         b.box("deck", dark, (0, hull.top(rear) + 0.008, hull.z(rear)), pad)
@@ -95,13 +95,13 @@ def _tower(b: Builder, rng: Rng, foot: Array, grey: Material) -> None:
 
 
 def _turret(
-    b: Builder, paint: Material, foot: Triple, size: float, barrels: int, aft: bool
+    b: Builder, paint: Material, foot: Triple, size: float, barrels: int, aft: bool = False
 ) -> None:
     """Add a gun turret that points forward, or aft."""
     way = 1.0 if aft else -1.0
     base = np.array(foot)
-    origin = base - 0.05 * UP
-    b.cylinder("gun", paint, origin, base + 0.02 * UP, 0.05 * size, segments=16)
+    low = base - 0.05 * UP
+    b.cylinder("gun", paint, low, base + 0.02 * UP, 0.05 * size, segments=16)
     middle = base + (0.02 + 0.025 * size) * UP
     b.box("gun", paint, middle, vec(0.1, 0.05, 0.13) * size, taper=0.8)
     for x in (np.arange(barrels) - (barrels - 1) / 2) * 0.028 * size:
@@ -148,12 +148,8 @@ def _parked(b: Builder, paint: Material, at: Triple, size: float) -> None:
     """Add a small jet on deck, its nose turned inboard."""
     middle = np.array(at) + 0.16 * size * UP
     b.ellipsoid("cargo", paint, middle, vec(0.5, 0.11, 0.09) * size, segments=10)
-    delta = (
-        np.array(
-            [(0.3, 0, 0), (-0.35, 0, 0.45), (-0.45, 0, 0.45), (-0.45, 0, -0.45), (-0.35, 0, -0.45)]
-        )
-        * size
-    )
+    plan = [(0.3, 0), (-0.35, 0.45), (-0.45, 0.45), (-0.45, -0.45), (-0.35, -0.45)]
+    delta = np.array([(x, 0, z) for x, z in plan]) * size
     b.loft("cargo", paint, [delta + middle, delta + middle + 0.05 * size * UP])
     b.box("cargo", paint, middle + vec(-0.38, 0.15, 0) * size, (0.16 * size, 0.25 * size, 0.006))
     b.box("cargo", paint, middle - 0.1 * size * UP, (0.1 * size, 0.16 * size, 0.1 * size))

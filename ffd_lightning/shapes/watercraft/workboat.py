@@ -81,8 +81,8 @@ def _gear(b: Builder, rng: Rng, hull: Hull, start: float, ahead: bool) -> None:
     b.cylinder("mast", steel, foot + 0.07 * UP, boom, 0.011, segments=8)
     b.cylinder("mast", steel, boom, foot + 0.29 * UP, 0.004, segments=5)
     winch = foot + vec(0, 0.035, 0.07 * way)
-    origin = winch - vec(0.08, 0, 0)
-    b.cylinder("cargo", tint(rng, "dark"), origin, winch + vec(0.08, 0, 0), 0.03, segments=14)
+    left = winch - vec(0.08, 0, 0)
+    b.cylinder("cargo", tint(rng, "dark"), left, winch + vec(0.08, 0, 0), 0.03, segments=14)
     crate = pick_material(rng, "plastic")
     for x in np.linspace(-0.25, 0.25, int(rng.integers(0, 4))) * hull.beam:
         center = (x, y + 0.025, foot[2] + 0.16 * way)

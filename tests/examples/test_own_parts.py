@@ -1,0 +1,190 @@
+"""A package with parts of its own, installed, used by every command, and then not there."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+ROOT = Path(__file__).parents[2]
+TINY = (
+    "data.num_points=256",
+    "data.render.height=48",
+    "data.render.width=64",
+    "data.render.samples=1",
+    "data.count=30",
+    "network.hidden=32",
+    "network.bottleneck=8",
+    "schedule.batch_size=4",
+    "schedule.num_points=64",
+    "schedule.checkpoint_every=2",
+    "preparation.workers=1",
+    "trainer=cpu",
+    "trainer.progress_bar=false",
+    "callbacks.figure_examples=2",
+)
+OWN = (
+    "data=boxes",
+    "category=custom",
+    "category.name=box",
+    "split=every_fifth",
+    "encoder=patches",
+    "encoder.channels=8",
+    "regime/selection=taught",
+    "+regime.terms.smoothness.weight=0.1",
+    "template_strategy=by_height",
+    "templates=t2",
+    "protocol=extents",
+)
+
+
+def ffd(*arguments, folder, packages=None, wait=True):
+    """Run the command in a folder, with or without the example package."""
+    paths = [str(ROOT), *([] if packages is None else [str(packages)])]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "200"}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "ffd_lightning", *arguments],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    )
+    if not wait:
+        return process
+    output, _ = process.communicate()
+    return process.returncode, output
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory):
+    """Install the example package."""
+    target = tmp_path_factory.mktemp("packages")
+    pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation"]
+    source = str(ROOT / "examples" / "own_parts")
+    subprocess.run([*pip, "--no-index", "--target", str(target), source], check=True)
+    return target
+
+
+@pytest.fixture(scope="module")
+def trained(packages, tmp_path_factory):
+    """Train with all parts of the package, killed on the way and resumed: folder, run, output."""
+    folder = tmp_path_factory.mktemp("work")
+    command = ("train", *OWN, *TINY)
+    process = ffd(*command, "schedule.steps=400", folder=folder, packages=packages, wait=False)
+    deadline = time.monotonic() + 300
+    while not list(folder.rglob("last.ckpt")):
+        assert process.poll() is None, process.communicate()[0]
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    (checkpoint,) = folder.rglob("last.ckpt")
+    before = checkpoint.stat().st_mtime_ns
+    code, output = ffd(*command, "schedule.steps=400", folder=folder, packages=packages)
+    assert code == 0, output
+    assert checkpoint.stat().st_mtime_ns > before
+    return folder, checkpoint.parents[1], output
+
+
+def test_all_parts_are_used_and_named(trained):
+    _, run, output = trained
+    settings = (run / "config.yaml").read_text()
+    for part in ("boxes", "every_fifth", "patches", "taught", "smoothness", "by_height", "extents"):
+        assert part in settings
+    assert "own-parts 0.1.0" in settings
+    assert json.loads((run / "status.json").read_text())["state"] == "finished"
+    assert "side_error" in output
+    summary = json.loads((run / "evaluation" / "extents" / "summary.json").read_text())
+    assert 0 < summary["side_error"] < 1
+    assert [m["name"] for m in summary["protocol"]["measures"]] == ["side_error"]
+
+
+def test_a_finished_run_is_not_trained_again(trained, packages):
+    folder, _, _ = trained
+    code, output = ffd("train", *OWN, *TINY, "schedule.steps=400", folder=folder, packages=packages)
+    assert code == 0
+    assert "finished already" in output
+
+
+def test_its_settings_are_in_help_and_checked(trained, packages):
+    folder, _, _ = trained
+    _, output = ffd("train", "--help", folder=folder, packages=packages)
+    for words in (
+        "patches",
+        "own-parts 0.1.0",
+        "channels=16",
+        "temperature=0.5",
+        "side",
+        "first=0",
+    ):
+        assert words in output
+    code, output = ffd(
+        "train", "encoder=patches", "encoder.chanels=3", folder=folder, packages=packages
+    )
+    assert code == 1
+    assert "Did you mean encoder.channels?" in output
+
+
+def test_evaluated_under_its_protocol_with_other_settings(trained, packages):
+    folder, run, _ = trained
+    code, output = ffd(
+        "evaluate",
+        f"run={run}",
+        "protocol=extents",
+        "protocol.points=100",
+        "evaluation.references=false",
+        folder=folder,
+        packages=packages,
+    )
+    assert code == 0, output
+    assert "100 points" in output
+
+
+def test_predicts_from_the_checkpoint_alone(trained, packages, tmp_path):
+    _, run, _ = trained
+    checkpoint = tmp_path / "model.ckpt"
+    checkpoint.write_bytes((run / "checkpoints" / "last.ckpt").read_bytes())
+    picture = np.full((60, 80, 3), 255, np.uint8)
+    picture[20:45, 25:60] = (120, 60, 30)
+    Image.fromarray(picture).save(tmp_path / "photo.png")
+    predict = ("predict", "run=model.ckpt", "image=photo.png", "preview=false", "points=50")
+    code, output = ffd(*predict, folder=tmp_path, packages=packages)
+    assert code == 0, output
+    assert (tmp_path / "predictions" / "photo" / "mesh.glb").is_file()
+    code, output = ffd(*predict, "out=others", folder=tmp_path)
+    assert code == 1
+    assert "encoder 'patches' comes from own-parts 0.1.0, which is not here" in output
+
+
+def test_report_and_status_need_no_plugin_and_show_its_settings(trained):
+    folder, _, _ = trained
+    code, output = ffd("report", "runs=runs", "gallery=0", folder=folder)
+    assert code == 0, output
+    page = (folder / "runs" / "report.html").read_text()
+    assert "side_error" in page or "side error" in page
+    code, output = ffd("status", "runs=runs", folder=folder)
+    assert code == 0, output
+    assert "finished" in output
+
+
+def test_a_module_named_on_the_command_line(tmp_path):
+    source = ROOT / "examples" / "own_parts" / "own_parts" / "encoder.py"
+    (tmp_path / "my_encoder.py").write_text(source.read_text())
+    code, output = ffd(
+        "train", "plugins=[my_encoder]", "encoder=patches", "--cfg", "job", folder=tmp_path
+    )
+    assert code == 0, output
+    assert "name: patches" in output
+    code, output = ffd("train", "plugins=[my_encodre]", "--cfg", "job", folder=tmp_path)
+    assert code == 1
+    assert "plugins=my_encodre: cannot be imported" in output
+    code, output = ffd("train", "encoder=patches", folder=tmp_path)
+    assert code == 1
+    assert "no encoder 'patches'" in output

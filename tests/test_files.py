@@ -1,0 +1,77 @@
+import errno
+import os
+import resource
+
+import pytest
+
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.files import (
+    atomic_file,
+    lock_folder,
+    put_on_disk,
+    write_atomic,
+    write_bytes_atomic,
+    write_csv,
+)
+
+
+def test_content_arrives_and_folders_are_made(tmp_path):
+    write_bytes_atomic(tmp_path / "a" / "b.bin", b"\0\r\n\xff")
+    assert (tmp_path / "a" / "b.bin").read_bytes() == b"\0\r\n\xff"
+    write_atomic(tmp_path / "a" / "c.txt", "ä\n")
+    assert (tmp_path / "a" / "c.txt").read_bytes() == "ä\n".encode()
+    write_csv(tmp_path / "d.csv", [{"id": "x,y", "n": 1}, {"id": "z", "n": 2}])
+    assert (tmp_path / "d.csv").read_text() == 'id,n\n"x,y",1\nz,2\n'
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["a", "b.bin", "c.txt", "d.csv"]
+
+
+@pytest.mark.parametrize("durable", [True, False])
+def test_nobody_sees_half_of_a_file(tmp_path, durable):
+    path = tmp_path / "file"
+    path.write_text("earlier")
+    with atomic_file(path, durable) as first, atomic_file(path, durable) as second:
+        first.write(b"one")
+        second.write(b"another")
+        assert path.read_text() == "earlier"
+    assert path.read_text() == "one"
+    file = atomic_file(path)
+    file.__enter__().write(b"half of it")
+    assert file.__exit__(KeyError, KeyError(), None) is False
+    assert path.read_text() == "one"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_full_disk_leaves_what_was_there(tmp_path):
+    path = tmp_path / "file"
+    path.write_text("earlier")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
+    try:
+        with pytest.raises(OSError, match="File too large") as caught:
+            write_bytes_atomic(path, bytes(10_000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert caught.value.errno == errno.EFBIG
+    assert path.read_text() == "earlier"
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_files_and_folders_can_be_put_on_disk(tmp_path, monkeypatch):
+    synced = []
+    monkeypatch.setattr(os, "fsync", lambda fd: synced.append(os.fstat(fd).st_ino))
+    (tmp_path / "file").touch()
+    put_on_disk(tmp_path / "file")
+    put_on_disk(tmp_path)
+    assert synced == [(tmp_path / "file").stat().st_ino, tmp_path.stat().st_ino]
+    with pytest.raises(FileNotFoundError):
+        put_on_disk(tmp_path / "none")
+
+
+def test_a_folder_is_taken_once(tmp_path):
+    with lock_folder(tmp_path / "new", "taken"), pytest.raises(ConfigError, match="taken"):
+        lock_folder(tmp_path / "new", "taken")
+    with lock_folder(tmp_path / "new", "taken"):
+        pass
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match="cannot write the folder"):
+        lock_folder(tmp_path / "file", "taken")
