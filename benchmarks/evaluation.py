@@ -30,7 +30,7 @@ def measure(quick: bool) -> list[Row]:
     """Time whole samples on all cores, then each part on one core against its peers."""
     count, rounds = (8, 2) if quick else (48, 7)
     with tempfile.TemporaryDirectory() as folder:
-        _, data = build(Path(folder), 1)
+        _, data = build(Path(folder))
         pairs = []
         for k in range(count):
             offsets = np.random.default_rng(k).normal(0, 0.03, (64, 3)).astype(np.float32)

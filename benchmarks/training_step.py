@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import statistics
 import tempfile
@@ -16,14 +17,13 @@ from lightning import Callback, Trainer
 
 from benchmarks.nearest import POINTS, QUERIES, TEMPLATES, clouds
 from benchmarks.timing import Row, seconds_of, synchronize
-from ffd_lightning.app.config import Residency, TemplateStrategy, Weighting
+from ffd_lightning.app.regimes import regime
+from ffd_lightning.data.batches import Residency
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.data.templates.strategies import RandomStrategy
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.nearest import nearest_neighbors
-from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.training.module import FfdModule
@@ -42,27 +42,22 @@ class _Timer(Callback):
         self.times.append(time.perf_counter())
 
 
-def build(
-    folder: Path, steps: int, residency: Residency = Residency.auto
-) -> tuple[FfdModule, FfdDataModule]:
+def build(folder: Path, residency: Residency = "auto") -> tuple[FfdModule, FfdDataModule]:
     """Return the paper's network on procedural tables, with both regularizers (e and r)."""
     data = FfdDataModule(
-        preparations=[
-            Preparation(ProceduralSource(_MODELS), "table", 16384, RenderSettings(), folder)
-        ],
+        "table",
+        ProceduralSource(_MODELS),
         num_templates=TEMPLATES,
-        template_strategy=TemplateStrategy.random,
+        template_strategy=RandomStrategy(),
         batch_size=QUERIES,
         num_points=POINTS,
-        steps=steps,
+        root=folder,
         residency=residency,
     )
     data.prepare_data()
     data.setup()
     network = TemplateFfdNetwork(MobileNetV1(), (192, 256), TEMPLATES, 64)
-    return FfdModule(
-        network, Objective(Weighting.identity, 100.0, 1.0, 10_000.0), steps=steps
-    ), data
+    return FfdModule(network, regime("e", "terms.offset_penalty.weight=1")), data
 
 
 def fit(module: FfdModule, data: FfdDataModule, steps: int, precision: str) -> list[float]:
@@ -92,17 +87,17 @@ def measure(device: torch.device, quick: bool) -> list[Row]:
     warnings.filterwarnings("ignore", module="lightning")
     rounds, steps = (1, 5) if quick else (4, 8)
     variants: dict[str, tuple[str, Residency, bool]] = {
-        "full step": ("32-true", Residency.auto, False),
-        "full step, data.residency=ram": ("32-true", Residency.ram, False),
-        "full step, trainer.precision=bf16-mixed": ("bf16-mixed", Residency.auto, False),
+        "full step": ("32-true", "auto", False),
+        "full step, data.residency=ram": ("32-true", "ram", False),
+        "full step, trainer.precision=bf16-mixed": ("bf16-mixed", "auto", False),
     }
     if device.type != "cpu":
-        variants["full step, data.residency=disk"] = ("32-true", Residency.disk, False)
+        variants["full step, data.residency=disk"] = ("32-true", "disk", False)
     if not quick:  # compilation takes most of a minute
-        variants["full step, trainer.compile=true"] = ("32-true", Residency.auto, True)
+        variants["full step, trainer.compile=true"] = ("32-true", "auto", True)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        module, data = build(folder, steps)
+        module, data = build(folder)
         times: dict[str, list[float]] = {"encoder alone": [], "nearest neighbours alone": []}
         plain = _plain_torch_step(device)
         for _ in range(rounds):
@@ -111,7 +106,7 @@ def measure(device: torch.device, quick: bool) -> list[Row]:
             if "step in plain torch (cdist)" not in times:  # most of a minute on two cores
                 times["step in plain torch (cdist)"] = [seconds_of(plain)]
             for variant, (precision, residency, fused) in variants.items():
-                module, data = build(folder, steps, residency)
+                module, data = build(folder, residency)
                 if fused:
                     compile_encoder(module.network)
                 times.setdefault(variant, []).extend(fit(module, data, steps, precision))
@@ -133,8 +128,8 @@ def _parts(
     """Return what a step is made of, one function each."""
     network = module.network.to(device).train()
     data.trainer = None
-    item = iter(data.train_dataloader())
-    batch = data.on_after_batch_transfer(next(item), 0)
+    items, steps = data.train_dataloader().dataset, itertools.count()
+    batch = data.on_after_batch_transfer(items[next(steps)], 0)
     images = batch.images.to(device)
     templates = type(batch.templates)(*(t.to(device) for t in batch.templates))
     prediction = network(images)
@@ -157,7 +152,7 @@ def _parts(
     return {
         "encoder alone": encoder,
         "nearest neighbours alone": nearest,
-        "part: batch": lambda: data.on_after_batch_transfer(next(item), 0),
+        "part: batch": lambda: data.on_after_batch_transfer(items[next(steps)], 0),
         "part: deformation": deformation,
         "part: Adam": adam.step,
     }
@@ -191,7 +186,7 @@ def _plain_torch_step(device: torch.device) -> Callable[[], object]:
 def peak_memory() -> None:
     """Print the peak memory of this process after some steps, in bytes."""
     with tempfile.TemporaryDirectory() as name:
-        module, data = build(Path(name), 6)
+        module, data = build(Path(name))
         logging.getLogger("lightning.pytorch").setLevel(logging.ERROR)
         warnings.filterwarnings("ignore", module="lightning")
         fit(module, data, 6, "32-true")

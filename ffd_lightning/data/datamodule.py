@@ -194,9 +194,9 @@ class StepSampler(Sampler[int]):
         return self.length
 
     def __iter__(self) -> Iterator[int]:
-        start = self._epoch * self.length
-        first = self._done() - start
-        return iter(range(start + (first if 0 < first < self.length else 0), start + self.length))
+        # Of a checkpoint of an epoch's last step Lightning notes too late that the epoch is over.
+        first = max(self._done(), self._epoch * self.length)
+        return iter(range(first, (first // self.length + 1) * self.length))
 
 
 class FfdDataModule(LightningDataModule):

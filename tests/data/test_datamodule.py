@@ -1,66 +1,99 @@
 import itertools
 import pickle
+from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
-from box_source import BoxSource, boxes_of
+from box_source import RENDER, BoxSource
+from lightning import Callback, Trainer
+from lightning.pytorch.callbacks import ModelCheckpoint
 
-from ffd_lightning.app.config import Residency, SplitKind, TemplateStrategy
+from ffd_lightning import registry
 from ffd_lightning.data import batches
-from ffd_lightning.data.batches import Draw, ShapeStore
+from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import (
-    EvaluationDraws,
+    EvaluationIndices,
     FfdDataModule,
-    Gathered,
+    GatheredBatches,
     StepSampler,
-    TrainingDraws,
+    TrainingIndices,
 )
-from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.data.splits import (
+    HashSplit,
+    ListedSplit,
+    PublishedSplit,
+    R2n2Split,
+    SplitInput,
+)
+from ffd_lightning.data.templates.strategies import diverse_templates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.losses.objective import Objective, WeightedTerm
+from ffd_lightning.losses.terms import chamfer
+from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.training.module import FfdModule
 
 BATCH, POINTS, STEPS = 4, 32, 6
 
 
-def make_module(preparation, **settings):
-    module = FfdDataModule(
-        preparations=[preparation],
-        train_fraction=0.7,
-        num_templates=2,
-        template_strategy=TemplateStrategy.diverse,
-        batch_size=BATCH,
-        num_points=POINTS,
-        steps=STEPS,
+def make_module(category, source, root, **settings):
+    given = {
+        "num_templates": 2,
+        "template_strategy": diverse_templates,
+        "split": HashSplit(0.7),
+        "val_fraction": 0.2,
+        "batch_size": BATCH,
+        "num_points": POINTS,
+        "progress": False,
         **settings,
-    )
+    }
+    module = FfdDataModule(category, source, root=root, **given)
     module.prepare_data()
     module.setup()
     return module
 
 
-@pytest.fixture(scope="module")
-def tables(prepared, data_root):
+def table_module(root, **settings):
     """Tables, on the prepared set that is there already."""
     render = RenderSettings(height=48, width=64, samples=1)
-    module = make_module(Preparation(ProceduralSource(24), "table", 256, render, data_root))
+    return make_module(
+        "table", ProceduralSource(24), root, render=render, cloud_points=256, **settings
+    )
+
+
+@pytest.fixture(scope="module")
+def tables(prepared, data_root):
+    module = table_module(data_root)
     assert module.prepared.path == prepared.path
     return module
 
 
 @pytest.fixture(scope="module")
-def boxes(tmp_path_factory):
-    """Boxes seen from two sides."""
+def make_boxes(tmp_path_factory):
+    """Return a function that makes modules of boxes seen from two sides."""
     root = tmp_path_factory.mktemp("boxes")
-    return make_module(boxes_of(BoxSource(10, root / "log"), root, num_points=64, workers=1))
+
+    def make(**settings):
+        source = BoxSource(10, root / "log")
+        return make_module(
+            "box", source, root, render=RENDER, cloud_points=64, prepare_workers=1, **settings
+        )
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def boxes(make_boxes):
+    return make_boxes()
 
 
 def training_steps(module, seed=0, rank=0, world_size=1, batch_size=BATCH):
     rows = module.rows(module.split.train)
-    draws = TrainingDraws(rows, module._sizes, batch_size, POINTS, seed, rank, world_size)
-    return Gathered(draws, module.store)
+    indices = TrainingIndices(rows, module._sizes, batch_size, POINTS, seed, rank, world_size)
+    return GatheredBatches(indices, module.store)
 
 
 def tensors(batch):
@@ -73,11 +106,30 @@ def tensors(batch):
     }
 
 
-def trainer(global_step=0, global_rank=0, world_size=1):
+@contextmanager
+def trained(module, **settings):
+    """Give a module a trainer of so many steps."""
+    given = {
+        "global_step": 0,
+        "global_rank": 0,
+        "world_size": 1,
+        "max_steps": STEPS,
+        "max_epochs": -1,
+        "accumulate_grad_batches": 1,
+        **settings,
+    }
     strategy = SimpleNamespace(root_device=torch.device("cpu"))
-    return SimpleNamespace(
-        strategy=strategy, global_step=global_step, global_rank=global_rank, world_size=world_size
-    )
+    module.trainer = SimpleNamespace(strategy=strategy, **given)
+    try:
+        yield
+    finally:
+        module.trainer = None
+
+
+def loaded(module, **settings):
+    """Return the batches of an epoch."""
+    with trained(module, **settings):
+        return list(module.train_dataloader())
 
 
 def equal(a, b):
@@ -85,10 +137,11 @@ def equal(a, b):
     return all(torch.equal(x, y) for x, y in pairs)
 
 
-def test_templates_training_and_test_models_are_disjoint_and_complete(tables):
-    parts = [tables.bank.ids, tables.split.train, tables.split.test]
-    assert sorted(i for part in parts for i in part) == list(tables.prepared.ids)
+def test_templates_and_subsets_are_disjoint_and_complete(tables):
+    subsets = [tables.bank.ids, *tables.split]
+    assert sorted(i for subset in subsets for i in subset) == list(tables.prepared.ids)
     assert len(tables.bank.ids) == 2
+    assert all(tables.split)
 
 
 def test_setup_runs_once(tables):
@@ -127,15 +180,15 @@ def test_a_step_is_a_function_of_seed_and_number(tables):
 
 def test_points_are_drawn_afresh_at_each_step_and_for_each_query(tables):
     row = tables.rows(tables.split.train)[:1]
-    draws = TrainingDraws(row, tables._sizes, BATCH, POINTS, seed=0)
-    steps = Gathered(draws, tables.store)
+    indices = TrainingIndices(row, tables._sizes, BATCH, POINTS, seed=0)
+    steps = GatheredBatches(indices, tables.store)
     clouds = torch.cat([steps[k].target_points for k in range(3)])
     assert len({cloud.numpy().tobytes() for cloud in clouds}) == 3 * BATCH
     matrices = [steps[k].templates.deformation_matrix for k in range(3)]
     assert len({matrix.numpy().tobytes() for matrix in matrices}) == 3
 
 
-def test_every_model_is_seen_once_in_each_pass(tables):
+def test_every_shape_is_seen_once_in_each_pass(tables):
     steps, rows = training_steps(tables), tables.rows(tables.split.train).tolist()
     count = len(rows)
     assert count % BATCH, "passes end in the middle of a step"
@@ -187,34 +240,73 @@ def test_steps_can_be_sent_to_another_process(tables):
 # --- evaluation chunks --------------------------------------------------------------------------
 
 
-def test_chunks_hold_every_test_model_once(tables):
+def test_chunks_hold_every_shape_once(tables):
     rows = tables.rows(tables.split.test)
     assert len(rows) > 3
-    chunks = EvaluationDraws(rows, tables._sizes, 3, POINTS)
-    draws = [chunks[k] for k in range(len(chunks))]
-    assert torch.cat([d.rows for d in draws]).tolist() == rows.tolist()
-    assert [len(d.rows) for d in draws[:-1]] == [3] * (len(draws) - 1)
+    chunks = EvaluationIndices(rows, tables._sizes, 3, POINTS)
+    every = [chunks[k] for k in range(len(chunks))]
+    assert torch.cat([c.rows for c in every]).tolist() == rows.tolist()
+    assert [len(c.rows) for c in every[:-1]] == [3] * (len(every) - 1)
     for k in (-1, len(chunks)):
         with pytest.raises(IndexError):
             chunks[k]
 
 
-def test_chunks_are_the_same_at_every_call_and_show_the_first_view(boxes):
-    first, again = list(boxes.evaluation_batches()), list(boxes.evaluation_batches())
-    assert len(first) == -(-len(boxes.split.test) // BATCH)
+def test_points_depend_on_the_shape_alone(tables):
+    """Not on how shapes are cut into chunks, nor on which others are scored."""
+    rows = tables.rows(tables.split.test)
+    whole = EvaluationIndices(rows, tables._sizes, len(rows), POINTS)[0]
+    drawn = dict(zip(rows.tolist(), whole.points, strict=True))
+    assert len({points.numpy().tobytes() for points in whole.points}) == len(rows)
+    for some, size in ((rows, 2), (rows[1::2], 2), (rows[::-1], 3)):
+        chunks = EvaluationIndices(some.copy(), tables._sizes, size, POINTS)
+        for chunk in (chunks[k] for k in range(len(chunks))):
+            for row, points in zip(chunk.rows.tolist(), chunk.points, strict=True):
+                assert torch.equal(points, drawn[row])
+            assert torch.equal(chunk.template_points, whole.template_points)
+    other = EvaluationIndices(rows, tables._sizes, len(rows), POINTS, seed=1)[0]
+    assert not torch.equal(other.points, whole.points)
+
+
+@pytest.mark.parametrize("subset", ["val", "test"])
+def test_subsets_are_the_same_at_every_call_and_show_the_first_view(boxes, subset):
+    load = getattr(boxes, f"{subset}_dataloader")
+    first, again = list(load()), list(load())
+    ids = getattr(boxes.split, subset)
+    assert torch.cat([batch.rows for batch in first]).tolist() == boxes.rows(ids).tolist()
     for batch, same in zip(first, again, strict=True):
         assert equal(batch, same)
         rgb = [boxes.prepared.image(row)[..., :3] for row in batch.rows.tolist()]
         np.testing.assert_array_equal(batch.images.permute(0, 2, 3, 1), rgb)
 
 
+@pytest.mark.parametrize("subset", ["val", "test", "predict"])
+def test_devices_share_out_what_is_scored(tables, subset):
+    whole = scored(tables, subset)
+    shares = [scored(tables, subset, global_rank=k, world_size=2) for k in range(2)]
+    assert not shares[0].keys() & shares[1].keys()
+    assert whole.keys() == shares[0].keys() | shares[1].keys()
+    assert all(torch.equal(whole[row], own[row]) for own in shares for row in own)
+
+
+def scored(module, subset, **settings):
+    """Return the points of each row that is scored."""
+    with trained(module, **settings):
+        found = list(getattr(module, f"{subset}_dataloader")())
+    return {
+        row: points
+        for batch in found
+        for row, points in zip(batch.rows.tolist(), batch.target_points, strict=True)
+    }
+
+
 # --- residency ----------------------------------------------------------------------------------
 
 
 @pytest.fixture
-def resident(boxes):
+def resident(make_boxes):
     """The boxes again, copied into memory."""
-    return make_module(boxes.preparations[0], residency=Residency.device)
+    return make_boxes(residency="device")
 
 
 def test_where_the_data_is_kept_changes_nothing(boxes, resident):
@@ -228,12 +320,12 @@ def test_where_the_data_is_kept_changes_nothing(boxes, resident):
 
 
 def test_data_on_a_gpu_is_gathered_there(boxes, resident, monkeypatch):
-    """The loader then hands out draws alone."""
+    """The loader then hands out indices alone."""
     monkeypatch.setattr(ShapeStore, "device", torch.device("cuda"))
-    draws = list(resident.train_dataloader())
+    indices = list(resident.train_dataloader())
     monkeypatch.undo()
-    assert {type(draw) for draw in draws} == {Draw}
-    gathered = [resident.on_after_batch_transfer(draw, 0) for draw in draws]
+    assert {type(i) for i in indices} == {BatchIndices}
+    gathered = [resident.on_after_batch_transfer(i, 0) for i in indices]
     expected = list(boxes.train_dataloader())
     assert all(equal(a, b) for a, b in zip(gathered, expected, strict=True))
     assert resident.on_after_batch_transfer(expected[0], 0) is expected[0]
@@ -245,7 +337,7 @@ def test_another_process_maps_the_files_itself(resident):
 
 
 def test_files_are_mapped_and_not_copied(boxes):
-    assert boxes.residency is Residency.auto
+    assert boxes.residency == "auto"
     assert boxes.store.images is None
     assert np.shares_memory(boxes.store.clouds[0].numpy(), boxes.prepared.arrays["points"])
 
@@ -280,41 +372,68 @@ def test_automatic_residency(monkeypatch):
     gpu = torch.device("cuda", 0)
     monkeypatch.setattr(torch.cuda, "mem_get_info", lambda _: (100, 1000))
     monkeypatch.setattr(batches, "_available_memory", lambda: 1000)
-    assert batches.choose_residency(1, torch.device("cpu")) is Residency.disk
-    assert batches.choose_residency(50, gpu) is Residency.device
-    assert batches.choose_residency(51, gpu) is Residency.ram
-    assert batches.choose_residency(501, gpu) is Residency.disk
+    assert batches.choose_residency(1, torch.device("cpu")) == "disk"
+    assert batches.choose_residency(50, gpu) == "device"
+    assert batches.choose_residency(51, gpu) == "ram"
+    assert batches.choose_residency(501, gpu) == "disk"
 
 
 # --- loaders ------------------------------------------------------------------------------------
 
 
-def test_sampler_counts_from_the_start_and_goes_on_in_the_middle():
-    assert list(StepSampler(0, 3)) == [0, 1, 2]
-    assert list(StepSampler(2, 5)) == [2, 3, 4]
-    assert list(StepSampler(5, 5)) == []
-    assert len(StepSampler(2, 5)) == 5
+def test_sampler_counts_epochs_from_what_is_done():
+    sampler = StepSampler(3)
+    assert list(sampler) == [0, 1, 2]
+    sampler.set_epoch(2)
+    assert list(sampler) == [6, 7, 8]
+    resumed = StepSampler(5, lambda: 2)
+    assert list(resumed) == [2, 3, 4]
+    assert len(resumed) == 5, "of the whole epoch, from whose start Lightning counts"
+    later = StepSampler(5, lambda: 12)
+    later.set_epoch(2)
+    assert list(later) == [12, 13, 14]
 
 
-def test_a_resumed_loader_goes_on_where_the_run_stopped(tables):
-    whole = list(tables.train_dataloader())
-    assert len(whole) == STEPS
-    tables.trainer = trainer(global_step=2)
-    try:
-        resumed = list(tables.train_dataloader())
-    finally:
-        tables.trainer = None
-    assert len(resumed) == STEPS - 2
-    assert all(equal(a, b) for a, b in zip(resumed, whole[2:], strict=True))
+def test_a_checkpoint_of_an_epochs_end_is_followed_by_the_next_epoch():
+    """Lightning makes the iterator before it has noted that the epoch is over."""
+    sampler = StepSampler(5, lambda: 10)
+    sampler.set_epoch(1)
+    assert list(sampler) == [10, 11, 12, 13, 14]
+
+
+def test_an_epoch_is_the_training_or_a_pass(tables):
+    batches_of_a_pass = -(-len(tables.split.train) // BATCH)
+    assert batches_of_a_pass != STEPS
+    assert len(loaded(tables)) == STEPS
+    assert len(loaded(tables, accumulate_grad_batches=3)) == 3 * STEPS
+    for limits in ({"max_steps": -1, "max_epochs": 4}, {"max_epochs": 4}):
+        assert len(loaded(tables, **limits)) == batches_of_a_pass
+
+
+@pytest.mark.parametrize("accumulated", [1, 2])
+def test_a_resumed_loader_goes_on_where_the_run_stopped(tables, accumulated):
+    whole = loaded(tables, accumulate_grad_batches=accumulated)
+    resumed = loaded(tables, global_step=2, accumulate_grad_batches=accumulated)
+    assert len(resumed) == (STEPS - 2) * accumulated
+    rest = whole[2 * accumulated :]
+    assert all(equal(a, b) for a, b in zip(resumed, rest, strict=True))
+
+
+def test_the_last_batches_of_an_epoch_make_a_step_of_their_own(tables):
+    """A pass of three batches, two a step, has two steps."""
+    assert -(-len(tables.split.train) // BATCH) == 3
+    done = []
+    for step in range(6):
+        with trained(
+            tables, global_step=step, max_steps=-1, max_epochs=3, accumulate_grad_batches=2
+        ):
+            done.append(tables._batches_done())
+    assert done == [0, 2, 3, 5, 6, 8]
 
 
 def test_each_device_loads_its_own_share(tables):
-    whole = next(iter(tables.train_dataloader()))
-    tables.trainer = trainer(global_rank=1, world_size=2)
-    try:
-        share = next(iter(tables.train_dataloader()))
-    finally:
-        tables.trainer = None
+    whole = loaded(tables)[0]
+    share = loaded(tables, global_rank=1, world_size=2)[0]
     assert share.rows.tolist() == whole.rows.tolist()[1::2]
 
 
@@ -322,25 +441,22 @@ def test_reading_ahead_changes_nothing(tables):
     whole = list(tables.train_dataloader())
     tables.num_workers = 1
     try:
-        ahead = list(tables.train_dataloader())
+        ahead, validation = list(tables.train_dataloader()), list(tables.val_dataloader())
     finally:
         tables.num_workers = 0
     assert all(equal(a, b) for a, b in zip(ahead, whole, strict=True))
-    validation = list(tables.val_dataloader())
-    assert (
-        torch.cat([b.rows for b in validation]).tolist() == tables.rows(tables.split.test).tolist()
-    )
+    assert all(equal(a, b) for a, b in zip(validation, tables.val_dataloader(), strict=True))
 
 
 def test_each_template_has_its_own_points(tables):
     for count in (40, 256):
-        draws = TrainingDraws(tables.rows(tables.split.train), tables._sizes, BATCH, count, seed=0)
-        draw = draws[0]
-        batch = tables.store.batch(draw)
-        drawn = [set(points) for points in draw.template_points.tolist()]
+        rows = tables.rows(tables.split.train)
+        indices = TrainingIndices(rows, tables._sizes, BATCH, count, seed=0)[0]
+        batch = tables.store.batch(indices)
+        drawn = [set(points) for points in indices.template_points.tolist()]
         assert [len(points) for points in drawn] == [count] * 2, "without replacement"
         assert (drawn[0] == drawn[1]) == (count == 256)
-        for t, points in enumerate(draw.template_points):
+        for t, points in enumerate(indices.template_points):
             matrix = tables.bank.deformation_matrix[t, points]
             assert torch.equal(batch.templates.deformation_matrix[t], matrix)
 
@@ -348,14 +464,111 @@ def test_each_template_has_its_own_points(tables):
 # --- splits -------------------------------------------------------------------------------------
 
 
-def test_each_rule_splits(boxes, tmp_path):
+def test_each_rule_splits(make_boxes, boxes, tmp_path):
     rest = [i for i in boxes.prepared.ids if i not in boxes.bank.ids]
     (tmp_path / "test.txt").write_text("\n".join(rest[:3]))
-    listed = make_module(
-        boxes.preparations[0], split=SplitKind.listed, split_file=str(tmp_path / "test.txt")
-    )
-    assert listed.split == (tuple(rest[3:]), tuple(rest[:3]))
-    r2n2 = make_module(boxes.preparations[0], split=SplitKind.r2n2).split
-    assert r2n2 == tuple(tuple(i for i in rest if (i < "b08") == side) for side in (True, False))
+    listed = make_boxes(split=ListedSplit(tmp_path / "test.txt"), val_fraction=0)
+    assert listed.split == (tuple(rest[3:]), (), tuple(rest[:3]))
+    r2n2 = make_boxes(split=R2n2Split(), val_fraction=0).split
+    sides = [tuple(i for i in rest if (i < "b08") == side) for side in (True, False)]
+    assert r2n2 == (sides[0], (), sides[1])
     with pytest.raises(ConfigError, match="no split of its own"):
-        make_module(boxes.preparations[0], split=SplitKind.source)
+        make_boxes(split=PublishedSplit())
+
+
+def test_a_rule_is_told_what_there_is(make_boxes, monkeypatch):
+    published = {f"b{k:02d}": ("train", "val", "test")[k % 3] for k in range(10)}
+    monkeypatch.setattr(BoxSource, "split", lambda *_: published)
+    seen = []
+
+    def rule(shapes: SplitInput):
+        seen.append(shapes)
+        return shapes.published
+
+    split = make_boxes(split=rule).split
+    assert seen == [SplitInput("box", tuple(published), (), published)]
+    assert {i for i in split.val if published[i] == "val"} == set(split.val) != set()
+
+
+def test_without_shapes_to_validate_on_there_is_no_validation(make_boxes):
+    module = make_boxes(val_fraction=0)
+    assert module.split.val == ()
+    assert list(module.val_dataloader()) == []
+    assert module.split.chosen_on == module.split.train
+
+
+def test_held_out_templates_are_in_no_subset(make_boxes):
+    four = make_boxes(num_templates=4)
+    two = make_boxes(num_templates=2, hold_out=4)
+    assert two.bank.ids == four.bank.ids[:2]
+    assert two.split == four.split
+    assert not set(four.bank.ids) & {i for subset in two.split for i in subset}
+
+
+# --- whole trainings ----------------------------------------------------------------------------
+
+
+class Watch(Callback):
+    """Notes what each batch sees, and fails at one of them."""
+
+    def __init__(self, fails_at=None):
+        self.fails_at, self.rows = fails_at, []
+
+    def on_train_batch_start(self, trainer, module, batch, batch_idx):
+        if len(self.rows) == self.fails_at:
+            raise RuntimeError("the machine goes down")
+        self.rows.append(tuple(batch.rows.tolist()))
+
+
+def fit(data, folder, fails_at=None, resume=None, **settings):
+    """Train a tiny network; return the rows of its batches, and its last weights."""
+    torch.manual_seed(0)
+    encoder = registry.part("encoder", "mobilenet", image_size=(48, 64))
+    network = TemplateFfdNetwork(encoder, (48, 64), 2, 64, bottleneck=4, hidden=8)
+    module = FfdModule(network, Objective({"chamfer": WeightedTerm(chamfer)}))
+    watch = Watch(fails_at)
+    trainer = Trainer(
+        accelerator="cpu",
+        logger=False,
+        callbacks=[watch, ModelCheckpoint(folder, every_n_train_steps=1, save_top_k=-1)],
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        use_distributed_sampler=False,
+        **settings,
+    )
+    failure = nullcontext() if fails_at is None else pytest.raises(RuntimeError, match="goes down")
+    with failure:
+        trainer.fit(module, datamodule=data, ckpt_path=resume)
+    return watch.rows, {name: value.clone() for name, value in module.state_dict().items()}
+
+
+LIMITS = {
+    "steps": {"max_steps": 7},
+    "accumulated steps": {"max_steps": 4, "accumulate_grad_batches": 2},
+    "epochs": {"max_epochs": 3},
+    "accumulated epochs": {"max_epochs": 3, "accumulate_grad_batches": 2},
+}
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
+def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, limits):
+    data = table_module(data_root)
+    length = -(-len(data.split.train) // BATCH)
+    assert length == 3, "an odd number, so that accumulation ends epochs early"
+    indices = TrainingIndices(data.rows(data.split.train), data._sizes, BATCH, POINTS, 0)
+    every = limits.get("accumulate_grad_batches", 1)
+    count = limits["max_steps"] * every if "max_steps" in limits else 3 * length
+    rows, weights = fit(data, tmp_path / "whole", **limits)
+    assert rows == [tuple(indices[k].rows.tolist()) for k in range(count)]
+    for fails_at in {every, length, length + every}:
+        folder = tmp_path / f"killed{fails_at}"
+        before, _ = fit(table_module(data_root), folder, fails_at, **limits)
+        newest = max(folder.iterdir(), key=lambda path: int(path.stem.rpartition("=")[2]))
+        resumed = table_module(data_root)
+        after, ends = fit(resumed, folder, resume=newest, **limits)
+        assert before == rows[:fails_at]
+        again = len(before) + len(after) - count
+        assert 0 <= again < every, "of an accumulated step that was not done"
+        assert after == rows[fails_at - again :], fails_at
+        assert all(torch.equal(ends[name], weights[name]) for name in weights), fails_at

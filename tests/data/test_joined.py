@@ -4,31 +4,29 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.app.config import TemplateStrategy
 from ffd_lightning.data.batches import ShapeStore
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.data.splits import HashSplit
+from ffd_lightning.data.templates.strategies import ListedStrategy, diverse_templates
 from ffd_lightning.errors import DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 
+NAMES = ("table", "sofa")
+RENDER = RenderSettings(height=48, width=64, samples=1)
+
 
 def preparation(category, root, points=256):
-    render = RenderSettings(height=48, width=64, samples=1)
     return Preparation(
-        ProceduralSource(12), category, points, render, root, workers=2, progress=False
+        ProceduralSource(12), category, points, RENDER, root, workers=2, progress=False
     )
 
 
 @pytest.fixture(scope="module")
-def preparations(data_root):
-    return [preparation(category, data_root) for category in ("table", "sofa")]
-
-
-@pytest.fixture(scope="module")
-def members(preparations):
-    return [p.run() for p in preparations]
+def members(data_root):
+    return [preparation(category, data_root).run() for category in NAMES]
 
 
 @pytest.fixture(scope="module")
@@ -77,48 +75,43 @@ def test_sets_that_do_not_go_together(members, data_root):
         JoinedSet.join([members[0], other])
 
 
-def module(preparations, **settings):
-    result = FfdDataModule(
-        preparations=preparations,
-        num_templates=4,
-        template_strategy=TemplateStrategy.diverse,
-        train_fraction=0.6,
-        batch_size=6,
-        num_points=64,
-        steps=3,
+def module(root, categories=NAMES, **settings):
+    given = {
+        "num_templates": 4,
+        "template_strategy": diverse_templates,
+        "split": HashSplit(0.6),
+        "val_fraction": 0.3,
+        "batch_size": 6,
+        "num_points": 64,
         **settings,
+    }
+    result = FfdDataModule(
+        categories,
+        ProceduralSource(12),
+        render=RENDER,
+        cloud_points=256,
+        root=root,
+        prepare_workers=2,
+        progress=False,
+        **given,
     )
     result.setup()
     return result
 
 
-def test_each_category_gives_its_share_of_templates_and_its_own_split(preparations):
-    joint = module(preparations, hold_out=6)
-    alone = [
-        FfdDataModule(
-            preparations=[p],
-            num_templates=2,
-            hold_out=3,
-            template_strategy=TemplateStrategy.diverse,
-            train_fraction=0.6,
-        )
-        for p in preparations
-    ]
-    for own in alone:
-        own.setup()
-    names = ("table", "sofa")
-    for part in ("train", "test"):
-        expected = [
-            f"{n}/{i}" for n, a in zip(names, alone, strict=True) for i in getattr(a.split, part)
-        ]
-        assert list(getattr(joint.split, part)) == expected
-    templates = [f"{n}/{i}" for n, a in zip(names, alone, strict=True) for i in a.bank.ids]
+def test_each_category_gives_its_share_of_templates_and_its_own_split(data_root):
+    joint = module(data_root, hold_out=6)
+    alone = [module(data_root, name, num_templates=2, hold_out=3) for name in NAMES]
+    for k, subset in enumerate(joint.split):
+        expected = [f"{n}/{i}" for n, a in zip(NAMES, alone, strict=True) for i in a.split[k]]
+        assert list(subset) == expected != []
+    templates = [f"{n}/{i}" for n, a in zip(NAMES, alone, strict=True) for i in a.bank.ids]
     assert list(joint.bank.ids) == templates
-    assert len(joint.split.train) + len(joint.split.test) == len(joint.prepared) - 6, "held out"
+    assert sum(len(subset) for subset in joint.split) == len(joint.prepared) - 6, "held out"
 
 
-def test_batches_are_gathered_from_all_members(preparations):
-    joint = module(preparations)
+def test_batches_are_gathered_from_all_members(data_root):
+    joint = module(data_root)
     batch = next(iter(joint.train_dataloader()))
     for row, points, image in zip(batch.rows, batch.target_points, batch.images, strict=True):
         cloud = {tuple(p) for p in joint.prepared.cloud(int(row)).tolist()}
@@ -126,19 +119,15 @@ def test_batches_are_gathered_from_all_members(preparations):
         rgb = joint.prepared.image(int(row))[..., :3]
         np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
     resident = ShapeStore(joint.prepared, joint.bank, torch.device("cpu"))
-    draws = joint.train_dataloader().dataset
-    assert torch.equal(resident.batch(draws.draws[1]).target_points, draws[1].target_points)
+    gathered = joint.train_dataloader().dataset
+    points = resident.batch(gathered.indices[1]).target_points
+    assert torch.equal(points, gathered[1].target_points)
 
 
-def test_the_templates_file_may_name_the_category(preparations, tmp_path):
-    for p in preparations:
-        ids = p.run().ids[3:6]
-        (tmp_path / f"{p.category}.txt").write_text("\n".join(ids))
-    joint = FfdDataModule(
-        preparations=preparations,
-        num_templates=2,
-        template_strategy=TemplateStrategy.listed,
-        template_file=str(tmp_path / "{category}.txt"),
-    )
-    joint.setup()
-    assert joint.bank.ids == tuple(f"{p.category}/{p.run().ids[3]}" for p in preparations)
+def test_the_templates_file_may_name_the_category(members, data_root, tmp_path):
+    for name, member in zip(NAMES, members, strict=True):
+        (tmp_path / f"{name}.txt").write_text("\n".join(member.ids[3:6]))
+    strategy = ListedStrategy(tmp_path / "{category}.txt")
+    joint = module(data_root, num_templates=2, template_strategy=strategy)
+    expected = (f"{n}/{m.ids[3]}" for n, m in zip(NAMES, members, strict=True))
+    assert joint.bank.ids == tuple(expected)

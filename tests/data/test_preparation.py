@@ -10,6 +10,7 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import box_source
 import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
@@ -201,6 +202,8 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
     faults = {"b01": "reject", "b02": "raise", "b04": "exit", "b05": "oserror"}
     got = prepare_boxes(BoxSource(COUNT, tmp_path / "log", faults), tmp_path)
     rows = list(csv.reader((got.path / "rejected.csv").open(newline="")))
+    code = Path(box_source.__file__).read_text().splitlines()
+    line = 1 + next(k for k, text in enumerate(code) if "raise ZeroDivisionError" in text)
     assert rows == [
         ["id", "reason"],
         ["b01", "it is no box"],
@@ -480,7 +483,7 @@ def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
         ("preparation.shard=3/2", "NUMBER/COUNT"),
         ("data.num_points=0", "data.num_points=0 must be above 0"),
         ("regime=b", "regime"),
-        ("data.spilt=hash", "Did you mean data.split?"),
+        ("data.num_modles=3", "Did you mean data.num_models?"),
         ("category=mug", "no category 'mug'"),
     ],
 )

@@ -1,66 +1,124 @@
+import json
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ffd_lightning.data.splits import hash_parts, listed_parts, make_split, r2n2_parts
+from ffd_lightning.data.splits import (
+    AutoSplit,
+    HashSplit,
+    ListedSplit,
+    PublishedSplit,
+    R2n2Split,
+    SplitInput,
+    make_split,
+)
 from ffd_lightning.errors import ConfigError, DataError
 
 
-def split_ids(ids, fraction, exclude=()):
+def shapes(ids, published=None, rejected=(), category="chair"):
+    return SplitInput(category, tuple(ids), tuple(rejected), published or {})
+
+
+def split_ids(ids, fraction, exclude=(), val_fraction=0.0):
     ids = list(ids)
-    return make_split(ids, hash_parts(ids, fraction), exclude, "data.train_fraction")
+    return make_split(ids, HashSplit(fraction)(shapes(ids)), exclude, val_fraction)
 
 
 IDS = [f"table-{i:06d}" for i in range(5000)]
 
 
-def test_parts_are_disjoint_sorted_and_complete():
-    split = split_ids(reversed(IDS), 0.8, exclude=IDS[:30])
-    assert sorted(split.train + split.test) == IDS[30:]
-    assert list(split.train) == sorted(split.train)
-    assert list(split.test) == sorted(split.test)
+def test_subsets_are_disjoint_sorted_and_complete():
+    split = split_ids(reversed(IDS), 0.8, exclude=IDS[:30], val_fraction=0.1)
+    assert sorted(i for subset in split for i in subset) == IDS[30:]
+    assert all(list(subset) == sorted(subset) for subset in split)
 
 
-def test_share_is_met():
-    """Within four standard deviations of a binomial draw."""
-    share = len(split_ids(IDS, 0.8).train) / len(IDS)
-    assert abs(share - 0.8) < 4 * (0.8 * 0.2 / len(IDS)) ** 0.5
+def test_shares_are_met():
+    """Within four standard deviations of a binomial draw, and independently of each other."""
+    split = split_ids(IDS, 0.8, val_fraction=0.25)
+    for subset, share in zip(split, (0.6, 0.2, 0.2), strict=True):
+        error = abs(len(subset) / len(IDS) - share)
+        assert error < 4 * (share * (1 - share) / len(IDS)) ** 0.5
 
 
 @given(st.sets(st.sampled_from(IDS[:60])), st.sets(st.sampled_from(IDS[:60])))
-def test_models_never_move(added, exclude):
-    subset = set(IDS[60:100]) | added
-    whole, part = split_ids(IDS, 0.5), split_ids(subset, 0.5, exclude)
-    assert set(part.train) == (set(whole.train) & subset) - exclude
-    assert set(part.test) == (set(whole.test) & subset) - exclude
+def test_shapes_never_move(added, exclude):
+    ids = set(IDS[60:100]) | added
+    whole, some = split_ids(IDS, 0.5, (), 0.3), split_ids(ids, 0.5, exclude, 0.3)
+    for all_of_it, subset in zip(whole, some, strict=True):
+        assert set(subset) == (set(all_of_it) & ids) - exclude
 
 
-def test_a_larger_share_only_adds_to_the_training_part():
+def test_larger_shares_only_add():
     assert set(split_ids(IDS, 0.6).train) < set(split_ids(IDS, 0.8).train)
+    assert set(split_ids(IDS, 0.8, (), 0.1).val) < set(split_ids(IDS, 0.8, (), 0.2).val)
 
 
 def test_known_assignment():
     """sha256("a") begins ca97..., i.e. 0.791 of the way; "b" 3e23..., 0.243."""
-    assert split_ids(["a", "b"], 0.79) == (("b",), ("a",))
-    with pytest.raises(DataError, match="leave 2 to train on and 0 to test on"):
+    assert split_ids(["a", "b"], 0.79) == (("b",), (), ("a",))
+    with pytest.raises(DataError, match="leave 2 to train on, 0 to validate on and 0 to test on"):
         split_ids(["a", "b"], 0.80)
 
 
 @pytest.mark.parametrize("ids", [[], ["a"], IDS[:3]])
-def test_an_empty_part_is_refused(ids):
-    with pytest.raises(DataError, match="add models"):
+def test_an_empty_subset_is_refused(ids):
+    with pytest.raises(DataError, match="add shapes"):
         split_ids(ids, 0.5, exclude=IDS[:3])
+
+
+# --- shapes to validate on ----------------------------------------------------------------------
+
+
+def test_validation_takes_from_the_training_shapes_alone():
+    whole, split = split_ids(IDS, 0.8), split_ids(IDS, 0.8, (), 0.1)
+    assert whole.val == ()
+    assert whole.chosen_on == whole.train
+    assert set(split.train) | set(split.val) == set(whole.train)
+    assert split.test == whole.test
+    assert split.chosen_on == split.val != ()
+
+
+def test_published_validation_shapes_are_the_ones_that_are_used():
+    """Also where only some of them are there: the hash adds none."""
+    published = {"a": "train", "b": "train", "c": "val", "d": "test", "e": "val"}
+    split = make_split("abcde", PublishedSplit()(shapes("abcde", published)), (), 0.9)
+    assert split == (("a", "b"), ("c", "e"), ("d",))
+    assert make_split("abcde", published, exclude="ce", val_fraction=0.9).val == ()
+    assert make_split("abd", published, (), 0.9) == (("a", "b"), (), ("d",))
+
+
+def test_templates_are_in_no_subset():
+    for subset in split_ids(IDS, 0.8, (), 0.1):
+        split = split_ids(IDS, 0.8, exclude=subset[::2], val_fraction=0.1)
+        assert not {i for other in split for i in other} & set(subset[::2])
 
 
 # --- other rules --------------------------------------------------------------------------------
 
 
 def test_3d_r2n2_takes_the_first_four_fifths_of_the_sorted_ids():
+    """Those that could not be prepared are counted too."""
     ids = [f"{i:03d}" for i in range(11)]
-    parts = r2n2_parts(ids[::-1])
-    assert [i for i in ids if parts[i] == "train"] == ids[:8]  # int(8.8)
-    split = make_split(set(ids) - {"003", "009"}, parts, exclude={"000"})
-    assert split == (tuple(i for i in ids[1:8] if i != "003"), ("008", "010"))
+    subsets = R2n2Split()(shapes(["007", *ids[:2:-1]], rejected=ids[:3]))
+    assert [i for i in ids if subsets[i] == "train"] == ids[:8]  # int(8.8)
+    split = make_split(set(ids) - {"003", "009"}, subsets, exclude={"000"})
+    assert split == (tuple(i for i in ids[1:8] if i != "003"), (), ("008", "010"))
+
+
+def test_the_published_split_must_be_there():
+    with pytest.raises(ConfigError, match="no split of its own: use split=hash"):
+        PublishedSplit()(shapes("ab"))
+
+
+def test_the_automatic_rule_takes_the_published_split_where_there_is_one():
+    published = {"a": "test", "b": "train"}
+    assert AutoSplit()(shapes("ab", published)) == published
+    for fraction in (0.5, 0.79):
+        by_hash = HashSplit(fraction)(shapes(IDS))
+        assert AutoSplit(fraction)(shapes(IDS)) == by_hash
+    assert AutoSplit()(shapes(IDS)) == HashSplit(0.8)(shapes(IDS)) != by_hash
 
 
 FORMS = {
@@ -82,38 +140,52 @@ FORMS = {
 }
 
 
+NAME_VAL = ("parts.txt", "split.json", "flat")
+
+
 @pytest.mark.parametrize("name", FORMS)
 def test_published_forms_of_lists(tmp_path, name):
     for path, text in ({name: FORMS[name]} if "." in name else FORMS[name]).items():
         file = tmp_path / ("" if "." in name else name) / path
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(text)
-    parts = listed_parts(tmp_path / name, "chair")
-    assert make_split("abcd", parts) == (("a", "b"), ("c", "d"))
+    subsets = ListedSplit(tmp_path / name)(shapes("abcd"))
+    assert make_split("abcd", subsets) == (("a", "b"), (), ("c", "d"))
+    named = {i for i, subset in subsets.items() if subset == "val"}
+    assert named == ({"e"} if name in NAME_VAL else set())
+    assert make_split("abcde", subsets).val == tuple(named)
 
 
-def test_models_to_validate_on_or_without_part_are_left_out(tmp_path, caplog):
+def test_shapes_that_a_list_does_not_name_are_left_out(tmp_path, caplog):
     caplog.set_level("INFO")
     (tmp_path / "s.txt").write_text(FORMS["parts.txt"])
-    parts = listed_parts(tmp_path / "s.txt", "chair")
-    assert make_split("abcdefg", parts, exclude="a") == (("b",), ("c", "d"))
-    assert "left out: 1 models to validate on, 2 without part" in caplog.text
+    subsets = ListedSplit(tmp_path / "s.txt")(shapes("abcdefg"))
+    split = make_split("abcdefg", subsets, exclude="a", val_fraction=0.9)
+    assert split == (("b",), ("e",), ("c", "d"))
+    assert "left out: 2 shapes that the split does not name" in caplog.text
+
+
+def test_a_list_may_be_of_the_category_by_name(tmp_path):
+    lists = {"mug": {"train": ["a"], "test": ["b"]}, "jar": {"train": ["b"], "test": ["a"]}}
+    (tmp_path / "s.json").write_text(json.dumps(lists))
+    subsets = ListedSplit(tmp_path / "s.json")(shapes("ab", category="jar"))
+    assert subsets == {"a": "test", "b": "train"}
 
 
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("s.txt", "", "lists no models of chair"),
+        ("s.txt", "", "lists no shapes of chair"),
         ("s.txt", "a train\nb dev\n", "'dev' for one of train, val, test"),
         ("s.txt", "a train\nb\n", "cannot be read"),
         ("s.json", "[1, 2", "cannot be read"),
         ("s.json", "[1, 2]", "cannot be read"),
-        ("s.csv", "id,synsetId,split\na,04379243,train\n", "lists no models of chair"),
+        ("s.csv", "id,synsetId,split\na,04379243,train\n", "lists no shapes of chair"),
     ],
 )
 def test_lists_that_cannot_be_used(tmp_path, name, text, message):
     (tmp_path / name).write_text(text)
     with pytest.raises(ConfigError, match=message):
-        listed_parts(tmp_path / name, "chair")
-    with pytest.raises(ConfigError, match="cannot be read"):
-        listed_parts(tmp_path / "absent", "chair")
+        ListedSplit(tmp_path / name)(shapes("ab"))
+    with pytest.raises(ConfigError, match=r"split\.file=.*absent cannot be read"):
+        ListedSplit(tmp_path / "absent")(shapes("ab"))

@@ -7,12 +7,20 @@ import pytest
 import torch
 from scipy.spatial import cKDTree
 
-from ffd_lightning.app.config import TemplateStrategy
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
 from ffd_lightning.data.preparation.packing import pack_mesh, pack_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates import bank as templates
-from ffd_lightning.data.templates.bank import TemplateBank, choose_templates
+from ffd_lightning.data.templates import strategies
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.templates.strategies import (
+    ListedStrategy,
+    RandomStrategy,
+    RankingStrategy,
+    auto_choice,
+    choose_templates,
+    diverse_templates,
+    paper_choice,
+)
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.mesh import Mesh
 
@@ -36,13 +44,13 @@ def distances(prepared):
 
 @pytest.fixture(scope="module")
 def bank(prepared):
-    ids = choose_templates(prepared, 3, TemplateStrategy.random, seed=4)
+    ids = choose_templates(RandomStrategy(4), prepared, 3)
     return TemplateBank.of(prepared, ids, max_edge=MAX_EDGE)
 
 
-def choose_from(prepared, path, text, count=2, strategy=TemplateStrategy.listed):
+def choose_from(prepared, path, text, count=2, strategy=ListedStrategy):
     path.write_bytes(text.encode())
-    return choose_templates(prepared, count, strategy, path)
+    return choose_templates(strategy(path), prepared, count)
 
 
 def least_distance(distances, rows):
@@ -56,43 +64,50 @@ def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, distanc
     rows = [int(distances.sum(0).argmin())]
     while len(rows) < 6:
         rows.append(max(range(len(prepared)), key=lambda i: distances[i, rows].min()))
-    chosen = choose_templates(prepared, 6, TemplateStrategy.diverse)
+    chosen = choose_templates(diverse_templates, prepared, 6)
     assert chosen == tuple(prepared.ids[r] for r in rows)
 
 
 def test_diverse_spreads_better_than_random(prepared, distances):
-    def spread(strategy, seed=0):
-        ids = choose_templates(prepared, 5, strategy, seed=seed)
+    def spread(strategy):
+        ids = choose_templates(strategy, prepared, 5)
         return least_distance(distances, [prepared.index(i) for i in ids])
 
-    random = np.mean([spread(TemplateStrategy.random, seed) for seed in range(20)])
-    assert spread(TemplateStrategy.diverse) > 1.5 * random
+    random = np.mean([spread(RandomStrategy(seed)) for seed in range(20)])
+    assert spread(diverse_templates) > 1.5 * random
 
 
-@pytest.mark.parametrize("strategy", [TemplateStrategy.diverse, TemplateStrategy.random])
-def test_as_many_templates_as_models(prepared, strategy):
-    chosen = choose_templates(prepared, len(prepared), strategy)
+@pytest.mark.parametrize("strategy", [diverse_templates, RandomStrategy()])
+def test_as_many_templates_as_shapes(prepared, strategy):
+    chosen = choose_templates(strategy, prepared, len(prepared))
     assert sorted(chosen) == list(prepared.ids)
 
 
 def test_few_candidates_still_give_distinct_templates(prepared, monkeypatch):
-    monkeypatch.setattr(templates, "_CANDIDATES", 4)
-    assert len(set(choose_templates(prepared, 8, TemplateStrategy.diverse))) == 8
+    monkeypatch.setattr(strategies, "_CANDIDATES", 4)
+    assert len(set(choose_templates(diverse_templates, prepared, 8))) == 8
 
 
 def test_random_is_a_function_of_the_seed(prepared):
-    draws = [
-        choose_templates(prepared, 4, TemplateStrategy.random, seed=s) for s in (0, 0, 1, 2, 3)
-    ]
+    draws = [choose_templates(RandomStrategy(s), prepared, 4) for s in (0, 0, 1, 2, 3)]
     assert draws[0] == draws[1]
     assert len(set(draws)) == 4
     assert all(len(set(draw)) == 4 and set(draw) <= set(prepared.ids) for draw in draws)
 
 
-@pytest.mark.parametrize("strategy", list(TemplateStrategy))
-def test_more_templates_than_models(prepared, strategy):
-    with pytest.raises(DataError, match=r"25 templates .* only 24 models: choose fewer"):
-        choose_templates(prepared, 25, strategy, "ids.txt")
+def test_more_templates_than_shapes(prepared):
+    with pytest.raises(DataError, match=r"25 templates .* only 24 shapes: choose fewer"):
+        choose_templates(diverse_templates, prepared, 25)
+
+
+def test_what_a_strategy_of_ones_own_chooses_is_checked(prepared):
+    a, b, c = prepared.ids[:3]
+    assert choose_templates(lambda *_: [c, a], prepared, 2) == (c, a)
+    for ids in ([a], [a, a], [a, b, c]):
+        with pytest.raises(ConfigError, match=f"choose 2 shapes .*: {len(set(ids))} ids"):
+            choose_templates(lambda *_, ids=ids: ids, prepared, 2)
+    with pytest.raises(ConfigError, match="'unicorn' is not in"):
+        choose_templates(lambda *_: [a, "unicorn"], prepared, 2)
 
 
 # --- files --------------------------------------------------------------------------------------
@@ -105,12 +120,12 @@ def test_listed_keeps_the_order_of_the_file(prepared, tmp_path):
     assert choose_from(prepared, tmp_path / "ids", text, 3) == (a, b, c)
 
 
-@pytest.mark.parametrize("strategy", [TemplateStrategy.listed, TemplateStrategy.ranking])
+@pytest.mark.parametrize("strategy", [ListedStrategy, RankingStrategy])
 @pytest.mark.parametrize("mark", ["", "\ufeff"], ids=["plain", "byte order mark"])
 @pytest.mark.parametrize("end", ["\n", "\r\n"], ids=["unix", "windows"])
 def test_what_editors_do_to_a_file(prepared, tmp_path, strategy, mark, end):
     lines = [prepared.ids[3], prepared.ids[1], ""]
-    if strategy is TemplateStrategy.ranking:
+    if strategy is RankingStrategy:
         lines = ["id,rank", *(f"{line},1" for line in lines[:2]), ""]
     text = mark + end.join(lines)
     chosen = choose_from(prepared, tmp_path / "ids", text, strategy=strategy)
@@ -120,20 +135,19 @@ def test_what_editors_do_to_a_file(prepared, tmp_path, strategy, mark, end):
 def test_ranking_reads_the_column_by_its_name(prepared, tmp_path):
     a, b = prepared.ids[9], prepared.ids[4]
     text = f"rank,id,family\n1,{a},x\n\n2,{a},x\n3, {b},x\n4\n"
-    ranking = TemplateStrategy.ranking
-    assert choose_from(prepared, tmp_path / "r.csv", text, strategy=ranking) == (a, b)
+    assert choose_from(prepared, tmp_path / "r.csv", text, strategy=RankingStrategy) == (a, b)
 
 
 @pytest.mark.parametrize("text", ["", "name\nx\ny\n"])
 def test_ranking_without_ids(prepared, tmp_path, text):
     with pytest.raises(ConfigError, match="no column `id`"):
-        choose_from(prepared, tmp_path / "r.csv", text, strategy=TemplateStrategy.ranking)
+        choose_from(prepared, tmp_path / "r.csv", text, strategy=RankingStrategy)
 
 
 def test_short_rows_of_a_ranking_are_no_ids(prepared, tmp_path):
     text = f"rank,id\n1,{prepared.ids[0]}\n2\n3,\n"
     with pytest.raises(ConfigError, match="lists 1 ids, 2 are needed"):
-        choose_from(prepared, tmp_path / "r.csv", text, strategy=TemplateStrategy.ranking)
+        choose_from(prepared, tmp_path / "r.csv", text, strategy=RankingStrategy)
 
 
 def test_repeated_ids_count_once(prepared, tmp_path):
@@ -144,7 +158,7 @@ def test_repeated_ids_count_once(prepared, tmp_path):
 
 def test_unknown_ids_are_named_where_they_are_needed(prepared, tmp_path):
     text = f"{prepared.ids[0]}\nunicorn\n"
-    with pytest.raises(ConfigError, match=r"names 1 models .* 'unicorn'"):
+    with pytest.raises(ConfigError, match=r"names 1 shapes .* 'unicorn'"):
         choose_from(prepared, tmp_path / "ids", text)
     assert choose_from(prepared, tmp_path / "ids", text, 1) == (prepared.ids[0],)
 
@@ -152,8 +166,14 @@ def test_unknown_ids_are_named_where_they_are_needed(prepared, tmp_path):
 @pytest.mark.parametrize("make", [lambda path: None, Path.mkdir, lambda p: p.write_bytes(b"\xff")])
 def test_unreadable_file(prepared, tmp_path, make):
     make(tmp_path / "ids")
-    with pytest.raises(ConfigError, match=r"templates\.file=.*ids cannot be read"):
-        choose_templates(prepared, 2, TemplateStrategy.listed, tmp_path / "ids")
+    with pytest.raises(ConfigError, match=r"template_strategy\.file=.*ids cannot be read"):
+        choose_templates(ListedStrategy(tmp_path / "ids"), prepared, 2)
+
+
+def test_the_file_may_name_the_category(prepared, tmp_path):
+    (tmp_path / "table.txt").write_text(prepared.ids[5])
+    strategy = ListedStrategy(str(tmp_path / "{category}.txt"))
+    assert choose_templates(strategy, prepared, 1) == (prepared.ids[5],)
 
 
 # --- the bank -----------------------------------------------------------------------------------
@@ -290,17 +310,17 @@ def test_every_category_of_the_paper_has_30_templates():
 def test_shapenet_takes_the_papers_templates_by_default(prepared):
     known = paper_templates("table")[:6]
     there = as_shapenet(prepared, known)
-    assert choose_templates(there, 4, TemplateStrategy.auto) == known[:4]
+    assert choose_templates(auto_choice, there, 4) == known[:4]
     elsewhere = as_shapenet(prepared, known, source="folder")
-    diverse = choose_templates(elsewhere, 4, TemplateStrategy.diverse)
-    assert choose_templates(elsewhere, 4, TemplateStrategy.auto) == diverse
-    assert choose_templates(elsewhere, 4, TemplateStrategy.paper) == known[:4]
+    diverse = choose_templates(diverse_templates, elsewhere, 4)
+    assert choose_templates(auto_choice, elsewhere, 4) == diverse
+    assert choose_templates(paper_choice, elsewhere, 4) == known[:4]
 
 
 def test_templates_that_are_absent_are_replaced_and_named(prepared, distances, caplog):
     known = paper_templates("table")[:6]
     there = as_shapenet(prepared, known[2:])
-    chosen = choose_templates(there, 6, TemplateStrategy.paper)
+    chosen = choose_templates(paper_choice, there, 6)
     assert chosen[:4] == known[2:]
     assert len(set(chosen)) == 6
     rows = [there.index(i) for i in chosen]
@@ -309,4 +329,4 @@ def test_templates_that_are_absent_are_replaced_and_named(prepared, distances, c
     assert "lacks 2 of the paper's 6 templates" in caplog.text
     assert all(i in caplog.text for i in known[:2])
     with pytest.raises(ConfigError, match="no templates for rifle; use diverse"):
-        choose_templates(as_shapenet(prepared, (), "rifle"), 2, TemplateStrategy.paper)
+        choose_templates(paper_choice, as_shapenet(prepared, (), "rifle"), 2)

@@ -1,77 +1,236 @@
 import math
+from functools import partial
 from typing import NamedTuple
 
 import pytest
 import torch
 
-from ffd_lightning.app.config import Weighting
-from ffd_lightning.geometry.deformation import TemplateSample
-from ffd_lightning.losses.objective import Objective
+from ffd_lightning.app.regimes import regime
+from ffd_lightning.geometry.chamfer import chamfer_distance
+from ffd_lightning.geometry.deformation import TemplateSample, deform
+from ffd_lightning.losses.annealing import exponential_annealing
+from ffd_lightning.losses.objective import Objective, WeightedTerm
+from ffd_lightning.losses.selection import Teaching, WeightedCosts
+from ffd_lightning.losses.terms import chamfer, negative_entropy, offset_penalty
 
 
 class Prediction(NamedTuple):
     template_weights: torch.Tensor
     offsets: torch.Tensor
+    template_logits: torch.Tensor
 
 
 Q, T, N, M = 3, 2, 6, 8
 
 
-@pytest.fixture
-def case():
+def make_case(dtype):
     g = torch.Generator().manual_seed(0)
 
     def rand(*shape):
-        return torch.rand(*shape, generator=g, dtype=torch.float64)
+        return torch.rand(*shape, generator=g, dtype=dtype)
 
     weights = rand(Q, T)
     weights = weights / weights.sum(1, keepdim=True)
-    prediction = Prediction(weights.requires_grad_(), (rand(Q, T, M, 3) - 0.5).requires_grad_())
+    prediction = Prediction(
+        weights.requires_grad_(),
+        (rand(Q, T, M, 3) - 0.5).requires_grad_(),
+        rand(Q, T).requires_grad_(),
+    )
     matrix = rand(T, N, M)
     matrix = matrix / matrix.sum(-1, keepdim=True)
     return prediction, rand(Q, N, 3), TemplateSample(matrix, rand(T, M, 3))
 
 
-def by_hand(case, f, entropy_weight, offset_weight, fade):
-    """The paper's equations with plain loops."""
+@pytest.fixture
+def case():
+    return make_case(torch.float64)
+
+
+def naive_chamfer(case):
+    """All distances of each template deformed for each query, (Q, T)."""
     prediction, target, (matrix, control) = case
-    weights, offsets = (x.detach() for x in prediction)
-    chamfer = torch.zeros(Q, T, dtype=torch.float64)
-    total = 0.0
+    offsets = prediction.offsets.detach()
+    found = torch.zeros(Q, T, dtype=torch.float64)
     for q in range(Q):
         for t in range(T):
             points = matrix[t] @ (control[t] + offsets[q, t])
             d = ((points[:, None] - target[q][None]) ** 2).sum(-1)
-            chamfer[q, t] = d.min(1).values.sum() + d.min(0).values.sum()
-            total += f(float(weights[q, t])) * float(chamfer[q, t])
-            penalty = float(weights[q, t] * (offsets[q, t] ** 2).sum())
-            total += fade * offset_weight * penalty
-    for t in range(T):
-        mean = float(weights[:, t].mean())
-        total += fade * entropy_weight * mean * math.log(mean)
-    return total, chamfer
+            found[q, t] = d.min(1).values.sum() + d.min(0).values.sum()
+    return found
+
+
+def paper_objective(function="identity", entropy_weight=0.0, offset_weight=0.0, annealing_steps=5):
+    fade = partial(exponential_annealing, annealing_steps=annealing_steps)
+    terms = {
+        "weighted_chamfer": WeightedTerm(chamfer),
+        "negative_entropy": WeightedTerm(negative_entropy, entropy_weight, fade),
+        "offset_penalty": WeightedTerm(offset_penalty, offset_weight, fade),
+    }
+    return Objective(terms, WeightedCosts(function))
 
 
 @pytest.mark.parametrize(
-    ("kind", "f"),
-    [(Weighting.identity, lambda g: g), (Weighting.log, lambda g: -math.log(1 - g))],
+    ("function", "f"), [("identity", lambda g: g), ("log", lambda g: -math.log(1 - g))]
 )
 @pytest.mark.parametrize("weights", [(0, 0), (100, 0), (0, 1), (3, 2)])
 @pytest.mark.parametrize("step", [0, 7])
-def test_total_is_the_papers_sum(case, kind, f, weights, step):
-    objective = Objective(kind, *weights, annealing_steps=5)
-    total, terms = objective(*case, step)
-    expected, chamfer = by_hand(case, f, *weights, math.exp(-step / 5))
+def test_total_is_the_papers_sum(case, function, f, weights, step):
+    total, terms = paper_objective(function, *weights)(*case, step)
+    gamma, offsets = (x.detach() for x in case[0][:2])
+    distance = naive_chamfer(case)
+    parts = dict.fromkeys(("weighted_chamfer", "negative_entropy", "offset_penalty"), 0.0)
+    for t in range(T):
+        mean = float(gamma[:, t].mean())
+        parts["negative_entropy"] += mean * math.log(mean)
+        for q in range(Q):
+            parts["weighted_chamfer"] += f(float(gamma[q, t])) * float(distance[q, t])
+            parts["offset_penalty"] += float(gamma[q, t] * (offsets[q, t] ** 2).sum())
+    factors = (1, *(math.exp(-step / 5) * weight for weight in weights))
+    expected = sum(k * part for k, part in zip(factors, parts.values(), strict=True))
     assert float(total.detach()) == pytest.approx(expected, rel=1e-9)
-    best = case[0].template_weights.argmax(1)
-    assert float(terms["chamfer"]) == pytest.approx(
-        float(chamfer[torch.arange(Q), best].mean()) / N
-    )
+    best = gamma.argmax(1)
+    parts["chamfer"] = float(distance[torch.arange(Q), best].mean()) / N
+    assert {name: float(term) for name, term in terms.items()} == pytest.approx(parts, rel=1e-9)
+
+
+KAPPA = {"b": (0, 0), "w": (0, 0), "e": (100, 0), "r": (0, 1)}
+"""The paper's Table 2: kappa_e0 and kappa_r0."""
+
+
+def by_the_paper(name, case, step, annealing_steps):
+    """The paper's loss, written down as it stands there."""
+    (gamma, offsets, _), target, (matrix, control) = case
+    points = deform(matrix, control, offsets)
+    weights = -torch.log1p(-gamma) if name == "w" else gamma
+    total = (weights * chamfer_distance(points, target[:, None])).sum()
+    kappa_e, kappa_r = KAPPA[name]
+    fade = math.exp(-step / annealing_steps)
+    if kappa_e:
+        mean = gamma.mean(0)
+        total = total + kappa_e * fade * torch.xlogy(mean, mean).sum()
+    if kappa_r:
+        total = total + kappa_r * fade * (gamma * offsets.square().sum((-1, -2))).sum()
+    return total
+
+
+@pytest.mark.parametrize("name", KAPPA)
+@pytest.mark.parametrize("step", [0, 1234])
+def test_the_regimes_of_the_paper_are_its_formula_bit_for_bit(name, step):
+    results = []
+    for loss in (
+        lambda case: regime(name, annealing_steps=5000)(*case, step)[0],
+        lambda case: by_the_paper(name, case, step, 5000),
+    ):
+        case = make_case(torch.float32)
+        total = loss(case)
+        total.backward()
+        results.append((total, case[0].template_weights.grad, case[0].offsets.grad))
+    ours, theirs = results
+    assert all(torch.equal(a, b) for a, b in zip(ours, theirs, strict=True))
+
+
+def test_a_regime_may_be_changed(case):
+    plain, _ = regime("b")(*case, 0)
+    changed, terms = regime("b", "terms.offset_penalty.weight=2")(*case, 0)
+    torch.testing.assert_close(changed, plain + 2 * terms["offset_penalty"])
+
+
+# --- terms and selections of one's own -----------------------------------------------------------
+
+
+def squares(inputs):
+    """A cost of every template."""
+    return inputs.prediction.offsets.square().sum((-1, -2))
+
+
+def mean_offset(inputs):
+    """A number for the batch, which depends on the step."""
+    return inputs.prediction.offsets.mean() * (1 + inputs.step)
+
+
+def cross_entropy(prediction, costs):
+    """Teaches the cheapest template, and counts costs by the squares of the weights."""
+    loss = torch.nn.functional.cross_entropy(prediction.template_logits, costs.argmin(1))
+    return Teaching(prediction.template_weights.square(), loss)
+
+
+def test_terms_and_selection_of_ones_own_against_loops(case):
+    terms = {
+        "distance": WeightedTerm(chamfer, 0.5),
+        "squares": WeightedTerm(squares, 3.0, lambda step: 1 / (1 + step)),
+        "mean": WeightedTerm(mean_offset, 7.0),
+    }
+    total, shown = Objective(terms, cross_entropy)(*case, 4)
+    weights, offsets, logits = (x.detach() for x in case[0])
+    distance = naive_chamfer(case)
+    expected = dict.fromkeys(("distance", "squares", "selection"), 0.0)
+    expected["mean"] = 5 * float(offsets.mean())
+    for q in range(Q):
+        cost = [
+            0.5 * float(distance[q, t]) + 3 / 5 * float((offsets[q, t] ** 2).sum())
+            for t in range(T)
+        ]
+        exponentials = [math.exp(logit) for logit in logits[q].tolist()]
+        cheapest = exponentials[cost.index(min(cost))]
+        expected["selection"] -= math.log(cheapest / sum(exponentials)) / Q
+        for t in range(T):
+            expected["distance"] += float(weights[q, t] ** 2 * distance[q, t])
+            expected["squares"] += float(weights[q, t] ** 2 * (offsets[q, t] ** 2).sum())
+    best = distance[torch.arange(Q), weights.argmax(1)]
+    expected["chamfer"] = float(best.mean()) / N
+    assert {name: float(value) for name, value in shown.items()} == pytest.approx(expected)
+    parts = (0.5 * expected["distance"], 3 / 5 * expected["squares"], 7 * expected["mean"])
+    assert float(total.detach()) == pytest.approx(sum(parts) + expected["selection"])
+    assert not any(value.requires_grad for value in shown.values())
+
+
+def test_a_selection_sees_weighted_costs_without_gradients(case):
+    seen = []
+
+    def watch(prediction, costs):
+        seen.append(costs)
+        return Teaching(prediction.template_weights)
+
+    Objective({"distance": WeightedTerm(chamfer, 0.25)}, watch)(*case, 0)
+    Objective({"distance": WeightedTerm(chamfer, 0)}, watch)(*case, 0)
+    torch.testing.assert_close(seen[0], naive_chamfer(case) / 4)
+    torch.testing.assert_close(seen[1], naive_chamfer(case))
+    assert not any(costs.requires_grad for costs in seen)
+
+
+def gradients(objective):
+    case = make_case(torch.float64)
+    objective(*case, 0)[0].backward()
+    return case[0].template_weights.grad, case[0].offsets.grad
+
+
+def broken(inputs):
+    """A number whose gradient is not finite."""
+    return inputs.prediction.offsets.sum() * math.nan
+
+
+@pytest.mark.parametrize("term", [squares, mean_offset, broken])
+def test_a_term_of_weight_0_is_shown_and_changes_no_gradient(case, term):
+    plain = {"distance": WeightedTerm(chamfer)}
+    watched = {**plain, "watched": WeightedTerm(term, 0)}
+    pairs = zip(gradients(Objective(plain)), gradients(Objective(watched)), strict=True)
+    assert all(torch.equal(a, b) for a, b in pairs)
+    assert "watched" in Objective(watched)(*case, 0)[1]
+    if term is not broken:
+        counted = {**plain, "counted": WeightedTerm(term, 1e-3)}
+        assert not torch.equal(gradients(Objective(plain))[1], gradients(Objective(counted))[1])
+
+
+@pytest.mark.parametrize("shape", [(Q,), (T,), (1,), (T, Q), (Q, T, 1)])
+def test_a_term_of_another_shape_is_refused(case, shape):
+    objective = Objective({"odd": WeightedTerm(lambda _: torch.zeros(shape))})
+    with pytest.raises(ValueError, match=r"the term odd has shape \(.*\(3, 2\)"):
+        objective(*case, 0)
 
 
 def test_terms_are_unweighted_and_carry_no_graph(case):
-    _, plain = Objective(Weighting.identity, 0, 0, 1)(*case, 0)
-    total, weighted = Objective(Weighting.identity, 50, 3, 1)(*case, 0)
+    _, plain = paper_objective()(*case, 0)
+    total, weighted = paper_objective("identity", 50, 3)(*case, 0)
     assert total.requires_grad
     for name, term in plain.items():
         torch.testing.assert_close(weighted[name], term)
@@ -80,9 +239,10 @@ def test_terms_are_unweighted_and_carry_no_graph(case):
 
 def test_gradients_reach_weights_and_offsets(case):
     prediction, target, templates = case
-    objective = Objective(Weighting.log, 2.0, 0.5, 10)
+    objective = paper_objective("log", 2.0, 0.5, 10)
 
     def f(weights, offsets):
-        return objective(Prediction(weights, offsets), target, templates, 3)[0]
+        own = Prediction(weights, offsets, prediction.template_logits)
+        return objective(own, target, templates, 3)[0]
 
-    assert torch.autograd.gradcheck(f, tuple(prediction))
+    assert torch.autograd.gradcheck(f, tuple(prediction[:2]))

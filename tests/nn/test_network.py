@@ -1,16 +1,14 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.app.config import EncoderKind
+from ffd_lightning import registry
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
-from ffd_lightning.nn.network import (
-    TemplateFfdNetwork,
-    build_encoder,
-    compile_encoder,
-    standardize,
-)
+from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder, standardize
 
 SIZE = (64, 96)
 
@@ -172,18 +170,58 @@ def test_bad_input_and_settings_say_so():
         build(num_templates=0)
 
 
-def test_build_encoder_refuses_settings_of_the_other_kind():
-    with pytest.raises(ConfigError, match=r"encoder.pretrained is for encoder=timm"):
-        build_encoder(EncoderKind.mobilenet, "mobilenet", SIZE, pretrained=True)
-    with pytest.raises(ConfigError, match=r"with encoder=timm use encoder.pretrained"):
-        build_encoder(EncoderKind.timm, "resnet18", SIZE, weights="x.h5")
-    with pytest.raises(ConfigError, match=r"there is no file none.h5"):
-        build_encoder(EncoderKind.mobilenet, "mobilenet", SIZE, weights="none.h5")
-    encoder = build_encoder(
-        EncoderKind.mobilenet, "mobilenet", SIZE, width=0.5, batch_norm_momentum=0.3
+def test_encoders_by_name():
+    encoder = registry.part(
+        "encoder", "mobilenet", width=0.5, image_size=SIZE, batch_norm_momentum=0.3
     )
     assert encoder.out_channels == 512
     assert encoder.layers.get_submodule("conv1_bn").momentum == 0.3
+    with pytest.raises(ConfigError, match=r"'mobilenet' has no setting 'pretrained': width"):
+        registry.part("encoder", "mobilenet", image_size=SIZE, pretrained=True)
+    with pytest.raises(ConfigError, match=r"'timm' has no setting 'weights': model, pretrained"):
+        registry.part("encoder", "timm", model="resnet18", image_size=SIZE, weights="x.h5")
+    with pytest.raises(ConfigError, match=r"there is no file none.h5"):
+        registry.part("encoder", "mobilenet", image_size=SIZE, weights="none.h5")
+
+
+def test_an_encoder_is_built_again_without_the_file_of_its_first_weights(tmp_path):
+    encoder = registry.part("encoder", "mobilenet", width=0.5, image_size=SIZE)
+    assert encoder.part.settings == {"width": 0.5, "weights": None}
+    gone = replace(encoder.part, settings={"width": 0.5, "weights": str(tmp_path / "gone.h5")})
+    again = gone.build(image_size=SIZE)
+    again.load_state_dict(encoder.state_dict())
+    images = torch.rand(2, 3, *SIZE)
+    assert torch.equal(again.eval()(images), encoder.eval()(images))
+
+
+class _Pooled(ImageEncoder):
+    """As small as an encoder of one's own can be."""
+
+    out_channels = 3
+
+    def output_size(self, image_size):
+        return image_size[0] // 8, image_size[1] // 8
+
+    def forward(self, images):
+        return torch.nn.functional.avg_pool2d(images, 8)
+
+
+def test_an_encoder_of_ones_own():
+    network = TemplateFfdNetwork(_Pooled(), SIZE, 5, 8, hidden=32)
+    assert network(random_images()).offsets.shape == (3, 5, 8, 3)
+    assert network.encoder.part is None, "no registry built it"
+    with pytest.raises(NotImplementedError):
+        ImageEncoder().output_size(SIZE)
+
+
+def test_a_network_of_the_same_layers_is_built_from_its_description():
+    network = build(3, 0.2)
+    described = network.description()
+    size = tuple(described.pop("image_size"))
+    other = TemplateFfdNetwork(MobileNetV1(0.25), size, **described)
+    other.load_state_dict(network.state_dict())
+    a, b = network.eval()(random_images()), other.eval()(random_images())
+    assert all(torch.equal(x, y) for x, y in zip(a, b, strict=True))
 
 
 class _Plain(torch.nn.Module):

@@ -1,0 +1,52 @@
+import pickle
+
+import numpy as np
+import pytest
+from box_source import BoxSource, prepare_boxes
+
+from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.sources.limited import LimitedSource
+from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.errors import DataError
+
+
+@pytest.mark.parametrize("limit", [1, 3, 7, 10, 25])
+def test_ids_are_spread_evenly(limit):
+    whole = ProceduralSource(10).model_ids("table")
+    ids = LimitedSource(ProceduralSource(10), limit).model_ids("table")
+    assert len(ids) == min(limit, 10)
+    assert ids == sorted(set(ids))
+    places = [whole.index(i) for i in ids]
+    gaps = np.diff([*places, 10])
+    assert places[0] == 0
+    assert gaps.max() - gaps.min() <= 1
+
+
+def test_all_else_is_that_of_the_whole(monkeypatch):
+    whole = ProceduralSource(10)
+    monkeypatch.setattr(ProceduralSource, "split", lambda *_: {"table-000000": "val"})
+    limited = LimitedSource(whole, 3)
+    assert isinstance(limited, Source)
+    assert limited.categories() == whole.categories()
+    assert limited.survey("table") == whole.survey("table")
+    assert limited.split("table") == {"table-000000": "val"}
+    for model_id in limited.model_ids("table"):
+        ours, theirs = (s.load("table", model_id).mesh for s in (limited, whole))
+        np.testing.assert_array_equal(ours.vertices, theirs.vertices)
+    with pytest.raises(DataError):
+        limited.model_ids("unicorn")
+
+
+def test_limits_and_wholes_have_sets_of_their_own():
+    sources = [
+        ProceduralSource(10),
+        *(LimitedSource(ProceduralSource(count), k) for count in (10, 20) for k in (3, 4)),
+    ]
+    facts = {str(source.fingerprint("table")) for source in sources}
+    assert len(facts) == len(sources)
+
+
+def test_worker_processes_prepare_what_is_left(tmp_path):
+    limited = LimitedSource(BoxSource(8, tmp_path / "log"), 3)
+    assert pickle.loads(pickle.dumps(limited)) == limited
+    assert prepare_boxes(limited, tmp_path).ids == ("b00", "b02", "b05")

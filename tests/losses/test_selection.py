@@ -1,0 +1,38 @@
+import math
+from types import SimpleNamespace
+
+import pytest
+import torch
+
+from ffd_lightning import registry
+from ffd_lightning.losses.selection import WeightedCosts, log_weights
+
+
+def test_log_weights_are_the_formula_and_stay_finite():
+    weights = torch.tensor([0.1, 0.9, 1.0], requires_grad=True)
+    value = log_weights(weights)
+    assert value[:2].tolist() == pytest.approx([-math.log(0.9), -math.log(0.1)], rel=1e-5)
+    value.sum().backward()
+    assert torch.isfinite(value).all()
+    assert torch.isfinite(weights.grad).all()
+
+
+def test_costs_count_by_a_function_of_the_weights(unchecked):
+    weights = torch.tensor([[0.25, 0.75]])
+    prediction = SimpleNamespace(template_weights=weights)
+    costs = torch.tensor([[5.0, 7.0]])
+    same, loss = WeightedCosts()(prediction, costs)
+    assert same is weights
+    assert loss is None
+    logs, loss = WeightedCosts("log")(prediction, costs)
+    assert torch.equal(logs, log_weights(weights))
+    assert loss is None
+    with pytest.raises(ValueError, match="function=square must be one of identity, log"):
+        WeightedCosts("square")
+
+
+def test_it_is_registered():
+    from ffd_lightning.app.parts import Weighting
+
+    assert registry.part("selection", "weighted").function == "identity"
+    assert registry.part("selection", "weighted", function=Weighting.log).function == "log"

@@ -1,0 +1,68 @@
+import math
+from typing import NamedTuple
+
+import pytest
+import torch
+
+from ffd_lightning.geometry.chamfer import chamfer_distance
+from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.losses.terms import StepInput, chamfer, negative_entropy, offset_penalty
+
+
+class Prediction(NamedTuple):
+    template_weights: torch.Tensor
+    offsets: torch.Tensor
+    template_logits: torch.Tensor
+
+
+def step_input(weights, offsets=None, batch_weights=None):
+    """A step of which only the prediction matters."""
+    queries, templates = weights.shape
+    prediction = Prediction(
+        weights, torch.zeros(queries, templates, 1, 3) if offsets is None else offsets, weights
+    )
+    control = torch.zeros(templates, prediction.offsets.shape[2], 3)
+    sample = TemplateSample(torch.ones(templates, 5, control.shape[1]), control)
+    given = weights if batch_weights is None else batch_weights
+    return StepInput(prediction, torch.zeros(queries, 5, 3), sample, 0, given)
+
+
+def test_chamfer_is_that_of_each_template_deformed_for_each_query():
+    g = torch.Generator().manual_seed(0)
+    offsets, targets = torch.randn(2, 3, 4, 3, generator=g), torch.randn(2, 7, 3, generator=g)
+    sample = TemplateSample(torch.rand(3, 6, 4, generator=g), torch.randn(3, 4, 3, generator=g))
+    weights = torch.full((2, 3), 1 / 3)
+    found = chamfer(StepInput(Prediction(weights, offsets, weights), targets, sample, 0, weights))
+    for q in range(2):
+        for t in range(3):
+            points = sample.deformation_matrix[t] @ (sample.control_points[t] + offsets[q, t])
+            torch.testing.assert_close(found[q, t], chamfer_distance(points, targets[q]))
+
+
+def test_what_is_costly_is_computed_once():
+    inputs = step_input(torch.full((2, 3), 1 / 3))
+    assert inputs.chamfer is inputs.chamfer is chamfer(inputs)
+    assert inputs.pred_points is inputs.pred_points
+
+
+def test_negative_entropy_bounds():
+    even, one = torch.full((4, 5), 0.2), torch.eye(5)[[2, 2, 2, 2]]
+    assert float(negative_entropy(step_input(even))) == pytest.approx(-math.log(5))
+    assert float(negative_entropy(step_input(one))) == pytest.approx(0)
+    # Confident but different choices are as even, over the batch, as indifferent ones.
+    assert float(negative_entropy(step_input(torch.eye(5)))) == pytest.approx(-math.log(5))
+
+
+def test_negative_entropy_is_of_the_whole_batch_where_devices_share_it():
+    share, batch = torch.eye(4)[:2], torch.eye(4)
+    found = negative_entropy(step_input(share, batch_weights=batch))
+    assert float(found) == pytest.approx(-math.log(4))
+
+
+def test_offset_penalty_matches_loops():
+    g = torch.Generator().manual_seed(0)
+    weights, offsets = torch.rand(2, 3, generator=g), torch.randn(2, 3, 4, 3, generator=g)
+    expected = sum(
+        float(weights[q, t]) * float((offsets[q, t] ** 2).sum()) for q in range(2) for t in range(3)
+    )
+    assert float(offset_penalty(step_input(weights, offsets))) == pytest.approx(expected, rel=1e-5)
