@@ -211,7 +211,7 @@ def get(kind: str, name: str, provided: Mapping[str, str] | None = None) -> Entr
     if (kind, name) in _entries:
         return _entries[kind, name]
     key = part_key(kind, name)
-    if provided and key in provided:
+    if provided and provided.get(key, "ffd_lightning") != "ffd_lightning":
         raise ConfigError(
             f"the {_words(kind)} {name!r} comes from {provided[key]}, which is not here: install "
             "that package, or name its module with plugins=[MODULE]"

@@ -105,7 +105,7 @@ def tiny_run(tiny_config, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     chosen = folder / "templates.txt"
     chosen.write_text("\n".join((TRESTLE, SLAB, GLASS, PEDESTAL)))
-    overrides = ("templates=t4", "templates.strategy=listed", f"templates.file={chosen}")
+    overrides = ("templates=t4", "template_strategy=listed", f"template_strategy.file={chosen}")
     run = RunFolder(folder / "run")
     train(tiny_config("regime=r", "network.batch_norm_momentum=1", *overrides), run)
     return run

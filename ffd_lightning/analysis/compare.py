@@ -19,7 +19,17 @@ REGIMES = ("b", "w", "e", "r")  # in the paper's order
 
 _HELD = ("regime", "templates")  # what is the same in a comparison unless it is what is compared
 _SEEDS_SHARE = ("category", "regime", "templates")
-_SETTINGS = ("data.", "network.", "encoder.", "schedule.", "regime.", "templates.")
+_SETTINGS = (
+    "data.",
+    "split.",
+    "network.",
+    "encoder.",
+    "schedule.",
+    "regime.",
+    "templates.",
+    "template_strategy.",
+    "trainer.precision",
+)
 
 
 def aggregate_seeds(
@@ -101,7 +111,7 @@ def compare_runs(
             `setup`, of what seeds of each other have in common, nothing is held and runs may differ
             in anything.
         settings: as `load_settings` gives them, to make sure that runs differ in nothing else (then
-            `by` may name any setting, such as `regime.entropy_weight`).
+            `by` may name any setting, such as `regime.min_weight`).
 
     Returns:
         A row per category and pair, and per pair one for the `mean of <k>` categories that have

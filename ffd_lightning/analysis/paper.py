@@ -19,15 +19,15 @@ MEASURES = ("chamfer", "emd", "one_minus_iou")
 """Of the paper's Table 3, each times 1,000: lower is better."""
 
 PAPER_SETTINGS: dict[str, Any] = {
-    "data.source": "shapenet",
+    "data.name": "shapenet",
     "templates.count": 30,
-    "templates.strategy": "paper",
+    "template_strategy.name": "paper",
     "schedule.steps": 100_000,
     "schedule.annealing_steps": 10_000,
     "schedule.batch_size": 32,
     "schedule.learning_rate": 1e-3,
     "schedule.learning_rate_decay": "none",
-    "encoder.kind": "mobilenet",
+    "encoder.name": "mobilenet",
     "encoder.width": 0.25,
     "network.batch_norm_momentum": 0.01,
 }
@@ -39,9 +39,14 @@ PAPER_REGIMES = {
     "e": (0.1, "identity", 100.0, 0.0),
     "r": (0.1, "identity", 0.0, 1.0),
 }
-"""The paper's Table 2: `min_weight`, `weighting`, `entropy_weight`, `offset_weight`."""
+"""The paper's Table 2, by `_REGIME_KEYS`."""
 
-_REGIME_KEYS = ("min_weight", "weighting", "entropy_weight", "offset_weight")
+_REGIME_KEYS = (
+    "min_weight",
+    "selection.function",
+    "terms.negative_entropy.weight",
+    "terms.offset_penalty.weight",
+)
 _PROTOCOL = "paper"
 
 
@@ -87,7 +92,7 @@ def comparison_table(runs: pd.DataFrame) -> pd.DataFrame:
     if usable.empty:
         raise DataError(
             f"no finished run was evaluated under protocol {_PROTOCOL}, the paper's: give the "
-            f"command that trained one again, with evaluation.protocol={_PROTOCOL}"
+            f"command that trained one again, with protocol={_PROTOCOL}"
         )
     folders = [RunFolder(Path(run)) for run in usable["run"]]
     protocol = find_protocol(folders, _PROTOCOL)
@@ -212,7 +217,8 @@ def _value(row: pd.Series, key: str) -> str:
     """Return a setting as text; numbers as in the tables above, whatever type they were read as."""
     value = row.get(key)
     expected = PAPER_SETTINGS.get(key, 0.0)
-    if key == "templates.strategy" and value == "auto" and row.get("data.source") == "shapenet":
+    named = key == "template_strategy.name"
+    if named and value == "auto" and row.get("data.name") == "shapenet":
         return "paper"  # which is what `auto` means there
     if value is None or pd.isna(value):
         return "unset"

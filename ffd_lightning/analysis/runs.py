@@ -55,7 +55,7 @@ def select(settings: Mapping[str, Any], key: str) -> Any:
 def own_protocol(run: RunFolder) -> str:
     """Return the name of the protocol that a run's training ended with, or will."""
     ended = run.status.get("evaluation") or {}
-    return str(ended.get("protocol") or select(run.settings, "evaluation.protocol") or "paper")
+    return str(ended.get("protocol") or select(run.settings, "protocol.name") or "paper")
 
 
 def described_protocols(run: RunFolder) -> dict[str, ProtocolDescription]:
@@ -175,7 +175,7 @@ def load_samples(runs: Iterable[RunFolder], protocol: str = "paper") -> pd.DataF
 def load_settings(runs: Iterable[RunFolder]) -> pd.DataFrame:
     """Read the settings of runs into one table: a row per run (index `run`), a column per key.
 
-    Keys are as on the command line: `regime.entropy_weight`.
+    Keys are as on the command line: `regime.min_weight`.
     """
     rows = {str(run.path): pd.json_normalize(run.settings).iloc[0].to_dict() for run in runs}
     return pd.DataFrame.from_dict(rows, orient="index").rename_axis("run")

@@ -91,10 +91,6 @@ def _to_object(base: DictConfig, plain: dict[Any, Any], parts: dict[str, Any]) -
     try:
         merged = OmegaConf.merge(base, plain)
     except OmegaConfBaseException as error:
-        names = [str(name) for name in base]
-        unknown = [key for key in plain if key not in names]
-        if unknown:
-            raise ConfigError(unknown_setting("", unknown[0], names)) from None
         raise _named(error, "") from error
     assert isinstance(merged, DictConfig)
     OmegaConf.set_struct(merged, False)
@@ -106,10 +102,10 @@ def _to_object(base: DictConfig, plain: dict[Any, Any], parts: dict[str, Any]) -
 def _merged(where: str, entry: Entry, node: Mapping[str, Any]) -> DictConfig:
     """Return a part's node, checked against its schema."""
     typed = OmegaConf.structured(node_type(entry))
-    known = [str(name) for name in typed]  # `in` would leave out what must be given
-    unknown = [key for key in node if key not in known]
+    names = [str(name) for name in typed]  # `in` would not find those that must be given
+    unknown = [key for key in node if key not in names]
     if unknown:
-        names = [name for name in known if name not in ("name", "term")]
+        names = [name for name in names if name not in ("name", "term")]
         raise ConfigError(unknown_setting(where, unknown[0], names))
     try:
         merged = OmegaConf.merge(typed, dict(node))

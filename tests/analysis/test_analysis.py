@@ -105,7 +105,7 @@ def test_protocols_are_known_from_the_runs_alone(runs):
         find_protocol(runs[1:], "own")
     write_summary(runs[1], OWN, {"warmth": 0.7})
     assert find_protocol(runs) == OWN, "that of most runs"
-    runs[1].config.write_text(runs[1].config.read_text() + "evaluation: {protocol: own}\n")
+    runs[1].config.write_text(runs[1].config.read_text() + "protocol: {name: own, points: 3}\n")
     assert own_protocol(runs[1]) == "own"
     runs[1].set_status("finished")
     shown = text(summary_tables(runs[1:]))

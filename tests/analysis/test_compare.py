@@ -291,8 +291,10 @@ def test_other_settings_must_be_equal():
 def test_a_regime_whose_seeds_have_other_weights_is_refused():
     x = np.arange(9.0)
     samples = joined(run_samples(x), run_samples(x, "e"), run_samples(x, "e", seed=1))
-    weights = settings(samples, *({"regime.entropy_weight": v} for v in (0.0, 100.0, 10.0)))
-    with pytest.raises(DataError, match=r"entropy_weight \(10\.0, 100\.0\)"):
+    weights = settings(
+        samples, *({"regime.terms.negative_entropy.weight": v} for v in (0.0, 100.0, 10.0))
+    )
+    with pytest.raises(DataError, match=r"negative_entropy\.weight \(10\.0, 100\.0\)"):
         compare_runs(samples, PAPER, "chamfer", settings=weights)
 
 

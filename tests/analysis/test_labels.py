@@ -2,7 +2,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
-from omegaconf import OmegaConf
 from scipy import stats
 
 from ffd_lightning.analysis.compare import compare_runs
@@ -17,6 +16,10 @@ from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import labels
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.identity import to_yaml
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
@@ -148,15 +151,17 @@ def sweep(tiny_config, tmp_path_factory):
     """Runs of two regimes as they are after no step of training."""
     folder = tmp_path_factory.mktemp("sweep")
     for seed, regime in enumerate("be"):
-        cfg = tiny_config(f"regime={regime}", "data.train_fraction=0.4")
+        cfg = tiny_config(f"regime={regime}", "split.train_fraction=0.4")
         run = RunFolder(folder / regime)
         run.checkpoint.parent.mkdir(parents=True)
-        run.config.write_text(OmegaConf.to_yaml(OmegaConf.structured(cfg)))
+        run.config.write_text(to_yaml(cfg))
         torch.manual_seed(seed)
-        weights = {f"network.{k}": v for k, v in build_network(cfg).state_dict().items()}
-        torch.save({"state_dict": weights, "global_step": 0}, run.checkpoint)
+        network = build_network(cfg)
+        weights = {f"network.{k}": v for k, v in network.state_dict().items()}
         data = build_data(cfg)
         data.setup()
+        content = {"state_dict": weights, "global_step": 0, **model_entry(network, data, {})}
+        torch.save(content, run.checkpoint)
         write_csv(
             run.path / "template_ranking.csv",
             [
@@ -170,7 +175,9 @@ def sweep(tiny_config, tmp_path_factory):
 
 def evaluated(sweep):
     for run in find_runs(sweep):
-        evaluate_run(EvaluateConfig(run=str(run.path), protocol="parts", progress_bar=False))
+        given = [f"run={run.path}", "protocol=parts", "progress_bar=false"]
+        composed = compose_config("evaluate", EvaluateConfig, given)
+        evaluate_run(typed_config(composed, EvaluateConfig))
     return find_runs(sweep)
 
 

@@ -15,25 +15,31 @@ from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
 SETTINGS = """
-data: {source: procedural, num_models: 500}
+data: {name: procedural, num_models: 500}
 schedule: {steps: 300, annealing_steps: 150.0, batch_size: 32, learning_rate: 0.001,
            learning_rate_decay: cosine}
-encoder: {kind: mobilenet, width: 0.25, weights: null}
+encoder: {name: mobilenet, width: 0.25, weights: null}
 network: {batch_norm_momentum: 0.1}
-evaluation: {protocol: paper}
+protocol: {name: paper, points: 1024}
+template_strategy: {name: auto}
 """
 AS_THE_PAPER = """
-data: {source: shapenet}
+data: {name: shapenet}
 schedule: {steps: 100000, annealing_steps: 10000.0, batch_size: 32, learning_rate: 0.001,
            learning_rate_decay: none}
-encoder: {kind: mobilenet, width: 0.25, weights: imagenet.h5}
+encoder: {name: mobilenet, width: 0.25, weights: imagenet.h5}
 network: {batch_norm_momentum: 0.01}
-evaluation: {protocol: paper}
+protocol: {name: paper, points: 1024}
+template_strategy: {name: auto}
 """
 REGIMES = {
-    "b": "min_weight: 0.1, weighting: identity, entropy_weight: 0.0, offset_weight: 0.0",
-    "w": "min_weight: 0.001, weighting: log, entropy_weight: 0.0, offset_weight: 0.0",
-    "e": "min_weight: 0.1, weighting: identity, entropy_weight: 10.0, offset_weight: 0.0",
+    name: f"min_weight: {floor}, selection: {{name: weighted, function: {function}}}, "
+    f"terms: {{negative_entropy: {{weight: {entropy}}}, offset_penalty: {{weight: 0.0}}}}"
+    for name, floor, function, entropy in (
+        ("b", 0.1, "identity", 0.0),
+        ("w", 0.001, "log", 0.0),
+        ("e", 0.1, "identity", 10.0),
+    )
 }
 
 
@@ -46,7 +52,7 @@ def make(tmp_path):
         folder.path.mkdir(parents=True)
         folder.config.write_text(
             f"category: {{name: {category}}}\nregime: {{name: {regime}, {REGIMES[regime]}}}\n"
-            f"templates: {{count: {templates}, strategy: auto}}\nseed: {seed}\n{settings}"
+            f"templates: {{count: {templates}}}\nseed: {seed}\n{settings}"
         )
         summary = dict(zip(("chamfer", "emd", "iou"), values, strict=True))
         summary |= {"protocol": ProtocolDescription.of(PROTOCOLS["paper"]).to_json()}
@@ -143,9 +149,9 @@ def test_the_caption_says_in_what_the_experiments_differ(make):
     for words in (
         "protocol paper (1,024 points, hemisphere of radius 3.2",
         "(94 a category)",
-        "data.source is procedural (paper: shapenet)",
+        "data.name is procedural (paper: shapenet)",
         "templates.count is 16 (paper: 30)",
-        "templates.strategy is auto (paper: the authors' list)",
+        "template_strategy.name is auto (paper: the authors' list)",
         "schedule.steps is 300 (paper: 100000)",
         "encoder.weights is unset (paper: of ImageNet)",
         "the split is ours",
@@ -157,7 +163,7 @@ def test_the_caption_says_in_what_the_experiments_differ(make):
     caption = comparison_table(load_runs([first, other])).attrs["caption"]
     assert "schedule.steps is 300 or 900" in caption
     assert "regime e is {" in caption
-    assert "entropy_weight" in caption
+    assert "'terms.negative_entropy.weight': '10.0'" in caption
 
 
 def test_what_is_as_in_the_paper_is_not_called_different(make):

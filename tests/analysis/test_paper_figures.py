@@ -35,7 +35,7 @@ from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import DataError, UserError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, PaperProtocol
+from ffd_lightning.evaluation.protocols import Measure, PaperProtocol
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.run_folder import RunFolder
 
@@ -47,9 +47,7 @@ FRONT = View(elevation=0, azimuth=0, height=96, width=128)
 def run(tiny_config, tmp_path_factory):
     """A tiny run of 2 steps, evaluated with fewer points."""
     run = RunFolder(tmp_path_factory.mktemp("sweep") / "run")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(PROTOCOLS, "paper", PaperProtocol(points=64))
-        train(tiny_config("regime=e", "schedule.steps=2"), run)
+    train(tiny_config("regime=e", "schedule.steps=2", "protocol.points=64"), run)
     return run
 
 

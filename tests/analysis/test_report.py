@@ -25,9 +25,9 @@ from ffd_lightning.analysis.report.gallery import choose_examples, choose_runs, 
 from ffd_lightning.analysis.report.meshes import lighten, pack, size
 from ffd_lightning.analysis.report.write import write_report
 from ffd_lightning.analysis.runs import load_samples
-from ffd_lightning.app.build import build_network
+from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import report
-from ffd_lightning.app.open_run import build_data, open_run
+from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_weights
@@ -53,7 +53,7 @@ def make_run(folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8):
     run = RunFolder(folder)
     run.path.mkdir(parents=True)
     run.config.write_text(
-        f"category: {{name: table}}\nregime: {{name: {regime}, entropy_weight: {len(regime)}.5}}\n"
+        f"category: {{name: table}}\nregime: {{name: {regime}, min_weight: 0.{len(regime)}}}\n"
         f"templates: {{count: {templates}}}\nseed: {seed}\ntrainer: {{devices: {seed}}}\n"
     )
     rng = np.random.default_rng([ord(regime[0]), templates, seed])
@@ -306,7 +306,7 @@ def test_settings_that_differ_are_told_but_not_those_of_the_machine(sweep, tmp_p
     table = page.tables[-1]
     assert sorted(table[0]) == ["regime.name", "run", "seed"]
     assert "templates.count=4" in page.text
-    assert "regime.entropy_weight=1.5" in page.text
+    assert "regime.min_weight=0.1" in page.text
     assert "devices" not in page.text
 
 
@@ -450,10 +450,8 @@ def test_a_packed_mesh_is_read_back():
 def trained(tiny_config, tmp_path_factory):
     """A tiny run of 2 steps in a folder of its own, its configuration and the report's path."""
     folder = tmp_path_factory.mktemp("sweep")
-    cfg = tiny_config("regime=e", "schedule.steps=2")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(PROTOCOLS, "paper", PaperProtocol(points=64))
-        train(cfg, RunFolder(folder / "run"))
+    cfg = tiny_config("regime=e", "schedule.steps=2", "protocol.points=64")
+    train(cfg, RunFolder(folder / "run"))
     return folder, cfg, write_report(folder, open_run)
 
 
@@ -504,7 +502,7 @@ def test_the_page_shows_them(trained):
         (lambda run: run.checkpoint.write_bytes(b"x"), "damaged or no checkpoint"),
         (
             lambda run: run.config.write_text(run.config.read_text().replace("hidden: 32", "q: 3")),
-            "config.yaml is of another version",
+            "config.yaml cannot be used here: no setting",
         ),
     ],
 )

@@ -114,14 +114,21 @@ def test_what_is_not_there(examine, tmp_path):
 def test_it_is_a_command(tmp_path):
     with zipfile.ZipFile(tmp_path / f"{CHAIR}.zip", "w") as archive:
         archive.writestr(f"{CHAIR}/a/model.obj", "v 0 0 0\n")
-    command = [sys.executable, "-m", "ffd_lightning", "doctor"]
-    for arguments, code, said in (
-        (["--help"], 0, "data.root=DIR"),
-        (["data=shapnet"], 1, "Did you mean data=shapenet?"),
-        (["data=shapenet"], 1, "these settings must be given: data.root=..."),
-        (["data=shapenet", f"data.root={tmp_path}"], 0, "1 of 1 tried are rejected"),
+
+    def process(*arguments):
+        command = [sys.executable, "-m", "ffd_lightning", "doctor", *arguments]
+        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
+
+    def here(*arguments):
+        return run_command("ffd_lightning", "doctor", *arguments, cwd=tmp_path)
+
+    for run, arguments, code, said in (
+        (here, ["--help"], 0, "data.root=DIR"),
+        (here, ["data=shapnet"], 1, "Did you mean data=shapenet?"),
+        (here, ["data=shapenet"], 1, "these settings must be given: data.root=..."),
+        (process, ["data=shapenet", f"data.root={tmp_path}"], 0, "1 of 1 tried are rejected"),
     ):
-        done = subprocess.run([*command, *arguments], capture_output=True, text=True, cwd=tmp_path)
+        done = run(*arguments)
         assert done.returncode == code, done.stderr
         assert said in done.stdout + done.stderr
         assert "Traceback" not in done.stderr

@@ -46,13 +46,14 @@ from ffd_lightning.metrics.scalings import SCALINGS
 from ffd_lightning.run_folder import RunFolder
 
 ROOT = Path(__file__).parents[2]
+SETTINGS = ("regime=e", "split.train_fraction=0.7", "split.val_fraction=0.2")
 
 
 @pytest.fixture(scope="module")
 def trained(tiny_config, tmp_path_factory):
     """A tiny run, its configuration and its data."""
     run = RunFolder(tmp_path_factory.mktemp("run") / "a")
-    cfg = tiny_config("regime=e", "split.train_fraction=0.4")
+    cfg = tiny_config(*SETTINGS)
     train(cfg, run)
     data = build_data(cfg)
     data.setup()
@@ -173,16 +174,14 @@ def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
 
 def test_a_run_without_validation_shapes_is_evaluated_on_the_others(copy):
     text = copy.config.read_text()
-    assert "val_fraction: 0.1" in text
-    copy.config.write_text(text.replace("val_fraction: 0.1", "val_fraction: 0.0"))
+    assert "val_fraction: 0.2" in text
+    copy.config.write_text(text.replace("val_fraction: 0.2", "val_fraction: 0.0"))
     with pytest.raises(ConfigError, match=r"evaluation\.subset=val: the run has no validation"):
         evaluate(copy, "evaluation.subset=val")
 
 
 def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained, tiny_config):
-    cfg = tiny_config(
-        "regime=e", "split.train_fraction=0.4", "protocol=modern", "protocol.points=100"
-    )
+    cfg = tiny_config(*SETTINGS, "protocol=modern", "protocol.points=100")
     weights = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
     summary = train(cfg, copy)
     assert summary["fscore_2"] > 0
@@ -240,10 +239,9 @@ def hopeless(bank, make):
 @pytest.fixture(params=list(PROTOCOLS))
 def protocol(request, monkeypatch):
     """Each protocol, with fewer points."""
-    monkeypatch.setitem(PROTOCOLS, "modern", ModernProtocol(points=500))
     for name, scaling in SCALINGS.items():
         monkeypatch.setitem(SCALINGS, name, replace(scaling, num_points=500))
-    return PROTOCOLS[request.param]
+    return ModernProtocol(points=500) if request.param == "modern" else PROTOCOLS[request.param]
 
 
 def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):

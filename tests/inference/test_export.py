@@ -116,9 +116,8 @@ def run(parts, prepared, tiny_config, tmp_path_factory):
     state = {f"network.{name}": value for name, value in network.state_dict().items()}
     path = tmp_path_factory.mktemp("run") / "checkpoints" / "last.ckpt"
     path.parent.mkdir()
-    torch.save(
-        {"state_dict": state, "global_step": 3, **model_entry(network, data, parts[-1])}, path
-    )
+    entry = model_entry(network, data, parts[-1])
+    torch.save({"state_dict": state, "global_step": 3, **entry}, path)
     return path.parents[1]
 
 

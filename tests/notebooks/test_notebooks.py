@@ -23,7 +23,7 @@ def sweep(tiny_config, tmp_path_factory):
         overrides = (
             f"regime={regime}",
             f"templates={templates}",
-            "data.train_fraction=0.4",
+            "split.train_fraction=0.4",
             "schedule.steps=4",
             "evaluation.references=true",
             "templates.hold_out=2",

@@ -53,7 +53,7 @@ class Session:
         self.trainer = Trainer(
             accelerator="cpu",
             max_steps=steps,
-            max_epochs=1,
+            max_epochs=-1,
             val_check_interval=2,
             num_sanity_val_steps=0,
             log_every_n_steps=1,

@@ -18,6 +18,10 @@ _MACHINE = (
     "logger.",
     "callbacks.",
     "evaluation.",
+    "protocol.",
+    "plugins",
+    "provided",
+    "base",
     "restart",
     "name",
     "data.residency",
@@ -25,6 +29,7 @@ _MACHINE = (
     "data.images_root",
     "data.parts_root",
 )
+_COUNTS = ("trainer.precision",)
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,7 @@ class Missing:
 def settings(sweep: Sweep) -> Settings:
     """Return the settings in which runs differ, and those that all share."""
     table = sweep.settings
-    kept = [k for k in table if not any(k == m or k.startswith(m) for m in _MACHINE)]
+    kept = [k for k in table if k in _COUNTS or not k.startswith(_MACHINE)]
     shown = table[kept].map(cell)
     different = varying(shown, kept)
     rows = [
