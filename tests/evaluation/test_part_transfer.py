@@ -57,6 +57,9 @@ class Box:
     def point_parts(self, row):
         return self.parts
 
+    def part_names_of(self, row):
+        return self.part_names
+
     @property
     def mesh(self):
         colors = np.full((12, 4), 200, np.uint8)
