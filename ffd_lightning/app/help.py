@@ -19,6 +19,7 @@ from ffd_lightning.registry import Entry
 
 _WIDTH = 100
 _NAME = 20
+_NOT_GIVEN = ("provided", "base")  # by users
 
 
 def command_help(name: str, config: type[Any], folder: Path, extra: str | None = None) -> str:
@@ -34,19 +35,20 @@ def command_help(name: str, config: type[Any], folder: Path, extra: str | None =
     intro = str(OmegaConf.select(file, "hydra.help.template") or "").rstrip()
     fields = [f.name for f in dataclasses.fields(config)]
     folders = [folder, *([] if extra is None else [Path(extra)])]
-    groups = [_group(group, folders) for group in _groups(fields, folders)]
-    plain = {"name", "seed", "restart", "plugins"} & set(fields)
-    settings = (
-        [f"Further settings: {', '.join(f'{p}=' for p in fields if p in plain)}"]
-        if "category" in fields
-        else ["Settings:", settings_help(config)]
-    )
+    sections = _sections(config)
+    groups = [_group(group, folders, sections) for group in _groups(fields, folders)]
+    told = {*sections, *_NOT_GIVEN, *(group.split(".")[0] for group in GROUPS)}
+    further = [_line(f"{n}.", _told(s, n)) for n, s in sections.items() if not _files(n, folders)]
+    choices = [
+        "Choices (group=option) and what each can be told (group.setting=value):",
+        *(g for g in groups if g),
+    ]
     return "\n\n".join(
         [
             intro,
-            *settings,
-            "Choices (group=option) and what each can be told (group.setting=value):",
-            *(g for g in groups if g),
+            "Settings:",
+            "\n".join([settings_help(config, told), *further]),
+            *(choices if groups else []),
             "--cfg job prints every setting with its value; --hydra-help what Hydra itself can do.",
         ]
     )
@@ -65,12 +67,25 @@ def _groups(fields: list[str], folders: list[Path]) -> list[str]:
     return result
 
 
-def _group(group: str, folders: list[Path]) -> str:
-    kind = "term" if group == "regime.terms" else GROUPS.get(group)
+def _sections(config: type[Any]) -> dict[str, type[Any]]:
+    """Return the groups that have one schema, whatever is chosen."""
+    made = {f.name: f.default_factory for f in dataclasses.fields(config)}
+    return {
+        name: factory
+        for name, factory in made.items()
+        if isinstance(factory, type) and dataclasses.is_dataclass(factory)
+    }
+
+
+def _files(group: str, folders: list[Path]) -> list[Path]:
+    """Return the files of a group's options, t2 before t16."""
     files = [p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml")]
-    # t2 before t16
-    files.sort(key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
-    lines = [_line(p.stem, _first_comment(p)) for p in files]
+    return sorted(files, key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
+
+
+def _group(group: str, folders: list[Path], sections: dict[str, type[Any]]) -> str:
+    kind = "term" if group == "regime.terms" else GROUPS.get(group)
+    lines = [_line(p.stem, _first_comment(p)) for p in _files(group, folders)]
     meaning = ""
     if kind is not None:
         meaning = registry.KINDS[kind]
@@ -78,6 +93,8 @@ def _group(group: str, folders: list[Path]) -> str:
             lines += _entry_lines(entry)
         if kind in COMMON:
             lines.append(_line("(all of them)", _told(COMMON[kind])))
+    elif group in sections:
+        lines.append(_line("(all of them)", _told(sections[group], group)))
     title = f"{group.replace('.', '/')}=" if kind != "term" else "regime.terms.<label>.term="
     return "\n".join([f"{title}{f'    {meaning}' if meaning else ''}", *lines]) if lines else ""
 
@@ -89,8 +106,11 @@ def _entry_lines(entry: Entry) -> list[str]:
     return [*lines, _line("", told)] if told else lines
 
 
-def _told(settings: type[Any]) -> str:
-    return " ".join(f"{f.name}={_value(f)}" for f in dataclasses.fields(settings))
+def _told(settings: type[Any], group: str = "") -> str:
+    """Return settings with their defaults; those that are groups themselves are left out."""
+    own = [f for f in dataclasses.fields(settings) if f.default_factory is not dict]
+    shown = [f for f in own if f"{group}.{f.name}" not in GROUPS]
+    return " ".join(f"{f.name}={_value(f)}" for f in shown)
 
 
 def _line(name: str, text: str) -> str:
@@ -114,6 +134,8 @@ def _value(f: dataclasses.Field[Any]) -> str:
         return str(value).lower()
     if dataclasses.is_dataclass(value):
         return "(" + " ".join(f"{x.name}={_value(x)}" for x in dataclasses.fields(value)) + ")"
+    if isinstance(value, tuple):
+        value = list(value)  # as it is written
     return str(value).replace("'", "").replace(" ", "")
 
 

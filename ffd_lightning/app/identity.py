@@ -10,7 +10,7 @@ import dataclasses
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from enum import Enum
 from functools import lru_cache
 from typing import Any
@@ -151,7 +151,7 @@ def run_suffix(root: DictConfig) -> str:
             words.append(choice)
     own = identity(config)
     changed = {key: own.get(key) for key in _changed(option, own) if key not in _PLACED}
-    return difference_name(words, changed)
+    return difference_name(words, changed, {*own, *option})
 
 
 def _without_suffix(node: Any) -> Any:
@@ -191,21 +191,31 @@ def _changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     return [key for key in sorted({*before, *after}) if before.get(key) != after.get(key)]
 
 
-def difference_name(options: Sequence[str], settings: Mapping[str, Any]) -> str:
+def difference_name(
+    options: Sequence[str], settings: Mapping[str, Any], among: Collection[str] = ()
+) -> str:
     """Return a short name for options and settings, "" for none.
 
     What is too long to read, or cannot be in a name, is left to a hash of all of them.
+
+    Args:
+        options: of groups.
+        settings: values by name; the last words of a name are shown, as many as tell it from
+            all others.
+        among: the names of all settings.
 
     >>> difference_name(["paper"], {"schedule.steps": 50})
     '_paper_steps-50'
     >>> difference_name(["folder"], {"data.root": "/data/meshes"})
     '_folder_4ac0b3'
+    >>> difference_name([], {"data.seed": 1}, ["seed", "data.seed"])
+    '_data.seed-1'
     """
     words, exact = list(options), True
     for key, value in settings.items():
         readable = re.fullmatch(r"[\w.+-]{1,12}", str(value)) is not None
         if readable:
-            words.append(f"{key.rpartition('.')[2]}-{value}")
+            words.append(f"{_tail(key, among)}-{value}")
         exact &= readable
     name = "_".join(words)
     if len(name) > _LONGEST:
@@ -215,3 +225,15 @@ def difference_name(options: Sequence[str], settings: Mapping[str, Any]) -> str:
         digest = hashlib.sha256(told.encode()).hexdigest()[:_HASH]
         name = f"{name}_{digest}" if name else digest
     return f"_{name}" if name else ""
+
+
+def _tail(key: str, among: Collection[str]) -> str:
+    """Return the last words of a setting's name that no other has.
+
+    >>> _tail("encoder.width", ["encoder.width", "data.render.width", "data.limit"])
+    'encoder.width'
+    """
+    words = key.split(".")
+    tails = (".".join(words[k:]) for k in reversed(range(len(words))))
+    others = [f".{other}" for other in among if other != key]
+    return next((t for t in tails if not any(o.endswith(f".{t}") for o in others)), key)

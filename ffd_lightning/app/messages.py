@@ -44,6 +44,8 @@ def shown(main: Callable[[], object], schema: type[Any] | None = None) -> None:
     except KeyboardInterrupt:
         print("interrupted: the same command resumes where it stopped", file=sys.stderr)
         sys.exit(130)
+    finally:
+        os.environ.pop("HYDRA_FULL_ERROR", None)
 
 
 def _from_hydra(error: BaseException) -> bool:

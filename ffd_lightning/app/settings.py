@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import fields
 from typing import TypeVar
 
@@ -72,15 +72,21 @@ def _set(merged: DictConfig, key: str, value: str) -> None:
             raise ConfigError(f"{key}={value} cannot be used ({reason})") from None
 
 
-def settings_help(schema: type[object]) -> str:
+def settings_help(schema: type[object], leave_out: Collection[str] = ()) -> str:
     """Return a table of settings with their defaults, from a dataclass and its docstring.
 
-    The docstring's `Attributes:` section says what each is.
+    Args:
+        schema: the dataclass; its docstring's `Attributes:` section says what each setting is.
+        leave_out: settings that are told elsewhere.
     """
-    meanings = _attributes(inspect.getdoc(schema) or "")
+    meanings: dict[str, str] = {}
+    for each in reversed(schema.__mro__):  # what is inherited is told there
+        meanings |= _attributes(inspect.getdoc(each) or "")
     lines = []
     defaults = OmegaConf.structured(schema)
     for f in fields(schema):  # type: ignore[arg-type]
+        if f.name in leave_out:
+            continue
         missing = OmegaConf.is_missing(defaults, f.name)
         value = "..." if missing else _shown(defaults[f.name])
         text = meanings.get(f.name, "")

@@ -1,16 +1,20 @@
-import argparse
 import re
 from pathlib import Path
 
 import numpy as np
 import optuna
 import pytest
-from ffd_lightning.app.cli import compose_config, register
+from hydra import compose, initialize_config_dir
+from hydra.core.hydra_config import HydraConfig
 from omegaconf import OmegaConf
 
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import TrainConfig, typed_config
-from ffd_lightning.app.studies import run as studies
+from ffd_lightning.app.commands import sweep as studies
+from ffd_lightning.app.commands.sweep import Request, run_study
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.hydra_app import compose_config, config_folder, prepare_hydra
+from ffd_lightning.app.identity import run_folder
+from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.studies.search import run_search
 from ffd_lightning.app.studies.study import Range, Search, commands, load_study, merge_overrides
 from ffd_lightning.errors import ConfigError
@@ -24,7 +28,7 @@ def first_values(overrides):
     result = []
     for override in overrides:
         key, value = override.split("=", 1)
-        if not key.startswith(("hydra", "templates.file", "templates.strategy")):
+        if not key.startswith(("hydra", "template_strategy", "base")):
             first = value if value.startswith("[") else value.split(",")[0]
             result.append(f"{key}={first}")
     return result
@@ -33,11 +37,10 @@ def first_values(overrides):
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize("file", STUDIES, ids=lambda f: f.stem)
 def test_the_studies_compose(file, quick):
-    register()
     study = load_study(file)
     assert study.question
     for sweep in commands(study, "x", quick, []):
-        cfg = typed_config(compose_config("train", first_values(sweep)), TrainConfig)
+        cfg = typed_config(compose_config("train", TrainConfig, first_values(sweep)), TrainConfig)
         validate(cfg)
         assert cfg.schedule.name == ("quick" if quick or file.stem == "search" else "paper")
         assert cfg.name == "x"
@@ -54,10 +57,45 @@ def test_the_second_stage_reads_the_ranking_of_the_first():
         first, *others = commands(study, "x", quick, [])
         assert f"templates={count}" in first
         for sweep in others:
-            (file,) = (x for x in sweep if x.startswith("templates.file="))
+            (file,) = (x for x in sweep if x.startswith("template_strategy.file="))
             assert file.endswith(
-                f"/${{category.name}}/r/{count}/seed${{seed}}/template_ranking.csv"
+                f'/${{category.name}}/r/{count}/seed${{seed}}${{run_suffix:}}/template_ranking.csv"'
             )
+
+
+def folders(sweep):
+    """The folders of a sweep's first job: its own, and that of the ranking it reads."""
+    prepare_hydra(TrainConfig, [])
+    given = [*first_values(sweep), *(x for x in sweep if x.startswith("base="))]
+    given += [x for x in sweep if x.startswith("template_strategy") and x not in given]
+    with initialize_config_dir(str(config_folder()), version_base="1.3"):
+        composed = compose("train", given, return_hydra_config=True)
+        HydraConfig.instance().set_config(composed)
+        file = OmegaConf.select(composed, "template_strategy.file", default=None)
+        return f"{composed.paths.runs}/{composed.name}/{run_folder(composed)}", file
+
+
+@pytest.mark.parametrize("further", [[], ["trainer.precision=bf16-mixed"], ["schedule.steps=7"]])
+def test_a_later_stage_reads_the_folder_that_the_first_one_wrote(further):
+    study = load_study(next(f for f in STUDIES if f.stem == "template_counts"))
+    first, *others = commands(study, "x", True, [*further])
+    written, read = folders(first)
+    assert read is None
+    name = f"_{further[0].split('.')[1].replace('=', '-')}" if further else ""
+    assert written == f"runs/x/sofa/r/t8/seed0{name}"
+    for sweep in others:
+        place, read = folders(sweep)
+        assert read == f"{written}/template_ranking.csv"
+        assert place.endswith(f"/seed0{name}"), "what the study sets itself is not in names"
+
+
+def test_a_study_in_another_precision_has_other_folders():
+    study = load_study(next(f for f in STUDIES if f.stem == "regimes"))
+    first = folders(commands(study, "x", True, [])[0])[0]
+    second = folders(commands(study, "x", True, ["trainer.precision=bf16-mixed"])[0])[0]
+    third = folders(commands(study, "x", True, ["trainer.devices=2"])[0])[0]
+    assert (first, third) == ("runs/x/table/b/t8/seed0", first)
+    assert second == "runs/x/table/b/t8/seed0_precision-bf16-mixed"
 
 
 def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_path):
@@ -68,14 +106,17 @@ def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_
     )
     study = load_study(file)
     first, second = commands(study, "n", True, ["seed=1,2"])
-    assert first[1:] == ["name=n", "seed=1,2", "regime=e", "templates=t2", "schedule=quick"]
-    assert second[1:] == ["name=n", "seed=1,2", "regime=b", "templates=t2"]
-    assert commands(study, "n", False, [])[0][1:] == [
+    assert first == [
         "name=n",
-        "seed=0",
+        "seed=1,2",
         "regime=e",
-        "templates=t1",
+        "templates=t2",
+        "schedule=quick",
+        'base=["seed=0","regime=e","templates=t2","schedule=quick"]',
     ]
+    assert second[:-1] == ["name=n", "seed=1,2", "regime=b", "templates=t2"]
+    plain = commands(study, "n", False, [])[0]
+    assert plain[:-1] == ["name=n", "seed=0", "regime=e", "templates=t1"]
     assert merge_overrides("a=1", "b=2", "+a=3") == ["+a=3", "b=2"]
 
 
@@ -111,17 +152,12 @@ def trained(monkeypatch):
     return calls
 
 
-def arguments(tmp_path, study, *overrides, **options):
-    register()
-    return argparse.Namespace(
-        study=study,
-        overrides=[f"paths.runs={tmp_path}", *overrides],
-        **{"quick": True, "dry_run": False, **options},
-    )
+def request_of(tmp_path, *arguments):
+    return Request.parse([*arguments, "--quick", f"paths.runs={tmp_path}"])
 
 
 def test_a_stage_that_fails_does_not_stop_the_next_but_is_told(trained, tmp_path):
-    assert studies.run_study(arguments(tmp_path, "template_counts", "category=chair")) == 1
+    assert run_study(request_of(tmp_path, "template_counts", "category=chair")) == 1
     assert len(trained) == 3
     assert all("category=chair" in call and f"paths.runs={tmp_path}" in call for call in trained)
     note = OmegaConf.load(tmp_path / "template_counts-quick" / "study.yaml")
@@ -131,16 +167,36 @@ def test_a_stage_that_fails_does_not_stop_the_next_but_is_told(trained, tmp_path
 
 
 def test_a_dry_run_only_prints(trained, tmp_path, capsys):
-    assert studies.run_study(arguments(tmp_path, "regimes", dry_run=True)) == 0
+    assert run_study(request_of(tmp_path, "regimes", "--dry-run")) == 0
     assert not trained
     assert not list(tmp_path.iterdir())
     assert "python train.py -m" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--quik"], "no option --quik: --quick, --dry-run, --config-dir"),
+        (["regimes", "joint"], "two studies: regimes and joint"),
+        (["--quick"], "name a study: joint, paper_table, regimes"),
+        (["regime"], "no study 'regime': .* has joint, paper_table, regimes"),
+    ],
+)
+def test_a_command_line_that_names_no_study(arguments, message):
+    with pytest.raises(ConfigError, match=message):
+        run_study(Request.parse(arguments))
+
+
+def test_options_may_be_written_as_settings():
+    found = Request.parse(["study=regimes", "quick=true", "dry_run=false", "seed=1"])
+    assert found == Request("regimes", quick=True, dry_run=False, overrides=["seed=1"])
+    assert Request.parse(["--config-dir", "x", "regimes"]).config_dir == "x"
+
+
 def test_an_interrupt_stops_the_study(trained, tmp_path, monkeypatch):
     monkeypatch.setattr(studies, "train", lambda overrides: 130)
     with pytest.raises(KeyboardInterrupt):
-        studies.run_study(arguments(tmp_path, "regimes"))
+        run_study(request_of(tmp_path, "regimes"))
 
 
 # --- search -------------------------------------------------------------------------------------

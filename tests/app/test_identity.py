@@ -1,0 +1,226 @@
+"""Which runs are the same, and what their folders are called."""
+
+import pytest
+import yaml
+from hydra import compose, initialize_config_dir
+from hydra.core.hydra_config import HydraConfig
+
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.hydra_app import config_folder, prepare_hydra
+from ffd_lightning.app.identity import (
+    check_folder,
+    difference_name,
+    identity,
+    run_folder,
+    to_yaml,
+)
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.run_folder import RunFolder
+
+NO_OTHER_RUN = [
+    "trainer.devices=2",
+    "trainer.accelerator=auto",
+    "trainer.strategy=ddp",
+    "trainer.compile=true",
+    "trainer.num_workers=3",
+    "trainer.progress_bar=true",
+    "schedule.val_every=2",
+    "schedule.checkpoint_every=7",
+    "data.residency=disk",
+    "preparation.workers=1",
+    "logger.every=3",
+    "callbacks.figure_examples=1",
+    "protocol=modern",
+    "protocol.points=99",
+    "evaluation.seed=4",
+    "evaluation.subset=val",
+    "paths.data=elsewhere",
+    "name=other",
+]
+ANOTHER_RUN = [
+    "trainer.precision=bf16-mixed",
+    "seed=1",
+    "category=chair",
+    "regime=e",
+    "regime.min_weight=0.2",
+    "regime.terms.offset_penalty.weight=0.5",
+    "regime.terms.negative_entropy.annealing=constant",
+    "+regime.terms.more.term=chamfer",
+    "templates=t4",
+    "templates.max_edge=0.03",
+    "template_strategy=diverse",
+    "split=hash",
+    "split.val_fraction=0.2",
+    "data.num_models=23",
+    "data.limit=20",
+    "data.render.azimuths=[40]",
+    "encoder.width=0.5",
+    "network.degrees=[3,3,2]",
+    "schedule.steps=9",
+    "schedule.learning_rate_decay=none",
+]
+
+
+def checked(cfg, run):
+    check_folder(cfg, run)
+    return run
+
+
+def written(cfg, folder):
+    """A run's folder, as its training began it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return checked(cfg, RunFolder(folder))
+
+
+@pytest.mark.parametrize("override", NO_OTHER_RUN)
+def test_where_and_how_fast_makes_no_other_run(tiny_config, tmp_path, override):
+    run = written(tiny_config(), tmp_path)
+    changed = tiny_config(override)
+    assert identity(changed) == identity(tiny_config())
+    assert yaml.safe_load(to_yaml(changed)) != yaml.safe_load(run.config.read_text())
+    checked(changed, run)
+
+
+@pytest.mark.parametrize("override", ANOTHER_RUN)
+def test_what_changes_the_result_is_refused_in_the_folder(tiny_config, tmp_path, override):
+    run = written(tiny_config(), tmp_path)
+    before = run.config.read_text()
+    with pytest.raises(ConfigError, match=r"holds a run with other settings: .* was .*, now "):
+        checked(tiny_config(override), run)
+    assert run.config.read_text() == before
+
+
+def test_all_that_differs_is_listed(tiny_config, tmp_path):
+    run = written(tiny_config(), tmp_path)
+    with pytest.raises(ConfigError) as caught:
+        checked(tiny_config("seed=3", "regime.terms.offset_penalty.weight=2"), run)
+    assert "regime.terms.offset_penalty.weight was 0.0, now 2.0; seed was 0, now 3." in str(
+        caught.value
+    )
+    checked(tiny_config("seed=3", "restart=true"), run)
+    assert yaml.safe_load(run.config.read_text())["seed"] == 3
+
+
+def test_a_setting_that_an_older_file_does_not_have_had_its_default(tiny_config, tmp_path):
+    run = written(tiny_config(), tmp_path)
+    content = yaml.safe_load(run.config.read_text())
+    del content["trainer"]["precision"], content["split"]["val_fraction"]
+    del content["network"]["batch_norm_momentum"], content["encoder"]["weights"], content["base"]
+    run.config.write_text(yaml.safe_dump(content))
+    checked(tiny_config(), run)
+    assert yaml.safe_load(run.config.read_text())["trainer"]["precision"] == "32-true"
+    run.config.write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError, match=r"trainer.precision was 32-true, now bf16-mixed"):
+        checked(tiny_config("trainer.precision=bf16-mixed"), run)
+
+
+@pytest.mark.parametrize("text", ["{{", "seed: 1", "- 1", "category: {name: table, color: red}"])
+def test_a_damaged_file_is_said(tiny_config, tmp_path, text):
+    run = written(tiny_config(), tmp_path)
+    run.config.write_text(text)
+    with pytest.raises(
+        ConfigError, match=r"config\.yaml is of another version or damaged.*restart"
+    ):
+        checked(tiny_config(), run)
+
+
+def test_a_restart_discards_the_checkpoint(tiny_config, tmp_path):
+    run = written(tiny_config(), tmp_path)
+    run.checkpoint.parent.mkdir()
+    run.checkpoint.touch()
+    checked(tiny_config(), run)
+    assert run.checkpoint.exists()
+    checked(tiny_config("restart=true"), run)
+    assert not run.checkpoint.exists()
+
+
+# --- names ---------------------------------------------------------------------------------------
+
+
+def folder(*overrides):
+    """A run's folder below its experiment's, as Hydra asks for it."""
+    prepare_hydra(TrainConfig, overrides)
+    with initialize_config_dir(str(config_folder()), version_base="1.3"):
+        composed = compose("train", list(overrides), return_hydra_config=True)
+        HydraConfig.instance().set_config(composed)
+        return run_folder(composed)
+
+
+@pytest.mark.parametrize(
+    ("overrides", "expected"),
+    [
+        ([], "chair/b/t16/seed0"),
+        (["category=sofa", "regime=e", "templates=t4", "seed=3"], "sofa/e/t4/seed3"),
+        (["schedule.steps=50"], "chair/b/t16/seed0_steps-50"),
+        (["schedule=paper"], "chair/b/t16/seed0_paper"),
+        (["schedule=paper", "schedule.steps=50"], "chair/b/t16/seed0_paper_steps-50"),
+        (["schedule.steps=300"], "chair/b/t16/seed0"),  # the default
+        (["trainer.precision=bf16-mixed"], "chair/b/t16/seed0_precision-bf16-mixed"),
+        (["trainer=cpu", "trainer.devices=2", "logger=none"], "chair/b/t16/seed0"),
+        (["protocol=modern", "evaluation.seed=2"], "chair/b/t16/seed0"),
+        (["template_strategy=random"], "chair/b/t16/seed0_random"),
+        (
+            ["template_strategy=random", "template_strategy.seed=1"],
+            "chair/b/t16/seed0_random_template_strategy.seed-1",
+        ),
+        (["regime.terms.offset_penalty.weight=1"], "chair/b/t16/seed0_offset_penalty.weight-1.0"),
+        (["category=custom", "category.name=mug"], "mug/b/t16/seed0"),
+        (["templates.name=mine", "templates.count=3"], "chair/b/mine/seed0_count-3"),
+    ],
+)
+def test_names_say_what_differs(overrides, expected):
+    assert folder(*overrides) == expected
+
+
+DISTINCT = [
+    [],
+    ["data=folder", "data.root=/data/meshes"],
+    ["data=folder", "data.root=/data/other"],
+    ["data=folder", "data.root=/data/meshes", "data.yaw=90"],
+    ["data=modelnet", "data.root=/data/meshes"],
+    ["data.limit=20"],
+    ["data.render.azimuths=[0,90,180,270]"],
+    ["data.render.azimuths=[0,90,180,271]"],
+    ["regime.terms.offset_penalty.weight=1"],
+    ["regime.terms.negative_entropy.weight=1"],
+    ["encoder.width=0.5", "network.hidden=64", "network.bottleneck=32", "schedule.batch_size=16"],
+    ["encoder.width=0.5", "network.hidden=64", "network.bottleneck=32", "schedule.batch_size=17"],
+    ["encoder=timm", "encoder.model=resnet18"],
+    ["encoder=timm", "encoder.model=resnet34"],
+]
+
+
+def test_names_are_distinct_short_and_can_be_written():
+    names = [folder(*overrides).removeprefix("chair/b/t16/") for overrides in DISTINCT]
+    assert len(set(names)) == len(names)
+    for name in names:
+        assert len(name) < 60
+        assert "/" not in name
+        assert set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_.-")
+    assert names == [folder(*x).removeprefix("chair/b/t16/") for x in DISTINCT], "always the same"
+
+
+def test_a_long_name_keeps_whole_words_and_ends_with_a_hash():
+    settings = {f"group.setting{k}": k for k in range(9)}
+    name = difference_name(["paper"], settings)
+    assert name.startswith("_paper_setting0-0_setting1-1_setting2-2_")
+    assert len(name) <= 50
+    other = difference_name(["paper"], settings | {"group.setting8": 9})
+    assert name.rpartition("_")[0] == other.rpartition("_")[0]
+    assert name != other
+    assert difference_name([], {}) == ""
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ("regime.terms.offset_penalty.weight=2", "regime.terms.negative_entropy.weight=2"),
+        ("data.num_points=2048", "schedule.num_points=2048"),
+        ("encoder.width=64.0", "data.render.width=64"),
+        ("data.seed=3", "template_strategy=random"),
+    ],
+)
+def test_settings_of_one_last_word_have_names_of_their_own(one, other):
+    names = [folder(one), folder(other), folder(one, other)]
+    assert len(set(names)) == 3
+    assert all(len(name) < 80 for name in names)

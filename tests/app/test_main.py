@@ -1,0 +1,199 @@
+"""`ffd` and what its commands say of themselves."""
+
+import subprocess
+import sys
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from commands import run_command
+
+from ffd_lightning import __version__, registry
+from ffd_lightning.app import main as entry
+from ffd_lightning.app.main import COMMANDS, main, run
+
+ROOT = Path(__file__).parents[2]
+
+
+def said(capsys, *arguments):
+    main(arguments)
+    return capsys.readouterr().out
+
+
+def test_ffd_lists_its_commands(capsys):
+    text = said(capsys)
+    for name, command in COMMANDS.items():
+        assert f"  ffd {name:<10}{command.summary}" in text
+    assert said(capsys, "--help") == said(capsys, "-h") == said(capsys, "help") == text
+    assert said(capsys, "--version").strip() == __version__
+
+
+def test_a_command_that_does_not_exist():
+    done = run_command("ffd_lightning", "trian")
+    assert done.returncode == 1
+    assert done.stderr.startswith("error: no command 'trian'. Commands: train, evaluate")
+
+
+def test_the_scripts_at_the_root_are_commands():
+    for name in ("train", "evaluate", "predict", "prepare", "sweep"):
+        assert f'run("{name}")' in (ROOT / f"{name}.py").read_text()
+        assert len((ROOT / f"{name}.py").read_text().splitlines()) < 10
+
+
+def test_a_process_of_another_device_knows_its_command(monkeypatch):
+    """Lightning starts it with the command's arguments alone."""
+    told = []
+    monkeypatch.setattr(entry, "run", lambda name, arguments: told.append((name, arguments)))
+    monkeypatch.setenv("LOCAL_RANK", "1")
+    monkeypatch.setenv("FFD_LIGHTNING_COMMAND", "train")
+    main(["regime=e"])
+    assert told == [("train", ["regime=e"])]
+
+
+# --- help ----------------------------------------------------------------------------------------
+
+
+def help_of(name, capsys):
+    try:
+        run(name, ["--help"])
+    except SystemExit as ended:  # Hydra's commands, and those that have an exit code
+        assert not ended.code
+    return capsys.readouterr().out
+
+
+PARTS = {
+    "train": ("source", "split", "selection", "term", "template_strategy", "encoder", "protocol"),
+    "prepare": ("source",),
+    "evaluate": ("protocol",),
+    "predict": (),
+}
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_help_lists_parts_and_what_each_can_be_told(name, capsys):
+    text = help_of(name, capsys)
+    words = text.split()
+    for kind in registry.KINDS:
+        listed = f"    {registry.KINDS[kind]}\n" in text
+        assert listed == (kind in PARTS[name]), kind
+        for part in registry.entries(kind) if listed else ():
+            assert f"\n  {part.name} " in text, part.name
+            for f in fields(part.settings):
+                assert any(word.startswith(f"{f.name}=") for word in words), f.name
+
+
+def test_help_of_training_lists_all_that_can_be_set(capsys):
+    text = help_of("train", capsys)
+    for words in (
+        "regime=e regime.terms.offset_penalty.weight=1   regimes combine",
+        "  r                   regularized: large deformations are punished",
+        "function=identity|log",
+        "root=... images=render|r2n2 images_root=null",
+        "limit=null num_points=16384 residency=auto|disk|ram|device render=(height=192",
+        "val_fraction=0.1",
+        "weight=1.0 annealing=constant|exponential",
+        "bottleneck=64 hidden=512 degrees=[3,3,3]",
+        "steps=... batch_size=...",
+        "precision=32-true",
+        "references=true subset=test|val",
+        "runs=runs",
+    ):
+        assert words in text, words
+    order = [text.index(f"\n  {name}\n") for name in ("t1", "t2", "t4", "t8", "t16", "t30")]
+    assert order == sorted(order)
+    assert max(map(len, text.splitlines())) <= 100
+
+
+def test_help_of_evaluation_spells_settings_as_the_command_line_does(capsys):
+    text = help_of("evaluate", capsys)
+    assert "references=true subset=test|val all_views=false" in text
+    assert "{'" not in text
+    assert "<Subset" not in text
+    assert "device=auto" in text
+
+
+def test_help_of_prediction_lists_its_settings(capsys):
+    text = help_of("predict", capsys)
+    for word in ("image=...", "top_k=1", "background=auto", "colors=material", "mask=null"):
+        assert word in text
+
+
+@pytest.mark.parametrize(
+    "name", ["status", "report", "figures", "labels", "view", "export", "shapes"]
+)
+def test_help_of_a_plain_command_lists_its_settings(name, capsys):
+    text = help_of(name, capsys)
+    schema = import_module(f"ffd_lightning.app.commands.{name}").Settings
+    for f in fields(schema):
+        (line,) = [x for x in text.splitlines() if x.startswith(f"  {f.name}=")]
+        following = text.splitlines()[text.splitlines().index(line) + 1 :]
+        shown = line[22:] if len(line) > 22 else (following or [""])[0].strip()
+        assert shown, f"nothing is said of {f.name}"
+
+
+def test_help_of_sweeps_lists_the_studies(capsys):
+    text = help_of("sweep", capsys)
+    for file in (ROOT / "sweeps").glob("*.yaml"):
+        assert f"\n  {file.stem} " in text
+
+
+def test_help_shows_the_parts_of_a_module_of_ones_own(tmp_path):
+    (tmp_path / "own_encoders.py").write_text(
+        "from dataclasses import dataclass\n"
+        "from ffd_lightning.registry import register\n"
+        "@dataclass\n"
+        "class Tiny:\n"
+        '    """A small one."""\n'
+        "    layers: int = 7\n"
+        "@register('encoder', 'tiny', Tiny)\n"
+        "def tiny(settings, image_size, batch_norm_momentum=0.1):\n"
+        "    raise NotImplementedError\n"
+    )
+    command = [sys.executable, "-m", "ffd_lightning", "train", "plugins=[own_encoders]"]
+    done = subprocess.run([*command, "--help"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "  tiny                A small one. (module own_encoders)" in done.stdout
+    assert "layers=7" in done.stdout
+    overrides = ["encoder=tiny", "encoder.layres=1"]
+    done = subprocess.run([*command, *overrides], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "no setting 'encoder.layres'. Did you mean encoder.layers?" in done.stderr
+
+
+def test_help_does_not_load_torch():
+    code = (
+        "import sys\n"
+        "from ffd_lightning.app.main import main\n"
+        "main(['train', '--help'])\n"
+        "assert 'torch' not in sys.modules and 'lightning' not in sys.modules\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+# --- settings of plain commands ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["report", "runs=x", "galery=3"], "no setting 'galery'. Did you mean gallery?"),
+        (["report", "runs=x", "gallery=many"], "gallery=many cannot be used"),
+        (["report", "gallery=3"], "these settings must be given: runs=..."),
+        (["report", "runs="], "runs= is empty"),
+        (["report", "runs=x", "runs=y"], "runs= is given twice"),
+        (["report", "x", "y"], "'y' is no setting: write runs=y, say"),
+        (["status", "/no/such"], "no run in /no/such"),
+        (["shapes", "categories=[tabel]"], "no category 'tabel': "),
+        (["figures", "figure=ovrview", "x"], "figure=ovrview: choose one of overview"),
+    ],
+)
+def test_mistakes_in_settings_are_one_message(arguments, message, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 1
+    found = capsys.readouterr().err
+    assert found.startswith("error: ")
+    assert message in found
+    assert len(found.strip().splitlines()) == 1
