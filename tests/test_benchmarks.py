@@ -1,9 +1,11 @@
 """That the benchmarks run and hide nothing; how fast anything is, is not tested."""
 
+import logging
+
 import pytest
 import torch
 
-from benchmarks import nearest
+from benchmarks import nearest, training_step
 from benchmarks.timing import compete
 
 CPU = torch.device("cpu")
@@ -48,3 +50,13 @@ def test_candidates_that_do_a_part_are_scaled():
     part = next(row for row in rows if row.name == "part")
     assert part.ratio > 1
     assert "of the work" in part.note
+
+
+def test_a_training_step_and_its_parts_are_timed(monkeypatch):
+    for name, value in (("QUERIES", 4), ("TEMPLATES", 2), ("POINTS", 64), ("_MODELS", 12)):
+        monkeypatch.setattr(training_step, name, value)
+    logger = logging.getLogger("lightning.pytorch")
+    monkeypatch.setattr(logger, "setLevel", lambda _: None)  # for other tests
+    rows = {row.name: row for row in training_step.measure(CPU, quick=True)}
+    assert {"full step", "full step, data.residency=ram", "part: batch"} <= set(rows)
+    assert all(row.seconds > 0 for row in rows.values())

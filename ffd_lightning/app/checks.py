@@ -132,7 +132,13 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
     regime = cfg.regime
     alone = cfg.templates.count == 1 and regime.selection.name == "weighted"
     negative = [f"regime.terms.{k}.weight" for k, t in regime.terms.items() if t.weight < 0]
+    taken = sorted({"chamfer", "loss", "selection"} & set(regime.terms))  # are logged anyway
     return [
+        (
+            bool(taken),
+            f"regime.terms.{''.join(taken[:1])}: another quantity is logged by that name; choose "
+            f"another label: +regime.terms.my_{''.join(taken[:1])}.term=...",
+        ),
         (not 0 <= regime.min_weight < 1, "regime.min_weight must lie in [0, 1)"),
         (
             alone and regime.selection.function.value == "log",
