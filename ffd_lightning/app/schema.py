@@ -9,7 +9,7 @@ from typing import Any, TypeVar, get_type_hints
 
 from hydra.core.config_store import ConfigStore
 from omegaconf import DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
+from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from ffd_lightning import registry
 from ffd_lightning.app.config import COMMON, GROUPS, TrainConfig
@@ -96,7 +96,10 @@ def _to_object(base: DictConfig, plain: dict[Any, Any], parts: dict[str, Any]) -
     OmegaConf.set_struct(merged, False)
     for where, node in parts.items():
         OmegaConf.update(merged, where, node, force_add=True, merge=False)
-    return OmegaConf.to_object(merged)
+    try:
+        return OmegaConf.to_object(merged)
+    except MissingMandatoryValue as error:
+        raise ConfigError(f"these settings must be given: {error.full_key}=...") from None
 
 
 def _merged(where: str, entry: Entry, node: Mapping[str, Any]) -> DictConfig:

@@ -214,7 +214,7 @@ def test_csv(make):
 def test_what_cannot_be_set_beside_the_paper_is_said(make):
     run = make((0.05, 0.4, 0.7))
     runs = load_runs([run])
-    with pytest.raises(DataError, match=r"evaluation\.protocol=paper"):
+    with pytest.raises(DataError, match=r"again, with protocol=paper"):
         comparison_table(runs.assign(protocol="modern"))
     with pytest.raises(DataError, match="no finished run"):
         comparison_table(runs.assign(state="failed"))

@@ -285,6 +285,13 @@ def test_a_sound_configuration_passes():
     validate(typed())
 
 
+def test_a_group_that_a_file_does_not_have_is_named():
+    content = OmegaConf.to_container(composed())
+    del content["data"]
+    with pytest.raises(ConfigError, match=r"must be given: data=\.\.\."):
+        typed_config(content, TrainConfig)
+
+
 def test_a_damaged_value_of_a_file_is_named_with_its_place():
     content = OmegaConf.to_container(composed())
     content["regime"]["terms"]["offset_penalty"]["weight"] = "heavy"

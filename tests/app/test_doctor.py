@@ -120,7 +120,7 @@ def test_it_is_a_command(tmp_path):
         return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
 
     def here(*arguments):
-        return run_command("ffd_lightning", "doctor", *arguments, cwd=tmp_path)
+        return run_command("doctor", *arguments, cwd=tmp_path)
 
     for run, arguments, code, said in (
         (here, ["--help"], 0, "data.root=DIR"),
