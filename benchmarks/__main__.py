@@ -71,7 +71,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--only", nargs="+", choices=SECTIONS, default=list(SECTIONS))
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
     parser.add_argument(
-        "--meshes", type=Path, help="a folder with a folder `all` of OBJ models, to prepare those"
+        "--meshes", type=Path, help="a folder with a folder `all` of OBJ shapes, to prepare those"
     )
     return parser.parse_args()
 

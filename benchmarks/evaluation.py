@@ -17,7 +17,7 @@ from scipy.spatial.distance import cdist
 from benchmarks.timing import Row, compete, seconds_of
 from benchmarks.training_step import build
 from ffd_lightning.evaluation.protocols import PaperProtocol
-from ffd_lightning.evaluation.shapes import Cloud, ModelShape, Surface, TemplateShape
+from ffd_lightning.evaluation.shapes import Cloud, PreparedShape, Surface, TemplateShape
 from ffd_lightning.geometry.hemisphere import bounding_hemisphere
 from ffd_lightning.geometry.voxels import PAPER_HALF_SIZE, voxelize
 from ffd_lightning.metrics import chamfer, earth_movers_distance
@@ -35,7 +35,7 @@ def measure(quick: bool) -> list[Row]:
         for k in range(count):
             offsets = np.random.default_rng(k).normal(0, 0.03, (64, 3)).astype(np.float32)
             template = TemplateShape(data.bank, k % len(data.bank), offsets)
-            pairs.append((template, ModelShape(data.prepared, k)))
+            pairs.append((template, PreparedShape(data.prepared, k)))
         rows = [_throughput(pairs, rounds)]
         torch.set_num_threads(1)
         for part in (_emd, _chamfer, _voxels, _hemisphere):
@@ -44,7 +44,7 @@ def measure(quick: bool) -> list[Row]:
     return rows
 
 
-def _throughput(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> Row:
+def _throughput(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> Row:
     protocol, workers = PaperProtocol(), available_cores()
 
     def score(k: int) -> dict[str, float]:
@@ -60,12 +60,12 @@ def _throughput(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> R
     return Row(_SECTION, "one sample of protocol paper", min(times) / len(pairs), note=note)
 
 
-def _clouds(pairs: list[tuple[TemplateShape, ModelShape]]) -> list[tuple[Cloud, Cloud]]:
+def _clouds(pairs: list[tuple[TemplateShape, PreparedShape]]) -> list[tuple[Cloud, Cloud]]:
     draws = [np.random.default_rng(k) for k in range(4)]
     return [(a.cloud(1024, g), b.cloud(1024, g)) for (a, b), g in zip(pairs, draws, strict=False)]
 
 
-def _emd(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> list[Row]:
+def _emd(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> list[Row]:
     def scipy(a: Cloud, b: Cloud) -> None:
         distances = cdist(a, b)
         distances[linear_sum_assignment(distances)].mean()
@@ -75,7 +75,7 @@ def _emd(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> list[Row
     return _compete("EMD of 1,024 points", ours, candidates, _clouds(pairs), rounds)
 
 
-def _chamfer(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> list[Row]:
+def _chamfer(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> list[Row]:
     def scipy(a: Cloud, b: Cloud) -> None:
         (cKDTree(b).query(a)[0] ** 2).mean() + (cKDTree(a).query(b)[0] ** 2).mean()
 
@@ -84,7 +84,7 @@ def _chamfer(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> list
     return _compete("Chamfer of 1,024 points", "ffd_lightning", candidates, clouds, rounds)
 
 
-def _voxels(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> list[Row]:
+def _voxels(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> list[Row]:
     """Conservative and filled against trimesh's sampled surface, which misses thin crossings."""
 
     def by_trimesh(vertices: Cloud, faces: Cloud) -> None:
@@ -100,7 +100,7 @@ def _voxels(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> list[
     return _compete(name, "ffd_lightning", candidates, meshes, rounds)
 
 
-def _hemisphere(pairs: list[tuple[TemplateShape, ModelShape]], rounds: int) -> list[Row]:
+def _hemisphere(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> list[Row]:
     def local(vertices: Cloud) -> None:
         raised = vertices - vertices.min(0) * (0, 1, 0)
 

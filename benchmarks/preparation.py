@@ -36,7 +36,7 @@ def measure(meshes: Path | None, quick: bool) -> list[Row]:
 
 
 def _rates(meshes: Path | None, quick: bool) -> list[Row]:
-    section = "preparation, 1 view of 192 x 256 and 16,384 points a model"
+    section = "preparation, 1 view of 192 x 256 and 16,384 points a shape"
     rows = []
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
@@ -60,7 +60,7 @@ def _rate(section: str, title: str, source: Source, category: str, root: Path) -
         prepared = Preparation(source, category, _POINTS, RenderSettings(), root).run()
     seconds = (time.perf_counter() - start) / len(prepared)
     faces = float(np.median([len(prepared.mesh(row).faces) for row in range(len(prepared))]))
-    note = f"{1 / seconds:.1f} models a second, {len(prepared)} models, median {faces:,.0f} faces"
+    note = f"{1 / seconds:.1f} shapes a second, {len(prepared)} shapes, median {faces:,.0f} faces"
     return Row(section, title, seconds, seconds, note=note, extra={"faces": faces})
 
 
@@ -72,7 +72,7 @@ def _trimesh(section: str, folder: Path) -> Row:
         mesh = trimesh.load(next(model.glob("*.obj")), force="mesh")
         trimesh.sample.sample_surface(mesh, _POINTS)
     seconds = (time.perf_counter() - start) / len(models)
-    note = f"one process, no image, no normalisation; {len(models)} models"
+    note = f"one process, no image, no normalisation; {len(models)} shapes"
     return Row(section, "trimesh: load and sample", seconds, seconds, note=note)
 
 

@@ -23,14 +23,14 @@ _NAMES = {
     "Predictor": "inference.predictor",
     "PreparedSet": "data.preparation.prepared",
     "RenderSettings": "imaging.render_settings",
-    "SourceModel": "data.sources.base",
+    "SourceShape": "data.sources.base",
     "SplitInput": "data.splits",
     "StepInput": "losses.terms",
     "Survey": "data.sources.base",
     "Teaching": "losses.selection",
     "TemplateBank": "data.templates.bank",
     "TemplateFfdNetwork": "nn.network",
-    "ModelShape": "evaluation.shapes",
+    "PreparedShape": "evaluation.shapes",
     "Shape": "evaluation.shapes",
     "Source": "data.sources.base",
     "chamfer_distance": "geometry.chamfer",
@@ -61,13 +61,13 @@ if TYPE_CHECKING:
     from ffd_lightning.data.datamodule import FfdDataModule as FfdDataModule
     from ffd_lightning.data.preparation.prepared import PreparedSet as PreparedSet
     from ffd_lightning.data.sources.base import Source as Source
-    from ffd_lightning.data.sources.base import SourceModel as SourceModel
+    from ffd_lightning.data.sources.base import SourceShape as SourceShape
     from ffd_lightning.data.sources.base import Survey as Survey
     from ffd_lightning.data.splits import SplitInput as SplitInput
     from ffd_lightning.data.templates.bank import TemplateBank as TemplateBank
     from ffd_lightning.evaluation.protocols.base import EvaluationProtocol as EvaluationProtocol
     from ffd_lightning.evaluation.protocols.base import Measure as Measure
-    from ffd_lightning.evaluation.shapes import ModelShape as ModelShape
+    from ffd_lightning.evaluation.shapes import PreparedShape as PreparedShape
     from ffd_lightning.evaluation.shapes import Shape as Shape
     from ffd_lightning.geometry.chamfer import chamfer_distance as chamfer_distance
     from ffd_lightning.geometry.deformation import deform as deform

@@ -18,7 +18,7 @@ class DataError(UserError):
     """Data that is missing, damaged or too little for what was asked."""
 
 
-class RejectedModelError(Exception):
+class RejectedShapeError(Exception):
     """One model that cannot be used; it is listed with this reason and the rest goes on."""
 
 

@@ -18,12 +18,12 @@ from rich.progress import (
 _LINE_EVERY = 10.0  # seconds
 
 
-class ModelProgress:
-    """Counts models, or images; shows how many are done, the rate and the time left.
+class CountProgress:
+    """Counts shapes, or images; shows how many are done, the rate and the time left.
 
     Args:
         label: what the bar is called.
-        total: number of models.
+        total: number of shapes.
         done: how many of them are done already.
         show: show anything at all.
     """
@@ -34,7 +34,7 @@ class ModelProgress:
         self._made = 0
         self._bar: Progress | None = None
 
-    def __enter__(self) -> ModelProgress:
+    def __enter__(self) -> CountProgress:
         if self._show and sys.stderr.isatty():
             self._bar = Progress(
                 TextColumn("{task.description}"),
@@ -60,7 +60,7 @@ class ModelProgress:
             self._bar.stop()
 
     def advance(self) -> None:
-        """Count one model."""
+        """Count one shape."""
         self._made += 1
         now = time.monotonic()
         rate = self._made / max(now - self._start, 1e-9)

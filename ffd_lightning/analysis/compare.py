@@ -83,22 +83,22 @@ def compare_runs(
     *,
     settings: pd.DataFrame | None = None,
 ) -> pd.DataFrame:
-    """Compare groups of runs with each other on the very same test models.
+    """Compare groups of runs with each other on the very same test shapes.
 
     Runs of a group are seeds of the same settings: their scores are averaged, as are those of
-    several images of a model. Only images that all compared runs were tested on count. What is
+    several images of a shape. Only images that all compared runs were tested on count. What is
     measured is how sure the difference between *these trained networks* is, over models that might
     have been tested on; how much another training would differ shows only in several seeds, and
     `agreement` says whether they speak with one voice.
 
-    The interval is a bootstrap over the models (10,000 resamples, fixed seed), bias-corrected and
+    The interval is a bootstrap over the shapes (10,000 resamples, fixed seed), bias-corrected and
     accelerated (Efron 1987): differences of squared distances have one long tail, on which plain
-    percentiles end too early. Over several categories models are resampled within each and each
+    percentiles end too early. Over several categories shapes are resampled within each and each
     category counts the same. `p` is Wilcoxon's signed-rank test, with zeros ranked as Pratt does
     since runs often choose the very same shape; of several categories, the sum of its z-scores
     over the root of their number (Stouffer). It asks about ranks and is corrected for the number of
     comparisons, the interval is about the mean and is not: a difference is called shown where
-    both show it, in one direction. Fewer than 6 models never show one.
+    both show it, in one direction. Fewer than 6 shapes never show one.
 
     Args:
         samples: as `load_samples` gives them.
@@ -117,12 +117,12 @@ def compare_runs(
         A row per category and pair, and per pair one for the `mean of <k>` categories that have
         it. Columns: `category`; of `regime` and `templates` what is held; `a`, `b`, `measure`;
         `difference`, the mean of a - b in the measure's own unit, and its interval `low`, `high`;
-        `p`, and `p_corrected` for all rows together (Holm); `num_samples`, models; `seeds_a`,
+        `p`, and `p_corrected` for all rows together (Holm); `num_samples`, shapes; `seeds_a`,
         `seeds_b`; `agreement`, the share of pairs of runs, one of each group, whose difference has
         this sign; `statement`, a sentence.
 
     Raises:
-        DataError: no groups to compare, fewer than two models in common, a measure that is missing,
+        DataError: no groups to compare, fewer than two shapes in common, a measure that is missing,
             or runs that differ in other settings too.
     """
     names = [by] if isinstance(by, str) else list(by)
@@ -222,13 +222,13 @@ def _compare(
         groups[group_label(names, values)] = group.sort_values("seed")["run"].tolist()
     if len(groups) < 2:
         return []
-    # Trained together with other categories, a model is called <category>/<id>.
+    # Trained together with other categories, a shape is called <category>/<id>.
     part = part.assign(id=part["id"].str.removeprefix(f"{category}/"))
     images = part.pivot(index=["id", "view"], columns="run", values=measure).dropna()
     models = images.groupby(level="id").mean()
     if len(models) < 2:
         raise DataError(
-            f"{' and '.join(runs['run'])} share {len(models)} test models of {category}, 2 at "
+            f"{' and '.join(runs['run'])} share {len(models)} test shapes of {category}, 2 at "
             "least are needed: compare runs with the same data and split"
         )
     scores = {label: models[group].to_numpy().mean(1) for label, group in groups.items()}

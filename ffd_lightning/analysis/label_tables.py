@@ -43,8 +43,8 @@ def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> lis
 def _shapes_table(table: pd.DataFrame, folder: Path) -> Table:
     shapes = [s for s in SHAPES if s in set(table["shape"])]
     shown = _table(
-        "Part IoU x 100 of labels transferred to the test models",
-        "Mean over the parts in the truth or transferred, then over test models. Below: how much "
+        "Part IoU x 100 of labels transferred to the test shapes",
+        "Mean over the parts in the truth or transferred, then over test shapes. Below: how much "
         "more the model (selected template, deformed) has, with 95% interval.",
         ("run", "category"),
         ("models", *(_TITLES[s] for s in shapes)),
@@ -86,7 +86,7 @@ def _parts_table(table: pd.DataFrame, folder: Path) -> Table:
 def _families_table(table: pd.DataFrame, folder: Path) -> Table:
     shown = _table(
         "Part IoU x 100 by the selected template's structural family",
-        "Gain: over the same template as it is. 95% intervals over test models.",
+        "Gain: over the same template as it is. 95% intervals over test shapes.",
         ("run", "category", "template's family"),
         ("models", "part IoU", "gain"),
     )

@@ -54,18 +54,18 @@ def part_columns(samples: pd.DataFrame) -> list[str]:
 def transfer_table(
     samples: pd.DataFrame, measures: str | Sequence[str] = "part_iou"
 ) -> pd.DataFrame:
-    """Return how well the labels of each shape fit the truth, beside those of the model.
+    """Return how well the labels of each shape fit the truth, beside those of the shape.
 
-    Intervals are 95% bootstraps over the test models (see `compare.compare_runs`): of these trained
-    networks, not of other seeds. Several images of a model are averaged. Measures of a single part
-    are over the models that have the part; fewer than 6 models have no interval (NaN).
+    Intervals are 95% bootstraps over the test shapes (see `compare.compare_runs`): of these trained
+    networks, not of other seeds. Several images of a shape are averaged. Measures of a single part
+    are over the shapes that have the part; fewer than 6 shapes have no interval (NaN).
 
     Args:
         samples: as `label_samples` gives them.
         measures: names of measures of the protocol, or `part_columns`.
 
     Returns:
-        A row per run, category of models, measure and shape. Columns: `run`, `category`, `regime`,
+        A row per run, category of shapes, measure and shape. Columns: `run`, `category`, `regime`,
         `templates`, `seed`, `measure`, `shape` (a key of `references.SHAPES`, "" for the model),
         `num_samples` (models), `mean` with its interval `low`, `high`, and `gain` with `gain_low`,
         `gain_high`: the model's less this shape's, model by model (NaN for the model itself).
@@ -124,8 +124,8 @@ def family_table(
         of the query's structural family, "other", and "same - other", their difference. Columns:
         `run`, `category`, `regime`, `templates`, `seed`, `family`, `num_samples` (models), `mean`
         with its 95% interval `low`, `high`, and `gain`, `gain_low`, `gain_high`: the deformed
-        template's less that of the same template as it is. Models whose family is not known are
-        left out; a group without models is NaN.
+        template's less that of the same template as it is. Shapes whose family is not known are
+        left out; a group without shapes is NaN.
     """
     require_columns(samples, [*_RUN, "id", "family", "template", measure, f"undeformed_{measure}"])
     rows = []
@@ -155,7 +155,7 @@ def _with_gain(part: pd.DataFrame, measure: str) -> NDArray[np.float64]:
 
 
 def _group(strata: list[NDArray[np.float64]], measure: str) -> dict[str, Any]:
-    """Return the numbers of a row of `family_table`, from groups of models, (n, 2) each."""
+    """Return the numbers of a row of `family_table`, from groups of shapes, (n, 2) each."""
     row: dict[str, Any] = {"num_samples": sum(len(group) for group in strata)}
     empty = any(len(group) == 0 for group in strata)
     means = [np.nan] * 2 if empty else np.mean([g.mean(0) for g in strata], axis=0).tolist()
@@ -168,7 +168,7 @@ def _group(strata: list[NDArray[np.float64]], measure: str) -> dict[str, Any]:
 
 
 def _intervals(strata: list[NDArray[np.float64]], seed: str) -> list[tuple[float, float]]:
-    """Return the 95% interval of each column's mean, the mean over strata (n, P) of models."""
+    """Return the 95% interval of each column's mean, the mean over strata (n, P) of shapes."""
     columns = strata[0].shape[1]
     if min(len(values) for values in strata) < FEWEST:
         return [(np.nan, np.nan)] * columns

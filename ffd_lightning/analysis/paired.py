@@ -17,7 +17,7 @@ LEVEL = 0.05
 """Differences are shown at 95%."""
 
 _CHUNK = 1 << 18  # picks of a resampling that are held at once: 8 MB, and they stay in the cache
-_EXACT = 13  # models up to which all signs are gone through
+_EXACT = 13  # shapes up to which all signs are gone through
 
 Array = NDArray[np.float64]
 
@@ -44,8 +44,8 @@ class Comparison:
         category: its name.
         held: values of the settings that both have.
         a, b: names of the groups.
-        differences: a - b of each test model, (n,), a category each.
-        resampled: means of those over resampled models, (RESAMPLES,).
+        differences: a - b of each test shape, (n,), a category each.
+        resampled: means of those over resampled shapes, (RESAMPLES,).
         of_runs: differences of the means of single runs, all pairs.
         seeds: runs in a and in b.
     """
@@ -61,12 +61,12 @@ class Comparison:
 
     @cached_property
     def difference(self) -> float:
-        """Mean over models, and over categories."""
+        """Mean over shapes, and over categories."""
         return float(np.mean([d.mean() for d in self.differences]))
 
     @property
     def num_samples(self) -> int:
-        """Test models, over all categories."""
+        """Test shapes, over all categories."""
         return sum(len(d) for d in self.differences)
 
     @property
@@ -89,7 +89,7 @@ class Comparison:
     def interval(self) -> tuple[float, float]:
         """Bias-corrected and accelerated interval (Efron 1987), categories as strata."""
         estimate = self.difference
-        # Of each model on the mean, but for a factor that cancels out.
+        # Of each shape on the mean, but for a factor that cancels out.
         influence = np.concatenate([(d - d.mean()) / len(d) for d in self.differences])
         spread = float((influence**2).sum())
         tiny = 1e-12 * max(float(np.abs(d).max()) for d in self.differences)

@@ -119,7 +119,7 @@ def template_count_curves(
     """Draw a measure against the number of templates T, error bars over seeds.
 
     Solid is the selected template deformed, dotted the same template as it is. One panel per
-    category, one colour per regime. A point is the mean over seeds of the mean over test models,
+    category, one colour per regime. A point is the mean over seeds of the mean over test shapes,
     its bar the standard deviation over seeds (none where there is one seed).
 
     Args:

@@ -147,7 +147,7 @@ def load_samples(runs: Iterable[RunFolder], protocol: str = "paper") -> pd.DataF
     """Read the samples of runs under a protocol into one table, a row per test image and run.
 
     Columns: `run`, `regime`, `templates`, `seed`, and those of `samples.csv`: `id`, `category` (the
-    model's), `family`, `view`, `template`, `weight` and every measure of every shape. Runs that
+    shape's), `family`, `view`, `template`, `weight` and every measure of every shape. Runs that
     were not evaluated under the protocol are left out.
 
     Raises:

@@ -28,7 +28,7 @@ def statement(
         where += f" ({group_label(held, c.held)})"
     shape = measure.removesuffix(judged.name).replace("_", " ")
     title = f"{shape}{measure_title(judged.name)}"
-    models = f"{c.num_samples} models"
+    models = f"{c.num_samples} shapes"
     if not any(d.any() for d in c.differences):
         return f"no difference between {c.a} and {c.b} on {where}: same {title} on all {models}"
     corrected = f", Holm over {count} comparisons" if count > 1 else ""

@@ -80,7 +80,7 @@ def _summary_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table:
 
 def _caption(protocol: ProtocolDescription, others: Sequence[tuple[str, str, str]]) -> str:
     told = "; ".join(
-        ["the selected template deformed, means over the test models"]
+        ["the selected template deformed, means over the test shapes"]
         + [f"{title}: {what}" for _, title, what in others]
         + [f"{m.name}: {m.definition}" for m in protocol.measures]
     ).replace("\n", " ")

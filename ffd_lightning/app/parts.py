@@ -359,7 +359,7 @@ class Pix3d:
     """Pix3D's photographs, cut out by their masks.
 
     Attributes:
-        root: with pix3d.json beside img, mask and model.
+        root: with pix3d.json beside img, mask and shape.
         up: the axis of the meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until they face -z.
         leave_out: kinds of photographs that are passed over.

@@ -26,7 +26,7 @@ from ffd_lightning.inference.files import (
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.parallel import available_cores, in_threads
-from ffd_lightning.progress import ModelProgress
+from ffd_lightning.progress import CountProgress
 
 FORMAT_VERSION = 1
 """Goes up when the same photograph and settings give other files."""
@@ -75,7 +75,7 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     done: dict[Path, Outcome] = {}
     show = config.progress_bar and len(jobs) > 1
     taken = f"another process writes to {out}: wait for it, or choose another out="
-    with lock_folder(out, taken), ModelProgress("reconstructing", len(jobs), 0, show) as bar:
+    with lock_folder(out, taken), CountProgress("reconstructing", len(jobs), 0, show) as bar:
         for job, outcome in in_threads(work, jobs, config.workers or available_cores()):
             done[job.folder] = outcome
             bar.advance()

@@ -126,7 +126,7 @@ class ListedSplit:
 
     Args:
         file: a text file of ids to test on, one a line (all others are trained on), or of lines
-            `<id> <subset>`; a CSV with columns `split` and `id`, `modelId` or `model_id`, of which
+            `<id> <subset>`; a CSV with columns `split` and `id`, `modelId` or `shape_id`, of which
             `synsetId` may choose the rows (ShapeNet's `all.csv`); a JSON object of lists by subset;
             or a folder of `train.lst`, `val.lst`, `test.lst` (or .txt, or .json lists), where
             `<synset>/` in it is taken first (occupancy networks'). A subset is train, val or test.
@@ -203,9 +203,9 @@ def make_split(
     return Split(train, val, test)
 
 
-def _position(model_id: str) -> float:
+def _position(shape_id: str) -> float:
     """Return a fixed number in [0, 1) for an id."""
-    return int(hashlib.sha256(model_id.encode()).hexdigest()[:13], 16) / 16**13
+    return int(hashlib.sha256(shape_id.encode()).hexdigest()[:13], 16) / 16**13
 
 
 def _last(name: str) -> str:

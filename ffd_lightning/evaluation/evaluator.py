@@ -28,12 +28,12 @@ from ffd_lightning.evaluation.samples import (
     predict,
     score_sample,
 )
-from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
+from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
 from ffd_lightning.files import lock_folder, write_atomic, write_csv
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
-from ffd_lightning.progress import ModelProgress
+from ffd_lightning.progress import CountProgress
 
 FORMAT_VERSION = 3
 """Goes up when the same weights and settings give other numbers or files."""
@@ -49,12 +49,12 @@ class Shapes(NamedTuple):
     rows: NDArray[np.int64]
 
     def samples(self, all_views: bool) -> list[Sample]:
-        """Return the models' images: the first of each, or all."""
+        """Return the shapes' images: the first of each, or all."""
         views = self.prepared.image_shape[0] if all_views else 1
         return [Sample(int(row), view) for row in self.rows for view in range(views)]
 
     def fingerprint(self) -> dict[str, str]:
-        """Return what changes when the set, or the models taken from it, are others."""
+        """Return what changes when the set, or the shapes taken from it, are others."""
         ids = "\n".join(self.prepared.ids[row] for row in self.rows)
         digest = hashlib.sha256(ids.encode()).hexdigest()
         return {"prepared": self.prepared.manifest["sha256"], "ids": digest}
@@ -67,8 +67,8 @@ class EvaluatedNetwork:
     Attributes:
         network: on the device to use.
         bank: its templates.
-        trained_on: the models of its training.
-        tested_on: the models to test on.
+        trained_on: the shapes of its training.
+        tested_on: the shapes to test on.
         step: of the training that its weights are from, for the record.
     """
 
@@ -85,7 +85,7 @@ class EvaluationOptions:
 
     Attributes:
         references: score also what a model must beat.
-        all_views: test every image of a model instead of the first.
+        all_views: test every image of a shape instead of the first.
         seed: decides the points that are drawn.
         workers: threads; the numbers do not depend on it.
         progress: show on stderr how far it is.
@@ -202,7 +202,7 @@ def _score(
     todo = [k for k, name in enumerate(names) if name not in journal.rows]
     done = len(samples) - len(todo)
     label = f"protocol {protocol.name}"
-    with ModelProgress(label, len(samples), done, options.progress) as bar:
+    with CountProgress(label, len(samples), done, options.progress) as bar:
         for _, result in in_threads(score, todo, options.workers):
             journal.add(result)
             bar.advance()
@@ -212,7 +212,7 @@ def _score(
 def with_labels(
     evaluated: EvaluatedNetwork, protocol: EvaluationProtocol, references: bool
 ) -> EvaluatedNetwork:
-    """Leave out models that a protocol can do nothing with: those without the labels it needs.
+    """Leave out shapes that a protocol can do nothing with: those without the labels it needs.
 
     Raises:
         DataError: nothing is left.
@@ -243,7 +243,7 @@ def _shapes(
     prediction: Predictions,
     options: EvaluationOptions,
 ) -> Callable[[int], dict[str, Shape]]:
-    """Return a function from a sample's number to the shapes that are put before its model."""
+    """Return a function from a sample's number to the shapes that are put before its shape."""
     bank, prepared = evaluated.bank, evaluated.tested_on.prepared
 
     def scored(k: int) -> dict[str, Shape]:
@@ -270,10 +270,10 @@ def _shapes(
             **scored(k),
             "best_undeformed": TemplateShape(bank, as_is),
             "best_deformed": TemplateShape(bank, deformed, offsets[deformed]),
-            "feature_retrieval": ModelShape(training, seen[alike[k]].row),
-            "retrieval": ModelShape(training, retrieval.nearest(prepared.cloud(row))),
-            "medoid": ModelShape(training, central),
-            "floor": ModelShape(prepared, row),
+            "feature_retrieval": PreparedShape(training, seen[alike[k]].row),
+            "retrieval": PreparedShape(training, retrieval.nearest(prepared.cloud(row))),
+            "medoid": PreparedShape(training, central),
+            "floor": PreparedShape(prepared, row),
         }
 
     return with_references

@@ -71,13 +71,13 @@ def reconstruction_figure(
     rows: Sequence[int],
     view: RenderSettings,
 ) -> NDArray[np.uint8]:
-    """Draw a row per model: input, selected template, deformed cloud, deformed mesh, truth.
+    """Draw a row per shape: input, selected template, deformed cloud, deformed mesh, truth.
 
     Args:
         network: put into evaluation mode here.
-        prepared: where the models are.
+        prepared: where the shapes are.
         bank: the network's templates.
-        rows: which models, by row of the prepared set.
+        rows: which shapes, by row of the prepared set.
         view: camera and size; the input's own first view.
 
     Returns:

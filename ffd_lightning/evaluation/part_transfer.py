@@ -27,7 +27,7 @@ NO_PART = ""
 """What a point is said to be where there is no label to take."""
 
 _WAY_OUT = (
-    "train on data with labels (the embedded data has them, ShapeNet's models get them with "
+    "train on data with labels (the embedded data has them, ShapeNet's shapes get them with "
     "data.parts_root=DIR), or choose another protocol="
 )
 
@@ -68,7 +68,7 @@ def part_scores(truth: Names, found: Names, category: Sequence[str]) -> dict[str
     Args:
         truth: names of the points' parts, (P,), P > 0.
         found: names of what was found, (P,); `NO_PART` is always wrong.
-        category: names of all parts that models of this category can have.
+        category: names of all parts that shapes of this category can have.
 
     Returns:
         `part_iou`, the mean over the parts that occur in the truth or in what was found;
@@ -98,7 +98,7 @@ def part_scores(truth: Names, found: Names, category: Sequence[str]) -> dict[str
 
 
 def labelled_rows(prepared: PreparedSet, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return those rows of a prepared set whose models have part labels."""
+    """Return those rows of a prepared set whose shapes have part labels."""
     labelled = [_has_labels(prepared.point_parts(int(row))) for row in rows]
     return rows[np.array(labelled, bool)]
 
@@ -110,7 +110,7 @@ def check_labels(
 
     Args:
         bank: the templates.
-        tested: what is tested on, and how many of those models have labels.
+        tested: what is tested on, and how many of those shapes have labels.
         trained: the same of what is retrieved from; None where nothing is.
 
     Raises:
@@ -118,7 +118,7 @@ def check_labels(
     """
     if not tested[1]:
         raise DataError(
-            f"protocol parts: no test model of {tested[0].path} has part labels: {_WAY_OUT}"
+            f"protocol parts: no test shape of {tested[0].path} has part labels: {_WAY_OUT}"
         )
     parts = bank.point_parts
     without = [i for t, i in enumerate(bank.ids) if parts is None or not _has_labels(parts[t])]
@@ -126,7 +126,7 @@ def check_labels(
         raise DataError(f"protocol parts: none of the templates has part labels: {_WAY_OUT}")
     if trained is not None and not trained[1]:
         raise DataError(
-            f"protocol parts: no training model of {trained[0].path} has part labels, so there are "
+            f"protocol parts: no training shape of {trained[0].path} has part labels, so there are "
             f"none to retrieve: add evaluation.references=false, {_WAY_OUT}"
         )
     if without:

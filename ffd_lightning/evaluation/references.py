@@ -31,12 +31,12 @@ _MEDOID_MODELS = 512
 
 
 class ShapeRetrieval:
-    """Finds the nearest of some models in Chamfer distance, for a shape that is known.
+    """Finds the nearest of some shapes in Chamfer distance, for a shape that is known.
 
     All are ranked by 256 points of their clouds, the first 16 again by 1,024.
 
     Args:
-        prepared: the models to choose from.
+        prepared: the shapes to choose from.
         among: rows of those.
     """
 
@@ -45,7 +45,7 @@ class ShapeRetrieval:
         self._coarse = _clouds(prepared, among, _COARSE)
 
     def nearest(self, cloud: NDArray[np.float32]) -> int:
-        """Return the row of the nearest model.
+        """Return the row of the nearest shape.
 
         Args:
             cloud: independent samples of the shape, (1024 or more, 3).
@@ -76,7 +76,7 @@ def nearest_by_feature(features: Tensor, others: Tensor) -> NDArray[np.int64]:
 def medoid(prepared: PreparedSet, among: Sequence[int]) -> int:
     """Return the row of the model with the least mean Chamfer distance to the others.
 
-    Of a larger set, 512 models evenly spread are looked at, with 256 points each.
+    Of a larger set, 512 shapes evenly spread are looked at, with 256 points each.
     """
     places = np.linspace(0, len(among) - 1, min(len(among), _MEDOID_MODELS)).astype(int)
     rows = [among[k] for k in places]

@@ -19,13 +19,13 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
-from ffd_lightning.evaluation.shapes import ModelShape, Shape, TemplateShape
+from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
 from ffd_lightning.files import write_atomic
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.nn.network import TemplateFfdNetwork, standardize
 from ffd_lightning.parallel import in_threads
-from ffd_lightning.progress import ModelProgress
+from ffd_lightning.progress import CountProgress
 
 Row = dict[str, Any]
 _POINTS = 1024  # of each cloud, for choosing the best template knowing the truth
@@ -97,7 +97,7 @@ def predict(
 
     done: dict[int, tuple[Tensor, Tensor, Tensor]] = {}
     starts = range(0, len(samples), size)
-    with ModelProgress("looking at images", len(starts), 0, show) as bar:
+    with CountProgress("looking at images", len(starts), 0, show) as bar:
         for start, outputs in in_threads(run, starts, threads):
             done[start] = outputs
             bar.advance()
@@ -114,11 +114,11 @@ def predict(
 def best_templates(
     prepared: PreparedSet, row: int, bank: TemplateBank, offsets: NDArray[np.float32]
 ) -> tuple[int, int]:
-    """Return the templates nearest to a model in Chamfer distance: as they are, and deformed.
+    """Return the templates nearest to a shape in Chamfer distance: as they are, and deformed.
 
     Args:
-        prepared: the models.
-        row: the model.
+        prepared: the shapes.
+        row: the shape.
         bank: T templates.
         offsets: of the model's image, (T, M, 3).
     """
@@ -138,7 +138,7 @@ def score_sample(
     shapes: Mapping[str, Shape],
     seed: int,
 ) -> Row:
-    """Score all shapes put before one model.
+    """Score all shapes put before one shape.
 
     Which points are drawn follows from the model's id and the seed alone, and is the same for every
     shape. A shape that stands under several names is scored once.
@@ -147,7 +147,7 @@ def score_sample(
         Each measure of each shape, under `<name>_<measure>`, or `<measure>` for the name "".
     """
     key = int.from_bytes(hashlib.sha256(prepared.ids[row].encode()).digest()[:8], "big")
-    truth = protocol.truth(ModelShape(prepared, row), np.random.default_rng([seed, key, 0]))
+    truth = protocol.truth(PreparedShape(prepared, row), np.random.default_rng([seed, key, 0]))
     known: dict[object, dict[str, float]] = {}
     result: Row = {}
     for name, shape in shapes.items():
@@ -161,7 +161,7 @@ def score_sample(
 def _identity(shape: Shape) -> object:
     if isinstance(shape, TemplateShape):
         return shape.index, shape.offsets is None
-    if isinstance(shape, ModelShape):
+    if isinstance(shape, PreparedShape):
         return shape.row
     return id(shape)
 

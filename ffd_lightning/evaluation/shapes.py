@@ -1,4 +1,4 @@
-"""What can be put before the ground truth: templates, deformed or not, and prepared models."""
+"""What can be put before the ground truth: templates, deformed or not, and prepared shapes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TRUTH_POINTS = 1024
 
 
 class Shape(Protocol):
-    """One shape in the frame of prepared models (bounding-box diagonal 1 before deformation)."""
+    """One shape in the frame of prepared shapes (bounding-box diagonal 1 before deformation)."""
 
     def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
         """Draw from the shape's own surface samples, with replacement: (count, 3)."""
@@ -43,8 +43,8 @@ class Shape(Protocol):
 
 
 @dataclass(frozen=True)
-class ModelShape:
-    """A prepared model."""
+class PreparedShape:
+    """A prepared shape."""
 
     prepared: PreparedSet
     row: int
@@ -89,7 +89,7 @@ class ModelShape:
 
     @property
     def category_parts(self) -> tuple[str, ...]:
-        """Names of the parts that models of its category have."""
+        """Names of the parts that shapes of its category have."""
         return self.prepared.part_names_of(self.row)
 
 

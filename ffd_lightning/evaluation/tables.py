@@ -20,8 +20,8 @@ def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[st
     caption = "; ".join(f"{m.name}: {m.definition}" for m in protocol.measures)
     caption += f". {protocol.note}" + "".join(f". All x {factor:g}" for factor in factors)
     table = Table(
-        title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} test models",
-        caption=f"Means over the test models. {caption}.",
+        title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} test shapes",
+        caption=f"Means over the test shapes. {caption}.",
         caption_justify="left",
     )
     table.add_column("shape")

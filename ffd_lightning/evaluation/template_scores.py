@@ -1,7 +1,7 @@
 """Scores of every template for every query, and what they come to.
 
 This is how training judges itself on its way: squared Chamfer distance, mean over points, both
-directions added, in units in which every model's bounding box has diagonal 1. Results are measured
+directions added, in units in which every shape's bounding box has diagonal 1. Results are measured
 by `evaluation.evaluator`, under a protocol.
 """
 

@@ -41,7 +41,7 @@ def self_intersecting_faces(
 
     Two faces do where their interiors meet: along a line, or over an area where they lie in one
     plane. Touching is no intersection (an edge or a corner on another face, faces back to back
-    at an edge): models are assembled of parts that touch.
+    at an edge): shapes are assembled of parts that touch.
 
     Convention:
         A line counts where it is longer than the tolerance and each face reaches further than that

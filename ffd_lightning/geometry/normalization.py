@@ -1,4 +1,4 @@
-"""The frame all models share: ShapeNet's, centred and scaled by the bounding box."""
+"""The frame all shapes share: ShapeNet's, centred and scaled by the bounding box."""
 
 from __future__ import annotations
 

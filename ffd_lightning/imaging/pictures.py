@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageCms, ImageOps
 
-from ffd_lightning.errors import RejectedModelError, is_bug
+from ffd_lightning.errors import RejectedShapeError, is_bug
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
 """Of Pillow's, those that data sets' pictures are read in."""
@@ -24,7 +24,7 @@ OBJECT_FILL = 0.82
 """How large objects are in rendered training images: the larger side of their box in pixels / the
 image's height, which the renderer fits their bounding sphere into.
 
-Measured as the median of 60 procedural models, ten each of chair, table, sofa, cabinet, lamp and
+Measured as the median of 60 procedural shapes, ten each of chair, table, sofa, cabinet, lamp and
 bench, by the default `RenderSettings` where coverage is above a half: 0.823. Half of them lie in
 [0.74, 0.86]; the categories' medians are 0.82 or 0.83, but for the lamps' 0.71. The larger of the
 box's height / the image's and its width / the image's says less: 0.64 for sofas, 0.83 for chairs.
@@ -146,21 +146,21 @@ def cut_out(root: Path, img: str, mask: str, box: Sequence[float]) -> Image.Imag
         RGBA, the mask as alpha, of the size of the object.
 
     Raises:
-        RejectedModelError: a file is missing, damaged or larger than `MAX_PIXELS`, the sizes
+        RejectedShapeError: a file is missing, damaged or larger than `MAX_PIXELS`, the sizes
             differ, or the mask shows nothing in the box.
     """
     drawn = _read(root, mask)
     photo = _read(root, img, drawn.size)
     if photo.size != drawn.size:
         (a, b), (c, d) = drawn.size, photo.size
-        raise RejectedModelError(f"its mask has {a} x {b} pixels, its photograph {c} x {d}")
+        raise RejectedShapeError(f"its mask has {a} x {b} pixels, its photograph {c} x {d}")
     shown = np.asarray(drawn)
     left, top = (max(0, int(edge - 1)) for edge in box[:2])
     right, bottom = (max(0, int(edge + 1)) for edge in box[2:])
     inside = shown[top:bottom, left:right] > int(shown.max()) / 2
     rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
     if len(rows) == 0:
-        raise RejectedModelError("its mask is empty")
+        raise RejectedShapeError("its mask is empty")
     inside = inside[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
     x, y = left + int(columns[0]), top + int(rows[0])
     result = photo.crop((x, y, x + inside.shape[1], y + inside.shape[0]))
@@ -184,14 +184,14 @@ def _read(root: Path, name: str, size: tuple[int, int] | None = None) -> Image.I
         mode = "RGBA" if picture.has_transparency_data else "RGB"
         return picture if picture.mode == mode else picture.convert(mode)
     except FileNotFoundError:
-        raise RejectedModelError(f"it has no {name}") from None
+        raise RejectedShapeError(f"it has no {name}") from None
     except Image.DecompressionBombError as error:
-        raise RejectedModelError(f"{name} is too large: {error}") from None
+        raise RejectedShapeError(f"{name} is too large: {error}") from None
     except Exception as error:  # Pillow meets anything in a damaged file
         if is_bug(error):
             raise
         reason = f"{type(error).__name__}: {error}"
-        raise RejectedModelError(f"{name} cannot be read ({reason})") from error
+        raise RejectedShapeError(f"{name} cannot be read ({reason})") from error
 
 
 def over_white(rgba: Image.Image) -> Image.Image:

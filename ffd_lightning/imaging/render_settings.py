@@ -1,4 +1,4 @@
-"""How models are rendered."""
+"""How shapes are rendered."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 @dataclass
 class RenderSettings:
-    """Size and cameras of the images that are rendered of every model.
+    """Size and cameras of the images that are rendered of every shape.
 
     Convention:
         Angles are in degrees. An object faces -z with y up: azimuth 0 shows its front, 90 is seen
@@ -16,7 +16,7 @@ class RenderSettings:
     Attributes:
         height, width: in pixels.
         elevation: of the camera above the horizon.
-        azimuths: one image of every model for each.
+        azimuths: one image of every shape for each.
         samples: rays along each side of a pixel.
     """
 

@@ -22,7 +22,7 @@ Floats = NDArray[np.float32]
 FIELD_OF_VIEW = 40.0
 """Vertical, in degrees."""
 RADIUS = 0.5
-"""Of the sphere that a model of bounding-box diagonal 1 lies in; it fills the field of view."""
+"""Of the sphere that a shape of bounding-box diagonal 1 lies in; it fills the field of view."""
 
 _LAYERS = 6
 _LAYER_GAP = 1e-4  # further along the ray, so that doubled faces count once
@@ -87,7 +87,7 @@ def render(
     Convention:
         y is up and the object faces -z. Azimuth 0 looks at the front from -z, azimuth 90 at the
         object's own right from +x. The camera looks at the origin from where a sphere of radius 0.5
-        just fills the vertical field of view, so that all models are shown at the same scale.
+        just fills the vertical field of view, so that all shapes are shown at the same scale.
 
     Faces are lit from both sides by ambient light and fixed lights above, left and right, without
     shadows. See-through faces are blended front to back, six deep.

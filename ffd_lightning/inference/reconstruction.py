@@ -41,7 +41,7 @@ class Reconstruction:
 
     @property
     def template_id(self) -> str:
-        """The template's model id."""
+        """The template's shape id."""
         return self.bank.ids[self.index]
 
     @property

@@ -84,7 +84,7 @@ SCALINGS = {
         {"Chamfer-L1": ("chamfer_l1", 1), "Normal Consistency": ("normal_consistency", 1)},
         "autonomousvision/occupancy_networks im2mesh/eval.py and issue 61: a tenth of the longest "
         "side is the unit, so values at side 1 are printed times 10",
-        "Its targets are watertight remeshings, without interiors; ours are the models' surfaces.",
+        "Its targets are watertight remeshings, without interiors; ours are the shapes' surfaces.",
     ),
 }
 """Scales of other papers. Their splits, images and meshes differ too: comparable, not equal."""

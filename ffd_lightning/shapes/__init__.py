@@ -1,4 +1,4 @@
-"""The embedded dataset: models computed from (category, index, seed) alone.
+"""The embedded dataset: shapes computed from (category, index, seed) alone.
 
 A package per category has `PARTS`, the names of its parts, and `FAMILIES`, its structural families
 by name: functions from a random generator to a `Builder`. `kit` holds what several categories are
@@ -39,7 +39,7 @@ def families(category: str) -> tuple[str, ...]:
 
 
 def build(category: str, index: int, seed: int = 0) -> tuple[Mesh, str]:
-    """Build one model; return its mesh, parts in the category's order, and its family.
+    """Build one shape; return its mesh, parts in the category's order, and its family.
 
     It depends on nothing but the arguments. The unit of length is the category's own.
 
@@ -67,5 +67,5 @@ def _package(category: str) -> ModuleType:
     import importlib
 
     if category not in _CATEGORIES:
-        raise DataError(f"no procedural models of {category!r}, only of: {', '.join(_CATEGORIES)}")
+        raise DataError(f"no procedural shapes of {category!r}, only of: {', '.join(_CATEGORIES)}")
     return importlib.import_module(f"ffd_lightning.shapes.{category}")

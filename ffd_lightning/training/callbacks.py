@@ -281,7 +281,7 @@ def example_rows(data: FfdDataModule, count: int) -> list[int]:
 def deformed_clouds(
     network: TemplateFfdNetwork, prepared: PreparedSet, bank: TemplateBank, rows: Sequence[int]
 ) -> list[Tensor]:
-    """Return the first points of each model's selected template, deformed: (n, 3) on the CPU."""
+    """Return the first points of each shape's selected template, deformed: (n, 3) on the CPU."""
     images = np.stack([prepared.image(r)[..., :3] for r in rows])
     device = next(network.parameters()).device
     prediction = network(torch.from_numpy(images).permute(0, 3, 1, 2).to(device))

@@ -324,13 +324,13 @@ def test_single_seeds_can_be_compared():
         (joined(run_samples([1.0, 2]), run_samples([1.0, 2], "w")), "folded", "no measure"),
         (joined(run_samples([1.0, 2]), run_samples([1.0, 2], "w")), "emd", "no column emd"),
         (joined(run_samples([1.0, 2]), run_samples([1.0, np.nan], "w")), "chamfer", "w/t16/seed0 "),
-        (joined(run_samples([1.0]), run_samples([1.0], "w")), "chamfer", "share 1 test models"),
+        (joined(run_samples([1.0]), run_samples([1.0], "w")), "chamfer", "share 1 test shapes"),
         (joined(run_samples([1.0, 2]), run_samples([1.0, 2])), "chamfer", "are there twice"),
         (run_samples([1.0, 2]), "chamfer", "same regime"),
         (
             joined(run_samples([1.0, 2]), run_samples([1.0, 2], "w").assign(id=["x", "y"])),
             "chamfer",
-            "share 0 test models of table",
+            "share 0 test shapes of table",
         ),
     ],
 )
@@ -367,7 +367,7 @@ def test_the_better_one_wins_whichever_way_is_better():
     assert "b beats w on table (T=16): IoU higher by 55.0 [" in sentence(higher, lower, "iou")
     text = sentence(lower, higher, "undeformed_chamfer")
     assert "undeformed Chamfer lower by 55.0 [" in text
-    assert "] x 1000 (30 models, p < 0.001; one training each" in text
+    assert "] x 1000 (30 shapes, p < 0.001; one training each" in text
 
 
 def test_no_difference_is_no_win():
@@ -376,7 +376,7 @@ def test_no_difference_is_no_win():
     samples = joined(run_samples(x), run_samples(x, "w"))
     row = compare_runs(samples, PAPER, "chamfer").iloc[0]
     assert (row["difference"], row["low"], row["high"], row["p"]) == (0, 0, 0, 1)
-    assert row["statement"].endswith("same Chamfer on all 30 models")
+    assert row["statement"].endswith("same Chamfer on all 30 shapes")
 
 
 def test_mean_and_ranks_must_agree():

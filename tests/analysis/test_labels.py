@@ -97,7 +97,7 @@ def test_parts_count_where_they_are():
     assert "part_iou_drawer" not in table.index.get_level_values(0)
     shelf = table.loc[("part_iou_shelf", "undeformed")]
     assert (shelf["num_samples"], shelf["gain"]) == (3, pytest.approx(0.3))
-    assert np.isnan(shelf["low"]), "3 models say nothing of others"
+    assert np.isnan(shelf["low"]), "3 shapes say nothing of others"
     assert np.isnan(shelf["gain_high"])
     assert table.loc[("part_iou_top", "undeformed"), "gain_low"] == pytest.approx(0.3)
 

@@ -438,7 +438,7 @@ def test_a_picture_goes_into_the_run_s_folder(run, capsys):
         (["{run}", "figure=overvew"], "figure= is given twice"),
         (["{run}", "data_root={run}"], "the prepared data of .* is not there.*data_root=DIR"),
         (["{run}", "protocol=modern"], r"ffd evaluate run=.* protocol=modern"),
-        (["{run}", "models=[table-00001]"], "there is no model 'table-00001'.*table-0000"),
+        (["{run}", "models=[table-00001]"], "there is no shape 'table-00001'.*table-0000"),
         (["{run}", "number=0"], "number=0"),
         (["{run}", "pick=good"], "pick=good: choose one of spread, best"),
         (["{run}", "size=9"], "size=9"),

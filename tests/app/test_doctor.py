@@ -48,8 +48,8 @@ def test_what_is_said_of_shapenet(examine, tmp_path):
     assert chair[1:7] == ["v1,", "folders", str(4 + len(BAD)), "2", "1", "of"]
     table = next(line.split() for line in lines if line.strip().startswith("table "))
     assert table[1:8] == ["v1,", "zip", "archive", "4", "0", "0", "of"]
-    assert "chair: 1 models: it has no model.obj (absent)" in lines
-    assert "chair: 1 models: its model.obj is empty (empty)" in lines
+    assert "chair: 1 shapes: it has no model.obj (absent)" in lines
+    assert "chair: 1 shapes: its model.obj is empty (empty)" in lines
     absent = next(line for line in lines if "templates are absent" in line)
     assert absent.startswith("chair: 29 of the paper's templates are absent, `diverse` ones")
     assert sorted(absent.partition("places: ")[2].split(", ")) == sorted(
@@ -75,7 +75,7 @@ def test_one_category_and_a_set_that_is_prepared(examine, tmp_path):
     assert "v2, zip archive" in "\n".join(lines)
     done = run_command("prepare", *SMALL, f"paths.data={tmp_path}/data", *overrides)
     assert done.returncode == 0, done.stderr
-    assert "prepared 4 models" in done.stderr
+    assert "prepared 4 shapes" in done.stderr
     code, lines = examine(*overrides)
     assert any("is prepared" in line for line in lines)
     assert any(line.startswith(f"chair: {tmp_path}/data/prepared/chair-") for line in lines)
@@ -92,8 +92,8 @@ def test_renderings_and_parts_are_counted(examine, tmp_path):
     _, lines = examine(
         "data=shapenet", f"data.root={root}", "data.images=r2n2", f"data.parts_root={tmp_path}"
     )
-    assert "chair: 3 models: it has no rendering (nomtl, textured, windows)" in lines
-    assert "chair: parts of 1 models are annotated" in lines
+    assert "chair: 3 shapes: it has no rendering (nomtl, textured, windows)" in lines
+    assert "chair: parts of 1 shapes are annotated" in lines
 
 
 def test_models_that_are_computed(examine):

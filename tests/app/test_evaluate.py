@@ -40,7 +40,7 @@ from ffd_lightning.evaluation.references import (
     nearest_by_feature,
 )
 from ffd_lightning.evaluation.samples import Journal, Sample, best_templates, predict
-from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
+from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.files import lock_folder
 from ffd_lightning.metrics.scalings import SCALINGS
 from ffd_lightning.run_folder import RunFolder
@@ -117,7 +117,9 @@ def test_the_numbers_are_the_papers(copy, trained, network):
     place = data.prepared.index(row["id"])
     mesh = data.prepared.mesh(place)
     used = mesh.vertices[np.unique(mesh.faces)]
-    center = PaperProtocol().truth(ModelShape(data.prepared, place), np.random.default_rng()).frame
+    center = (
+        PaperProtocol().truth(PreparedShape(data.prepared, place), np.random.default_rng()).frame
+    )
     radius = np.linalg.norm(used - center.center, axis=1).max()
     key = int.from_bytes(hashlib.sha256(row["id"].encode()).digest()[:8], "big")
     kept, drawn = (
@@ -246,7 +248,7 @@ def protocol(request, monkeypatch):
 
 def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):
     data = trained[2]
-    reference = protocol.truth(ModelShape(data.prepared, 3), np.random.default_rng(0))
+    reference = protocol.truth(PreparedShape(data.prepared, 3), np.random.default_rng(0))
     other = protocol.score(TemplateShape(data.bank, 0), reference, np.random.default_rng(1))
     for make in HOPELESS:
         shape = hopeless(data.bank, make)
@@ -366,12 +368,12 @@ def test_surfaces_are_measured_on_the_longest_side_of_the_truth(trained):
     data = trained[2]
     mesh = data.prepared.mesh(3)
 
-    class Moved(ModelShape):
+    class Moved(PreparedShape):
         def mesh(self):
             side = np.ptp(mesh.vertices, axis=0).max()
             return mesh.vertices + (0, 0.011 * side, 0), mesh.faces
 
-    shape, protocol = ModelShape(data.prepared, 3), ModernProtocol(points=4000)
+    shape, protocol = PreparedShape(data.prepared, 3), ModernProtocol(points=4000)
     truth = protocol.truth(shape, np.random.default_rng(0))
     scores = protocol.score(Moved(data.prepared, 3), truth, np.random.default_rng(0))
     assert 0.003 < scores["chamfer_l1"] < 0.012, "less than the shift where a face lies along it"
@@ -381,13 +383,13 @@ def test_surfaces_are_measured_on_the_longest_side_of_the_truth(trained):
 @pytest.mark.parametrize("name", SCALINGS)
 def test_scales_of_other_papers(trained, name):
     data = trained[2]
-    protocol, shape = ScaledProtocol(name), ModelShape(data.prepared, 3)
+    protocol, shape = ScaledProtocol(name), PreparedShape(data.prepared, 3)
     monkey = replace(SCALINGS[name], num_points=500)
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(SCALINGS, name, monkey)
         truth = protocol.truth(shape, np.random.default_rng(0))
         same = protocol.score(shape, truth, np.random.default_rng(0))
-        other = protocol.score(ModelShape(data.prepared, 8), truth, np.random.default_rng(0))
+        other = protocol.score(PreparedShape(data.prepared, 8), truth, np.random.default_rng(0))
     for measure in protocol.measures:
         better = same[measure.name] > other[measure.name]
         assert better == measure.higher_is_better, measure.name

@@ -279,7 +279,7 @@ def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path
 def test_labels_that_are_missing_are_told_before_the_training(tiny_config, tmp_path, monkeypatch):
     monkeypatch.setattr(FfdDataModule, "setup", without_labels(FfdDataModule.setup))
     run = RunFolder(tmp_path / "run")
-    with pytest.raises(DataError, match=r"no test model of .* has part labels"):
+    with pytest.raises(DataError, match=r"no test shape of .* has part labels"):
         train(tiny_config("protocol=parts"), run)
     assert not run.checkpoint.exists()
     assert run.status["state"] == "failed"

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.data.sources.base import SourceShape, Survey
+from ffd_lightning.errors import RejectedShapeError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
@@ -35,20 +35,20 @@ class BoxSource:
     def split(self, category):
         return {}
 
-    def model_ids(self, category):
+    def shape_ids(self, category):
         return [f"b{i:02d}" for i in range(self.count)]
 
     def fingerprint(self, category):
         return {"version": self.version}
 
-    def load(self, category, model_id):
+    def load(self, category, shape_id):
         with self.log.open("a") as file:
-            file.write(f"{model_id} {os.getpid()}\n")
-        while self.gate is not None and model_id > "b03" and not self.gate.exists():
+            file.write(f"{shape_id} {os.getpid()}\n")
+        while self.gate is not None and shape_id > "b03" and not self.gate.exists():
             time.sleep(0.02)
-        fault = self.faults.get(model_id)
+        fault = self.faults.get(shape_id)
         if fault == "reject":
-            raise RejectedModelError("it is\nno box")
+            raise RejectedShapeError("it is\nno box")
         if fault == "raise":
             raise ZeroDivisionError("bad box")
         if fault == "oserror":
@@ -60,7 +60,7 @@ class BoxSource:
             time.sleep(60)
         if fault == "exit":
             os._exit(3)
-        return SourceModel(box_mesh(int(model_id[1:])), ("plain", "wooden")[int(model_id[1:]) % 2])
+        return SourceShape(box_mesh(int(shape_id[1:])), ("plain", "wooden")[int(shape_id[1:]) % 2])
 
 
 def box_mesh(number):

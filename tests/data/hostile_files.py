@@ -14,7 +14,7 @@ import time
 import numpy as np
 from whole_files import WHOLE, Case, glb, gltf, png, read, scene
 
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedShapeError
 
 _HEAD = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nmtllib m.mtl\nusemtl m\n"
 _FACE = "f 1/1 2/2 3/3\n"
@@ -161,7 +161,7 @@ def main():
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         try:
             outcome = len(read(case).faces)
-        except RejectedModelError as error:
+        except RejectedShapeError as error:
             outcome = str(error)
         grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - peak
         report[name] = outcome, time.process_time() - start, grown / 1024

@@ -1,4 +1,4 @@
-"""Miniature part annotations of procedural models, in the three published layouts."""
+"""Miniature part annotations of procedural shapes, in the three published layouts."""
 
 import functools
 import json
@@ -43,32 +43,32 @@ def text(table):
     return "".join(" ".join(f"{x:.6g}" for x in np.atleast_1d(row)) + "\n" for row in table)
 
 
-def release(synset, model_id, points, labels, names, expert=None):
+def release(synset, shape_id, points, labels, names, expert=None):
     """Return {path: text} in the layout of 2016; `expert` are numbers from 1 on, 0 for none."""
-    files = {f"{synset}/points/{model_id}.pts": text(points)}
+    files = {f"{synset}/points/{shape_id}.pts": text(points)}
     for k, name in enumerate(names):
         if (labels == k).any():
-            files[f"{synset}/points_label/{name}/{model_id}.seg"] = text(labels == k)
+            files[f"{synset}/points_label/{name}/{shape_id}.seg"] = text(labels == k)
     if expert is not None:
-        files[f"{synset}/expert_verified/points_label/{model_id}.seg"] = text(expert)
+        files[f"{synset}/expert_verified/points_label/{shape_id}.seg"] = text(expert)
     return files
 
 
-def benchmark(synset, model_id, points, labels):
+def benchmark(synset, shape_id, points, labels):
     return {
-        f"{synset}/points/{model_id}.pts": text(points),
-        f"{synset}/points_label/{model_id}.seg": text(labels + 1),
+        f"{synset}/points/{shape_id}.pts": text(points),
+        f"{synset}/points_label/{shape_id}.seg": text(labels + 1),
     }
 
 
-def with_normals(synset, model_id, points, labels, first):
+def with_normals(synset, shape_id, points, labels, first):
     rows = np.column_stack([points, np.zeros_like(points), labels + first])
     lines = (" ".join(f"{x:.6f}" for x in row) + "\n" for row in rows)
-    return {f"{synset}/{model_id}.txt": "".join(lines)}
+    return {f"{synset}/{shape_id}.txt": "".join(lines)}
 
 
 def tree(layout, category, indices, turns=0):
-    """Return {path: text} of models `m0`, `m1`..., the even ones expert-verified."""
+    """Return {path: text} of shapes `m0`, `m1`..., the even ones expert-verified."""
     files = {}
     for k in indices:
         _, points, labels = annotate(category, k, turns)

@@ -1,4 +1,4 @@
-"""Miniature ShapeNetCore trees, good models and bad ones, in every published layout."""
+"""Miniature ShapeNetCore trees, good shapes and bad ones, in every published layout."""
 
 import io
 import zipfile
@@ -39,7 +39,7 @@ def png(color=(200, 30, 30)):
 
 
 def good_models(layout, synset=CHAIR):
-    """Return {path: content} of four models that must come through."""
+    """Return {path: content} of four shapes that must come through."""
     files = {}
     for k, (name, texture, side) in enumerate(
         [
@@ -68,7 +68,7 @@ BAD = {
 
 
 def bad_models(layout, synset=CHAIR):
-    """Return {path: content} of models that must be rejected for the reasons in `BAD`."""
+    """Return {path: content} of shapes that must be rejected for the reasons in `BAD`."""
     files = {}
     for name, (content, _) in BAD.items():
         stem = LAYOUTS[layout].format(synset=synset, model=name)

@@ -1,4 +1,4 @@
-"""Miniature trees of models."""
+"""Miniature trees of shapes."""
 
 import json
 import os
@@ -13,7 +13,7 @@ from ffd_lightning.data.reading.frame import into_frame, mean_azimuth, turn
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.folder import FolderSource
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -22,7 +22,7 @@ GLTF = '{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 36, "uri": "%s"
 
 
 class Tree:
-    """Writes files below a root and loads models from it."""
+    """Writes files below a root and loads shapes from it."""
 
     def __init__(self, root: Path) -> None:
         self.root = root
@@ -65,7 +65,7 @@ def test_models_are_folders_and_files_at_any_depth(tree: Tree) -> None:
     tree.write("chair/__MACOSX/._flat.obj", obj)
     tree.write("chair/readme.txt", "")
     ids = ["UPPER", "flat", "in folder", "nested", "stühle 椅子"]
-    assert tree.source.model_ids("chair") == ids
+    assert tree.source.shape_ids("chair") == ids
     source = pickle.loads(pickle.dumps(tree.source))
     for model in ids:
         loaded = source.load("chair", model)
@@ -76,25 +76,25 @@ def test_models_are_folders_and_files_at_any_depth(tree: Tree) -> None:
 
 def test_category_may_be_named_by_its_synset(tree: Tree) -> None:
     tree.write("03001627/m.obj", TRIANGLE + "f 1 2 3\n")
-    assert tree.source.model_ids("chair") == ["m"]
+    assert tree.source.shape_ids("chair") == ["m"]
     assert len(tree.load().faces) == 1
 
 
 def test_what_is_missing_is_named_with_what_there_is(tree: Tree) -> None:
     with pytest.raises(DataError, match="models does not exist"):
-        tree.source.model_ids("chair")
+        tree.source.shape_ids("chair")
     tree.write("04379243/m.obj", "")
     tree.write("vase/m.obj", "")
-    for ask in (tree.source.model_ids, tree.source.fingerprint):
+    for ask in (tree.source.shape_ids, tree.source.fingerprint):
         with pytest.raises(DataError, match=r"'chair' or '03001627'.*table \(04379243\), vase"):
             ask("chair")
     for outside in ("..", "../models/vase", "", "."):
         with pytest.raises(DataError, match="has no folder"):
-            tree.source.model_ids(outside)
+            tree.source.shape_ids(outside)
     tree.write("lamp/readme.txt", "")
-    with pytest.raises(DataError, match=r"lamp holds no models.*glb, gltf, obj"):
-        tree.source.model_ids("lamp")
-    with pytest.raises(RejectedModelError, match="no model 'nobody'"):
+    with pytest.raises(DataError, match=r"lamp holds no shapes.*glb, gltf, obj"):
+        tree.source.shape_ids("lamp")
+    with pytest.raises(RejectedShapeError, match="no shape 'nobody'"):
         tree.source.load("vase", "nobody")
 
 
@@ -112,7 +112,7 @@ def test_what_is_missing_is_named_with_what_there_is(tree: Tree) -> None:
 def test_of_several_files_the_documented_one_is_taken(tree: Tree, names, chosen) -> None:
     for name in names:
         tree.write(f"chair/m/{name}", b"")
-    with pytest.raises(RejectedModelError, match=f"^{Path(chosen).name} is empty$"):
+    with pytest.raises(RejectedShapeError, match=f"^{Path(chosen).name} is empty$"):
         tree.load()
 
 
@@ -164,15 +164,15 @@ def test_nothing_outside_the_model_is_read(tree: Tree, name: str) -> None:
     np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 255]])
     tree.write("secret.bin", bytes(36))
     tree.write("chair/g.gltf", GLTF % name.replace("png", "bin"))
-    with pytest.raises(RejectedModelError, match="FileNotFoundError"):
+    with pytest.raises(RejectedShapeError, match="FileNotFoundError"):
         tree.load("g")
 
 
 def test_a_file_that_vanished_is_rejected(tree: Tree) -> None:
     path = tree.write("chair/m.obj", TRIANGLE + "f 1 2 3\n")
-    assert tree.source.model_ids("chair") == ["m"]
+    assert tree.source.shape_ids("chair") == ["m"]
     path.unlink()
-    with pytest.raises(RejectedModelError, match=r"^m\.obj cannot be read"):
+    with pytest.raises(RejectedShapeError, match=r"^m\.obj cannot be read"):
         tree.source.load("chair", "m")
 
 
@@ -184,7 +184,7 @@ def test_categories_are_named_by_the_project(tree: Tree) -> None:
         tree.write(f"{name}/m.obj", TRIANGLE + "f 1 2 3\n")
     tree.write("readme.txt", "")
     assert tree.source.categories() == ["99999999", "chair", "table", "vase"]
-    assert all(tree.source.model_ids(name) == ["m"] for name in tree.source.categories())
+    assert all(tree.source.shape_ids(name) == ["m"] for name in tree.source.categories())
     assert tree.source.split("chair") == {}
 
 

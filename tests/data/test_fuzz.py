@@ -26,7 +26,7 @@ from PIL import Image
 from whole_files import WHOLE, Case, png, read
 
 from ffd_lightning.data.sources.r2n2 import R2n2Images
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedShapeError
 
 EXAMPLES = int(os.environ.get("FUZZ_EXAMPLES", "0"))
 SECONDS, MEGABYTES = 10, 400  # that one small file may take; of the processor's time
@@ -53,7 +53,7 @@ def fuzz(examples):
 
 
 class Guard:
-    """Records what code does that a reader of models has no business to do.
+    """Records what code does that a reader of shapes has no business to do.
 
     It records instead of raising: trimesh swallows exceptions of all kinds.
     """
@@ -157,7 +157,7 @@ def survives(guard, case):
     with guard.watching():
         try:
             outcome = read(case)
-        except RejectedModelError as error:
+        except RejectedShapeError as error:
             outcome = str(error)
     if isinstance(outcome, str):
         assert outcome
@@ -355,7 +355,7 @@ def test_damaged_renderings_are_read_or_rejected(guard, tmp_path):
         with guard.watching(tmp_path):
             try:
                 outcome = source.read("chair", "a")
-            except RejectedModelError as error:
+            except RejectedShapeError as error:
                 outcome = str(error)
         if isinstance(outcome, str):
             assert "rendering/00.png" in outcome

@@ -58,7 +58,7 @@ def test_rows_are_the_members_end_to_end(joined, members):
             np.testing.assert_array_equal(*faces)
     with pytest.raises(IndexError):
         joined.cloud(len(joined))
-    with pytest.raises(DataError, match="no model"):
+    with pytest.raises(DataError, match="no shape"):
         joined.index(tables.ids[0])
 
 

@@ -12,8 +12,8 @@ from ffd_lightning.errors import DataError
 
 @pytest.mark.parametrize("limit", [1, 3, 7, 10, 25])
 def test_ids_are_spread_evenly(limit):
-    whole = ProceduralSource(10).model_ids("table")
-    ids = LimitedSource(ProceduralSource(10), limit).model_ids("table")
+    whole = ProceduralSource(10).shape_ids("table")
+    ids = LimitedSource(ProceduralSource(10), limit).shape_ids("table")
     assert len(ids) == min(limit, 10)
     assert ids == sorted(set(ids))
     places = [whole.index(i) for i in ids]
@@ -30,11 +30,11 @@ def test_all_else_is_that_of_the_whole(monkeypatch):
     assert limited.categories() == whole.categories()
     assert limited.survey("table") == whole.survey("table")
     assert limited.split("table") == {"table-000000": "val"}
-    for model_id in limited.model_ids("table"):
-        ours, theirs = (s.load("table", model_id).mesh for s in (limited, whole))
+    for shape_id in limited.shape_ids("table"):
+        ours, theirs = (s.load("table", shape_id).mesh for s in (limited, whole))
         np.testing.assert_array_equal(ours.vertices, theirs.vertices)
     with pytest.raises(DataError):
-        limited.model_ids("unicorn")
+        limited.shape_ids("unicorn")
 
 
 def test_limits_and_wholes_have_sets_of_their_own():

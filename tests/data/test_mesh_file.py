@@ -14,7 +14,7 @@ from whole_files import png
 
 from ffd_lightning.data.reading import mesh_file
 from ffd_lightning.data.reading.mesh_file import read_mesh
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -438,7 +438,7 @@ BAD: dict[str, tuple[str, str | bytes, str]] = {
 def test_bad_models_are_rejected_with_a_reason(folder: Folder, name: str) -> None:
     extension, content, reason = BAD[name]
     folder.write(f"m.{extension}", content)
-    with pytest.raises(RejectedModelError, match=reason) as caught:
+    with pytest.raises(RejectedShapeError, match=reason) as caught:
         folder.load(f"m.{extension}")
     assert "\n" not in str(caught.value)
 
@@ -446,7 +446,7 @@ def test_bad_models_are_rejected_with_a_reason(folder: Folder, name: str) -> Non
 def test_files_that_are_far_too_large_are_not_opened(folder: Folder, monkeypatch) -> None:
     monkeypatch.setattr(mesh_file, "MAX_BYTES", len(TEXTURED) - 1)
     folder.write("m.obj", TEXTURED)
-    with pytest.raises(RejectedModelError, match=r"m\.obj is larger than"):
+    with pytest.raises(RejectedShapeError, match=r"m\.obj is larger than"):
         folder.load()
 
 
@@ -469,6 +469,6 @@ def test_a_file_cut_anywhere_loads_or_is_rejected(folder: Folder, extension: str
         folder.write(f"m.{extension}", whole[:end])
         try:
             folder.load(f"m.{extension}")
-        except RejectedModelError:
+        except RejectedShapeError:
             rejected += 1
     assert rejected > 20

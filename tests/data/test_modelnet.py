@@ -13,7 +13,7 @@ from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.modelnet import ModelNetSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 IDS = ["chair_0001", "chair_0002", "chair_0003"]
@@ -75,9 +75,9 @@ def tree(request, tmp_path):
 def test_models_come_through_in_the_projects_frame(tree):
     assert isinstance(tree, Source)
     assert tree.categories() == ["chair", "night_stand", "plane"]
-    assert tree.model_ids("chair") == [*IDS, "chair_0004"]
-    assert tree.model_ids("plane") == tree.model_ids("airplane") == ["airplane_0001"]
-    assert tree.model_ids("night_stand") == ["night_stand_0201"]
+    assert tree.shape_ids("chair") == [*IDS, "chair_0004"]
+    assert tree.shape_ids("plane") == tree.shape_ids("airplane") == ["airplane_0001"]
+    assert tree.shape_ids("night_stand") == ["night_stand_0201"]
     for k, name in enumerate(IDS):
         mesh, expected = tree.load("chair", name).mesh, chair(k)
         np.testing.assert_allclose(
@@ -86,9 +86,9 @@ def test_models_come_through_in_the_projects_frame(tree):
     assert tree.split("chair") == dict(
         zip([*IDS, "chair_0004"], ["train", "train", "test", "test"], strict=True)
     )
-    with pytest.raises(RejectedModelError, match=r"^chair_0004\.off is incomplete: it has .* of"):
+    with pytest.raises(RejectedShapeError, match=r"^chair_0004\.off is incomplete: it has .* of"):
         tree.load("chair", "chair_0004")
-    with pytest.raises(RejectedModelError, match="no model 'chair_9'"):
+    with pytest.raises(RejectedShapeError, match="no shape 'chair_9'"):
         tree.load("chair", "chair_9")
     copy = pickle.loads(pickle.dumps(tree))
     assert len(pickle.dumps(tree)) < 1000
@@ -141,23 +141,23 @@ def test_what_is_missing_or_unclear_is_said(tmp_path):
         ModelNetSource(tmp_path / "nowhere").categories()
     (tmp_path / "modelnet40_manually_aligned.tar").touch()
     with pytest.raises(DataError, match=r"or unpack modelnet40_manually_aligned\.tar"):
-        ModelNetSource(tmp_path).model_ids("chair")
+        ModelNetSource(tmp_path).shape_ids("chair")
     (tmp_path / "ModelNet40.zip").write_bytes(b"PK\x03\x04 cut off")
     with pytest.raises(DataError, match=r"ModelNet40\.zip is damaged or incomplete"):
-        ModelNetSource(tmp_path).model_ids("chair")
+        ModelNetSource(tmp_path).shape_ids("chair")
     write_folder(tmp_path / "ModelNet40", models())
     with pytest.raises(DataError, match="has no sofa; it has: chair, night_stand, plane"):
-        ModelNetSource(tmp_path).model_ids("sofa")
+        ModelNetSource(tmp_path).shape_ids("sofa")
     for name in ("a", "b"):
         write_folder(tmp_path / "two" / name, models())
     with pytest.raises(DataError, match=r"more than one data set: .*/two/a, .*/two/b"):
-        ModelNetSource(tmp_path / "two").model_ids("chair")
+        ModelNetSource(tmp_path / "two").shape_ids("chair")
     (tmp_path / "none" / "chair" / "train").mkdir(parents=True)
     with pytest.raises(DataError, match=r"holds no <category>/train/\*\.off"):
-        ModelNetSource(tmp_path / "none").model_ids("chair")
+        ModelNetSource(tmp_path / "none").shape_ids("chair")
     write_folder(tmp_path / "twice", {f"chair/{side}/1.off": b"?" for side in ("train", "test")})
     with pytest.raises(DataError, match="has 1 of chair twice, in train and in test"):
-        ModelNetSource(tmp_path / "twice").model_ids("chair")
+        ModelNetSource(tmp_path / "twice").shape_ids("chair")
 
 
 def test_preparation(tmp_path):
@@ -247,7 +247,7 @@ def test_a_truncated_file_is_rejected_by_name(tmp_path, name):
     path, lines = tmp_path / "chair_0001.off", SPELLINGS[name].splitlines(keepends=True)
     for count in range(1, len(lines)):
         path.write_bytes(b"".join(lines[:count]))
-        with pytest.raises(RejectedModelError, match=r"^chair_0001\.off (is incomplete|does not)"):
+        with pytest.raises(RejectedShapeError, match=r"^chair_0001\.off (is incomplete|does not)"):
             read_mesh(path)
 
 
@@ -271,5 +271,5 @@ BAD_OFF = {
 def test_a_bad_file_is_rejected_by_name(tmp_path, name):
     data, reason = BAD_OFF[name]
     (tmp_path / "chair_0001.off").write_bytes(data)
-    with pytest.raises(RejectedModelError, match=rf"^chair_0001\.off .*{reason}"):
+    with pytest.raises(RejectedShapeError, match=rf"^chair_0001\.off .*{reason}"):
         read_mesh(tmp_path / "chair_0001.off")

@@ -176,7 +176,7 @@ def test_expert_labels_are_numbered_by_the_metadata_and_taken_before_masks(tmp_p
     files |= release(CHAIR, "b", own, labels, names)
     files["metadata.json"] = metadata({CHAIR: order}, key)
     source = PartAnnotations(write(tmp_path, files))
-    expert, masks = (source.read("chair", model_id, mesh)[0] for model_id in "ab")
+    expert, masks = (source.read("chair", shape_id, mesh)[0] for shape_id in "ab")
     assert expert.names == masks.names == order
     assert (expert.labels[:50] == 255).all()
     np.testing.assert_array_equal(expert.labels[50:], masks.labels[50:])

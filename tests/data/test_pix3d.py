@@ -1,4 +1,4 @@
-"""Miniature Pix3D trees: renderings of procedural models on noise, with masks, good and bad."""
+"""Miniature Pix3D trees: renderings of procedural shapes on noise, with masks, good and bad."""
 
 import functools
 import json
@@ -15,7 +15,7 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.pix3d import FLAWS, Pix3dSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -107,9 +107,9 @@ def test_photographs_come_with_their_meshes(tree):
     source = tree.source()
     assert isinstance(source, Source)
     assert source.categories() == ["chair"]
-    assert source.model_ids("chair") == ["0001", "0002", "0003"]
+    assert source.shape_ids("chair") == ["0001", "0002", "0003"]
     copy = pickle.loads(pickle.dumps(source))
-    for k, name in enumerate(source.model_ids("chair")):
+    for k, name in enumerate(source.shape_ids("chair")):
         model = source.load("chair", name)
         expected = ProceduralSource(4).load("chair", f"chair-{k % 2:06d}").mesh
         assert len(model.mesh.faces) == len(expected.faces)
@@ -118,7 +118,7 @@ def test_photographs_come_with_their_meshes(tree):
         assert model.images.shape == (1, 48, 64, 4)
         assert model.images.dtype == np.uint8
         np.testing.assert_array_equal(copy.load("chair", name).images, model.images)
-    with pytest.raises(RejectedModelError, match="no photograph '9'"):
+    with pytest.raises(RejectedShapeError, match="no photograph '9'"):
         source.load("chair", "9")
     turned = tree.source(up="z", yaw=90).load("chair", "0001").mesh
     x, y, z = source.load("chair", "0001").mesh.vertices.T
@@ -230,7 +230,7 @@ def test_a_photograph_that_fits_its_mask_once_turned_is_turned(tree):
     expected = tree.source().load("chair", "0001").images
     path = tree.root / "img/chair/0001.png"
     Image.open(path).transpose(Image.Transpose.ROTATE_90).save(path)
-    with pytest.raises(RejectedModelError, match="240 x 180 pixels, its photograph 180 x 240"):
+    with pytest.raises(RejectedShapeError, match="240 x 180 pixels, its photograph 180 x 240"):
         tree.source().load("chair", "0001")
     oriented(tree, 6)
     np.testing.assert_array_equal(tree.source().load("chair", "0001").images, expected)
@@ -261,7 +261,7 @@ BAD_PICTURES = {
 def test_bad_pictures_are_rejected_by_name(tree, kind, name):
     content, reason = BAD_PICTURES[name]
     tree.write(f"{kind}/chair/0002.png", content)
-    with pytest.raises(RejectedModelError, match=rf"^{kind}/chair/0002\.png {reason}"):
+    with pytest.raises(RejectedShapeError, match=rf"^{kind}/chair/0002\.png {reason}"):
         tree.source().load("chair", "0002")
 
 
@@ -272,24 +272,24 @@ def test_missing_and_truncated_pictures_are_rejected_by_name(tree, kind):
         Image.open(path).save(path, form)
         whole = path.read_bytes()
         path.write_bytes(whole[: len(whole) // 2])
-        with pytest.raises(RejectedModelError, match=rf"^{kind}/chair/0001\.png cannot be read"):
+        with pytest.raises(RejectedShapeError, match=rf"^{kind}/chair/0001\.png cannot be read"):
             tree.source().load("chair", "0001")
         path.write_bytes(whole)
     path.unlink()
-    with pytest.raises(RejectedModelError, match=rf"^it has no {kind}/chair/0001\.png"):
+    with pytest.raises(RejectedShapeError, match=rf"^it has no {kind}/chair/0001\.png"):
         tree.source().load("chair", "0001")
 
 
 def test_masks_that_do_not_fit_or_show_nothing(tree):
     tree.picture("mask/chair/0001.png", np.full((180, 241), 255, np.uint8))
-    with pytest.raises(RejectedModelError, match=r"mask has 241 x 180 pixels, its .* 240 x 180"):
+    with pytest.raises(RejectedShapeError, match=r"mask has 241 x 180 pixels, its .* 240 x 180"):
         tree.source().load("chair", "0001")
     tree.picture("mask/chair/0001.png", np.zeros((180, 240), np.uint8))
-    with pytest.raises(RejectedModelError, match="mask is empty"):
+    with pytest.raises(RejectedShapeError, match="mask is empty"):
         tree.source().load("chair", "0001")
     for box in ([0, 0, 4, 4], [500, 500, 600, 600], [100, 100, 50, 50]):
         tree.entries[1]["bbox"] = box
-        with pytest.raises(RejectedModelError, match="mask is empty"):
+        with pytest.raises(RejectedShapeError, match="mask is empty"):
             tree.source().load("chair", "0002")
 
 
@@ -329,12 +329,12 @@ def test_bad_entries_are_rejected_and_the_others_are_not(tree, fields, reason):
     source = tree.source()
     name = "C:\\secret\\0009" if img.startswith("C:") else "0009"
     name = "..\\secret\\0009" if img.startswith("..\\") else name
-    assert source.model_ids("chair") == sorted(["0001", "0002", "0003", name])
-    with pytest.raises(RejectedModelError, match=reason):
+    assert source.shape_ids("chair") == sorted(["0001", "0002", "0003", name])
+    with pytest.raises(RejectedShapeError, match=reason):
         source.load("chair", name)
     assert len(source.load("chair", "0003").mesh.faces) > 10
     json.dumps(source.fingerprint("chair"))
-    assert set(source.split("chair")) == set(source.model_ids("chair"))
+    assert set(source.split("chair")) == set(source.shape_ids("chair"))
 
 
 @pytest.mark.parametrize(
@@ -356,7 +356,7 @@ def test_a_broken_list_is_named(tmp_path, content, message):
     if content is not None:
         (tmp_path / "pix3d.json").write_bytes(content)
     with pytest.raises(DataError, match=message):
-        Pix3dSource(tmp_path).model_ids("chair")
+        Pix3dSource(tmp_path).shape_ids("chair")
 
 
 # --- which photographs there are ----------------------------------------------------------------
@@ -367,10 +367,10 @@ def test_flawed_photographs_are_left_out(tree):
         tree.photo(f"001{k}", **{flaw: True})
     tree.photo("0020", occluded="true", truncated="false")
     plain = ["0001", "0002", "0003"]
-    assert tree.source().model_ids("chair") == [*plain, "0012"]
-    assert tree.source(leave_out=()).model_ids("chair") == [*plain, "0010", "0011", "0012", "0020"]
-    assert tree.source(leave_out=FLAWS).model_ids("chair") == plain
-    with pytest.raises(RejectedModelError, match="no photograph '0010'"):
+    assert tree.source().shape_ids("chair") == [*plain, "0012"]
+    assert tree.source(leave_out=()).shape_ids("chair") == [*plain, "0010", "0011", "0012", "0020"]
+    assert tree.source(leave_out=FLAWS).shape_ids("chair") == plain
+    with pytest.raises(RejectedShapeError, match="no photograph '0010'"):
         tree.source().load("chair", "0010")
     with pytest.raises(DataError, match="'blurred': choose from truncated, occluded, slightly_occ"):
         tree.source(leave_out=("truncated", "blurred"))
@@ -380,11 +380,11 @@ def test_what_is_missing_is_named_with_what_there_is(tree):
     tree.photo("0004", category="sofa", truncated=True)
     tree.photo("0005", category="bed")
     assert tree.source().categories() == ["bed", "chair"]
-    for ask in ("model_ids", "fingerprint", "split", "facing"):
+    for ask in ("shape_ids", "fingerprint", "split", "facing"):
         with pytest.raises(DataError, match=r"has no table; it has: bed, chair$"):
             getattr(tree.source(), ask)("table")
     with pytest.raises(DataError, match=r"all 1 photographs of sofa are left out: shorten data\."):
-        tree.source().model_ids("sofa")
+        tree.source().shape_ids("sofa")
 
 
 def test_ids_are_unique(tree):
@@ -395,8 +395,8 @@ def test_ids_are_unique(tree):
         tree.entries[0] | {"category": "bed"},
     ]
     source = tree.source()
-    assert source.model_ids("chair") == ["0001", "0001-2", "0001-2-2", "0002", "0003"]
-    assert source.model_ids("bed") == ["0001"]
+    assert source.shape_ids("chair") == ["0001", "0001-2", "0001-2-2", "0002", "0003"]
+    assert source.shape_ids("bed") == ["0001"]
     first, second = (source.load("chair", name) for name in ("0001", "0001-2"))
     np.testing.assert_array_equal(first.images, before)
     np.testing.assert_array_equal(second.images, before)
@@ -410,7 +410,7 @@ def test_no_shape_is_on_both_sides(tree):
         tree.entries.append(tree.entries[0] | changed)
     source = tree.source()
     parts = source.split("chair")
-    assert sorted(parts) == source.model_ids("chair")
+    assert sorted(parts) == source.shape_ids("chair")
     assert parts["0001"] == parts["0003"]
     for k in range(0, 300, 3):
         assert parts[f"x{k}"] == parts[f"x{k + 1}"] == parts[f"x{k + 2}"]

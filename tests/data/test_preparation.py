@@ -93,7 +93,7 @@ def gone(pid):
 
 
 def workers_of(process):
-    """Return the pids of worker processes, whether they have got to their first model or not."""
+    """Return the pids of worker processes, whether they have got to their first shape or not."""
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
     commands = {int(pid): Path(f"/proc/{pid}/cmdline") for pid in children}
     return {pid for pid, file in commands.items() if b"spawn_main" in file.read_bytes()}
@@ -134,7 +134,7 @@ def test_nothing_but_the_set_and_its_lock_is_left(undisturbed):
 
 @pytest.mark.parametrize("kill", [os.kill, os.killpg], ids=["parent alone", "whole group"])
 def test_kill_9_and_resume(undisturbed, tmp_path, start, log, kill):
-    # It can finish four models and no more.
+    # It can finish four shapes and no more.
     process = start(tmp_path / "never", start_new_session=True)
     wait_for(lambda: len(partial_files(tmp_path)) == 4 and len(loads(log)[0]) == 6)
     kill(process.pid, signal.SIGKILL)
@@ -171,7 +171,7 @@ def test_two_processes_prepare_one_set(undisturbed, tmp_path, start, log):
 
 def test_ctrl_c_ends_the_workers_and_says_how_to_go_on(undisturbed, tmp_path, start, log):
     process = start(tmp_path / "never", start_new_session=True)
-    wait_for(lambda: len(loads(log)[0]) == 6)  # both workers are stuck in a model
+    wait_for(lambda: len(loads(log)[0]) == 6)  # both workers are stuck in a shape
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to parent and workers
     _, said = process.communicate(timeout=LIMIT)
     assert process.returncode == 130
@@ -215,7 +215,7 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
         undisturbed.arrays["points"][[undisturbed.index(i) for i in got.ids]],
     )
     summary = capfd.readouterr().err.splitlines()[-1]
-    assert f"prepared {COUNT - 4} models" in summary
+    assert f"prepared {COUNT - 4} shapes" in summary
     assert "rejected 4 (b01: it is no box" in summary
     assert str(got.path / "rejected.csv") in summary
 
@@ -228,7 +228,7 @@ def test_all_rejected_names_reasons_and_tries_again(tmp_path):
 
 
 def test_no_such_category(tmp_path):
-    with pytest.raises(DataError, match="no procedural models of 'unicorn', only of: plane"):
+    with pytest.raises(DataError, match="no procedural shapes of 'unicorn', only of: plane"):
         Preparation(ProceduralSource(2), "unicorn", 8, RENDER, tmp_path).run()
     assert not list(tmp_path.iterdir())
 
@@ -246,7 +246,7 @@ def test_a_damaged_set_is_not_built_over(undisturbed, tmp_path):
 
 
 def test_no_models(tmp_path):
-    with pytest.raises(DataError, match="no usable model of box: there are none"):
+    with pytest.raises(DataError, match="no usable shape of box: there are none"):
         prepare_boxes(BoxSource(0, tmp_path / "log"), tmp_path)
 
 
@@ -256,7 +256,7 @@ def test_unwritable_root(tmp_path):
         prepare_boxes(BoxSource(2, tmp_path / "log"), tmp_path / "file")
 
 
-@pytest.mark.parametrize("limit", [2000, 6000], ids=["a model", "the arrays"])
+@pytest.mark.parametrize("limit", [2000, 6000], ids=["a shape", "the arrays"])
 def test_full_disk(tmp_path, start, log, limit):
     """A limit on the size of files stands in for a full disk: writing fails half-way."""
     process = start(
@@ -354,7 +354,7 @@ def test_kills_at_random_moments(undisturbed, tmp_path, start, log):
 
 @pytest.mark.parametrize("step", ["rename", "rmtree"])
 def test_killed_between_the_last_steps(undisturbed, tmp_path, monkeypatch, step):
-    """The set is in place, and the models' files are still where they were, or half removed."""
+    """The set is in place, and the shapes' files are still where they were, or half removed."""
 
     class Killed(BaseException):
         pass
@@ -384,7 +384,7 @@ def test_the_last_shard_joins_all(undisturbed, tmp_path, log, capfd):
     preparation = boxes_of(BoxSource(COUNT, log), tmp_path, workers=1)
     assert preparation.run_shard(Shard(2, 3)) is None
     assert loads(log)[0] == ["b01", "b04", "b07"]
-    assert "shard 2/3 is done, 7 models of other shards are not" in capfd.readouterr().err
+    assert "shard 2/3 is done, 7 shapes of other shards are not" in capfd.readouterr().err
     assert preparation.run_shard(Shard(2, 3)) is None, "again: nothing to do"
     assert len(loads(log)[0]) == 3
     assert preparation.run_shard(Shard(1, 3)) is None
@@ -421,7 +421,7 @@ def test_shards_that_make_no_sense(text):
     assert Shard.parse(" 3/16") == Shard(3, 16)
 
 
-# --- models that do not end ---------------------------------------------------------------------
+# --- shapes that do not end ---------------------------------------------------------------------
 
 
 def test_a_model_that_takes_too_long_is_rejected(undisturbed, tmp_path, log):
@@ -458,7 +458,7 @@ def test_shards_by_command(tmp_path):
     command = [sys.executable, str(ROOT / "prepare.py"), *overrides]
     done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "table: shard 1/2 is done, 2 models of other shards are not" in done.stderr
+    assert "table: shard 1/2 is done, 2 shapes of other shards are not" in done.stderr
     folders = [path.name for path in (tmp_path / "data/prepared").iterdir() if path.is_dir()]
     assert sorted(name.partition("-")[0] for name in folders) == ["lamp", "table"]
     assert {path.name for path in tmp_path.iterdir()} == {"data"}
@@ -469,8 +469,8 @@ def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
     done = run_command("prepare", *overrides, cwd=tmp_path)
     assert done.returncode == 1
     for name in ("rifle", "telephone"):
-        assert f"error: no procedural models of '{name}'" in done.stderr
-    assert "prepared 4 models" in done.stderr
+        assert f"error: no procedural shapes of '{name}'" in done.stderr
+    assert "prepared 4 shapes" in done.stderr
     assert "Traceback" not in done.stderr
 
 

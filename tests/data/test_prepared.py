@@ -86,7 +86,7 @@ def test_arrays_agree_with_the_model_and_each_other(boxes):
 
 def test_index(boxes):
     assert [boxes.index(i) for i in boxes.ids] == [0, 1, 2, 3]
-    with pytest.raises(DataError, match="no model 'b9'"):
+    with pytest.raises(DataError, match="no shape 'b9'"):
         boxes.index("b9")
 
 

@@ -10,7 +10,7 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources import shapenet
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.data.sources.shapenet import CategoryFolder, ShapeNetSource
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 GOOD = ["nomtl", "plain", "textured", "windows"]
@@ -34,7 +34,7 @@ def tree(request, layout, tmp_path):
 
 
 def test_good_models_come_through_and_bad_ones_are_named(tree, layout):
-    assert tree.model_ids("chair") == sorted([*GOOD, *BAD])
+    assert tree.shape_ids("chair") == sorted([*GOOD, *BAD])
     meshes = {name: tree.load("chair", name).mesh for name in GOOD}
     assert all(len(mesh.faces) > 10 for mesh in meshes.values())
     assert meshes["plain"].textures == ()
@@ -42,7 +42,7 @@ def test_good_models_come_through_and_bad_ones_are_named(tree, layout):
     assert meshes["textured"].textures[0][0, 0].tolist() == [200, 30, 30, 255]
     assert meshes["windows"].textures[0][0, 0].tolist() == [30, 200, 30, 255]
     for name, (_, reason) in BAD.items():
-        with pytest.raises(RejectedModelError, match=reason):
+        with pytest.raises(RejectedShapeError, match=reason):
             tree.load("chair", name)
     assert tree.fingerprint("chair")["version"] == int(layout[1])
 
@@ -62,7 +62,7 @@ def test_it_does_not_matter_how_the_files_are_kept(layout, tmp_path):
 
 
 def test_workers_can_hold_it(tree):
-    tree.model_ids("chair")
+    tree.shape_ids("chair")
     copy = pickle.loads(pickle.dumps(tree))
     assert len(copy.load("chair", "plain").mesh.faces) > 10
 
@@ -78,7 +78,7 @@ def test_nothing_outside_of_an_archive_or_a_model_is_read(tmp_path):
         archive.writestr("/absolute/model.obj", obj)
         archive.writestr(f"{CHAIR}\\windows\\model.obj", obj)
     source = ShapeNetSource(tmp_path / "root")
-    assert source.model_ids("chair") == sorted([*GOOD, "sly"])
+    assert source.shape_ids("chair") == sorted([*GOOD, "sly"])
     colors = source.load("chair", "sly").mesh.face_colors
     assert not (colors == [255, 0, 0, 255]).all(1).any()
 
@@ -89,7 +89,7 @@ def test_loops_of_links_end(tmp_path):
     (root / CHAIR / "round").symlink_to(root / CHAIR, target_is_directory=True)
     source = ShapeNetSource(root)
     assert len(source.load("chair", "plain").mesh.faces) > 10
-    with pytest.raises(RejectedModelError, match=r"it has no model\.obj"):
+    with pytest.raises(RejectedShapeError, match=r"it has no shape\.obj"):
         source.load("chair", "round")
 
 
@@ -100,7 +100,7 @@ def test_a_damaged_archive_is_named(tmp_path, keep):
     data = archive.read_bytes()
     archive.write_bytes(data[: keep if keep > 1 else int(keep * len(data))])
     with pytest.raises(DataError, match=rf"{CHAIR}\.zip is damaged or incomplete"):
-        ShapeNetSource(tmp_path).model_ids("chair")
+        ShapeNetSource(tmp_path).shape_ids("chair")
 
 
 def test_a_damaged_member_is_rejected_and_the_others_are_not(tmp_path):
@@ -113,20 +113,20 @@ def test_a_damaged_member_is_rejected_and_the_others_are_not(tmp_path):
     data[middle : middle + 50] = bytes(50)
     archive.write_bytes(data)
     source = ShapeNetSource(tmp_path)
-    with pytest.raises(RejectedModelError, match=r"model\.obj cannot be read"):
+    with pytest.raises(RejectedShapeError, match=r"model\.obj cannot be read"):
         source.load("chair", "plain")
     assert len(source.load("chair", "textured").mesh.faces) > 10
 
 
 def test_what_is_missing_is_said(tmp_path):
     with pytest.raises(DataError, match="is not ShapeNetCore"):
-        ShapeNetSource(tmp_path).model_ids("chair")
+        ShapeNetSource(tmp_path).shape_ids("chair")
     write_folder(tmp_path, good_models("v1", "04379243"))
     with pytest.raises(DataError, match=r"no chair \(03001627\); it has: table \(04379243\)"):
-        ShapeNetSource(tmp_path).model_ids("chair")
+        ShapeNetSource(tmp_path).shape_ids("chair")
     (tmp_path / CHAIR / "model").mkdir(parents=True)
     with pytest.raises(DataError, match=r"holds 1 folders, but no <model>/model\.obj or"):
-        ShapeNetSource(tmp_path).model_ids("chair")
+        ShapeNetSource(tmp_path).shape_ids("chair")
 
 
 # --- 3D-R2N2's renderings -----------------------------------------------------------------------
@@ -161,16 +161,16 @@ def test_renderings_that_are_missing_or_damaged(renderings, tmp_path, content):
     source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
     file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / "07.png"
     file.unlink() if content is None else file.write_bytes(content)
-    with pytest.raises(RejectedModelError, match=r"rendering/07\.png"):
+    with pytest.raises(RejectedShapeError, match=r"rendering/07\.png"):
         source.load("chair", "plain")
-    with pytest.raises(RejectedModelError, match=r"it has no rendering/00\.png"):
+    with pytest.raises(RejectedShapeError, match=r"it has no rendering/00\.png"):
         source.load("chair", "textured")
 
 
 def test_renderings_of_version_1_are_not_mixed_with_version_2(renderings, tmp_path):
     root = write_folder(tmp_path / "v2", good_models("v2"))
     with pytest.raises(DataError, match=r"3D-R2N2's renderings are of v1.*data\.mix_versions=true"):
-        ShapeNetSource(root, renderings).model_ids("chair")
+        ShapeNetSource(root, renderings).shape_ids("chair")
     mixed = ShapeNetSource(root, renderings, mix_versions=True)
     assert mixed.load("chair", "plain").images.shape == (24, 48, 64, 4)
 

@@ -33,7 +33,7 @@ class Held:
 
 @dataclass(frozen=True)
 class Case:
-    """A model: the name of its mesh file, and the contents of all its files by name."""
+    """A shape: the name of its mesh file, and the contents of all its files by name."""
 
     mesh: str
     files: dict[str, bytes]

@@ -31,7 +31,7 @@ from ffd_lightning.evaluation.part_transfer import (
 from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
+from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.run_folder import RunFolder
 
@@ -77,7 +77,7 @@ class Box:
 
 def score(shape, truth):
     rng = np.random.default_rng(0)
-    return PARTS.score(shape, PARTS.truth(ModelShape(truth, 0), rng), rng)
+    return PARTS.score(shape, PARTS.truth(PreparedShape(truth, 0), rng), rng)
 
 
 def test_boxes_of_two_parts_with_a_known_iou():
@@ -104,11 +104,14 @@ def test_a_template_deformed_onto_the_truth_labels_it_right():
 
 def test_the_floor_has_the_labels_of_other_points():
     box = Box(0.5)
-    own, truth = ModelShape(box, 0).labelled_points(), ModelShape(box, 0).truth_labelled_points()
+    own, truth = (
+        PreparedShape(box, 0).labelled_points(),
+        PreparedShape(box, 0).truth_labelled_points(),
+    )
     for cloud, half in ((truth, slice(4000)), (own, slice(4000, None))):
         np.testing.assert_array_equal(cloud.points, box.points[half])
         np.testing.assert_array_equal(cloud.labels, box.parts[half])
-    assert 0.9 < score(ModelShape(box, 0), box)["part_iou"] < 1
+    assert 0.9 < score(PreparedShape(box, 0), box)["part_iou"] < 1
 
 
 def naive_parts(source, points):
@@ -175,7 +178,7 @@ def test_points_of_unknown_parts_are_neither_asked_nor_do_they_answer():
     # The template's upper half says nothing, so its lower half is asked: all of that is low.
     parts = np.where(template.points[:, 1] > 0, UNKNOWN_PART, template.parts).astype(np.uint8)
     scores = score(TemplateShape(template.bank(parts), 0), truth)
-    known = known_points(ModelShape(truth, 0).truth_labelled_points())
+    known = known_points(PreparedShape(truth, 0).truth_labelled_points())
     low = float(np.mean(known.labels == 0))
     assert scores["part_accuracy"] == pytest.approx(low)
     assert scores["part_iou"] == pytest.approx(low / 2)
@@ -186,8 +189,8 @@ def test_the_parts_of_a_category_among_several(prepared):
     manifest["settings"]["category"] = "plane"
     other = replace(prepared, manifest=manifest, part_names=(*prepared.part_names, "wing"))
     joined = JoinedSet.join([prepared, other])
-    assert ModelShape(joined, 0).category_parts == prepared.part_names
-    assert ModelShape(joined, len(prepared)).category_parts == other.part_names
+    assert PreparedShape(joined, 0).category_parts == prepared.part_names
+    assert PreparedShape(joined, len(prepared)).category_parts == other.part_names
     assert "wing" in joined.part_names
 
 
@@ -296,7 +299,7 @@ def test_an_evaluation_that_was_cut_off_goes_on(copy, monkeypatch):
 
 
 def unlabelled(monkeypatch, ids=None):
-    """Let models (all of them for None) have no part labels."""
+    """Let shapes (all of them for None) have no part labels."""
     point_parts = PreparedSet.point_parts
 
     def patched(self, row):
@@ -311,7 +314,7 @@ def unlabelled(monkeypatch, ids=None):
 def test_data_without_labels_is_said_before_anything_is_done(copy, monkeypatch):
     unlabelled(monkeypatch)
     monkeypatch.setattr(evaluator, "predict", None)
-    with pytest.raises(DataError, match=r"no test model of .*data.parts_root=.*another protocol"):
+    with pytest.raises(DataError, match=r"no test shape of .*data.parts_root=.*another protocol"):
         evaluate(copy)
     assert not copy.evaluation("parts").exists()
 
@@ -324,7 +327,7 @@ def test_templates_or_training_models_without_labels(copy, trained, monkeypatch,
             evaluate(copy)
     with pytest.MonkeyPatch.context() as patch:
         unlabelled(patch, data.split.train)
-        with pytest.raises(DataError, match=r"no training model .* evaluation\.references=false"):
+        with pytest.raises(DataError, match=r"no training shape .* evaluation\.references=false"):
             evaluate(copy)
         assert evaluate(copy, "evaluation.references=false")["part_iou"] > 0
     unlabelled(monkeypatch, data.bank.ids[:1])

@@ -44,17 +44,17 @@ _DIRECTIONS = np.random.default_rng(0).uniform(-1, 1, (3, 8))
 
 
 def shapes(folder: Path) -> dict[str, Any]:
-    """Return digests of procedural models: the first of each structural family."""
+    """Return digests of procedural shapes: the first of each structural family."""
     result: dict[str, Any] = {}
     for category, families in subjects.families().items():
         models: dict[str, Any] = {}
         wanted = set(families)
         for index in itertools.count():
-            model_id = f"{category}-{index:06d}"
-            model = subjects.shape(category, model_id)
+            shape_id = f"{category}-{index:06d}"
+            model = subjects.shape(category, shape_id)
             if model["family"] in wanted:
                 wanted.remove(model["family"])
-                models[model_id] = _shape(model)
+                models[shape_id] = _shape(model)
             if not wanted:
                 break
         result[category] = {"part_names": model["part_names"], "models": models}
@@ -62,7 +62,7 @@ def shapes(folder: Path) -> dict[str, Any]:
 
 
 def shapes_again(stored: dict[str, Any]) -> dict[str, Any]:
-    """Return digests of the models that were stored, whatever other models may be now."""
+    """Return digests of the shapes that were stored, whatever other shapes may be now."""
     result: dict[str, Any] = {}
     for category, entry in stored.items():
         models = {i: subjects.shape(category, i) for i in entry["models"]}
@@ -75,7 +75,7 @@ def shapes_again(stored: dict[str, Any]) -> dict[str, Any]:
 
 
 def prepared(folder: Path) -> dict[str, Any]:
-    """Return what a prepared set says of itself, and digests of its models."""
+    """Return what a prepared set says of itself, and digests of its shapes."""
     found = subjects.prepared(folder)
     return {
         "facts": found["facts"],

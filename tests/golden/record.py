@@ -45,9 +45,9 @@ def _exact(folder: Path) -> dict[str, object]:
     known = digests.read("shapes")["digests"]
     found = {
         "shapes": {
-            model_id: subjects.shape(category, model_id)
+            shape_id: subjects.shape(category, shape_id)
             for category, entry in known.items()
-            for model_id in entry["models"]
+            for shape_id in entry["models"]
         },
         "prepared": subjects.prepared(folder),
         "training": {

@@ -74,9 +74,9 @@ def families() -> dict[str, tuple[str, ...]]:
     return {name: shapes.families(name) for name in ProceduralSource(1).categories()}
 
 
-def shape(category: str, model_id: str) -> dict[str, Any]:
-    """Return one procedural model as its generator draws it."""
-    model = ProceduralSource(1).load(category, model_id)
+def shape(category: str, shape_id: str) -> dict[str, Any]:
+    """Return one procedural shape as its generator draws it."""
+    model = ProceduralSource(1).load(category, shape_id)
     mesh = model.mesh
     textured = mesh.face_textures is not None
     return {
@@ -112,9 +112,9 @@ def prepared(folder: Path) -> dict[str, Any]:
         },
     }
     models = {}
-    for row, model_id in enumerate(found.ids):
+    for row, shape_id in enumerate(found.ids):
         mesh = found.mesh(row)
-        models[model_id] = {
+        models[shape_id] = {
             "points": np.array(found.arrays["points"][row]),
             "image": found.image(row),
             "vertices": mesh.vertices,

@@ -6,7 +6,7 @@ import subjects
 
 SHOWN = 12
 ADVICE = {
-    "shapes": "If models are meant to change, raise GENERATOR_VERSION",
+    "shapes": "If shapes are meant to change, raise GENERATOR_VERSION",
     "prepared": "If the shapes are as before and the set is meant to change, raise the "
     "preparation's FORMAT_VERSION",
     "training": "If shapes and prepared set are as before, training has changed: see that it is "
@@ -52,7 +52,7 @@ def test_every_family_is_recorded():
 
 
 def _subjects(kind, changed):
-    """Name the models that changed, or whatever else."""
+    """Name the shapes that changed, or whatever else."""
     places = [line.split(": ")[0].split("/") for line in changed]
     names = [p[p.index("models") + 1] if "models" in p[:-1] else p[0] for p in places]
     names = list(dict.fromkeys(names))

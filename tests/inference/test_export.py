@@ -81,7 +81,7 @@ class OneLayer(ImageEncoder):
 
 @pytest.fixture(scope="module")
 def small(parts):
-    """A model of one layer, exported quickly."""
+    """A shape of one layer, exported quickly."""
     torch.manual_seed(0)
     network = TemplateFfdNetwork(OneLayer(), (48, 64), 2, 64, 8, 32, offset_std=0.02)
     nn.init.normal_(network.heads.offsets.bias, std=0.05)  # of zeros nothing would be exported
@@ -90,13 +90,13 @@ def small(parts):
 
 @pytest.fixture(scope="module")
 def graphs(small):
-    """The small model's graph for each dtype."""
+    """The small shape's graph for each dtype."""
     return {dtype: build_graph(small, dtype) for dtype in DTYPES}
 
 
 @pytest.fixture
 def ready(graphs, monkeypatch):
-    """Let `export` take the small model's graph without making it again."""
+    """Let `export` take the small shape's graph without making it again."""
     monkeypatch.setattr(write, "build_graph", lambda _, dtype, *__: graphs[dtype])
 
 
@@ -258,7 +258,7 @@ def test_a_full_disk_leaves_nothing_behind(small, tmp_path):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
     try:
-        with pytest.raises(DataError, match=r"cannot write .*model\.templates\.npz"):
+        with pytest.raises(DataError, match=r"cannot write .*shape\.templates\.npz"):
             export(small, tmp_path / "model.onnx")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)

@@ -5,7 +5,7 @@ from ffd_lightning.shapes.kit.curves import monotone
 
 
 def test_monotone_is_scipys_to_the_last_bit():
-    """The models were first drawn with scipy's; not a number of theirs may change."""
+    """The shapes were first drawn with scipy's; not a number of theirs may change."""
     rng = np.random.default_rng(0)
     for _ in range(500):
         count = int(rng.integers(3, 8))

@@ -7,7 +7,7 @@ import pytest
 from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.shapes import build, categories, families
 from ffd_lightning.shapes.kit import Builder, Material
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.parametrize("category", list(PAPER_CATEGORIES))
 @lru_cache
 def models(category):
     source = ProceduralSource(COUNT)
-    return [source.load(category, i) for i in source.model_ids(category)]
+    return [source.load(category, i) for i in source.shape_ids(category)]
 
 
 def same(a, b):
@@ -55,12 +55,12 @@ def test_all_families_occur_early(category):
 def test_models_are_deterministic_and_independent_of_their_number(category):
     few, many = ProceduralSource(3), ProceduralSource(5000)
     assert (
-        many.model_ids(category)[:3]
-        == few.model_ids(category)
+        many.shape_ids(category)[:3]
+        == few.shape_ids(category)
         == [f"{category}-{i:06d}" for i in range(3)]
     )
-    for index, model_id in enumerate(few.model_ids(category)):
-        again = many.load(category, model_id)
+    for index, shape_id in enumerate(few.shape_ids(category)):
+        again = many.load(category, shape_id)
         assert again.family == models(category)[index].family
         assert same(again.mesh, models(category)[index].mesh)
 
@@ -103,7 +103,7 @@ def test_models_differ(category):
 
 def test_seed_draws_another_set(category):
     other = ProceduralSource(1, seed=1)
-    model = other.load(category, other.model_ids(category)[0])
+    model = other.load(category, other.shape_ids(category)[0])
     assert not same(model.mesh, models(category)[0].mesh)
     assert other.fingerprint(category) != ProceduralSource(1).fingerprint(category)
     assert ProceduralSource(2).fingerprint(category) != ProceduralSource(1).fingerprint(category)
@@ -113,6 +113,6 @@ def test_unknown_names(category):
     source = ProceduralSource(1)
     assert isinstance(source, Source)
     with pytest.raises(DataError, match=category):
-        source.model_ids("unicorn")
-    with pytest.raises(RejectedModelError):
+        source.shape_ids("unicorn")
+    with pytest.raises(RejectedShapeError):
         source.load(category, "unicorn-000000")

@@ -51,16 +51,16 @@ class BoxSource(ffd.Source):
         """Return what can be asked for."""
         return ["box"]
 
-    def model_ids(self, category: str) -> list[str]:
+    def shape_ids(self, category: str) -> list[str]:
         """Return the ids, sorted."""
         return [f"box-{k:04d}" for k in range(self.count)]
 
-    def load(self, category: str, model_id: str) -> ffd.SourceModel:
+    def load(self, category: str, shape_id: str) -> ffd.SourceShape:
         """Return one box, y up, facing -z."""
-        rng = np.random.default_rng([self.seed, int(model_id.rpartition("-")[2])])
+        rng = np.random.default_rng([self.seed, int(shape_id.rpartition("-")[2])])
         sides, color = rng.uniform(0.2, 1, 3), [*rng.integers(40, 200, 3), 255]
         colors = np.tile(np.array(color, np.uint8), (len(_FACES), 1))
-        return ffd.SourceModel(ffd.Mesh(_CORNERS * sides, _FACES, colors), family="box")
+        return ffd.SourceShape(ffd.Mesh(_CORNERS * sides, _FACES, colors), family="box")
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return what decides the boxes: prepared data is kept by it."""

@@ -34,7 +34,7 @@ class ExtentsProtocol(ffd.EvaluationProtocol):
         """Points and unit of all measures."""
         return f"{self.points} points, box diagonal 1"
 
-    def truth(self, shape: ffd.ModelShape, rng: np.random.Generator) -> np.ndarray:
+    def truth(self, shape: ffd.PreparedShape, rng: np.random.Generator) -> np.ndarray:
         """Return the sides of the ground truth, (3,)."""
         return np.ptp(shape.cloud(self.points, rng), axis=0)
 

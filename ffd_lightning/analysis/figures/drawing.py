@@ -53,7 +53,7 @@ def draw_row(
     """Render shapes at one scale: that of the input image, or less where one would be cut off.
 
     Args:
-        meshes: in the frame of prepared models.
+        meshes: in the frame of prepared shapes.
         view: the camera.
         azimuths: of each shape's camera, where it is not the view's.
     """

@@ -18,7 +18,7 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.evaluation.shapes import ModelShape, TemplateShape
+from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.run_folder import RunFolder
 
 PICKS = ("spread", "best", "median", "worst", "random")
@@ -31,7 +31,7 @@ class Choice:
     """Which images a figure shows.
 
     Attributes:
-        models: ids of models, whose first images are shown; by `pick` where there are none.
+        models: ids of shapes, whose first images are shown; by `pick` where there are none.
         number: images at most, of `pick`.
         pick: one of `PICKS`.
         protocol: whose scores decide; that of each run's training where it is None.
@@ -76,9 +76,9 @@ class Example:
         return f"{model}{view}" + ("\n(trained on)" if model in data.split.train else "")
 
     @property
-    def truth(self) -> ModelShape:
+    def truth(self) -> PreparedShape:
         """The model itself."""
-        return ModelShape(self.run.data.prepared, self.sample.row)
+        return PreparedShape(self.run.data.prepared, self.sample.row)
 
     def ranked(self, rank: int = 0) -> int:
         """Return the template of the greatest weight, or of the `rank`-th after it."""
@@ -205,7 +205,7 @@ def _scores(run: RunFolder, name: str) -> _Scores | None:
 
 
 def _random(opened: OpenRun, choice: Choice) -> list[tuple[str, int]]:
-    """Return the first views of some test models, in the order of their ids."""
+    """Return the first views of some test shapes, in the order of their ids."""
     test = sorted(opened.data.split.test)
     number = min(choice.number, len(test))
     drawn = np.random.default_rng(choice.seed).choice(len(test), number, replace=False)
@@ -221,7 +221,7 @@ def _examples(
         if model not in data.prepared.ids:
             close = difflib.get_close_matches(model, data.prepared.ids, 3)
             hint = f"; close to it: {', '.join(close)}" if close else ""
-            raise DataError(f"there is no model {model!r} in the data of {path}{hint}")
+            raise DataError(f"there is no shape {model!r} in the data of {path}{hint}")
     samples = [Sample(data.prepared.index(model), view) for model, view in images]
     prediction = predict(opened.network, data.prepared, samples)
     known = {} if scores is None else scores.table.set_index(["id", "view"]).to_dict("index")

@@ -68,7 +68,7 @@ class Plot(NamedTuple):
 
 
 def statements(lines: Iterable[str]) -> list[Statement]:
-    """Take sentences apart: "w beats b: Chamfer lower by 3 (9 models)", say."""
+    """Take sentences apart: "w beats b: Chamfer lower by 3 (9 shapes)", say."""
     result = []
     for line in lines:
         claim, bracket, sure = line.rpartition(" (") if line.endswith(")") else (line, "", "")

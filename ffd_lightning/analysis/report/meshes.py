@@ -15,7 +15,7 @@ from ffd_lightning.evaluation.shapes import Surface
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.subdivision import subdivide
 
-_EDGES = (0.3, 0.2, 0.15, 0.1, 0.07, 0.05)  # of a model of diagonal 1, from coarse to fine
+_EDGES = (0.3, 0.2, 0.15, 0.1, 0.07, 0.05)  # of a shape of diagonal 1, from coarse to fine
 _CELLS = (400, 250, 160, 100, 64, 40, 24, 14, 8, 5, 3)  # per unit, from fine to coarse
 MAX_BYTES = 60_000
 """Of a mesh: so its vertices are fewer than 16 bits can count."""

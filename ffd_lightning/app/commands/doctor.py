@@ -29,7 +29,7 @@ from ffd_lightning.parallel import available_cores
 
 SCHEMA = PrepareConfig
 
-_EXAMPLES = 3  # models named for each reason
+_EXAMPLES = 3  # shapes named for each reason
 
 
 def report(findings: list[Finding], console: Console) -> None:
@@ -62,9 +62,9 @@ def _notes(finding: Finding) -> list[str]:
         return [finding.problem]
     lines = list(finding.survey.notes)
     reasons: dict[str, list[str]] = {}
-    for model_id, reason in finding.survey.faults.items():
-        reasons.setdefault(reason, []).append(model_id)
-    lines += [f"{len(ids):,} models: {why} ({_some(ids)})" for why, ids in reasons.items()]
+    for shape_id, reason in finding.survey.faults.items():
+        reasons.setdefault(reason, []).append(shape_id)
+    lines += [f"{len(ids):,} shapes: {why} ({_some(ids)})" for why, ids in reasons.items()]
     if finding.absent:
         lines.append(
             f"{len(finding.absent)} of the paper's templates are absent, `diverse` ones take "
@@ -98,8 +98,8 @@ def _summary(cfg: PrepareConfig, findings: list[Finding]) -> list[str]:
     if seconds:
         workers = cfg.preparation.workers or available_cores()
         lines.append(
-            f"to prepare: about {_cost(seconds, megabytes)}, reckoned from up to {TRIAL} models of "
-            f"each category with {workers} processes here; twice the disk while models are joined"
+            f"to prepare: about {_cost(seconds, megabytes)}, reckoned from up to {TRIAL} shapes of "
+            f"each category with {workers} processes here; twice the disk while shapes are joined"
         )
     place = Path(cfg.paths.data)
     existing = next(p for p in (place, *place.absolute().parents) if p.exists())
@@ -116,7 +116,7 @@ def _summary(cfg: PrepareConfig, findings: list[Finding]) -> list[str]:
 
 
 def _neighbours(cfg: PrepareConfig) -> list[str]:
-    """Return what lies beside the models and could be used."""
+    """Return what lies beside the shapes and could be used."""
     root = Path(str(cfg.data.root)).expanduser()
     tops = [root, root.absolute().parent]
     lines = []
@@ -146,7 +146,7 @@ def main(arguments: Sequence[str]) -> int:
         order = {name: k for k, name in enumerate(SYNSETS)}
         names.sort(key=lambda name: (order.get(name, len(order)), name))
     if not names:
-        source.model_ids(cfg.category.name)  # raises, and says why
+        source.shape_ids(cfg.category.name)  # raises, and says why
     findings = []
     with Console(stderr=True).status("") as status:
         for k, name in enumerate(names):

@@ -36,7 +36,7 @@ class Settings:
     Attributes:
         figure: overview, subdivision, voxels, labels or candidates.
         runs: a run's folder, or several: [DIR,DIR].
-        models: ids of models that are shown, in this order: [ID,ID]; by default those of `pick`.
+        models: ids of shapes that are shown, in this order: [ID,ID]; by default those of `pick`.
         number: images at most.
         pick: which test images, by their first distance: spread (evenly from the best to the
             worst), best, median, worst, or random, which needs no scores.

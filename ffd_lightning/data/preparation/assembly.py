@@ -1,4 +1,4 @@
-"""Joining the files of single models into a prepared set, and putting it in place at once."""
+"""Joining the files of single shapes into a prepared set, and putting it in place at once."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from typing import IO, Any
 
 import numpy as np
 
-from ffd_lightning.data.preparation.model_file import Recipe
 from ffd_lightning.data.preparation.prepared import (
     FILES,
     MANIFEST,
@@ -22,6 +21,7 @@ from ffd_lightning.data.preparation.prepared import (
     file_digest,
     manifest_digest,
 )
+from ffd_lightning.data.preparation.shape_file import Recipe
 from ffd_lightning.errors import DataError
 from ffd_lightning.files import put_on_disk
 
@@ -29,16 +29,16 @@ _PACKAGES = ("ffd_lightning", "numpy", "embreex")
 
 
 def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], target: Path) -> None:
-    """Write the set of all finished models beside `target`, then rename it to that.
+    """Write the set of all finished shapes beside `target`, then rename it to that.
 
     Args:
-        recipe: how the models were made, and where their files are.
-        ids: the models that were tried, in the order of the set.
+        recipe: how the shapes were made, and where their files are.
+        ids: the shapes that were tried, in the order of the set.
         settings: what decides the set; goes into the manifest.
         target: the set's folder, not there yet.
 
     Raises:
-        DataError: there is no usable model; the first reasons are named.
+        DataError: there is no usable shape; the first reasons are named.
         OSError: a file cannot be written.
     """
     good = [i for i in ids if recipe.file(i).exists()]
@@ -50,11 +50,11 @@ def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], targe
     if not good:
         reasons = "; ".join(f"{i}: {why}" for i, why in rejected[:3])
         found = f"all {len(rejected)} are rejected ({reasons})" if rejected else "there are none"
-        raise DataError(f"no usable model of {recipe.category}: {found}")
+        raise DataError(f"no usable shape of {recipe.category}: {found}")
     folder = target.with_name(f".{target.name}.tmp")
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    facts = _write_models(recipe, good, folder)
+    facts = _write_shapes(recipe, good, folder)
     warnings = facts.pop("warnings")
     _write_table(folder / REJECTED, "reason", rejected)
     _write_table(folder / WARNINGS, "warning", warnings)
@@ -79,8 +79,8 @@ def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], targe
     put_on_disk(target.parent)
 
 
-def _write_models(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str, Any]:
-    """Write all arrays, one model after the other; return what the manifest says of them.
+def _write_shapes(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str, Any]:
+    """Write all arrays, one shape after the other; return what the manifest says of them.
 
     Plain appending writes: filling a memory map on a full disk would kill the process.
     """
@@ -101,7 +101,7 @@ def _write_models(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str,
             if shape != facts["image_shape"]:
                 raise DataError(
                     f"{ids[row]} of {recipe.category} has images {shape}, others have "
-                    f"{facts['image_shape']}: the source must give all models as many views"
+                    f"{facts['image_shape']}: the source must give all shapes as many views"
                 )
             facts["families"].append(str(model["family"]))
             facts["part_names"] += model["part_names"].tolist()
@@ -134,9 +134,9 @@ def _write_header(file: IO[bytes], dtype: np.dtype, shape: tuple[int, ...]) -> N
 
 
 def _models(recipe: Recipe, ids: Sequence[str]) -> Iterator[Any]:
-    """Yield the contents of each model's file; arrays are read when they are asked for."""
-    for model_id in ids:
-        with np.load(recipe.file(model_id), allow_pickle=False) as arrays:
+    """Yield the contents of each shape's file; arrays are read when they are asked for."""
+    for shape_id in ids:
+        with np.load(recipe.file(shape_id), allow_pickle=False) as arrays:
             yield arrays
 
 

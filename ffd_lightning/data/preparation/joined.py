@@ -22,7 +22,7 @@ from ffd_lightning.geometry.mesh import Mesh
 
 @dataclass(frozen=True)
 class JoinedSet(PreparedSet):
-    """Several categories' sets end to end; a model's id is `<category>/<its own>`.
+    """Several categories' sets end to end; a shape's id is `<category>/<its own>`.
 
     Nothing is copied: each member stays mapped.
 
@@ -78,7 +78,7 @@ class JoinedSet(PreparedSet):
         return tuple(array for m in self.members for array in m.mapped_clouds)
 
     def category(self, row: int) -> str:
-        """Return the category of a model."""
+        """Return the category of a shape."""
         return self._place(row)[0].category(0)
 
     def part_names_of(self, row: int) -> tuple[str, ...]:
@@ -106,7 +106,7 @@ class JoinedSet(PreparedSet):
         return replace(mesh, face_parts=parts, part_names=self.part_names)
 
     def point_parts(self, row: int) -> NDArray[np.uint8] | None:
-        """See `PreparedSet.point_parts`; of models without parts all are unknown."""
+        """See `PreparedSet.point_parts`; of shapes without parts all are unknown."""
         if not self.part_names:
             return None
         member, own = self._place(row)

@@ -1,4 +1,4 @@
-"""How models are kept on disk: small, exact but for the clouds, and quick to get back.
+"""How shapes are kept on disk: small, exact but for the clouds, and quick to get back.
 
 Images are compressed one by one, a mesh as one block. Clouds stay mapped arrays, since training
 picks points at random: their coordinates are rounded to 1/65534 of the bounding box's diagonal.

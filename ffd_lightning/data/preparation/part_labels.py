@@ -1,4 +1,4 @@
-"""Part labels carried from annotated points to a model's mesh and to points on it.
+"""Part labels carried from annotated points to a shape's mesh and to points on it.
 
 Annotations come in a frame of their own: another scale and centre, and in some releases turned
 about the vertical. They are laid over the mesh first, then every place takes the label of the
@@ -15,17 +15,17 @@ from scipy.spatial import cKDTree
 
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.sources.base import PartCloud
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.sampling import sample_surface
 
 MAX_RMS = 0.035
 """Greatest distance between an annotation and the mesh it is used for, of the mesh's diagonal.
 
-Symmetric root mean square. Measured on procedural models of 10 categories with 2,500 annotated
+Symmetric root mean square. Measured on procedural shapes of 10 categories with 2,500 annotated
 points: a model's own annotation is at most 0.016 off, with noise of 1%, and 0.027 where only the
 outer shell of a car is annotated. A chair's annotation is at least 0.09 from a table. Those of
-other models of the same category are further off than this in 80% of pairs; the rest look alike.
+other shapes of the same category are further off than this in 80% of pairs; the rest look alike.
 """
 
 _TIE = 0.03  # turns of a box, whose distances are the same, were found to differ by as much
@@ -36,7 +36,7 @@ _TURNS = np.array(
 _SURFACE_POINTS = 16384
 _PROBES = 4096  # points of either side that distances are measured at
 _REFINEMENTS = 6
-_RIDGE = 1e-3  # keeps a flat model from sliding within its plane
+_RIDGE = 1e-3  # keeps a flat shape from sliding within its plane
 
 _SPACING = 0.01  # between the places on a face that vote, of the diagonal
 _MAX_PLACES = 4096  # on one face
@@ -145,7 +145,7 @@ def align(parts: PartCloud, mesh: Mesh, rng: np.random.Generator) -> tuple[PartC
 
     Args:
         parts: annotated points in any frame that is y up.
-        mesh: the model.
+        mesh: the shape.
         rng: draws the points of the surface that are compared.
 
     Returns:
@@ -153,12 +153,12 @@ def align(parts: PartCloud, mesh: Mesh, rng: np.random.Generator) -> tuple[PartC
         other labels, else "".
 
     Raises:
-        RejectedModelError: it does not fit; the message is the reason.
+        RejectedShapeError: it does not fit; the message is the reason.
     """
     center, size = _box(mesh.vertices[mesh.faces].reshape(-1, 3))
     own_center, own_size = _box(parts.points)
     if not (0 < own_size < np.inf and 0 < size < np.inf):
-        raise RejectedModelError("its part annotation or its mesh has no extent")
+        raise RejectedShapeError("its part annotation or its mesh has no extent")
     surface = _Surface(mesh, center, size, rng)
     # From here on in units of the diagonal, about the middle of the box.
     turned = (parts.points - own_center) / own_size @ _TURNS.transpose(0, 2, 1)
@@ -172,7 +172,7 @@ def align(parts: PartCloud, mesh: Mesh, rng: np.random.Generator) -> tuple[PartC
     if refined >= distance:
         points = turned[best]
     if not min(distance, refined) <= MAX_RMS:
-        raise RejectedModelError(
+        raise RejectedShapeError(
             "its part annotation does not fit the mesh "
             f"(rms distance {min(distance, refined):.3f} of the diagonal)"
         )

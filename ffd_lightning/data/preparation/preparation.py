@@ -1,8 +1,8 @@
 """Preparing a category: load, normalise, sample, render; in parallel, and safe against kills.
 
-Each model becomes one file of a working folder as soon as it is done; at the end all are joined
-into arrays in a second folder, which is renamed into place. So a kill costs the models in work and
-no more, and no process ever sees half a set. The models' files may come from several machines
+Each shape becomes one file of a working folder as soon as it is done; at the end all are joined
+into arrays in a second folder, which is renamed into place. So a kill costs the shapes in work and
+no more, and no process ever sees half a set. The shapes' files may come from several machines
 (`Shard`): they share the working folder, or it is copied together.
 """
 
@@ -23,14 +23,14 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from ffd_lightning.data.preparation.assembly import assemble
-from ffd_lightning.data.preparation.model_file import Recipe, is_done
 from ffd_lightning.data.preparation.prepared import REJECTED, WARNINGS, PreparedSet
-from ffd_lightning.data.preparation.workers import make_models
+from ffd_lightning.data.preparation.shape_file import Recipe, is_done
+from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.parallel import available_cores
-from ffd_lightning.progress import ModelProgress
+from ffd_lightning.progress import CountProgress
 
 FORMAT_VERSION = 2
 """Goes up when the same settings give another set, so that prepared data is built anew."""
@@ -38,7 +38,7 @@ FORMAT_VERSION = 2
 
 @dataclass(frozen=True)
 class Shard:
-    """One machine's part of the models: every `count`-th, from the `number`-th on (1 is first)."""
+    """One machine's part of the shapes: every `count`-th, from the `number`-th on (1 is first)."""
 
     number: int
     count: int
@@ -66,13 +66,13 @@ class Preparation:
     `if __name__ == "__main__":`.
 
     Args:
-        source: where models come from.
+        source: where shapes come from.
         category: its name.
-        num_points: surface samples per model.
+        num_points: surface samples per shape.
         render: the images.
         root: prepared sets are kept in `root/prepared`.
         workers: processes, 0 for one per core.
-        timeout: seconds after which a model is given up and rejected.
+        timeout: seconds after which a shape is given up and rejected.
         progress: show on stderr how far it is.
     """
 
@@ -107,7 +107,7 @@ class Preparation:
         """Return the prepared set, building what is missing of it.
 
         Raises:
-            DataError: no usable model, a damaged set, or a disk that is full or not writable.
+            DataError: no usable shape, a damaged set, or a disk that is full or not writable.
         """
         if self.target.exists():
             self._tidy()
@@ -122,10 +122,10 @@ class Preparation:
         return prepared
 
     def run_shard(self, shard: Shard) -> PreparedSet | None:
-        """Make a part of the models; join all of them if these were the last that were missing.
+        """Make a part of the shapes; join all of them if these were the last that were missing.
 
         Returns:
-            The prepared set once all models are done, else None.
+            The prepared set once all shapes are done, else None.
 
         Raises:
             DataError: as `run`.
@@ -145,7 +145,7 @@ class Preparation:
         if not left:
             return self.run()
         print(
-            f"{self.category}: shard {shard.number}/{shard.count} is done, {len(left)} models of "
+            f"{self.category}: shard {shard.number}/{shard.count} is done, {len(left)} shapes of "
             f"other shards are not. The last shard joins all if they share {self.target.parent}; "
             f"else copy the folders {self.recipe.folder} together and run without a shard",
             file=sys.stderr,
@@ -154,7 +154,7 @@ class Preparation:
 
     @property
     def recipe(self) -> Recipe:
-        """How single models are made, and the folder they are kept in until all are done."""
+        """How single shapes are made, and the folder they are kept in until all are done."""
         folder = self.target.with_name(f".{self.target.name}.partial")
         return Recipe(self.source, self.category, self.num_points, self.render, folder)
 
@@ -162,10 +162,10 @@ class Preparation:
         if getattr(multiprocessing.current_process(), "_inheriting", False):
             # A worker that is still importing the script would wait for the lock its parent holds.
             raise RuntimeError('data is prepared outside of `if __name__ == "__main__":`')
-        return self.source.model_ids(self.category)
+        return self.source.shape_ids(self.category)
 
     def _make(self, ids: Sequence[str], all_ids: Sequence[str]) -> None:
-        """Make those models of `ids` that are not done yet; the caller holds a lock."""
+        """Make those shapes of `ids` that are not done yet; the caller holds a lock."""
         recipe = self.recipe
         recipe.folder.mkdir(exist_ok=True)
         todo = [i for i in ids if not is_done(recipe, i)]
@@ -174,16 +174,16 @@ class Preparation:
             part = "" if len(ids) == len(all_ids) else f" of {len(all_ids)}"
             resumed = f" ({done} are done already)" if done else ""
             print(
-                f"preparing {len(ids)}{part} models of {self.category} in {self.target}{resumed}",
+                f"preparing {len(ids)}{part} shapes of {self.category} in {self.target}{resumed}",
                 file=sys.stderr,
             )
         try:
-            with ModelProgress(self.category, len(ids), done, self.progress) as bar:
+            with CountProgress(self.category, len(ids), done, self.progress) as bar:
                 workers = self.workers or available_cores()
-                make_models(recipe, todo, workers, self.timeout, bar.advance)
+                make_shapes(recipe, todo, workers, self.timeout, bar.advance)
         except KeyboardInterrupt:
             print(
-                "preparation interrupted: the same command resumes with the models that are left",
+                "preparation interrupted: the same command resumes with the shapes that are left",
                 file=sys.stderr,
             )
             raise
@@ -197,7 +197,7 @@ class Preparation:
         self._tidy()
 
     def _tidy(self) -> None:
-        """Remove the models' files once they are in the set, also after a kill in between."""
+        """Remove the shapes' files once they are in the set, also after a kill in between."""
         folder = self.recipe.folder
         gone = folder.with_suffix(".done")
         if folder.exists():
@@ -216,7 +216,7 @@ class Preparation:
         except OSError as error:
             raise DataError(
                 f"cannot prepare {self.target}: {error}. Free some space there or choose another "
-                "folder (paths.data=DIR); the same command resumes with the models that are left"
+                "folder (paths.data=DIR); the same command resumes with the shapes that are left"
             ) from error
 
 
@@ -238,7 +238,7 @@ def _locked(target: Path) -> Iterator[None]:
 def _report(prepared: PreparedSet) -> None:
     """Say in one line what was prepared and what was rejected."""
     size = sum(facts["bytes"] for facts in prepared.manifest["files"].values())
-    line = f"prepared {len(prepared)} models in {prepared.path} ({size / 1e6:.0f} MB)"
+    line = f"prepared {len(prepared)} shapes in {prepared.path} ({size / 1e6:.0f} MB)"
     if prepared.manifest["warnings"]:
         line += f"; {prepared.manifest['warnings']} with warnings, see {prepared.path / WARNINGS}"
     if prepared.rejected:

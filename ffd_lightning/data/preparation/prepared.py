@@ -53,7 +53,7 @@ class PreparedSet:
     Attributes:
         path: its folder.
         manifest: settings, source, counts, and size and checksum of each file.
-        ids: n model ids, sorted.
+        ids: n shape ids, sorted.
         families: structural family of each, "" where unknown.
         part_names: names of the parts, () where unknown.
         image_shape: views, H, W, 4.
@@ -113,27 +113,27 @@ class PreparedSet:
         return (self.arrays["points"],)
 
     def category(self, row: int) -> str:
-        """Return the category of a model: the set's, of whichever model."""
+        """Return the category of a shape: the set's, of whichever shape."""
         return str(self.manifest["settings"]["category"])
 
     def part_names_of(self, row: int) -> tuple[str, ...]:
-        """Return the names of the parts that models of a model's category have."""
+        """Return the names of the parts that shapes of a shape's category have."""
         return self.part_names
 
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
-        """Return a model's surface samples, (N, 3), in its frame: bounding-box diagonal 1.
+        """Return a shape's surface samples, (N, 3), in its frame: bounding-box diagonal 1.
 
         Args:
-            row: of the model.
+            row: of the shape.
             count: only the first so many; they are drawn independently.
         """
         return unpack_points(self.arrays["points"][row, :count])
 
     def image(self, row: int, view: int = 0) -> NDArray[np.uint8]:
-        """Return one image of a model, (H, W, 4) uint8: RGB over white and coverage.
+        """Return one image of a shape, (H, W, 4) uint8: RGB over white and coverage.
 
         Args:
-            row: of the model.
+            row: of the shape.
             view: which of its images.
 
         Raises:
@@ -150,12 +150,12 @@ class PreparedSet:
     def spread_images(
         self, rows: Sequence[int] | NDArray[np.int64], count: int
     ) -> list[NDArray[np.uint8]]:
-        """Return one image each of at most `count` models, evenly spread over `rows`.
+        """Return one image each of at most `count` shapes, evenly spread over `rows`.
 
         Views take turns.
 
         Args:
-            rows: of the models to choose from, one or more.
+            rows: of the shapes to choose from, one or more.
             count: at most so many.
         """
         places = np.linspace(0, len(rows) - 1, min(len(rows), count)).astype(int)
@@ -163,7 +163,7 @@ class PreparedSet:
         return [self.image(int(rows[place]), k % views) for k, place in enumerate(places)]
 
     def mesh(self, row: int) -> Mesh:
-        """Return a model's normalised mesh, one colour per face (textures averaged).
+        """Return a shape's normalised mesh, one colour per face (textures averaged).
 
         Raises:
             DataError: it is damaged.
@@ -180,26 +180,26 @@ class PreparedSet:
         """
         return self._model(row)[1] if self.part_names else None
 
-    def index(self, model_id: str) -> int:
-        """Return the row of a model.
+    def index(self, shape_id: str) -> int:
+        """Return the row of a shape.
 
         Raises:
-            DataError: no such model.
+            DataError: no such shape.
         """
         try:
-            return self._rows[model_id]
+            return self._rows[shape_id]
         except KeyError:
-            raise DataError(f"{self.path} holds no model {model_id!r}") from None
+            raise DataError(f"{self.path} holds no shape {shape_id!r}") from None
 
     @cached_property
     def rejected(self) -> dict[str, str]:
-        """Why a model is not in the set, by its id."""
+        """Why a shape is not in the set, by its id."""
         with (self.path / REJECTED).open(newline="", encoding="utf-8") as file:
             return {row["id"]: row["reason"] for row in csv.DictReader(file)}
 
     @cached_property
     def _rows(self) -> dict[str, int]:
-        return {model_id: row for row, model_id in enumerate(self.ids)}
+        return {shape_id: row for row, shape_id in enumerate(self.ids)}
 
     def _model(self, row: int) -> tuple[Mesh, NDArray[np.uint8]]:
         """Return a mesh and its points' parts, (N,), numbered as the set numbers them."""

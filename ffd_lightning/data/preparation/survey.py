@@ -11,7 +11,7 @@ import numpy as np
 
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.preparation.workers import make_models
+from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.sources.base import Survey
 from ffd_lightning.errors import DataError
 from ffd_lightning.parallel import available_cores
@@ -31,7 +31,7 @@ class Finding:
         survey: what was seen without loading them.
         templates: the paper's ids, and those of them that are absent.
         prepared: the prepared set's folder if it is there.
-        trial: models tried; reasons of those that were rejected.
+        trial: shapes tried; reasons of those that were rejected.
         seconds, megabytes: what preparing all of it takes, on this machine.
     """
 
@@ -49,7 +49,7 @@ class Finding:
 
 
 def examine(preparation: Preparation, of_shapenet: bool) -> Finding:
-    """Look at one category and prepare a few of its models on trial.
+    """Look at one category and prepare a few of its shapes on trial.
 
     Args:
         preparation: of the category.
@@ -57,7 +57,7 @@ def examine(preparation: Preparation, of_shapenet: bool) -> Finding:
     """
     category, source = preparation.category, preparation.source
     try:
-        ids = source.model_ids(category)
+        ids = source.shape_ids(category)
         finding = Finding(category, models=len(ids), survey=source.survey(category))
         if of_shapenet:
             finding.templates = paper_templates(category)
@@ -73,7 +73,7 @@ def examine(preparation: Preparation, of_shapenet: bool) -> Finding:
 
 
 def _try_some(preparation: Preparation, ids: list[str], finding: Finding) -> None:
-    """Prepare some models in a folder of their own, and reckon from them for all."""
+    """Prepare some shapes in a folder of their own, and reckon from them for all."""
     places = np.unique(np.linspace(0, len(ids) - 1, min(len(ids), TRIAL)).astype(int))
     trial = [ids[k] for k in places]
     if not trial:
@@ -82,7 +82,7 @@ def _try_some(preparation: Preparation, ids: list[str], finding: Finding) -> Non
     with tempfile.TemporaryDirectory() as folder:
         recipe = replace(preparation.recipe, folder=Path(folder))
         workers = preparation.workers or available_cores()
-        make_models(
+        make_shapes(
             recipe, trial, workers, preparation.timeout, lambda: times.append(time.monotonic())
         )
         rejections = {i: recipe.rejection(i) for i in trial}
@@ -91,7 +91,7 @@ def _try_some(preparation: Preparation, ids: list[str], finding: Finding) -> Non
         }
         sizes = [recipe.file(i).stat().st_size for i in trial if i not in finding.rejected]
     finding.trial = len(trial)
-    # From the first model's end on: workers take seconds to start, once.
+    # From the first shape's end on: workers take seconds to start, once.
     rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0
     finding.seconds = len(ids) / rate if rate else 0.0
     finding.megabytes = len(ids) * sum(sizes) / len(trial) / 1e6

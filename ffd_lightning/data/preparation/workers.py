@@ -1,4 +1,4 @@
-"""Worker processes that make models, each as if it might die at any moment."""
+"""Worker processes that make shapes, each as if it might die at any moment."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from ffd_lightning.data.preparation.model_file import Recipe, is_done, make_model, reject
+from ffd_lightning.data.preparation.shape_file import Recipe, is_done, make_shape, reject
 from ffd_lightning.errors import DataError
 
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
-def make_models(
+def make_shapes(
     recipe: Recipe,
     ids: Iterable[str],
     workers: int,
     timeout: float,
     advance: Callable[[], None],
 ) -> None:
-    """Make models in worker processes; reject by name the one at which a process dies.
+    """Make shapes in worker processes; reject by name the one at which a process dies.
 
     Args:
         recipe: what to make, and where to.
-        ids: the models.
+        ids: the shapes.
         workers: at most so many processes.
-        timeout: seconds after which a model is given up and rejected.
-        advance: called for every model done.
+        timeout: seconds after which a shape is given up and rejected.
+        advance: called for every shape done.
 
     Raises:
         DataError: worker processes cannot start.
-        OSError: a model's file cannot be written.
+        OSError: a shape's file cannot be written.
     """
     todo = deque(ids)
     while todo:
@@ -59,18 +59,18 @@ def _run_pool(
     timeout: float,
     advance: Callable[[], None],
 ) -> deque[str]:
-    """Make models from the front of `todo` in worker processes, until none is left or one dies.
+    """Make shapes from the front of `todo` in worker processes, until none is left or one dies.
 
     Args:
         recipe: what to make.
-        todo: emptied from the front as models are handed out.
+        todo: emptied from the front as shapes are handed out.
         workers: at most so many processes.
-        in_hand: at most so many models are handed out at a time.
-        timeout: seconds after which a model is given up.
-        advance: called for every model done.
+        in_hand: at most so many shapes are handed out at a time.
+        timeout: seconds after which a shape is given up.
+        advance: called for every shape done.
 
     Returns:
-        The models that were in hand, and not done, when a worker died.
+        The shapes that were in hand, and not done, when a worker died.
     """
     # spawn: a fork would copy the locks that threads of torch and of the bar may hold.
     context = multiprocessing.get_context("spawn")
@@ -98,7 +98,7 @@ def _run_pool(
                 advance()
             return left
         except BaseException:
-            # Ctrl-C or a full disk: no reason to wait for models in work. The pool gives up when
+            # Ctrl-C or a full disk: no reason to wait for shapes in work. The pool gives up when
             # its workers die; leaving it waits for that, as its thread must not outlive it.
             for process in set(multiprocessing.active_children()) - others:
                 process.terminate()
@@ -107,7 +107,7 @@ def _run_pool(
 
 
 def _check_start(pool: ProcessPoolExecutor) -> None:
-    """Tell workers that cannot even start from workers that die over a model."""
+    """Tell workers that cannot even start from workers that die over a shape."""
     try:
         _submit(pool, os.getpid).result()
     except BrokenProcessPool:
@@ -168,7 +168,7 @@ def _start_worker(recipe: Recipe, timeout: float) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # for systems without the mask of `_submit`
     if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, _give_up)
-    # Where memory runs out, Linux shall end a worker, which costs one model, and nothing else.
+    # Where memory runs out, Linux shall end a worker, which costs one shape, and nothing else.
     with suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text("1000", encoding="ascii")
     parent = multiprocessing.parent_process()
@@ -185,7 +185,7 @@ def _give_up(*_: object) -> None:
     raise TimeoutError(f"it takes longer than preparation.timeout={_timeout:g} seconds")
 
 
-def _work(model_id: str) -> None:
+def _work(shape_id: str) -> None:
     assert _recipe is not None
     # The signal ends what Python runs; the process ends where a library does not return.
     last_resort = threading.Timer(2 * _timeout, os._exit, (1,))
@@ -194,9 +194,9 @@ def _work(model_id: str) -> None:
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, _timeout)
     try:
-        make_model(_recipe, model_id)
+        make_shape(_recipe, shape_id)
     except TimeoutError as error:  # it came while the file was written
-        reject(_recipe, model_id, f"TimeoutError: {error}")
+        reject(_recipe, shape_id, f"TimeoutError: {error}")
     finally:
         if hasattr(signal, "setitimer"):
             signal.setitimer(signal.ITIMER_REAL, 0)

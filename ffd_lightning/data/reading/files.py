@@ -1,4 +1,4 @@
-"""Files of models: in folders, or in zip archives that are read without unpacking."""
+"""Files of shapes: in folders, or in zip archives that are read without unpacking."""
 
 from __future__ import annotations
 

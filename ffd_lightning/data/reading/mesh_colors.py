@@ -19,7 +19,7 @@ EpsImagePlugin.gs_binary = False
 
 _MAX_TEXTURE = 1024
 _MAX_PIXELS = 8192 * 8192  # of a file; decoding takes four bytes for each
-_MAX_TEXELS = 128 * _MAX_TEXTURE**2  # of a model's textures together: 512 MB
+_MAX_TEXELS = 128 * _MAX_TEXTURE**2  # of a shape's textures together: 512 MB
 _MAX_INDEX = np.iinfo(np.int16).max
 _NO_COLOR = np.array([178, 178, 178, 255], np.uint8)
 _WHITE = np.full(4, 255, np.uint8)
@@ -34,7 +34,7 @@ def valid_faces(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDAr
 
 
 class Textures:
-    """The textures of one model, each file decoded once and kept once per tint.
+    """The textures of one shape, each file decoded once and kept once per tint.
 
     Attributes:
         images: RGBA, (h, w, 4) uint8 each.

@@ -1,6 +1,6 @@
 """One mesh file of any common format, with its materials, as a `Mesh`.
 
-Real models are messy: what can be mended is, what can't is rejected with a plain reason. A name
+Real shapes are messy: what can be mended is, what can't is rejected with a plain reason. A name
 that a file gives for another file (a material library, a texture, a glTF buffer) is looked up
 among the files that belong to the model and nowhere else, so nothing outside is read or fetched.
 """
@@ -25,7 +25,7 @@ from ffd_lightning.data.reading.files import MAX_BYTES, File
 from ffd_lightning.data.reading.mesh_colors import Textures, face_colors, valid_faces
 from ffd_lightning.data.reading.mesh_gltf import mend_gltf
 from ffd_lightning.data.reading.mesh_text import as_utf8, read_mended
-from ffd_lightning.errors import RejectedModelError, is_bug
+from ffd_lightning.errors import RejectedShapeError, is_bug
 from ffd_lightning.geometry.mesh import Mesh
 
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
@@ -44,7 +44,7 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
 
     Convention:
         Coordinates are taken as they are, y up: OBJ and glTF say so; PLY, OFF and STL have no
-        rule, so models in those formats that are z up must be turned beforehand.
+        rule, so shapes in those formats that are z up must be turned beforehand.
 
     Args:
         path: the mesh file; its extension is one of `EXTENSIONS`, in any case.
@@ -54,13 +54,13 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
         The mesh without faces that are degenerate, not finite or point to no vertex.
 
     Raises:
-        RejectedModelError: the file cannot be read or has no surface; the message is the reason.
+        RejectedShapeError: the file cannot be read or has no surface; the message is the reason.
     """
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what a reader makes of a damaged file is judged here
             return _merge(path.name, _load(path, SideFiles(side_files)))
-    except RejectedModelError:
+    except RejectedShapeError:
         raise
     except Exception as error:  # trimesh meets anything in a damaged file
         if is_bug(error):
@@ -69,7 +69,7 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
         if isinstance(error, ImportError):  # trimesh reaches for a decoder of unknown text
             reason = "its content is not of this format"
         message = f"{path.name} cannot be read ({type(error).__name__}: {reason})"
-        raise RejectedModelError(message) from error
+        raise RejectedShapeError(message) from error
 
 
 class _Once(io.BytesIO):
@@ -85,7 +85,7 @@ class _Once(io.BytesIO):
 def _load(path: File, side_files: SideFiles) -> trimesh.Scene:
     """Return what trimesh makes of a file."""
     if isinstance(path, Path) and path.stat().st_size > MAX_BYTES:
-        raise RejectedModelError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
+        raise RejectedShapeError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
     kind = path.suffix.lower().lstrip(".")
     data = read_mended(path)
     if kind in ("glb", "gltf"):
@@ -136,7 +136,7 @@ class SideFiles(Resolver):
         raise FileNotFoundError(key)
 
     def write(self, name: str, data: Any) -> None:
-        """Refuse: models are only read."""
+        """Refuse: shapes are only read."""
         raise PermissionError(name)
 
     def namespaced(self, namespace: str) -> SideFiles:
@@ -166,7 +166,7 @@ def _merge(name: str, scene: trimesh.Scene) -> Mesh:
     for geometry, matrix in _placed(scene):
         total += len(geometry.faces)
         if total > _MAX_FACES:
-            raise RejectedModelError(f"{name} has more than {_MAX_FACES:,} faces")
+            raise RejectedShapeError(f"{name} has more than {_MAX_FACES:,} faces")
         points = np.asarray(geometry.vertices, np.float64)
         index = np.asarray(geometry.faces, np.int64)
         valid = valid_faces(points, index)
@@ -180,11 +180,11 @@ def _merge(name: str, scene: trimesh.Scene) -> Mesh:
         uvs.append(None if uv is None else uv[valid])
         offset += len(used)
     if total == 0:
-        raise RejectedModelError(f"{name} has no faces")
+        raise RejectedShapeError(f"{name} has no faces")
     corners, triangles = np.concatenate(vertices), np.concatenate(faces)
     keep = _has_area(corners, triangles)
     if not keep.any():
-        raise RejectedModelError(f"{name} has no face with a finite area above zero")
+        raise RejectedShapeError(f"{name} has no face with a finite area above zero")
     used, triangles = _compact(triangles[keep], len(corners))
     texture = np.concatenate(face_textures)[keep]
     textured = bool((texture >= 0).any())
@@ -224,7 +224,7 @@ def _placed(scene: trimesh.Scene) -> Iterator[tuple[trimesh.Trimesh, NDArray[np.
         # trimesh takes time cubic in the depth to multiply the transforms down to one node.
         path = scene.graph.transforms.shortest_path(scene.graph.base_frame, node)
         if len(path) > _MAX_DEPTH:
-            raise RejectedModelError(f"its scene nests more than {_MAX_DEPTH} levels deep")
+            raise RejectedShapeError(f"its scene nests more than {_MAX_DEPTH} levels deep")
         matrix, name = scene.graph[node]
         geometry = scene.geometry[name]
         if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):

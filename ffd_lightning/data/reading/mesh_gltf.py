@@ -8,7 +8,7 @@ import struct
 from typing import Any, Protocol
 
 from ffd_lightning.data.reading.mesh_text import as_utf8
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedShapeError
 
 _GLOSS = "KHR_materials_pbrSpecularGlossiness"
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of a component, by type
@@ -48,7 +48,7 @@ def mend_gltf(name: str, data: bytes, binary: bool, files: Files) -> bytes:
         files: where the buffers are that are kept apart.
 
     Raises:
-        RejectedModelError: it claims more than there is, or is stored sparsely.
+        RejectedShapeError: it claims more than there is, or is stored sparsely.
         ValueError, LookupError, ArithmeticError, struct.error: the header is damaged.
         OSError: a buffer is missing or cannot be read.
     """
@@ -85,15 +85,15 @@ def _check_claims(name: str, tree: dict[str, Any], there: int) -> None:
             continue
         position, corners = accessors[first], accessors[primitive.get("indices", first)]
         if "sparse" in position or "sparse" in corners:
-            raise RejectedModelError(
+            raise RejectedShapeError(
                 f"{name} stores geometry in sparse accessors, which are not supported"
             )
         # 64-bit numbers: three of a vertex, one of a corner
         memory += 24 * abs(position["count"]) + 8 * abs(corners["count"])
     if not math.isfinite(claim) or claim > _SPARE_BYTES + _MAX_CLAIM * there:
-        raise RejectedModelError(f"{name} claims {claim:,} bytes of data and holds {there:,}")
+        raise RejectedShapeError(f"{name} claims {claim:,} bytes of data and holds {there:,}")
     if memory > _MAX_BYTES:
-        raise RejectedModelError(f"{name} would take {memory / 1e9:.1f} GB of memory")
+        raise RejectedShapeError(f"{name} would take {memory / 1e9:.1f} GB of memory")
 
 
 def _keep_diffuse(material: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 
 from ffd_lightning.data.reading.files import File
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.errors import RejectedShapeError
 
 _OFF_HEADER = re.compile(rb"(?:ST)?C?N?OFF(\d*)")
 _MANY_SOLIDS = 100
@@ -16,14 +16,14 @@ def read_mended(path: File) -> bytes:
     """Return the content of a mesh file in the form that trimesh reads rightly.
 
     Raises:
-        RejectedModelError: the file is empty, compressed or, for an OFF, incomplete.
+        RejectedShapeError: the file is empty, compressed or, for an OFF, incomplete.
         OSError: the file cannot be read.
     """
     data = path.read_bytes()
     if not data or data.isspace():
-        raise RejectedModelError(f"{path.name} is empty")
+        raise RejectedShapeError(f"{path.name} is empty")
     if b"KHR_draco_mesh_compression" in data:
-        raise RejectedModelError(
+        raise RejectedShapeError(
             f"{path.name} is compressed by Draco, which is not supported: export it without"
         )
     kind = path.suffix.lower()
@@ -95,13 +95,13 @@ def _plain_off(data: bytes, name: str) -> bytes:
     missing without a word.
 
     Raises:
-        RejectedModelError: it is of a kind that is not supported, or incomplete.
+        RejectedShapeError: it is of a kind that is not supported, or incomplete.
         ValueError: a number is none.
     """
     rows = [row for line in data.splitlines() if (row := line.split(b"#")[0].split())]
     header = _OFF_HEADER.fullmatch(rows[0][0]) if rows else None
     if header is None or b"BINARY" in rows[0]:
-        raise RejectedModelError(
+        raise RejectedShapeError(
             f"{name} is not of a kind of OFF that can be read: text that begins with OFF, or with "
             "COFF, NOFF or STOFF"
         )
@@ -109,7 +109,7 @@ def _plain_off(data: bytes, name: str) -> bytes:
     while len(counts) < 2 and start < len(rows):
         counts, start = counts + rows[start], start + 1
     if len(counts) < 2 or not (counts[0].isdigit() and counts[1].isdigit()):
-        raise RejectedModelError(f"{name} does not say how many vertices and faces it has")
+        raise RejectedShapeError(f"{name} does not say how many vertices and faces it has")
     num_vertices, num_faces = int(counts[0]), int(counts[1])
     vertices = rows[start : start + num_vertices]
     faces = rows[start + num_vertices : start + num_vertices + num_faces]
@@ -118,11 +118,11 @@ def _plain_off(data: bytes, name: str) -> bytes:
         ("faces", faces, num_faces),
     ):
         if len(there) < promised:
-            raise RejectedModelError(
+            raise RejectedShapeError(
                 f"{name} is incomplete: it has {len(there):,} of {promised:,} {kind}"
             )
     if any(len(row) < 3 for row in vertices) or any(len(row) <= int(row[0]) for row in faces):
-        raise RejectedModelError(f"{name} is incomplete: a vertex or a face lacks numbers")
+        raise RejectedShapeError(f"{name} is incomplete: a vertex or a face lacks numbers")
     fans = [[b"3", r[1], r[k], r[k + 1]] for r in faces for k in range(2, int(r[0]))]
     lines = [b"OFF", b"%d %d 0" % (num_vertices, len(fans))]
     return b"\n".join(lines + [b" ".join(row[:3]) for row in vertices] + list(map(b" ".join, fans)))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.sources.base import PartCloud
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 
 RELEASE = "PartAnnotation"
 BENCHMARK = "shapenetcore_partanno_segmentation_benchmark_v0"
@@ -89,31 +89,31 @@ class AnnotatedCategory:
         return {"points": ".pts", "": ".txt"}.get(folder, ".seg")
 
     def ids(self) -> list[str]:
-        """Return the models with labels, sorted."""
+        """Return the shapes with labels, sorted."""
         found = (files_in(self.path / f, self.suffix(f)) for f in self.label_folders())
         return sorted(set().union(*found))
 
-    def read(self, model_id: str) -> PartCloud:
-        """Return a model's annotation in its own frame.
+    def read(self, shape_id: str) -> PartCloud:
+        """Return a shape's annotation in its own frame.
 
         Raises:
-            RejectedModelError: it has none, or files that cannot be used; the message is why.
+            RejectedShapeError: it has none, or files that cannot be used; the message is why.
         """
-        names = [f"{f}/{model_id}{self.suffix(f)}".lstrip("/") for f in self.label_folders()]
+        names = [f"{f}/{shape_id}{self.suffix(f)}".lstrip("/") for f in self.label_folders()]
         names = [name for name in names if (self.path / name).exists()]
         if not names:
-            raise RejectedModelError("it has no part annotation")
+            raise RejectedShapeError("it has no part annotation")
         if self.layout == NORMAL:
             table = self._table(names[0], 7)
             points, labels = table[:, :3], self._numbers(names[0], table[:, 6])
         else:
-            points = self._table(f"points/{model_id}.pts", 3)
+            points = self._table(f"points/{shape_id}.pts", 3)
             if self.layout == RELEASE and not names[0].startswith(_EXPERT):
                 labels = self._masks(names, len(points))
             else:
                 labels = self._numbers(names[0], self._column(names[0], len(points)))
         if (labels == UNKNOWN_PART).all():
-            raise RejectedModelError("its part annotation gives no point a part")
+            raise RejectedShapeError("its part annotation gives no point a part")
         return PartCloud(points, labels, self.names)
 
     def _masks(self, names: list[str], count: int) -> Labels:
@@ -158,8 +158,8 @@ class AnnotatedCategory:
             raise self._broken(name, "holds numbers that are not finite")
         return table
 
-    def _broken(self, name: str, reason: str) -> RejectedModelError:
-        return RejectedModelError(f"its part annotation {self.path.name}/{name} {reason}")
+    def _broken(self, name: str, reason: str) -> RejectedShapeError:
+        return RejectedShapeError(f"its part annotation {self.path.name}/{name} {reason}")
 
 
 def _listed_names(path: Path) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a source of models is."""
+"""What a source of shapes is."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ffd_lightning.geometry.mesh import Mesh
 
 @dataclass(frozen=True)
 class PartCloud:
-    """Points on a model's surface of which the part is known.
+    """Points on a shape's surface of which the part is known.
 
     Attributes:
         points: (P, 3) float64, in the frame of the model's mesh.
@@ -27,8 +27,8 @@ class PartCloud:
 
 
 @dataclass(frozen=True)
-class SourceModel:
-    """One model as its source gives it, before normalisation.
+class SourceShape:
+    """One shape as its source gives it, before normalisation.
 
     Attributes:
         mesh: geometry, colours, textures and part labels; y up, facing -z (+x is its own right).
@@ -48,11 +48,11 @@ class SourceModel:
 
 @dataclass(frozen=True)
 class Survey:
-    """What can be seen of a category without loading its models.
+    """What can be seen of a category without loading its shapes.
 
     Attributes:
         layout: how its files are kept ("v1, zip archive", say).
-        faults: models that cannot be used, and why.
+        faults: shapes that cannot be used, and why.
         notes: what a user should know.
     """
 
@@ -72,23 +72,23 @@ class Source(Protocol):
         """Return what can be asked for, sorted: names where the project has one, else ids."""
         ...
 
-    def model_ids(self, category: str) -> list[str]:
-        """Return the ids of all models of `category`, sorted.
+    def shape_ids(self, category: str) -> list[str]:
+        """Return the ids of all shapes of `category`, sorted.
 
         Raises:
             DataError: the source has no such category; the message lists those it has.
         """
         ...
 
-    def load(self, category: str, model_id: str) -> SourceModel:
-        """Return one model.
+    def load(self, category: str, shape_id: str) -> SourceShape:
+        """Return one shape.
 
         Args:
             category: one of `categories`.
-            model_id: one of `model_ids`.
+            shape_id: one of `shape_ids`.
 
         Raises:
-            RejectedModelError: the model cannot be used; the message is the reason.
+            RejectedShapeError: the model cannot be used; the message is the reason.
         """
         ...
 
@@ -100,9 +100,9 @@ class Source(Protocol):
         """Look at a category without loading its shapes; by default there is nothing to say.
 
         Raises:
-            DataError: as `model_ids`.
+            DataError: as `shape_ids`.
         """
-        self.model_ids(category)
+        self.shape_ids(category)
         return Survey("")
 
     def split(self, category: str) -> dict[str, str]:

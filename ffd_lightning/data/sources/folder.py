@@ -1,4 +1,4 @@
-"""Real models in a folder tree: one folder per category, one folder or file per model."""
+"""Real shapes in a folder tree: one folder per category, one folder or file per shape."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.data.reading.frame import Up, into_frame
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
-from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.data.sources.base import SourceShape, Survey
+from ffd_lightning.errors import DataError, RejectedShapeError
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
 _PREFERRED_STEMS = ("model_normalized", "model")
 
 
 @dataclass(frozen=True)
-class _ModelFiles:
-    """A model's mesh file and all files that may be read for it."""
+class _ShapeFiles:
+    """A shape's mesh file and all files that may be read for it."""
 
     mesh: Path
     side_files: tuple[Path, ...]
@@ -31,26 +31,26 @@ class _ModelFiles:
 class FolderSource:
     """Models from `root/<category>/<model>/...` or `root/<category>/<model>.<ext>`, also mixed.
 
-    The category's folder bears its name or its ShapeNet v1 synset. A model's folder may be nested
-    (`<model>/models/x.obj`). Of several mesh files of one model the one taken is, in this order:
+    The category's folder bears its name or its ShapeNet v1 synset. A shape's folder may be nested
+    (`<model>/models/x.obj`). Of several mesh files of one shape the one taken is, in this order:
     named `model_normalized`, `model` or as the model; the first format of glb, gltf, obj, ply,
     off, stl; the least nested; the first by name. Folders without any mesh file (`textures`) serve
     the mesh files next to them. Names that begin with a dot and `__MACOSX` are passed over.
 
     Convention:
-        Models are taken to be y up and to face -z, as ShapeNet's; where they are not, `up` and
+        Shapes are taken to be y up and to face -z, as ShapeNet's; where they are not, `up` and
         `yaw` turn all of them alike.
 
     Attributes:
         root: the folder of category folders.
         up: the axis that points up in the files.
-        yaw: degrees to turn models by about the vertical after that, see `frame.turn`.
+        yaw: degrees to turn shapes by about the vertical after that, see `frame.turn`.
     """
 
     root: Path
     up: Up = "y"
     yaw: float = 0.0
-    _models: dict[str, dict[str, _ModelFiles]] = field(
+    _models: dict[str, dict[str, _ShapeFiles]] = field(
         default_factory=dict, init=False, repr=False, compare=False
     )
 
@@ -66,39 +66,39 @@ class FolderSource:
         names = {synset: name for name, synset in SYNSETS.items()}
         return sorted({names.get(folder, folder) for folder in self._folders()})
 
-    def model_ids(self, category: str) -> list[str]:
-        """Return the ids of all models of `category`, sorted: names of folders or files.
+    def shape_ids(self, category: str) -> list[str]:
+        """Return the ids of all shapes of `category`, sorted: names of folders or files.
 
         Raises:
-            DataError: there is no such folder, or no model in it.
+            DataError: there is no such folder, or no shape in it.
         """
         folder = self._category_folder(category)
-        models = self._models[category] = _find_models(folder)
+        models = self._models[category] = _find_shapes(folder)
         if not models:
             formats = ", ".join(e.lstrip(".") for e in EXTENSIONS)
             raise DataError(
-                f"{folder} holds no models: expected <model>/... or <model>.<extension>, where "
+                f"{folder} holds no shapes: expected <model>/... or <model>.<extension>, where "
                 f"the extension is one of {formats}"
             )
         return sorted(models)
 
-    def load(self, category: str, model_id: str) -> SourceModel:
-        """Return one model.
+    def load(self, category: str, shape_id: str) -> SourceShape:
+        """Return one shape.
 
         Raises:
-            RejectedModelError: the model cannot be used; the message is the reason.
+            RejectedShapeError: the model cannot be used; the message is the reason.
             DataError: there is no folder for the category.
         """
         if category not in self._models:
-            self._models[category] = _find_models(self._category_folder(category))
-        files = self._models[category].get(model_id)
+            self._models[category] = _find_shapes(self._category_folder(category))
+        files = self._models[category].get(shape_id)
         if files is None:
-            raise RejectedModelError(f"there is no model {model_id!r} of category {category!r}")
+            raise RejectedShapeError(f"there is no shape {shape_id!r} of category {category!r}")
         mesh = read_mesh(files.mesh, files.side_files)
-        return SourceModel(into_frame(mesh, self.up, self.yaw))
+        return SourceShape(into_frame(mesh, self.up, self.yaw))
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return how models are turned, and a hash over names, sizes and times of all files."""
+        """Return how shapes are turned, and a hash over names, sizes and times of all files."""
         folder = self._category_folder(category)
         digest, count = hashlib.sha256(), 0
         for entry in sorted(folder.iterdir()):
@@ -120,23 +120,23 @@ class FolderSource:
         """Tell the formats of the meshes, and which files are empty.
 
         Raises:
-            DataError: as `model_ids`.
+            DataError: as `shape_ids`.
         """
-        ids = self.model_ids(category)
+        ids = self.shape_ids(category)
         meshes = {i: self._models[category][i].mesh for i in ids}
         counts = Counter(mesh.suffix.lower().lstrip(".") for mesh in meshes.values())
         faults = {i: f"{m.name} is empty" for i, m in meshes.items() if m.stat().st_size == 0}
         return Survey(", ".join(f"{n} {kind}" for kind, n in counts.most_common()), faults)
 
     def split(self, category: str) -> dict[str, str]:
-        """Return {}: a folder of models has no split of its own."""
+        """Return {}: a folder of shapes has no split of its own."""
         return {}
 
     def _folders(self) -> list[str]:
         """Return the names of the folders in `root`, sorted."""
         if not self.root.is_dir():
             raise DataError(
-                f"the folder of models {self.root} does not exist: set data.root to a folder of "
+                f"the folder of shapes {self.root} does not exist: set data.root to a folder of "
                 "the form <root>/<category>/<model>"
             )
         return sorted(p.name for p in self.root.iterdir() if p.is_dir() and not is_hidden(p.name))
@@ -167,9 +167,9 @@ def _files_below(entry: Path) -> list[Path]:
     return sorted(file for file in files if file.is_file())
 
 
-def _find_models(folder: Path) -> dict[str, _ModelFiles]:
-    """Return the models in a category's folder by id."""
-    models: dict[str, _ModelFiles] = {}
+def _find_shapes(folder: Path) -> dict[str, _ShapeFiles]:
+    """Return the shapes in a category's folder by id."""
+    models: dict[str, _ShapeFiles] = {}
     single: dict[str, list[Path]] = {}
     shared: list[Path] = []
     for entry in sorted(folder.iterdir()):
@@ -180,15 +180,15 @@ def _find_models(folder: Path) -> dict[str, _ModelFiles]:
             for mesh in meshes:
                 single.setdefault(entry.stem, []).append(mesh)
         else:
-            models[entry.name] = _ModelFiles(_preferred(meshes, entry.name), tuple(files))
+            models[entry.name] = _ShapeFiles(_preferred(meshes, entry.name), tuple(files))
     for name, meshes in single.items():
-        models.setdefault(name, _ModelFiles(_preferred(meshes, name), tuple(shared)))
+        models.setdefault(name, _ShapeFiles(_preferred(meshes, name), tuple(shared)))
     return models
 
 
-def _preferred(meshes: list[Path], model_id: str) -> Path:
+def _preferred(meshes: list[Path], shape_id: str) -> Path:
     """Return the mesh file to take, by the order that `FolderSource` documents."""
-    stems = [*_PREFERRED_STEMS, model_id]
+    stems = [*_PREFERRED_STEMS, shape_id]
 
     def rank(file: Path) -> tuple[int, int, int, str]:
         stem = stems.index(file.stem) if file.stem in stems else len(stems)

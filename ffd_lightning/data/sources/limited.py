@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ffd_lightning.data.sources.base import Source, SourceModel, Survey
+from ffd_lightning.data.sources.base import Source, SourceShape, Survey
 
 
 @dataclass(frozen=True)
@@ -23,15 +23,15 @@ class LimitedSource:
         """See `Source`."""
         return self.source.categories()
 
-    def model_ids(self, category: str) -> list[str]:
+    def shape_ids(self, category: str) -> list[str]:
         """Return `limit` ids of a category, sorted; all where there are fewer."""
-        ids = self.source.model_ids(category)
+        ids = self.source.shape_ids(category)
         count = min(self.limit, len(ids))
         return [ids[k * len(ids) // count] for k in range(count)]
 
-    def load(self, category: str, model_id: str) -> SourceModel:
+    def load(self, category: str, shape_id: str) -> SourceShape:
         """See `Source`."""
-        return self.source.load(category, model_id)
+        return self.source.load(category, shape_id)
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return what decides the shapes: that of the whole, and the limit."""

@@ -10,8 +10,8 @@ from pathlib import Path
 from ffd_lightning.data.reading.files import File, ZipMember, ZipTree, is_hidden
 from ffd_lightning.data.reading.frame import Up, into_frame
 from ffd_lightning.data.reading.mesh_file import read_mesh
-from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.data.sources.base import SourceShape, Survey
+from ffd_lightning.errors import DataError, RejectedShapeError
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
 _NAMES = ("ModelNet40", "ModelNet10")
@@ -21,7 +21,7 @@ _THEIRS = {"plane": "airplane"}  # the project's names that ModelNet has other w
 
 @dataclass(frozen=True)
 class _Model:
-    """A model's file and the side of the split it is on."""
+    """A shape's file and the side of the split it is on."""
 
     file: File
     side: str
@@ -53,7 +53,7 @@ class ModelNetSource:
     Attributes:
         root: what `data.root` names.
         up: the axis that points up in the files.
-        yaw: degrees to turn models by about the vertical after that, see `frame.turn`.
+        yaw: degrees to turn shapes by about the vertical after that, see `frame.turn`.
     """
 
     root: Path
@@ -78,34 +78,34 @@ class ModelNetSource:
         ours = {theirs: name for name, theirs in _THEIRS.items()}
         return sorted(ours.get(name, name) for name in self._listed())
 
-    def model_ids(self, category: str) -> list[str]:
-        """Return the ids of all models of `category`, sorted: names of files, `chair_0001`.
+    def shape_ids(self, category: str) -> list[str]:
+        """Return the ids of all shapes of `category`, sorted: names of files, `chair_0001`.
 
         Raises:
             DataError: no such category; the message lists those that are there.
         """
         return sorted(self._category(category))
 
-    def load(self, category: str, model_id: str) -> SourceModel:
-        """Return one model.
+    def load(self, category: str, shape_id: str) -> SourceShape:
+        """Return one shape.
 
         Raises:
-            RejectedModelError: the model cannot be used; the message is the reason.
+            RejectedShapeError: the model cannot be used; the message is the reason.
             DataError: no such category.
         """
-        model = self._category(category).get(model_id)
+        model = self._category(category).get(shape_id)
         if model is None:
-            raise RejectedModelError(f"there is no model {model_id!r} of category {category!r}")
-        return SourceModel(into_frame(read_mesh(model.file), self.up, self.yaw))
+            raise RejectedShapeError(f"there is no shape {shape_id!r} of category {category!r}")
+        return SourceShape(into_frame(read_mesh(model.file), self.up, self.yaw))
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return how models are turned and a hash over their ids and their files' sizes.
+        """Return how shapes are turned and a hash over their ids and their files' sizes.
 
         The same in folders and in archives: the data set is published and does not change.
         """
         digest = hashlib.sha256()
-        for model_id, model in sorted(self._category(category).items()):
-            digest.update(f"{model_id}\0{model.size()}\n".encode())
+        for shape_id, model in sorted(self._category(category).items()):
+            digest.update(f"{shape_id}\0{model.size()}\n".encode())
         return {
             "source": "modelnet",
             "loader": _LOADER_VERSION,
@@ -118,7 +118,7 @@ class ModelNetSource:
         """Tell form and split, and which files are empty.
 
         Raises:
-            DataError: as `model_ids`.
+            DataError: as `shape_ids`.
         """
         models = self._category(category)
         packed = any(isinstance(model.file, ZipMember) for model in models.values())
@@ -130,27 +130,27 @@ class ModelNetSource:
         )
 
     def split(self, category: str) -> dict[str, str]:
-        """Return the folder, "train" or "test", that each model is in, by id."""
-        return {model_id: model.side for model_id, model in self._category(category).items()}
+        """Return the folder, "train" or "test", that each shape is in, by id."""
+        return {shape_id: model.side for shape_id, model in self._category(category).items()}
 
     def _category(self, category: str) -> dict[str, _Model]:
-        """Return the models of a category by id."""
+        """Return the shapes of a category by id."""
         listed = self._listed()
         name = category if category in listed else _THEIRS.get(category, category)
         if name not in listed:
             raise DataError(f"{self.root} has no {name}; it has: {', '.join(self.categories())}")
         models: dict[str, _Model] = {}
-        for model_id, model in listed[name]:
-            if model_id in models:
+        for shape_id, model in listed[name]:
+            if shape_id in models:
                 raise DataError(
-                    f"{self.root} has {model_id} of {name} twice, in {models[model_id].side} and "
+                    f"{self.root} has {shape_id} of {name} twice, in {models[shape_id].side} and "
                     f"in {model.side}: rename one"
                 )
-            models[model_id] = model
+            models[shape_id] = model
         return models
 
     def _listed(self) -> dict[str, list[tuple[str, _Model]]]:
-        """Return the ids and models that are there, by category."""
+        """Return the ids and shapes that are there, by category."""
         if not self._models:
             place = _find(self.root)
             for path, file in _off_files(place):
@@ -162,7 +162,7 @@ class ModelNetSource:
 
 
 def _off_files(place: Path) -> Iterator[tuple[tuple[str, ...], File]]:
-    """Yield the models' files in a folder or an archive, each with its path in there."""
+    """Yield the shapes' files in a folder or an archive, each with its path in there."""
     files: Iterator[tuple[tuple[str, ...], File]]
     if place.is_file():
         files = ((member.parts, member) for member in ZipTree(place).members())

@@ -1,4 +1,4 @@
-"""Published part annotations of ShapeNet: labelled points by model, in three layouts."""
+"""Published part annotations of ShapeNet: labelled points by shape, in three layouts."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ffd_lightning.data.reading.part_files import (
     files_in,
 )
 from ffd_lightning.data.sources.base import PartCloud
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give other labels
@@ -30,7 +30,7 @@ class PartAnnotations:
     """Part annotations as downloaded and unpacked; which layout they have is seen.
 
     `PartAnnotation/<synset>` (2016): `points/<model>.pts`, a mask for each part in
-    `points_label/<part>/<model>.seg`, and for some models numbers in `expert_verified/points_label`
+    `points_label/<part>/<model>.seg`, and for some shapes numbers in `expert_verified/points_label`
     that are taken before the masks; `metadata.json` says which part a number stands for, and
     without it the masks alone are read. Where masks overlap, the first part has the point.
     The benchmarks name no parts: theirs are "part 1", "part 2" and so on.
@@ -58,7 +58,7 @@ class PartAnnotations:
         return self._category(category).layout
 
     def ids(self, category: str) -> list[str]:
-        """Return the ids of the models that are annotated, sorted.
+        """Return the ids of the shapes that are annotated, sorted.
 
         Raises:
             DataError: the category has no annotation.
@@ -84,17 +84,17 @@ class PartAnnotations:
             "sha256": digest.hexdigest(),
         }
 
-    def read(self, category: str, model_id: str, mesh: Mesh) -> tuple[PartCloud | None, str]:
-        """Return a model's annotation in its mesh's frame, and what is wrong with it or "".
+    def read(self, category: str, shape_id: str, mesh: Mesh) -> tuple[PartCloud | None, str]:
+        """Return a shape's annotation in its mesh's frame, and what is wrong with it or "".
 
-        The same model gives the same result in any process. What cannot be used gives no parts and
+        The same shape gives the same result in any process. What cannot be used gives no parts and
         the reason, never an error.
         """
         try:
-            parts = self._category(category).read(model_id)
-            key = hashlib.sha256(f"parts/{model_id}".encode()).digest()
+            parts = self._category(category).read(shape_id)
+            key = hashlib.sha256(f"parts/{shape_id}".encode()).digest()
             return align(parts, mesh, np.random.default_rng(list(key)))
-        except (RejectedModelError, DataError) as error:
+        except (RejectedShapeError, DataError) as error:
             return None, str(error)
 
     def _tops(self) -> list[Path]:

@@ -12,9 +12,9 @@ from typing import Any
 
 from ffd_lightning.data.reading.frame import Up, into_frame, mean_azimuth, turn
 from ffd_lightning.data.reading.mesh_file import read_mesh
-from ffd_lightning.data.sources.base import SourceModel, Survey
+from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.data.splits import HashSplit, SplitInput
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
 
 FLAWS = ("truncated", "occluded", "slightly_occluded")
@@ -48,7 +48,7 @@ class _Photo:
 class Pix3dSource:
     """Pix3D as downloaded: `root/pix3d.json` and the folders `img`, `mask` and `model` beside it.
 
-    One model is one photograph; its id is the stem of the photograph's name, `0001`, with `-2` and
+    One shape is one photograph; its id is the stem of the photograph's name, `0001`, with `-2` and
     so on where a category has it more than once. The object is cut out, laid on white and made as
     large as objects are in rendered training images. What pix3d.json names outside `root` is not
     read.
@@ -94,7 +94,7 @@ class Pix3dSource:
         """
         return sorted(name for name, photos in self._read().items() if self._usable(photos))
 
-    def model_ids(self, category: str) -> list[str]:
+    def shape_ids(self, category: str) -> list[str]:
         """Return the ids of all photographs of `category` that are not left out, sorted.
 
         Raises:
@@ -102,34 +102,34 @@ class Pix3dSource:
         """
         return sorted(self._category(category))
 
-    def load(self, category: str, model_id: str) -> SourceModel:
+    def load(self, category: str, shape_id: str) -> SourceShape:
         """Return a mesh and the photograph of it, (1, height, width, 4).
 
         Raises:
-            RejectedModelError: it cannot be used; the message is the reason.
+            RejectedShapeError: it cannot be used; the message is the reason.
             DataError: there is no such category.
         """
-        photo = self._category(category).get(model_id)
+        photo = self._category(category).get(shape_id)
         if photo is None:
-            raise RejectedModelError(f"there is no photograph {model_id!r} of {category!r}")
+            raise RejectedShapeError(f"there is no photograph {shape_id!r} of {category!r}")
         if photo.problem:
-            raise RejectedModelError(photo.problem)
+            raise RejectedShapeError(photo.problem)
         file = self.root / photo.model
         if not file.is_file():
-            raise RejectedModelError(f"it has no {photo.model}")
+            raise RejectedShapeError(f"it has no {photo.model}")
         cut = cut_out(self.root, photo.img, photo.mask, photo.box)
         image = fit_picture(cut, self.height, self.width, OBJECT_FILL)
         mesh = read_mesh(file, [path for path in file.parent.rglob("*") if path.is_file()])
-        return SourceModel(into_frame(mesh, self.up, self.yaw), images=image[None])
+        return SourceShape(into_frame(mesh, self.up, self.yaw), images=image[None])
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return the settings, and a hash over all entries that are used and their files' sizes."""
         digest = hashlib.sha256()
-        for model_id, photo in sorted(self._category(category).items()):
+        for shape_id, photo in sorted(self._category(category).items()):
             names = () if photo.problem else (photo.img, photo.mask, photo.model)
             files = [self.root / name for name in names]
             sizes = [file.stat().st_size if file.is_file() else -1 for file in files]
-            digest.update(f"{json.dumps([model_id, *astuple(photo), *sizes])}\n".encode())
+            digest.update(f"{json.dumps([shape_id, *astuple(photo), *sizes])}\n".encode())
         return {
             "source": "pix3d",
             "loader": _LOADER_VERSION,
@@ -146,14 +146,14 @@ class Pix3dSource:
         """Tell how many photographs of how many shapes there are, what is missing, and the front.
 
         Raises:
-            DataError: as `model_ids`.
+            DataError: as `shape_ids`.
         """
         photos = self._category(category)
         faults = {i: photo.problem for i, photo in photos.items() if photo.problem}
-        for model_id, photo in photos.items():
+        for shape_id, photo in photos.items():
             for name in (photo.img, photo.mask, photo.model):
-                if model_id not in faults and not (self.root / name).is_file():
-                    faults[model_id] = f"it has no {name}"
+                if shape_id not in faults and not (self.root / name).is_file():
+                    faults[shape_id] = f"it has no {name}"
         shapes = len({photo.shape for photo in photos.values()})
         left_out = len(self._read()[category]) - len(photos)
         notes = [f"photographs of {shapes} shapes; {left_out} more are left out"]
@@ -174,7 +174,7 @@ class Pix3dSource:
         photos = self._category(category)
         shapes = tuple({photo.shape for photo in photos.values()})
         subsets = HashSplit(_TRAIN_FRACTION)(SplitInput(category, shapes, (), {}))
-        return {model_id: subsets[photo.shape] for model_id, photo in photos.items()}
+        return {shape_id: subsets[photo.shape] for shape_id, photo in photos.items()}
 
     def facing(self, category: str) -> float | None:
         """Return the mean azimuth of the cameras, see `frame.mean_azimuth`; None if unknown.
@@ -229,7 +229,7 @@ def _entries(file: Path) -> Iterator[tuple[str, _Photo]]:
     except OSError as error:
         raise DataError(
             f"{file} cannot be read ({error.strerror}): set data.root to Pix3D's folder, which "
-            f"holds {_LIST}, img, mask and model"
+            f"holds {_LIST}, img, mask and shape"
         ) from None
     except (ValueError, RecursionError) as error:
         raise DataError(f"{file} is damaged or incomplete ({error}): get it again") from None

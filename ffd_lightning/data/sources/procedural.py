@@ -1,19 +1,19 @@
-"""The embedded dataset as a source; `ffd_lightning.shapes` computes the models."""
+"""The embedded dataset as a source; `ffd_lightning.shapes` computes the shapes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from ffd_lightning import shapes
-from ffd_lightning.data.sources.base import SourceModel, Survey
-from ffd_lightning.errors import RejectedModelError
+from ffd_lightning.data.sources.base import SourceShape, Survey
+from ffd_lightning.errors import RejectedShapeError
 
 
 @dataclass(frozen=True)
 class ProceduralSource:
-    """Parametric models of the paper's 13 categories.
+    """Parametric shapes of the paper's 13 categories.
 
-    A model depends on (category, index, seed) and never on how many are asked for.
+    A shape depends on (category, index, seed) and never on how many are asked for.
 
     Args:
         num_models: per category.
@@ -27,7 +27,7 @@ class ProceduralSource:
         """Return the paper's categories."""
         return sorted(shapes.categories())
 
-    def model_ids(self, category: str) -> list[str]:
+    def shape_ids(self, category: str) -> list[str]:
         """Return `table-000000` and so on.
 
         Raises:
@@ -36,19 +36,19 @@ class ProceduralSource:
         shapes.families(category)
         return [f"{category}-{i:06d}" for i in range(self.num_models)]
 
-    def load(self, category: str, model_id: str) -> SourceModel:
-        """Build one model; its part names are the category's, in the category's order.
+    def load(self, category: str, shape_id: str) -> SourceShape:
+        """Build one shape; its part names are the category's, in the category's order.
 
         Raises:
-            RejectedModelError: an id that is not of this category.
+            RejectedShapeError: an id that is not of this category.
         """
-        prefix, _, digits = model_id.rpartition("-")
+        prefix, _, digits = shape_id.rpartition("-")
         if prefix != category or not digits.isdecimal():
-            raise RejectedModelError(f"{model_id} is no id of a procedural {category}")
-        return SourceModel(*shapes.build(category, int(digits), self.seed))
+            raise RejectedShapeError(f"{shape_id} is no id of a procedural {category}")
+        return SourceShape(*shapes.build(category, int(digits), self.seed))
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return what decides the models."""
+        """Return what decides the shapes."""
         return {
             "source": "procedural",
             "num_models": self.num_models,
@@ -57,7 +57,7 @@ class ProceduralSource:
         }
 
     def survey(self, category: str) -> Survey:
-        """Return that models are computed."""
+        """Return that shapes are computed."""
         return Survey("computed")
 
     def split(self, category: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""3D-R2N2's published renderings of ShapeNetCore v1: 24 views of 137 x 137 a model."""
+"""3D-R2N2's published renderings of ShapeNetCore v1: 24 views of 137 x 137 a shape."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.errors import DataError, RejectedModelError, is_bug
+from ffd_lightning.errors import DataError, RejectedShapeError, is_bug
 from ffd_lightning.imaging.pictures import fit_picture
 
 VIEWS = 24
@@ -35,7 +35,7 @@ class R2n2Images:
     width: int
 
     def ids(self, category: str) -> set[str]:
-        """Return the ids of all models that have a folder.
+        """Return the ids of all shapes that have a folder.
 
         Raises:
             DataError: there is no folder for the category.
@@ -44,7 +44,7 @@ class R2n2Images:
             return {entry.name for entry in entries if entry.is_dir()}
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return which models have renderings, as a hash, and the size they are brought to.
+        """Return which shapes have renderings, as a hash, and the size they are brought to.
 
         Raises:
             DataError: there is no folder for the category.
@@ -53,13 +53,13 @@ class R2n2Images:
         digest = hashlib.sha256(ids.encode()).hexdigest()
         return {"source": "r2n2", "sha256": digest, "height": self.height, "width": self.width}
 
-    def read(self, category: str, model_id: str) -> NDArray[np.uint8]:
-        """Return a model's images, (24, height, width, 4) uint8: RGB over white and coverage.
+    def read(self, category: str, shape_id: str) -> NDArray[np.uint8]:
+        """Return a shape's images, (24, height, width, 4) uint8: RGB over white and coverage.
 
         Raises:
-            RejectedModelError: one is missing or damaged; the message names it.
+            RejectedShapeError: one is missing or damaged; the message names it.
         """
-        folder = self._folder(category) / model_id / "rendering"
+        folder = self._folder(category) / shape_id / "rendering"
         images = []
         for view in range(VIEWS):
             name = f"rendering/{view:02d}.png"
@@ -70,12 +70,12 @@ class R2n2Images:
                         raise ValueError(f"it has {picture.width} x {picture.height} pixels")
                     images.append(fit_picture(picture, self.height, self.width))
             except FileNotFoundError:
-                raise RejectedModelError(f"it has no {name}") from None
+                raise RejectedShapeError(f"it has no {name}") from None
             except Exception as error:  # Pillow meets anything in a damaged file
                 if is_bug(error):
                     raise
                 reason = f"{type(error).__name__}: {error}"
-                raise RejectedModelError(f"{name} cannot be read ({reason})") from error
+                raise RejectedShapeError(f"{name} cannot be read ({reason})") from error
         return np.stack(images)
 
     def _folder(self, category: str) -> Path:

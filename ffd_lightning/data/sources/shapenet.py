@@ -13,33 +13,33 @@ from typing import Protocol
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
 from ffd_lightning.data.reading.mesh_file import read_mesh
-from ffd_lightning.data.sources.base import SourceModel, Survey
+from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.data.sources.parts import PartAnnotations
 from ffd_lightning.data.sources.r2n2 import R2n2Images
-from ffd_lightning.errors import DataError, RejectedModelError
+from ffd_lightning.errors import DataError, RejectedShapeError
 
 _LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
 MESHES = {1: ("model.obj",), 2: ("models", "model_normalized.obj")}
 """Where a model's mesh is, by version, below the model's folder."""
 
-_TELLING = 20  # so many models more of one version than of the other decide
+_TELLING = 20  # so many shapes more of one version than of the other decide
 _BELOW = ("", "ShapeNetCore.v1", "ShapeNetCore.v2")
 _SYNSET = re.compile(r"\d{8}")
 
 
 class Category(Protocol):
-    """One category's models, wherever they are."""
+    """One category's shapes, wherever they are."""
 
     def ids(self) -> list[str]:
-        """Return the ids of all models, sorted."""
+        """Return the ids of all shapes, sorted."""
         ...
 
-    def size(self, model_id: str, path: Sequence[str]) -> int | None:
-        """Return the size of a model's file in bytes, None where it has no such file."""
+    def size(self, shape_id: str, path: Sequence[str]) -> int | None:
+        """Return the size of a shape's file in bytes, None where it has no such file."""
         ...
 
-    def files(self, model_id: str) -> dict[tuple[str, ...], File]:
-        """Return a model's files by their path below its folder."""
+    def files(self, shape_id: str) -> dict[tuple[str, ...], File]:
+        """Return a shape's files by their path below its folder."""
         ...
 
 
@@ -54,16 +54,16 @@ class CategoryFolder:
         with os.scandir(self.path) as entries:
             return sorted(e.name for e in entries if e.is_dir() and not e.name.startswith("."))
 
-    def size(self, model_id: str, path: Sequence[str]) -> int | None:
-        """Return the size of a model's file in bytes, None where it has no such file."""
+    def size(self, shape_id: str, path: Sequence[str]) -> int | None:
+        """Return the size of a shape's file in bytes, None where it has no such file."""
         try:
-            return self.path.joinpath(model_id, *path).stat().st_size
+            return self.path.joinpath(shape_id, *path).stat().st_size
         except OSError:
             return None
 
-    def files(self, model_id: str) -> dict[tuple[str, ...], File]:
-        """Return a model's files; links to folders within it are not followed."""
-        top = self.path / model_id
+    def files(self, shape_id: str) -> dict[tuple[str, ...], File]:
+        """Return a shape's files; links to folders within it are not followed."""
+        top = self.path / shape_id
         found: dict[tuple[str, ...], File] = {}
         for folder, _, names in os.walk(top):
             for name in names:
@@ -99,14 +99,14 @@ class CategoryZip:
         """Return the names of the folders in it, sorted."""
         return sorted(self._read())
 
-    def size(self, model_id: str, path: Sequence[str]) -> int | None:
-        """Return the size of a model's file in bytes, None where it has no such file."""
-        member = self._read().get(model_id, {}).get(tuple(path))
+    def size(self, shape_id: str, path: Sequence[str]) -> int | None:
+        """Return the size of a shape's file in bytes, None where it has no such file."""
+        member = self._read().get(shape_id, {}).get(tuple(path))
         return None if member is None else member.info.file_size
 
-    def files(self, model_id: str) -> dict[tuple[str, ...], File]:
-        """Return a model's files by their path below its folder."""
-        return dict(self._read().get(model_id, {}))
+    def files(self, shape_id: str) -> dict[tuple[str, ...], File]:
+        """Return a shape's files by their path below its folder."""
+        return dict(self._read().get(shape_id, {}))
 
 
 @dataclass
@@ -114,7 +114,7 @@ class ShapeNetSource:
     """ShapeNetCore as downloaded: nothing is unpacked, and which version it is, is seen.
 
     `root` holds `<synset>` folders or `<synset>.zip` archives, or a folder `ShapeNetCore.v1` or
-    `.v2` that does. A folder is taken before an archive of the same name. Models without their mesh
+    `.v2` that does. A folder is taken before an archive of the same name. Shapes without their mesh
     and empty ones are rejected with the reason.
 
     Convention:
@@ -144,10 +144,10 @@ class ShapeNetSource:
         return sorted(names.get(synset, synset) for synset in self.synsets())
 
     def survey(self, category: str) -> Survey:
-        """Tell version and form, and which models lack their mesh, image or annotation.
+        """Tell version and form, and which shapes lack their mesh, image or annotation.
 
         Raises:
-            DataError: as `model_ids`.
+            DataError: as `shape_ids`.
         """
         models, version = self.category(category)
         form = "zip archive" if isinstance(models, CategoryZip) else "folders"
@@ -163,39 +163,39 @@ class ShapeNetSource:
         if self.parts is not None:
             annotations = self._annotations(category)
             annotated = set() if annotations is None else set(annotations.ids(category)) & set(ids)
-            notes.append(f"parts of {len(annotated)} models are annotated")
+            notes.append(f"parts of {len(annotated)} shapes are annotated")
         return Survey(f"v{version}, {form}", faults, tuple(notes))
 
     def split(self, category: str) -> dict[str, str]:
         """Return {}: ShapeNetCore has no split that all use."""
         return {}
 
-    def model_ids(self, category: str) -> list[str]:
-        """Return the ids of all models of `category`, sorted.
+    def shape_ids(self, category: str) -> list[str]:
+        """Return the ids of all shapes of `category`, sorted.
 
         Raises:
             DataError: no such category; the message lists those that are there.
         """
         return self.category(category)[0].ids()
 
-    def load(self, category: str, model_id: str) -> SourceModel:
-        """Return one model.
+    def load(self, category: str, shape_id: str) -> SourceShape:
+        """Return one shape.
 
         Raises:
-            RejectedModelError: the model cannot be used; the message is the reason.
+            RejectedShapeError: the model cannot be used; the message is the reason.
             DataError: no such category.
         """
         models, version = self.category(category)
-        files = models.files(model_id)
+        files = models.files(shape_id)
         mesh = files.get(MESHES[version])
         if mesh is None:
-            raise RejectedModelError(f"it has no {'/'.join(MESHES[version])}")
-        images = None if self.images is None else self.images.read(category, model_id)
-        model = SourceModel(read_mesh(mesh, list(files.values())), images=images)
+            raise RejectedShapeError(f"it has no {'/'.join(MESHES[version])}")
+        images = None if self.images is None else self.images.read(category, shape_id)
+        model = SourceShape(read_mesh(mesh, list(files.values())), images=images)
         annotations = self._annotations(category)
         if annotations is None:
             return model
-        parts, warning = annotations.read(category, model_id, model.mesh)
+        parts, warning = annotations.read(category, shape_id, model.mesh)
         return replace(model, parts=parts, warning=warning)
 
     def fingerprint(self, category: str) -> dict[str, object]:
@@ -207,8 +207,8 @@ class ShapeNetSource:
         models, version = self.category(category)
         annotations = self._annotations(category)
         digest = hashlib.sha256()
-        for model_id in models.ids():
-            digest.update(f"{model_id}\0{models.size(model_id, MESHES[version])}\n".encode())
+        for shape_id in models.ids():
+            digest.update(f"{shape_id}\0{models.size(shape_id, MESHES[version])}\n".encode())
         return {
             "source": "shapenet",
             "loader": _LOADER_VERSION,
@@ -219,10 +219,10 @@ class ShapeNetSource:
         }
 
     def category(self, name: str) -> tuple[Category, int]:
-        """Return a category's models and the version of ShapeNetCore that they are of.
+        """Return a category's shapes and the version of ShapeNetCore that they are of.
 
         Raises:
-            DataError: no such category, or its models are of neither version.
+            DataError: no such category, or its shapes are of neither version.
         """
         if name not in self._categories:
             synset = SYNSETS.get(name, name)
@@ -269,9 +269,9 @@ class ShapeNetSource:
     def _version(self, place: Path, models: Category) -> int:
         ids = models.ids()
         counts = dict.fromkeys(MESHES, 0)
-        for model_id in ids:  # looking at all 8,000 of them takes long on a disk of the network
+        for shape_id in ids:  # looking at all 8,000 of them takes long on a disk of the network
             for version, path in MESHES.items():
-                counts[version] += models.size(model_id, path) is not None
+                counts[version] += models.size(shape_id, path) is not None
             if max(counts.values()) - min(counts.values()) >= _TELLING:
                 break
         version = max(counts, key=lambda v: counts[v])

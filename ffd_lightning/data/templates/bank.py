@@ -33,7 +33,7 @@ class TemplateBank:
     One lattice per template, the bounding box of its mesh, serves its cloud and its mesh alike.
 
     Args:
-        ids: T model ids.
+        ids: T shape ids.
         families: T structural families, "" where unknown.
         points: clouds, (T, N, 3) float32.
         meshes: T normalised meshes as prepared (not subdivided).
@@ -85,7 +85,7 @@ class TemplateBank:
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
     ) -> TemplateBank:
-        """Take models of a prepared set as templates.
+        """Take shapes of a prepared set as templates.
 
         Raises:
             DataError: the set does not hold one of them.

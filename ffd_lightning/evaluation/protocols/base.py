@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.evaluation.shapes import ModelShape, Shape
+from ffd_lightning.evaluation.shapes import PreparedShape, Shape
 
 
 @dataclass(frozen=True)
@@ -59,10 +59,10 @@ class EvaluationProtocol(Protocol):
 
     @property
     def needs_parts(self) -> bool:
-        """Whether only models with part labels can be tested on; by default not."""
+        """Whether only shapes with part labels can be tested on; by default not."""
         return False
 
-    def truth(self, shape: ModelShape, rng: np.random.Generator) -> Any:
+    def truth(self, shape: PreparedShape, rng: np.random.Generator) -> Any:
         """Return what of the ground truth is computed once for all shapes put before it."""
         ...
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.evaluation.protocols.base import Measure
-from ffd_lightning.evaluation.shapes import ModelShape, Shape
+from ffd_lightning.evaluation.shapes import PreparedShape, Shape
 from ffd_lightning.geometry.voxels import voxelize
 from ffd_lightning.metrics.iou import voxel_iou
 from ffd_lightning.metrics.surface import SurfaceSample, sample_with_normals, surface_scores
@@ -30,7 +30,7 @@ class ModernProtocol:
     Convention:
         Distances are in units of the longest side of the ground truth's box. Points are drawn
         afresh from the (deformed) meshes. Voxels are closed boxes (half-size 0.5) over the box from
-        -0.5 to 0.5 in the models' own frame, filled.
+        -0.5 to 0.5 in the shapes' own frame, filled.
 
     Source: Tatarchenko et al. 2019 (F-score at 1% of the side, retrieval as a baseline), Mescheder
     et al. 2019 (Chamfer-L1, normal consistency).
@@ -60,7 +60,7 @@ class ModernProtocol:
             Measure("iou_128", "128^3 voxels, conservative and filled", True),
         )
 
-    def truth(self, shape: ModelShape, rng: np.random.Generator) -> _ModernTruth:
+    def truth(self, shape: PreparedShape, rng: np.random.Generator) -> _ModernTruth:
         """See `EvaluationProtocol`."""
         vertices, faces = shape.mesh()
         scale = 1 / longest_side(vertices, faces)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.evaluation.protocols.base import Measure
-from ffd_lightning.evaluation.shapes import Cloud, ModelShape, Shape
+from ffd_lightning.evaluation.shapes import Cloud, PreparedShape, Shape
 from ffd_lightning.geometry.hemisphere import Hemisphere, bounding_hemisphere
 from ffd_lightning.geometry.voxels import PAPER_HALF_SIZE, voxelize
 from ffd_lightning.metrics.chamfer import chamfer
@@ -30,10 +30,10 @@ class PaperProtocol:
 
     Convention:
         Clouds: 1,024 points, drawn with replacement from a shape's 16,384, and for the ground truth
-        from 1,024 of its own (see `ModelShape.truth_cloud`); all are carried by the transform that
-        brings the ground truth's mesh into its smallest hemisphere of radius 3.2.
+        from 1,024 of its own (see `PreparedShape.truth_cloud`); all are carried by the transform
+        that brings the ground truth's mesh into its smallest hemisphere of radius 3.2.
         Voxels: 32 x 32 x 32 over the box from -0.5 to 0.5, conservative (binvox's half-size of 0.51
-        voxel), filled; the subdivided mesh in the models' own frame.
+        voxel), filled; the subdivided mesh in the shapes' own frame.
 
     Source: the paper's sections 4.1 and 4.2; the authors' released code.
     """
@@ -59,7 +59,7 @@ class PaperProtocol:
             Measure("iou", f"{self.resolution}^3 voxels, conservative and filled", True),
         )
 
-    def truth(self, shape: ModelShape, rng: np.random.Generator) -> _PaperTruth:
+    def truth(self, shape: PreparedShape, rng: np.random.Generator) -> _PaperTruth:
         """See `EvaluationProtocol`."""
         vertices, faces = shape.mesh()
         frame = bounding_hemisphere(vertices[np.unique(faces)])

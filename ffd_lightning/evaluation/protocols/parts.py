@@ -15,7 +15,7 @@ from ffd_lightning.evaluation.part_transfer import (
     transferred_parts,
 )
 from ffd_lightning.evaluation.protocols.base import Measure
-from ffd_lightning.evaluation.shapes import ModelShape, Shape
+from ffd_lightning.evaluation.shapes import PreparedShape, Shape
 
 
 @dataclass(frozen=True)
@@ -23,9 +23,9 @@ class PartProtocol:
     """What part labels are worth that a shape brings along: the paper shows this in pictures.
 
     Convention:
-        Every true point takes the label of the shape's nearest labelled point, both in the models'
+        Every true point takes the label of the shape's nearest labelled point, both in the shapes'
         own frame. Truth and shape give half of their surface samples each, and the truth as its own
-        floor the other half. Points, and models, whose true parts are not known are left out.
+        floor the other half. Points, and shapes, whose true parts are not known are left out.
 
     Source: the paper's section on semantic label transfer; for `shapenet_part_iou` Yi et al. 2016.
     """
@@ -49,7 +49,7 @@ class PartProtocol:
         )
 
     def truth(
-        self, shape: ModelShape, rng: np.random.Generator
+        self, shape: PreparedShape, rng: np.random.Generator
     ) -> tuple[PartCloud, tuple[str, ...]]:
         """See `EvaluationProtocol`."""
         return known_points(shape.truth_labelled_points()), shape.category_parts

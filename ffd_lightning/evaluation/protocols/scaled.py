@@ -9,7 +9,7 @@ import numpy as np
 
 from ffd_lightning.evaluation.protocols.base import Measure
 from ffd_lightning.evaluation.protocols.modern import longest_side
-from ffd_lightning.evaluation.shapes import ModelShape, Shape
+from ffd_lightning.evaluation.shapes import PreparedShape, Shape
 from ffd_lightning.metrics.scalings import SCALINGS, score_like
 from ffd_lightning.metrics.surface import SurfaceSample, sample_with_normals
 
@@ -39,7 +39,7 @@ class ScaledProtocol:
             for name, (score, factor) in SCALINGS[self.name].reported.items()
         )
 
-    def truth(self, shape: ModelShape, rng: np.random.Generator) -> tuple[SurfaceSample, float]:
+    def truth(self, shape: PreparedShape, rng: np.random.Generator) -> tuple[SurfaceSample, float]:
         """See `EvaluationProtocol`."""
         vertices, faces = shape.mesh()
         return self._surface(shape, rng), longest_side(vertices, faces)

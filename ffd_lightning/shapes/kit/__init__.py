@@ -1,4 +1,4 @@
-"""What models of several categories are built of.
+"""What shapes of several categories are built of.
 
 The names that every family needs are here; the rest of the vocabulary is in the modules: legs,
 boards, sheets, upholstery, cross-sections, paths.

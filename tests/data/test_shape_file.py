@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, box_mesh
 
-from ffd_lightning.data.preparation import model_file
-from ffd_lightning.data.preparation.model_file import Recipe, is_done, make_model, reject
+from ffd_lightning.data.preparation import shape_file
 from ffd_lightning.data.preparation.packing import unpack_mesh
-from ffd_lightning.data.sources.base import SourceModel
+from ffd_lightning.data.preparation.shape_file import Recipe, is_done, make_shape, reject
+from ffd_lightning.data.sources.base import SourceShape
 from ffd_lightning.geometry.mesh import Mesh
 
 
@@ -17,17 +17,17 @@ class MeshSource:
     def __init__(self, mesh):
         self.mesh = mesh
 
-    def load(self, category, model_id):
-        return SourceModel(self.mesh)
+    def load(self, category, shape_id):
+        return SourceShape(self.mesh)
 
 
 def recipe(folder, source):
     return Recipe(source, "box", 40, RENDER, folder)
 
 
-def read(recipe, model_id):
-    make_model(recipe, model_id)
-    with np.load(recipe.file(model_id), allow_pickle=False) as arrays:
+def read(recipe, shape_id):
+    make_shape(recipe, shape_id)
+    with np.load(recipe.file(shape_id), allow_pickle=False) as arrays:
         mesh, point_parts = unpack_mesh(arrays["mesh"].tobytes())
         return {**arrays, "face_colors": mesh.face_colors, "point_parts": point_parts}
 
@@ -80,24 +80,24 @@ def test_unknown_parts(tmp_path):
 def test_a_mesh_without_area_is_rejected_with_the_reason(tmp_path):
     mesh = Mesh(np.eye(3), np.array([[0, 1, 1]]), np.full((1, 4), 255, np.uint8))
     flat = recipe(tmp_path, MeshSource(mesh))
-    make_model(flat, "a")
+    make_shape(flat, "a")
     assert "no area" in flat.rejection("a").read_text()
     assert is_done(flat, "a")
 
 
 def test_a_bug_rejects_a_model_and_is_called_one(tmp_path, monkeypatch):
-    monkeypatch.setattr(model_file, "normalize", None)
+    monkeypatch.setattr(shape_file, "normalize", None)
     odd = recipe(tmp_path, MeshSource(box_mesh(0)))
-    make_model(odd, "a")
+    make_shape(odd, "a")
     reason = odd.rejection("a").read_text()
-    assert reason.startswith("TypeError: 'NoneType' object is not callable (model_file._normalized")
+    assert reason.startswith("TypeError: 'NoneType' object is not callable (shape_file._normalized")
     assert reason.endswith("a bug of ffd_lightning: please report it)")
 
 
 def test_is_done_takes_whole_files_only(tmp_path):
     made = recipe(tmp_path, BoxSource(1, tmp_path / "log"))
     assert not is_done(made, "b00")
-    make_model(made, "b00")
+    make_shape(made, "b00")
     assert is_done(made, "b00")
     whole = made.file("b00").read_bytes()
     at = whole.index(b"images.npy") + 200  # within the images

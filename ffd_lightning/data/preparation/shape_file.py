@@ -1,4 +1,4 @@
-"""One prepared model: what is computed of it, and its file in the working folder."""
+"""One prepared shape: what is computed of it, and its file in the working folder."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.packing import UNKNOWN_PART, pack_image, pack_mesh, pack_points
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
-from ffd_lightning.data.sources.base import Source, SourceModel
-from ffd_lightning.errors import RejectedModelError, explain_unforeseen
+from ffd_lightning.data.sources.base import Source, SourceShape
+from ffd_lightning.errors import RejectedShapeError, explain_unforeseen
 from ffd_lightning.files import atomic_file, write_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
@@ -31,7 +31,7 @@ _CONTENTS = frozenset(
 
 @dataclass(frozen=True)
 class Recipe:
-    """What is made of each model of a category, and the working folder it goes to."""
+    """What is made of each shape of a category, and the working folder it goes to."""
 
     source: Source
     category: str
@@ -39,55 +39,55 @@ class Recipe:
     render: RenderSettings
     folder: Path
 
-    def file(self, model_id: str) -> Path:
-        """Return where a finished model goes; ids may hold anything, names of files may not."""
-        return self.folder / f"{hashlib.sha256(model_id.encode()).hexdigest()[:24]}.npz"
+    def file(self, shape_id: str) -> Path:
+        """Return where a finished shape goes; ids may hold anything, names of files may not."""
+        return self.folder / f"{hashlib.sha256(shape_id.encode()).hexdigest()[:24]}.npz"
 
-    def rejection(self, model_id: str) -> Path:
-        """Return where the reason goes for which a model was rejected."""
-        return self.file(model_id).with_suffix(".rejected")
+    def rejection(self, shape_id: str) -> Path:
+        """Return where the reason goes for which a shape was rejected."""
+        return self.file(shape_id).with_suffix(".rejected")
 
-    def tried(self, model_id: str) -> bool:
-        """Return whether a model is finished or rejected, by the names of files alone."""
-        return self.file(model_id).exists() or self.rejection(model_id).exists()
+    def tried(self, shape_id: str) -> bool:
+        """Return whether a shape is finished or rejected, by the names of files alone."""
+        return self.file(shape_id).exists() or self.rejection(shape_id).exists()
 
 
-def make_model(recipe: Recipe, model_id: str) -> None:
-    """Write one model's file, or the reason why it is rejected.
+def make_shape(recipe: Recipe, shape_id: str) -> None:
+    """Write one shape's file, or the reason why it is rejected.
 
     An error that nobody foresaw rejects the model too, with the place in the code where it arose:
-    one odd model must not end hours of work.
+    one odd shape must not end hours of work.
 
     Args:
         recipe: what to make, and where to.
-        model_id: of the model.
+        shape_id: of the shape.
 
     Raises:
         OSError: the file cannot be written.
     """
     try:
-        arrays = _arrays(recipe, model_id)
-    except RejectedModelError as error:
-        reject(recipe, model_id, str(error))
+        arrays = _arrays(recipe, shape_id)
+    except RejectedShapeError as error:
+        reject(recipe, shape_id, str(error))
         return
     except Exception as error:
-        reject(recipe, model_id, explain_unforeseen(error))
+        reject(recipe, shape_id, explain_unforeseen(error))
         return
     # Not durable: `is_done` sees a file that a power cut broke.
-    with atomic_file(recipe.file(model_id), durable=False) as file:
+    with atomic_file(recipe.file(shape_id), durable=False) as file:
         np.savez(file, **arrays)
 
 
-def reject(recipe: Recipe, model_id: str, reason: str) -> None:
-    """Write down why a model is not in the set."""
-    write_atomic(recipe.rejection(model_id), " ".join(reason.split()))
+def reject(recipe: Recipe, shape_id: str, reason: str) -> None:
+    """Write down why a shape is not in the set."""
+    write_atomic(recipe.rejection(shape_id), " ".join(reason.split()))
 
 
-def is_done(recipe: Recipe, model_id: str) -> bool:
-    """Return whether a model is rejected or its file is there and whole; remove a broken file."""
-    if recipe.rejection(model_id).exists():
+def is_done(recipe: Recipe, shape_id: str) -> bool:
+    """Return whether a shape is rejected or its file is there and whole; remove a broken file."""
+    if recipe.rejection(shape_id).exists():
         return True
-    file = recipe.file(model_id)
+    file = recipe.file(shape_id)
     try:
         with zipfile.ZipFile(file) as archive:
             names = {name.removesuffix(".npy") for name in archive.namelist()}
@@ -101,12 +101,12 @@ def is_done(recipe: Recipe, model_id: str) -> bool:
     return False
 
 
-def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
-    """Load, normalise, sample and render one model; return what its file holds."""
-    model = _normalized(recipe.source.load(recipe.category, model_id))
+def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
+    """Load, normalise, sample and render one shape; return what its file holds."""
+    model = _normalized(recipe.source.load(recipe.category, shape_id))
     mesh = model.mesh
-    # The id alone decides the draw, so that no model's sample depends on the others.
-    key = hashlib.sha256(f"{recipe.category}/{model_id}".encode()).digest()
+    # The id alone decides the draw, so that no shape's sample depends on the others.
+    key = hashlib.sha256(f"{recipe.category}/{shape_id}".encode()).digest()
     points, face_ids = sample_surface(
         mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
     )
@@ -133,8 +133,8 @@ def _arrays(recipe: Recipe, model_id: str) -> dict[str, Any]:
     }
 
 
-def _normalized(model: SourceModel) -> SourceModel:
-    """Return a model whose mesh, and the annotated points with it, have box diagonal 1."""
+def _normalized(model: SourceShape) -> SourceShape:
+    """Return a shape whose mesh, and the annotated points with it, have box diagonal 1."""
     mesh, parts = model.mesh, model.parts
     if parts is None:
         return replace(model, mesh=mesh.with_vertices(normalize(mesh.vertices, mesh.faces)))
