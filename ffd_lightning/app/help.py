@@ -69,12 +69,12 @@ def _groups(fields: list[str], folders: list[Path]) -> list[str]:
 
 def _sections(config: type[Any]) -> dict[str, type[Any]]:
     """Return the groups that have one schema, whatever is chosen."""
-    made = {f.name: f.default_factory for f in dataclasses.fields(config)}
-    return {
-        name: factory
-        for name, factory in made.items()
-        if isinstance(factory, type) and dataclasses.is_dataclass(factory)
-    }
+    found: dict[str, type[Any]] = {}
+    for f in dataclasses.fields(config):
+        made: Any = f.default_factory
+        if isinstance(made, type) and dataclasses.is_dataclass(made):
+            found[f.name] = made
+    return found
 
 
 def _files(group: str, folders: list[Path]) -> list[Path]:
