@@ -69,7 +69,7 @@ def _groups(fields: list[str], folders: list[Path]) -> list[str]:
 
 def _sections(config: type[Any]) -> dict[str, type[Any]]:
     """Return the groups that have one schema, whatever is chosen."""
-    found = {}
+    found: dict[str, type[Any]] = {}
     for f in dataclasses.fields(config):
         made: Any = f.default_factory
         if isinstance(made, type) and dataclasses.is_dataclass(made):

@@ -207,7 +207,7 @@ def difference_name(
     >>> difference_name(["paper"], {"schedule.steps": 50})
     '_paper_steps-50'
     >>> difference_name(["folder"], {"data.root": "/data/meshes"})
-    '_folder_4ac0b3'
+    '_folder_50594d'
     >>> difference_name([], {"data.seed": 1}, ["seed", "data.seed"])
     '_data.seed-1'
     """

@@ -159,13 +159,17 @@ def _evaluated(
 
 def _record(cfg: TrainConfig) -> dict[str, Any]:
     """Return what checkpoints say of the training; they may be handed to others, so no paths."""
-    shown = replace(cfg, paths=type(cfg.paths)())
     names = (cfg.name, cfg.category.name, cfg.regime.name, cfg.templates.name, f"seed{cfg.seed}")
+    settings = identity.identity(cfg)
     return {
         "run": "/".join(names),
         "regime": cfg.regime.name,
-        "config": identity.to_yaml(shown),
+        "settings": {key: value for key, value in settings.items() if not _is_path(value)},
     }
+
+
+def _is_path(value: Any) -> bool:
+    return isinstance(value, str) and ("/" in value or "\\" in value)
 
 
 def _checkpoint_step(run: RunFolder) -> int:

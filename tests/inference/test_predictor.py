@@ -4,7 +4,6 @@ from math import comb
 import numpy as np
 import pytest
 import torch
-import yaml
 from PIL import Image
 
 from ffd_lightning.app.open_run import open_run
@@ -228,9 +227,9 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
 
 def test_a_checkpoint_names_no_folder_of_its_maker(checkpoint):
     model = load_model(checkpoint)
-    config = yaml.safe_load(model.record["config"])
-    assert config["paths"] == {"data": "data", "runs": "runs"}
-    assert config["templates"]["count"] == len(model.bank) == 4
+    settings = model.record["settings"]
+    assert settings["templates.count"] == len(model.bank) == 4
+    assert not [value for value in settings.values() if isinstance(value, str) and "/" in value]
     assert (model.record["run"], model.record["regime"]) == ("default/table/r/t4/seed0", "r")
     assert model.categories == ("table",)
 
