@@ -89,7 +89,7 @@ def test_loops_of_links_end(tmp_path):
     (root / CHAIR / "round").symlink_to(root / CHAIR, target_is_directory=True)
     source = ShapeNetSource(root)
     assert len(source.load("chair", "plain").mesh.faces) > 10
-    with pytest.raises(RejectedShapeError, match=r"it has no shape\.obj"):
+    with pytest.raises(RejectedShapeError, match=r"it has no model\.obj"):
         source.load("chair", "round")
 
 

@@ -258,7 +258,7 @@ def test_a_full_disk_leaves_nothing_behind(small, tmp_path):
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
     try:
-        with pytest.raises(DataError, match=r"cannot write .*shape\.templates\.npz"):
+        with pytest.raises(DataError, match=r"cannot write .*model\.templates\.npz"):
             export(small, tmp_path / "model.onnx")
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)

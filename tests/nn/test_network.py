@@ -178,7 +178,7 @@ def test_encoders_by_name():
     assert encoder.layers.get_submodule("conv1_bn").momentum == 0.3
     with pytest.raises(ConfigError, match=r"'mobilenet' has no setting 'pretrained': width"):
         registry.part("encoder", "mobilenet", image_size=SIZE, pretrained=True)
-    with pytest.raises(ConfigError, match=r"'timm' has no setting 'weights': shape, pretrained"):
+    with pytest.raises(ConfigError, match=r"'timm' has no setting 'weights': model, pretrained"):
         registry.part("encoder", "timm", model="resnet18", image_size=SIZE, weights="x.h5")
     with pytest.raises(ConfigError, match=r"there is no file none.h5"):
         registry.part("encoder", "mobilenet", image_size=SIZE, weights="none.h5")
