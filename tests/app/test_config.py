@@ -21,7 +21,7 @@ from ffd_lightning.app.config import (
 )
 from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.messages import SHOWN, explain
-from ffd_lightning.app.parts import Weighting
+from ffd_lightning.app.parts.objective import Weighting
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError

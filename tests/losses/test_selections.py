@@ -32,7 +32,7 @@ def test_costs_count_by_a_function_of_the_weights(unchecked):
 
 
 def test_it_is_registered():
-    from ffd_lightning.app.parts import Weighting
+    from ffd_lightning.app.parts.objective import Weighting
 
     assert registry.part("selection", "weighted").function == "identity"
     assert registry.part("selection", "weighted", function=Weighting.log).function == "log"

@@ -1,0 +1,55 @@
+"""Terms of the objective, and selections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from ffd_lightning.app.parts.lazy import class_part, function_part
+
+
+class Weighting(Enum):
+    """f of the weighted costs."""
+
+    identity = "identity"
+    log = "log"
+
+
+@dataclass
+class Chamfer:
+    """Chamfer distance of each deformed template."""
+
+
+function_part("term", "chamfer", Chamfer, "ffd_lightning.losses.terms:chamfer")
+
+
+@dataclass
+class NegativeEntropy:
+    """Negative entropy of the batch's mean template weights."""
+
+
+function_part(
+    "term", "negative_entropy", NegativeEntropy, "ffd_lightning.losses.terms:negative_entropy"
+)
+
+
+@dataclass
+class OffsetPenalty:
+    """Squared norm of the offsets under the template weights."""
+
+
+function_part("term", "offset_penalty", OffsetPenalty, "ffd_lightning.losses.terms:offset_penalty")
+
+
+@dataclass
+class Weighted:
+    """Costs count by a function of the template weights, which learn through them (the paper).
+
+    Attributes:
+        function: `identity`, or `log`, which punishes overconfident selection.
+    """
+
+    function: Weighting = Weighting.identity
+
+
+class_part("selection", "weighted", Weighted, "ffd_lightning.losses.selection:WeightedCosts")

@@ -1,0 +1,195 @@
+"""Where shapes come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from omegaconf import MISSING
+
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.registry import register
+
+
+class Up(Enum):
+    """Which axis of a source's meshes points up."""
+
+    y = "y"
+    z = "z"
+
+
+class ImageKind(Enum):
+    """Where ShapeNet's images come from."""
+
+    render = "render"
+    r2n2 = "r2n2"
+
+
+@dataclass
+class Procedural:
+    """The embedded dataset: parametric shapes of 13 categories, the same for everyone.
+
+    Attributes:
+        num_models: shapes of each category.
+        seed: makes another set.
+    """
+
+    num_models: int = 500
+    seed: int = 0
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        if self.num_models < 1:
+            raise ConfigError(f"data.num_models={self.num_models} must be above 0")
+        if self.seed < 0:
+            raise ConfigError("data.seed must not be negative")
+
+
+@register("source", "procedural", Procedural)
+def procedural(settings: Procedural, image_size: tuple[int, int] | None = None) -> Any:
+    """Build the source."""
+    from ffd_lightning.data.sources.procedural import ProceduralSource
+
+    return ProceduralSource(settings.num_models, settings.seed)
+
+
+def _check_root(root: str, name: str) -> None:
+    if not Path(root).expanduser().exists():
+        raise ConfigError(
+            f"data.root={root} does not exist: data={name} needs the folder of its data"
+        )
+
+
+@dataclass
+class Folder:
+    """A tree of meshes: ROOT/<category>/<model>/*.obj|glb|... or ROOT/<category>/<model>.<ext>.
+
+    Attributes:
+        root: its folder.
+        up: the axis of the meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+    """
+
+    root: str = MISSING
+    up: Up = Up.y
+    yaw: float = 0.0
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        _check_root(self.root, "folder")
+
+
+@register("source", "folder", Folder)
+def folder(settings: Folder, image_size: tuple[int, int] | None = None) -> Any:
+    """Build the source."""
+    from ffd_lightning.data.sources.folder import FolderSource
+
+    return FolderSource(_path(settings.root), settings.up.value, settings.yaw)
+
+
+@dataclass
+class ModelNet:
+    """ModelNet40 or ModelNet10, unpacked or not.
+
+    Attributes:
+        root: with <category>/{train,test}/*.off, or an archive.
+        up: the axis of the meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+    """
+
+    root: str = MISSING
+    up: Up = Up.z
+    yaw: float = 0.0
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        _check_root(self.root, "modelnet")
+
+
+@register("source", "modelnet", ModelNet)
+def modelnet(settings: ModelNet, image_size: tuple[int, int] | None = None) -> Any:
+    """Build the source."""
+    from ffd_lightning.data.sources.modelnet import ModelNetSource
+
+    return ModelNetSource(_path(settings.root), settings.up.value, settings.yaw)
+
+
+@dataclass
+class Pix3d:
+    """Pix3D's photographs, cut out by their masks.
+
+    Attributes:
+        root: with pix3d.json beside img, mask and shape.
+        up: the axis of the meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+        leave_out: kinds of photographs that are passed over.
+    """
+
+    root: str = MISSING
+    up: Up = Up.y
+    yaw: float = 0.0
+    leave_out: list[str] = field(default_factory=lambda: ["truncated", "occluded"])
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        _check_root(self.root, "pix3d")
+
+
+@register("source", "pix3d", Pix3d)
+def pix3d(settings: Pix3d, image_size: tuple[int, int]) -> Any:
+    """Build the source."""
+    from ffd_lightning.data.sources.pix3d import Pix3dSource
+
+    height, width = image_size
+    left_out = tuple(settings.leave_out)
+    return Pix3dSource(
+        _path(settings.root), height, width, left_out, settings.up.value, settings.yaw
+    )
+
+
+@dataclass
+class ShapeNet:
+    """ShapeNetCore v1 or v2 as downloaded, folders or archives.
+
+    Attributes:
+        root: with <synset>/<model>/... or <synset>.zip.
+        images: `r2n2` takes 3D-R2N2's published renderings (of v1).
+        images_root: where those are, if not in `root`.
+        mix_versions: takes them with v2 all the same.
+        parts_root: adds part annotations.
+    """
+
+    root: str = MISSING
+    images: ImageKind = ImageKind.render
+    images_root: str | None = None
+    mix_versions: bool = False
+    parts_root: str | None = None
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work, or where a setting would do nothing."""
+        _check_root(self.root, "shapenet")
+        if self.images is ImageKind.render:
+            for name in ("images_root", "mix_versions"):
+                if getattr(self, name):
+                    raise ConfigError(f"data.{name} means nothing without data.images=r2n2")
+
+
+@register("source", "shapenet", ShapeNet)
+def shapenet(settings: ShapeNet, image_size: tuple[int, int]) -> Any:
+    """Build the source."""
+    from ffd_lightning.data.sources.parts import PartAnnotations
+    from ffd_lightning.data.sources.r2n2 import R2n2Images
+    from ffd_lightning.data.sources.shapenet import ShapeNetSource
+
+    images = parts = None
+    if settings.images is ImageKind.r2n2:
+        images = R2n2Images(_path(settings.images_root or settings.root), *image_size)
+    if settings.parts_root is not None:
+        parts = PartAnnotations(_path(settings.parts_root))
+    return ShapeNetSource(_path(settings.root), images, settings.mix_versions, parts)
+
+
+def _path(text: str) -> Path:
+    return Path(text).expanduser()
