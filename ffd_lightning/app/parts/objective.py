@@ -7,6 +7,8 @@ from enum import Enum
 
 from ffd_lightning.app.parts.lazy import class_part, function_part
 
+_TERMS = "ffd_lightning.losses.terms"
+
 
 class Weighting(Enum):
     """f of the weighted costs."""
@@ -20,7 +22,7 @@ class Chamfer:
     """Chamfer distance of each deformed template."""
 
 
-function_part("term", "chamfer", Chamfer, "ffd_lightning.losses.terms:chamfer")
+function_part("term", "chamfer", Chamfer, f"{_TERMS}:chamfer")
 
 
 @dataclass
@@ -38,7 +40,7 @@ class OffsetPenalty:
     """Squared norm of the offsets under the template weights."""
 
 
-function_part("term", "offset_penalty", OffsetPenalty, "ffd_lightning.losses.terms:offset_penalty")
+function_part("term", "offset_penalty", OffsetPenalty, f"{_TERMS}:offset_penalty")
 
 
 @dataclass
