@@ -30,9 +30,7 @@ class NegativeEntropy:
     """Negative entropy of the batch's mean template weights."""
 
 
-function_part(
-    "term", "negative_entropy", NegativeEntropy, "ffd_lightning.losses.terms:negative_entropy"
-)
+function_part("term", "negative_entropy", NegativeEntropy, f"{_TERMS}:negative_entropy")
 
 
 @dataclass
