@@ -33,7 +33,7 @@ def voxelize(
     are with the defaults. A mesh that sticks out of the grid is open where it is cut off, hence not
     filled from there.
 
-    Source: the paper's section 4 (intersection over union on a grid of 32^3).
+    Source: the paper's section 3.1 (intersection over union on a grid of 32^3).
 
     >>> tetrahedron = [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5], [-0.5, 0.5, -0.5], [-0.5, -0.5, 0.5]]
     >>> int(voxelize(tetrahedron, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]], 8).sum())

@@ -22,7 +22,7 @@ def exponential_annealing(step: int, annealing_steps: float) -> float:
         step: index of the step, from 0.
         annealing_steps: b_0; infinity keeps the weight constant.
 
-    Source: the paper's equation for kappa_e.
+    Source: the paper's equation 13.
 
     >>> exponential_annealing(0, 100), round(exponential_annealing(100, 100), 4)
     (1.0, 0.3679)

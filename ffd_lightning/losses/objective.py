@@ -45,7 +45,8 @@ class Objective:
         terms: by the name that they are logged under.
         selection: how template weights are taught.
 
-    Source: the paper's loss function; weights of its regimes b, w, e, r in `conf/regime`.
+    Source: the paper's equations 7, 12 and 15; weights of its regimes b, w, e, r (Table 2) are in
+    `conf/regime`.
     """
 
     terms: Mapping[str, WeightedTerm]

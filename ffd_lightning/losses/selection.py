@@ -39,7 +39,7 @@ class WeightedCosts:
     Raises:
         ValueError: another function.
 
-    Source: the paper's weighted Chamfer loss, and f in its table of regimes.
+    Source: the paper's equation 7; f of its section 4.1 and Table 2.
     """
 
     FUNCTIONS = ("identity", "log")

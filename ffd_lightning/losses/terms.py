@@ -73,7 +73,7 @@ sums, or one number, (), for the whole batch."""
 def chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
     r"""Return the Chamfer distance :math:`\lambda_c(s^{(q)}, \tilde s^{(qt)})`, (q, T).
 
-    Source: the paper's equation for the weighted Chamfer loss.
+    Source: the paper's equations 1 and 7.
     """
     return inputs.chamfer
 
@@ -86,7 +86,7 @@ def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
     Lowest, -log T, when the batch as a whole uses all templates evenly; single queries may still
     be confident.
 
-    Source: the paper's explicit entropy penalty.
+    Source: the paper's section 4.1, equation 11.
     """
     mean = inputs.batch_weights.mean(0)
     return torch.xlogy(mean, mean).sum()
@@ -97,7 +97,7 @@ def offset_penalty(inputs: StepInput) -> Float[Tensor, ""]:
 
     .. math:: \lambda_r = \sum_{q,t} \gamma^{(qt)} |\Delta P^{(qt)}|^2
 
-    Source: the paper's deformation regularization.
+    Source: the paper's section 4.1, equation 14.
     """
     squares = inputs.prediction.offsets.square().sum((-1, -2))
     return (inputs.prediction.template_weights * squares).sum()

@@ -37,7 +37,7 @@ def chamfer(pred_points: Points, target_points: Points, power: Literal[1, 2] = 2
         ValueError: another power; clouds that are empty, not finite, of other than 3 coordinates,
             in batches that do not go together, or so far apart that squares overflow.
 
-    Source: the paper's section 4.1 (power 2; for N = M the sum both ways divided by N).
+    Source: the paper's equation 1 and section 5.1 (power 2; for N = M the sum divided by N).
 
     >>> chamfer(np.zeros((1, 3)), np.array([[0.0, 0, 3], [0, 0, 1]]))
     6.0

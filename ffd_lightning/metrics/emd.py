@@ -43,8 +43,8 @@ def earth_movers_distance(
             batches that do not go together, or so far apart that distances overflow.
         RuntimeError: the solver found no proven optimum.
 
-    Source: the paper's section 4.1 reports this sum divided by N. Solver: Bonneel et al. 2011 in
-    POT (Flamary et al. 2021).
+    Source: the paper's equation 2; its section 5.1 reports the sum divided by N. Solver: Bonneel et
+    al. 2011 in POT (Flamary et al. 2021).
 
     >>> earth_movers_distance(np.zeros((1, 3)), np.array([[3.0, 0, 4]]))
     5.0

@@ -33,7 +33,7 @@ def voxel_iou(pred: Voxels, target: Voxels) -> Any:
         ValueError: different or too few dimensions, values that are not bool, or both grids of a
             pair empty, which have no such share.
 
-    Source: the paper's section 4 (voxel IoU).
+    Source: the paper's equation 3.
 
     >>> cube = np.zeros((4, 4, 4), bool)
     >>> cube[:2, :2, :2] = True
@@ -75,7 +75,7 @@ def mesh_iou(
     Raises:
         ValueError: both meshes empty or outside of the box, or what `surface_voxels` refuses.
 
-    Source: the paper's section 4 (voxel IoU).
+    Source: the paper's equation 3.
 
     >>> tetrahedron = ([[0, 0, 0], [0.4, 0, 0], [0, 0.4, 0], [0, 0, 0.4]], [[0, 1, 2], [1, 2, 3]])
     >>> mesh_iou(tetrahedron, tetrahedron)

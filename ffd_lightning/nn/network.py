@@ -35,7 +35,7 @@ class FfdPrediction(NamedTuple):
 
     @property
     def template_index(self) -> Int[Tensor, " q"]:
-        """The selected template t* of each image, (q,): the one of the largest weight."""
+        """The selected template t* of each image, (q,): of the largest weight (equation 9)."""
         return self.template_weights.argmax(dim=1)
 
 
@@ -90,7 +90,7 @@ class TemplateFfdNetwork(nn.Module):
     Raises:
         ConfigError: no template, a floor outside [0, 1], or images too small for the encoder.
 
-    Source: the paper's table of layers; its equation for the floor :math:`\epsilon_\gamma`.
+    Source: the paper's Table 1; equation 8 for the floor :math:`\epsilon_\gamma`.
     """
 
     def __init__(

@@ -26,7 +26,7 @@ class _PaperTruth:
 
 @dataclass(frozen=True)
 class PaperProtocol:
-    """The paper's section 4.1, in the details of its authors' code.
+    """The paper's sections 3.1 and 5.1, in the details of its authors' code.
 
     Convention:
         Clouds: 1,024 points, drawn with replacement from a shape's 16,384, and for the ground truth
@@ -35,7 +35,7 @@ class PaperProtocol:
         Voxels: 32 x 32 x 32 over the box from -0.5 to 0.5, conservative (binvox's half-size of 0.51
         voxel), filled; the subdivided mesh in the shapes' own frame.
 
-    Source: the paper's sections 4.1 and 4.2; the authors' released code.
+    Source: the paper's equations 1 to 3 and section 5.1; the authors' released code.
     """
 
     name: str = "paper"
