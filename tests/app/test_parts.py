@@ -3,9 +3,10 @@
 import io
 import subprocess
 import sys
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, field, fields
 from enum import Enum
 from pathlib import Path
+from types import SimpleNamespace
 
 import cloudpickle
 import numpy as np
@@ -16,12 +17,24 @@ from torch import nn
 
 import ffd_lightning as ffd
 from ffd_lightning import registry
+from ffd_lightning.app.build import (
+    build_data,
+    build_network,
+    build_objective,
+    build_protocol,
+    build_source,
+)
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.help import command_help
 from ffd_lightning.app.hydra_app import compose_config, config_folder
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.app.schema import node_type, typed_config
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.splits import make_split
+from ffd_lightning.data.templates.strategies import choose_templates
+from ffd_lightning.errors import ConfigError, UserError
+from ffd_lightning.evaluation.samples import score_sample
+from ffd_lightning.imaging.render_settings import RenderSettings
 
 
 class Padding(Enum):
@@ -142,3 +155,138 @@ def test_a_name_is_taken_once_in_a_module_too(register):
     register("term", "mine", Tiny, first)
     with pytest.raises(ConfigError, match=r"term 'mine' of .* is taken"):
         register("term", "mine", Tiny, second)
+
+
+def odd_encoder(**methods):
+    content = {"out_channels": 4, "output_size": lambda self, size: (size[0] // 8, size[1] // 8)}
+    content["forward"] = lambda self, images: images.new_zeros(len(images), 4, 6, 8)
+    made = type("Odd", (ffd.ImageEncoder,), content | methods)
+    return lambda settings, image_size, batch_norm_momentum: made()
+
+
+@pytest.mark.parametrize(
+    ("methods", "words"),
+    [
+        ({"output_size": lambda self, size: (3, 4)}, r"\(1, 4, 6, 8\).* say \(1, 4, 3, 4\)"),
+        ({"output_size": lambda self, size: 6}, r"say \(1, 4, 6\)"),
+        ({"output_size": ffd.ImageEncoder.output_size}, "has no method output_size"),
+        ({"out_channels": 5}, r"say \(1, 5, 6, 8\)"),
+        ({"out_channels": None}, "has no out_channels"),
+        ({"forward": lambda self, images: None}, "into NoneType"),
+        ({"forward": nn.Module.forward}, "has no method forward"),
+    ],
+)
+def test_an_encoder_that_says_something_else_than_it_does(register, methods, words):
+    register("encoder", "odd", Tiny, odd_encoder(**methods))
+    with pytest.raises(ConfigError, match=f"encoder=odd .*{words}"):
+        build_network(small("encoder=odd"))
+
+
+def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone(register, monkeypatch):
+    register("encoder", "tiny", Tiny, lambda s, image_size, batch_norm_momentum: TinyEncoder(s))
+    torch.manual_seed(0)
+    weights = build_network(small("encoder=tiny")).state_dict()
+    monkeypatch.setattr("ffd_lightning.app.build._check_feature_map", lambda *_: None)
+    torch.manual_seed(0)
+    untried = build_network(small("encoder=tiny"))
+    assert untried.training
+    assert all(torch.equal(w, weights[key]) for key, w in untried.state_dict().items())
+
+
+@pytest.mark.parametrize("kind", ["term", "selection", "split", "template_strategy"])
+def test_a_factory_that_gives_no_function(register, kind, tmp_path):
+    register(kind, "odd", Tiny, lambda settings: None)
+    where = {"selection": "regime/selection=odd", "term": "+regime.terms.odd.weight=1"}
+    cfg = small(where.get(kind, f"{kind}=odd"))
+    with pytest.raises(ConfigError, match=r"odd gives a NoneType, not a function"):
+        build_objective(cfg.regime, 1) if kind in where else build_data(cfg)
+
+
+class BareProtocol(ffd.EvaluationProtocol):
+    name = "odd"
+    measures = (ffd.Measure("width", "of it"),)
+    note = "no unit"
+
+    def score(self, shape, truth, rng):
+        return truth
+
+    def truth(self, shape, rng):
+        return self.given
+
+
+@dataclass(frozen=True)
+class OddProtocol(BareProtocol):
+    given: object = None
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (5, "gives a int, not a EvaluationProtocol"),
+        (BareProtocol(), "is no dataclass: put @dataclass"),
+        (dataclass(frozen=True)(type("None_", (OddProtocol,), {"measures": ()}))(), "no measures"),
+    ],
+)
+def test_a_factory_that_gives_no_protocol(register, made, words):
+    register("protocol", "odd", Tiny, lambda settings: made)
+    with pytest.raises(ConfigError, match=words):
+        build_protocol(SimpleNamespace(name="odd", **vars(Tiny())))
+
+
+@pytest.mark.parametrize("given", [None, {}, {"with": 1.0}, {"width": "x"}])
+def test_scores_that_lack_a_measure(given):
+    prepared = SimpleNamespace(ids=("a",))
+    with pytest.raises(ConfigError, match=r"protocol 'odd': .*'width'"):
+        score_sample(OddProtocol(given), prepared, 0, {"": object()}, 0)
+    assert score_sample(OddProtocol({"width": 2.0}), prepared, 0, {"": object()}, 0) == {"width": 2}
+
+
+@dataclass(frozen=True)
+class OddSource(ffd.Source):
+    ids: object = field(default_factory=lambda: ["a", "b"])
+    kept: object = field(default_factory=lambda: {"source": "odd"})
+    held: object = None
+
+    def categories(self):
+        return ["odd"]
+
+    def shape_ids(self, category):
+        return self.ids
+
+    def load(self, category, shape_id):
+        return None
+
+    def fingerprint(self, category):
+        return self.kept
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [
+        (OddSource(ids=["a", "a"]), "shape_ids of OddSource must give a list"),
+        (OddSource(ids=None), "shape_ids of OddSource must give a list"),
+        (OddSource(kept=None), "fingerprint of OddSource must be a dict .*NoneType"),
+        (OddSource(kept={"root": Path("x")}), "fingerprint of OddSource .* not JSON"),
+        (OddSource(held=lambda: 0), "OddSource cannot be sent to the processes"),
+        (OddSource(), "its source gives a NoneType, not a SourceShape"),
+    ],
+)
+def test_a_source_that_gives_something_else(tmp_path, source, words):
+    render = RenderSettings(48, 64, samples=1)
+    preparation = Preparation(source, "odd", 64, render, tmp_path, workers=1, progress=False)
+    with pytest.raises(UserError, match=words) as caught:
+        preparation.run()
+    assert "report it" not in str(caught.value)
+
+
+def test_what_is_no_source(register):
+    register("source", "odd", Tiny, lambda settings, image_size: {})
+    with pytest.raises(ConfigError, match="data=odd gives a dict, not a Source"):
+        build_source(small("data=odd"))
+
+
+def test_a_split_and_a_strategy_that_give_nothing():
+    with pytest.raises(ConfigError, match="the split gives a NoneType, not a subset by id"):
+        make_split(["a"], None)
+    with pytest.raises(ConfigError, match=r"the template strategy must choose 1 .* NoneType"):
+        choose_templates(lambda prepared, count: None, ["a"], 1)
