@@ -290,3 +290,12 @@ def test_a_split_and_a_strategy_that_give_nothing():
         make_split(["a"], None)
     with pytest.raises(ConfigError, match=r"the template strategy must choose 1 .* NoneType"):
         choose_templates(lambda prepared, count: None, ["a"], 1)
+
+
+def test_a_script_combines_a_regime_with_parts_of_its_own(register):
+    register("term", "mine", Tiny, lambda settings: lambda inputs: torch.ones(()))
+    teach = torch.nn.Identity()
+    register("selection", "mine", Tiny, lambda settings: teach)
+    objective = ffd.regime("b", "+terms.mine.weight=0.5", "selection=mine")
+    assert objective.weights(0)["mine"] == 0.5
+    assert objective.selection is teach
