@@ -42,6 +42,7 @@ ENTRY_POINTS = "ffd_lightning.plugins"
 """The group in which packages name their modules: `my_parts = "my_package.parts"`."""
 
 _BUILT_IN = "ffd_lightning.app.parts"
+_MUST_BE_GIVEN = "???"  # `omegaconf.MISSING`
 _Factory = TypeVar("_Factory", bound=Callable[..., Any])
 
 
@@ -263,8 +264,11 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
     Keywords that are no settings of the entry are handed to its factory as they are.
 
     Raises:
-        ConfigError: no such entry, a setting that it does not have, or one that is not given.
+        ConfigError: no such entry, a setting that it does not have, one that is not given, or one
+            that the entry's own `check` refuses.
     """
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r} of parts: use one of {_list(KINDS)}")
     entry = get(kind, name)
     names = [f.name for f in dataclasses.fields(entry.settings)]
     parameters = list(inspect.signature(entry.factory).parameters.values())[1:]
@@ -274,10 +278,17 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
         raise ConfigError(
             f"{_words(kind)} {name!r} has no setting {unknown[0]!r}: {_list([*names, *context])}"
         )
-    own = {key: value for key, value in settings.items() if key in names}
-    return entry.make(
-        entry.settings(**own), **{k: v for k, v in settings.items() if k not in names}
-    )
+    own = entry.settings(**{key: value for key, value in settings.items() if key in names})
+    absent = [key for key in names if str(getattr(own, key)) == _MUST_BE_GIVEN]
+    needed = [p for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+    absent += [p.name for p in needed if p.name not in settings]
+    if absent:
+        needs = ", ".join(f"{key}=..." for key in absent)
+        raise ConfigError(f"{_words(kind)} {name!r} must be given {needs}")
+    check = getattr(own, "check", None)
+    if check is not None:
+        check()
+    return entry.make(own, **{k: v for k, v in settings.items() if k not in names})
 
 
 def part_key(kind: str, name: str) -> str:

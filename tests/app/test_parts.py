@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from omegaconf import MISSING as OMITTED
 from torch import nn
 
 import ffd_lightning as ffd
@@ -299,3 +300,26 @@ def test_a_script_combines_a_regime_with_parts_of_its_own(register):
     objective = ffd.regime("b", "+terms.mine.weight=0.5", "selection=mine")
     assert objective.weights(0)["mine"] == 0.5
     assert objective.selection is teach
+
+
+@dataclass
+class Strict:
+    """Must be given."""
+
+    file: str = OMITTED
+    rate: float = 0.5
+
+    def check(self):
+        if self.rate > 1:
+            raise ConfigError("rate must be at most 1")
+
+
+def test_scripts_are_told_what_a_part_needs(register):
+    register("encoder", "strict", Strict, lambda s, image_size, batch_norm_momentum=0.1: s)
+    with pytest.raises(ConfigError, match=r"must be given file=\.\.\., image_size"):
+        ffd.part("encoder", "strict")
+    with pytest.raises(ConfigError, match="rate must be at most 1"):
+        ffd.part("encoder", "strict", file="a", rate=2, image_size=(48, 64))
+    with pytest.raises(ConfigError, match="no kind 'encodr' of parts: use one of encoder"):
+        ffd.part("encodr", "strict")
+    assert ffd.part("encoder", "strict", file="a", image_size=(48, 64)).file == "a"
