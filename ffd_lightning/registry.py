@@ -16,8 +16,10 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 from ffd_lightning.errors import ConfigError
 
@@ -40,6 +42,7 @@ ENTRY_POINTS = "ffd_lightning.plugins"
 """The group in which packages name their modules: `my_parts = "my_package.parts"`."""
 
 _BUILT_IN = "ffd_lightning.app.parts"
+_MUST_BE_GIVEN = "???"  # `omegaconf.MISSING`
 _Factory = TypeVar("_Factory", bound=Callable[..., Any])
 
 
@@ -70,6 +73,33 @@ def is_only_where(field: dataclasses.Field[Any]) -> bool:
     return bool(field.metadata.get(_WHERE))
 
 
+def plain(value: Any) -> Any:
+    """Return a setting's value as files keep it and command lines write it.
+
+    >>> plain([Path("data"), (1, 2)])
+    ['data', [1, 2]]
+    """
+    if isinstance(value, Enum):
+        return value.name  # of which OmegaConf makes it again
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, list | tuple):
+        return [plain(v) for v in value]
+    if isinstance(value, dict):
+        return {plain(key): plain(v) for key, v in value.items()}
+    return value
+
+
+def _typed(hint: Any, value: Any) -> Any:
+    """Return the value of which `plain` made a word."""
+    if isinstance(hint, type) and isinstance(value, str):
+        if issubclass(hint, Enum):
+            return hint[value]
+        if issubclass(hint, Path):
+            return hint(value)
+    return value
+
+
 @dataclass(frozen=True)
 class Part:
     """What something was built from: enough to build it again.
@@ -95,7 +125,8 @@ class Part:
         entry = get(self.kind, self.name, {part_key(self.kind, self.name): self.provider})
         first = [f.name for f in dataclasses.fields(entry.settings) if f.metadata.get(_START)]
         known = {f.name for f in dataclasses.fields(entry.settings)} - set(first)
-        own = {key: value for key, value in self.settings.items() if key in known}
+        hints = get_type_hints(entry.settings)
+        own = {k: _typed(hints[k], value) for k, value in self.settings.items() if k in known}
         return entry.make(entry.settings(**own), **context)
 
 
@@ -146,7 +177,8 @@ class Entry:
             ) from None
         made = self.factory(settings, **context)
         if hasattr(type(made), "part"):
-            made.part = Part(self.kind, self.name, dataclasses.asdict(settings), self.provider)
+            own = plain(dataclasses.asdict(settings))
+            made.part = Part(self.kind, self.name, own, self.provider)
         return made
 
 
@@ -166,7 +198,7 @@ def register(kind: str, name: str, settings: type[Any]) -> Callable[[_Factory], 
 
     Raises:
         ConfigError: no such kind, a name that cannot be written, settings that are no dataclass,
-            or a name that another module has taken.
+            or a name that another factory has taken.
     """
     if kind not in KINDS:
         raise ConfigError(f"no kind {kind!r} to register {name!r} as: use one of {_list(KINDS)}")
@@ -177,8 +209,11 @@ def register(kind: str, name: str, settings: type[Any]) -> Callable[[_Factory], 
 
     def add(factory: _Factory) -> _Factory:
         taken = _entries.get((kind, name))
-        same = taken is not None and taken.factory.__module__ == factory.__module__
-        if taken is not None and not same:  # the same module again: it was reloaded
+        again = taken is not None and (
+            (taken.factory.__module__, taken.factory.__qualname__)
+            == (factory.__module__, factory.__qualname__)
+        )
+        if taken is not None and not again:  # the same factory again: its module was reloaded
             raise ConfigError(
                 f"{kind} {name!r} of {factory.__module__} is taken by {taken.provider}: choose "
                 "another name"
@@ -229,8 +264,11 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
     Keywords that are no settings of the entry are handed to its factory as they are.
 
     Raises:
-        ConfigError: no such entry, a setting that it does not have, or one that is not given.
+        ConfigError: no such entry, a setting that it does not have, one that is not given, or one
+            that the entry's own `check` refuses.
     """
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r} of parts: use one of {_list(KINDS)}")
     entry = get(kind, name)
     names = [f.name for f in dataclasses.fields(entry.settings)]
     parameters = list(inspect.signature(entry.factory).parameters.values())[1:]
@@ -240,10 +278,17 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
         raise ConfigError(
             f"{_words(kind)} {name!r} has no setting {unknown[0]!r}: {_list([*names, *context])}"
         )
-    own = {key: value for key, value in settings.items() if key in names}
-    return entry.make(
-        entry.settings(**own), **{k: v for k, v in settings.items() if k not in names}
-    )
+    own = entry.settings(**{key: value for key, value in settings.items() if key in names})
+    absent = [key for key in names if str(getattr(own, key)) == _MUST_BE_GIVEN]
+    needed = [p for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+    absent += [p.name for p in needed if p.name not in settings]
+    if absent:
+        needs = ", ".join(f"{key}=..." for key in absent)
+        raise ConfigError(f"{_words(kind)} {name!r} must be given {needs}")
+    check = getattr(own, "check", None)
+    if check is not None:
+        check()
+    return entry.make(own, **{k: v for k, v in settings.items() if k not in names})
 
 
 def part_key(kind: str, name: str) -> str:

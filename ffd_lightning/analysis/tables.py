@@ -84,5 +84,4 @@ def _caption(protocol: ProtocolDescription, others: Sequence[tuple[str, str, str
         + [f"{title}: {what}" for _, title, what in others]
         + [f"{m.name}: {m.definition}" for m in protocol.measures]
     ).replace("\n", " ")
-    factors = {m.factor for m in protocol.measures} - {1.0}
-    return f"{told}. {protocol.note}." + "".join(f" All x {f:g}." for f in factors)
+    return f"{told}. {protocol.note}.{protocol.factors}"

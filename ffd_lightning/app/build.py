@@ -69,13 +69,17 @@ def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
 
 def build_data(cfg: TrainConfig) -> FfdDataModule:
     """Return the data module; nothing is read yet."""
+    strategy = build_part("template_strategy", cfg.template_strategy)
+    _expect_function(strategy, f"template_strategy={cfg.template_strategy.name}")
+    split = build_part("split", cfg.split)
+    _expect_function(split, f"split={cfg.split.name}")
     return FfdDataModule(
         category_names(cfg),
         build_source(cfg),
         num_templates=cfg.templates.count,
-        template_strategy=build_part("template_strategy", cfg.template_strategy),
+        template_strategy=strategy,
         hold_out=cfg.templates.hold_out,
-        split=build_part("split", cfg.split),
+        split=split,
         val_fraction=cfg.split.val_fraction,
         degrees=cfg.network.degrees,
         max_edge=cfg.templates.max_edge,
@@ -100,6 +104,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
         "encoder", cfg.encoder, image_size=image_size, batch_norm_momentum=momentum
     )
     _expect(encoder, ImageEncoder, f"encoder={cfg.encoder.name}")
+    _check_feature_map(encoder, image_size, f"encoder={cfg.encoder.name}")
     return TemplateFfdNetwork(
         encoder,
         image_size=image_size,
@@ -118,9 +123,12 @@ def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:
     terms = {}
     for label, node in regime.terms.items():
         term = registry.get("term", node.term).build(node)
+        _expect_function(term, f"the term {node.term}")
         annealing = make_annealing(node.annealing.value, annealing_steps)
         terms[label] = WeightedTerm(term, node.weight, annealing)
-    return Objective(terms, build_part("regime.selection", regime.selection))
+    selection = build_part("regime.selection", regime.selection)
+    _expect_function(selection, f"regime/selection={regime.selection.name}")
+    return Objective(terms, selection)
 
 
 def build_module(
@@ -146,9 +154,18 @@ def build_protocol(node: Any) -> EvaluationProtocol:
     """Return how predictions are measured.
 
     Raises:
-        ConfigError: it does not call itself by the name that it is registered under.
+        ConfigError: it is no protocol, or does not call itself by the name that it is registered
+            under.
     """
     protocol: EvaluationProtocol = build_part("protocol", node)
+    _expect(protocol, EvaluationProtocol, f"protocol={node.name}")
+    if "__dataclass_params__" not in vars(type(protocol)):  # else its settings would not be known
+        raise ConfigError(
+            f"protocol={node.name} gives a {type(protocol).__name__}, which is no dataclass: put "
+            "@dataclass(frozen=True) above the class"
+        )
+    if not protocol.measures:
+        raise ConfigError(f"protocol={node.name} has no measures: it needs one at least")
     if protocol.name != node.name:
         raise ConfigError(f"protocol {node.name!r} calls itself {protocol.name!r}: use one name")
     return protocol
@@ -162,3 +179,33 @@ def _expect(made: Any, kind: type[Any], what: str) -> None:
     """
     if not isinstance(made, kind):
         raise ConfigError(f"{what} gives a {type(made).__name__}, not a {kind.__name__}")
+
+
+def _expect_function(made: Any, what: str) -> None:
+    if not callable(made):
+        raise ConfigError(f"the factory of {what} gives a {type(made).__name__}, not a function")
+
+
+def _check_feature_map(encoder: ImageEncoder, size: tuple[int, int], what: str) -> None:
+    """Encode one empty image, and hold the feature map against what the encoder says of it.
+
+    Raises:
+        ConfigError: it is of another shape.
+    """
+    for name in ("forward", "output_size"):
+        if getattr(type(encoder), name) is getattr(ImageEncoder, name):
+            raise ConfigError(f"{what} has no method {name}")
+    if not isinstance(getattr(encoder, "out_channels", None), int):
+        raise ConfigError(f"{what} has no out_channels: set it to the channels of the feature map")
+    training = encoder.training
+    with torch.random.fork_rng(devices=[]), torch.no_grad():
+        features = encoder.eval()(torch.zeros(1, 3, *size))
+    encoder.train(training)
+    told = encoder.output_size(size)
+    expected = (1, encoder.out_channels, *(told if isinstance(told, list | tuple) else (told,)))
+    shape = tuple(features.shape) if isinstance(features, torch.Tensor) else type(features).__name__
+    if shape != expected:
+        raise ConfigError(
+            f"{what} turns an image of {size[0]} x {size[1]} into {shape}, where its out_channels "
+            f"and output_size say {expected}, (q, C, h, w)"
+        )

@@ -129,7 +129,7 @@ def _value(f: dataclasses.Field[Any]) -> str:
     if value is None:
         return "null"
     if isinstance(value, Enum):
-        return "|".join([str(value.value), *(str(v.value) for v in type(value) if v != value)])
+        return "|".join([value.name, *(v.name for v in type(value) if v != value)])
     if isinstance(value, bool):
         return str(value).lower()
     if dataclasses.is_dataclass(value):

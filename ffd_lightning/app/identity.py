@@ -11,7 +11,6 @@ import hashlib
 import json
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from enum import Enum
 from functools import lru_cache
 from typing import Any
 
@@ -25,7 +24,7 @@ from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
-from ffd_lightning.registry import is_only_where
+from ffd_lightning.registry import is_only_where, plain
 from ffd_lightning.run_folder import RunFolder
 
 _PLACED = ("category.name", "regime.name", "templates.name", "seed")  # the folder's path has them
@@ -54,15 +53,7 @@ def _flat(node: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
         for key, value in node.items():
             yield from _flat(value, f"{prefix}{key}.")
     else:
-        yield prefix.removesuffix("."), _plain(node)
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, Enum):
-        return value.value
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return value
+        yield prefix.removesuffix("."), plain(node)
 
 
 def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
@@ -105,7 +96,7 @@ def _container(node: Any) -> Any:
         return {f.name: _container(getattr(node, f.name)) for f in dataclasses.fields(node)}
     if isinstance(node, Mapping):
         return {key: _container(value) for key, value in node.items()}
-    return _plain(node)
+    return plain(node)
 
 
 def _differences(earlier: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:

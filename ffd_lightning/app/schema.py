@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copyreg
 import dataclasses
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -19,25 +20,48 @@ from ffd_lightning.registry import Entry
 
 _Config = TypeVar("_Config")
 
+# Nodes are made here, in no module, so they travel to other processes and back by value. What says
+# that a field has no default must then stay the one object that it is.
+copyreg.pickle(type(dataclasses.MISSING), lambda _: "MISSING")
+
 
 @cache
 def node_type(entry: Entry) -> type[Any]:
-    """Return the dataclass of a part's node: `name`, its own settings, those of its whole kind."""
+    """Return the dataclass of a part's node: `name`, its own settings, those of its whole kind.
+
+    Raises:
+        ConfigError: a setting of a type that OmegaConf does not know, or of a taken name.
+    """
+    what = f"{entry.kind} {entry.name!r} of {entry.provider}"
     label = "term" if entry.kind == "term" else "name"
     fields: dict[str, tuple[Any, Any]] = {label: (str, dataclasses.field(default=entry.name))}
     for schema in (entry.settings, COMMON.get(entry.kind)):
         if schema is None:
             continue
-        types = get_type_hints(schema)
+        try:
+            types = get_type_hints(schema)
+        except NameError as error:
+            raise ConfigError(
+                f"{what}: the types of its settings cannot be told: {error}"
+            ) from None
         for f in dataclasses.fields(schema):
             if f.name in fields:
                 raise ConfigError(
-                    f"{entry.kind} {entry.name!r} of {entry.provider}: every {entry.kind} has a "
-                    f"setting {f.name!r}; choose another name"
+                    f"{what}: every {entry.kind} has a setting {f.name!r}; choose another name"
                 )
             made = dataclasses.field(
                 default=f.default, default_factory=f.default_factory, metadata=dict(f.metadata)
             )
+            try:
+                OmegaConf.structured(
+                    dataclasses.make_dataclass("One", [(f.name, types[f.name], made)])
+                )
+            except OmegaConfBaseException as error:
+                raise ConfigError(
+                    f"{what}: its setting {f.name!r} has a type that is not known, or a default of "
+                    f"another type: {str(error).splitlines()[0]}. Known are numbers, str, "
+                    "bool, Path, Enum, lists and dicts of those, and dataclasses, also with | None"
+                ) from None
             fields[f.name] = types[f.name], made
     made_of = [(name, kind, value) for name, (kind, value) in fields.items()]
     return dataclasses.make_dataclass(f"{entry.name}_{entry.kind}", made_of, kw_only=True)

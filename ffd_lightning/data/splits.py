@@ -182,6 +182,8 @@ def make_split(
         ConfigError: a subset that there is not.
         DataError: nothing to train on, or nothing to test on.
     """
+    if not isinstance(subsets, Mapping):
+        raise ConfigError(f"the split gives a {type(subsets).__name__}, not a subset by id")
     wrong = sorted(set(subsets.values()) - set(SUBSETS))
     if wrong:
         raise ConfigError(f"the split has {wrong[0]!r} for one of {', '.join(SUBSETS)}")

@@ -17,7 +17,7 @@ from torch.nn.functional import normalize
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
 from ffd_lightning.files import write_atomic
@@ -153,9 +153,22 @@ def score_sample(
     for name, shape in shapes.items():
         same = _identity(shape)
         if same not in known:
-            known[same] = protocol.score(shape, truth, np.random.default_rng([seed, key, 1]))
+            scores = protocol.score(shape, truth, np.random.default_rng([seed, key, 1]))
+            known[same] = _checked(protocol, scores)
         result |= {f"{name}_{k}" if name else k: v for k, v in known[same].items()}
     return result
+
+
+def _checked(protocol: EvaluationProtocol, scores: Any) -> dict[str, float]:
+    """Return what a protocol's `score` gave, if it has a number for each measure."""
+    for measure in protocol.measures:
+        score = scores.get(measure.name) if isinstance(scores, Mapping) else None
+        if not isinstance(score, int | float | np.number):
+            raise ConfigError(
+                f"protocol {protocol.name!r}: its score must give a number for each measure by "
+                f"name; for {measure.name!r} there is none in {scores!r}"
+            )
+    return dict(scores)
 
 
 def _identity(shape: Shape) -> object:

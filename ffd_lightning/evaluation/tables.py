@@ -7,7 +7,7 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
-from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
 
@@ -16,12 +16,11 @@ _PART = "part_iou_"
 
 def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float]) -> None:
     """Print a row for each shape that was scored and a column for each measure."""
-    factors = {m.factor for m in protocol.measures} - {1.0}
     caption = "; ".join(f"{m.name}: {m.definition}" for m in protocol.measures)
-    caption += f". {protocol.note}" + "".join(f". All x {factor:g}" for factor in factors)
+    caption += f". {protocol.note}.{ProtocolDescription.of(protocol).factors}"
     table = Table(
         title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} test shapes",
-        caption=f"Means over the test shapes. {caption}.",
+        caption=f"Means over the test shapes. {caption}",
         caption_justify="left",
     )
     table.add_column("shape")

@@ -9,9 +9,10 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.losses.annealing import Annealing, constant
-from ffd_lightning.losses.selection import Selection, WeightedCosts
+from ffd_lightning.losses.selection import Selection, Teaching, WeightedCosts
 from ffd_lightning.losses.terms import Prediction, StepInput, Term
 
 
@@ -82,7 +83,8 @@ class Objective:
             distance of each query's selected template, mean over points and queries.
 
         Raises:
-            ValueError: a term that gives neither (q, T) nor one number.
+            ConfigError: a term that gives neither (q, T) nor one number, or a selection that gives
+                no `Teaching` of the costs.
         """
         own = prediction.template_weights
         inputs = StepInput(
@@ -97,7 +99,7 @@ class Objective:
         costs = {name: value for name, value in values.items() if value.ndim}
         counted = [_scaled(costs[name], weights[name]) for name in costs if weights[name]]
         cost = torch.stack(counted).sum(0) if len(counted) > 1 else (counted or [inputs.chamfer])[0]
-        teaching = self.selection(prediction, cost.detach())
+        teaching = self._teaching(prediction, cost.detach())
         total = (teaching.cost_weights * cost).sum() if counted else own.new_zeros(())
         for name, value in values.items():
             if name not in costs and weights[name]:
@@ -116,12 +118,33 @@ class Objective:
     def _value(self, name: str, inputs: StepInput) -> Tensor:
         value = self.terms[name].term(inputs)
         shape = tuple(inputs.prediction.template_weights.shape)
-        if tuple(value.shape) not in ((), shape):
-            raise ValueError(
-                f"the term {name} has shape {tuple(value.shape)}: a term is one number, (), or a "
+        if _shape(value) not in ((), shape):
+            raise ConfigError(
+                f"the term {name} gives {_shape(value)}: a term is a tensor, one number, (), or a "
                 f"cost of every template for every query, {shape}"
             )
         return value
+
+    def _teaching(self, prediction: Prediction, costs: Tensor) -> Teaching:
+        teaching = self.selection(prediction, costs)
+        if not isinstance(teaching, Teaching):
+            raise ConfigError(f"the selection gives a {type(teaching).__name__}, not a Teaching")
+        weights, loss = _shape(teaching.cost_weights), teaching.loss
+        if weights != tuple(costs.shape):
+            raise ConfigError(
+                f"the selection gives {weights} for cost_weights: they are a tensor, a weight of "
+                f"every template for every query, {tuple(costs.shape)}"
+            )
+        if loss is not None and _shape(loss) != ():
+            raise ConfigError(
+                f"the selection gives {_shape(loss)} for its loss: it is a tensor of one number, ()"
+            )
+        return teaching
+
+
+def _shape(value: object) -> tuple[int, ...] | str:
+    """Return the shape of a tensor, the kind of anything else."""
+    return tuple(value.shape) if isinstance(value, Tensor) else type(value).__name__
 
 
 def _scaled(cost: Tensor, weight: float) -> Tensor:

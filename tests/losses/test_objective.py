@@ -6,6 +6,7 @@ import pytest
 import torch
 
 from ffd_lightning.app.regimes import regime
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample, deform
 from ffd_lightning.losses.annealing import exponential_annealing
@@ -224,7 +225,7 @@ def test_a_term_of_weight_0_is_shown_and_changes_no_gradient(case, term):
 @pytest.mark.parametrize("shape", [(Q,), (T,), (1,), (T, Q), (Q, T, 1)])
 def test_a_term_of_another_shape_is_refused(case, shape):
     objective = Objective({"odd": WeightedTerm(lambda _: torch.zeros(shape))})
-    with pytest.raises(ValueError, match=r"the term odd has shape \(.*\(3, 2\)"):
+    with pytest.raises(ConfigError, match=r"the term odd gives \(.*\(3, 2\)"):
         objective(*case, 0)
 
 
@@ -246,3 +247,24 @@ def test_gradients_reach_weights_and_offsets(case):
         return objective(own, target, templates, 3)[0]
 
     assert torch.autograd.gradcheck(f, tuple(prediction[:2]))
+
+
+def test_a_term_that_gives_no_tensor_is_refused(case):
+    objective = Objective({"odd": WeightedTerm(lambda _: None)})
+    with pytest.raises(ConfigError, match=r"the term odd gives NoneType: a term is a tensor"):
+        objective(*case, 0)
+
+
+@pytest.mark.parametrize(
+    ("teach", "words"),
+    [
+        (lambda _, costs: costs, "gives a Tensor, not a Teaching"),
+        (lambda _, costs: Teaching(costs.mean(0)), r"gives \(2,\) for cost_weights.*\(3, 2\)"),
+        (lambda _, costs: Teaching(costs, costs.mean(1)), r"gives \(3,\) for its loss"),
+        (lambda _, costs: Teaching(costs, 0.5), "gives float for its loss"),
+    ],
+)
+def test_a_selection_that_gives_something_else_is_refused(case, teach, words):
+    objective = Objective({"chamfer": WeightedTerm(chamfer)}, teach)
+    with pytest.raises(ConfigError, match=words):
+        objective(*case, 0)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import multiprocessing
+import pickle
 import re
 import shutil
 import sys
@@ -99,7 +100,16 @@ class Preparation:
     @cached_property
     def target(self) -> Path:
         """The set's folder, named by what decides it."""
-        canonical = json.dumps(self.settings, sort_keys=True, separators=(",", ":"))
+        fingerprint = self.settings["source"]
+        try:
+            if not isinstance(fingerprint, dict):
+                raise TypeError(f"it is a {type(fingerprint).__name__}")
+            canonical = json.dumps(self.settings, sort_keys=True, separators=(",", ":"))
+        except (TypeError, ValueError) as error:
+            raise ConfigError(
+                f"the fingerprint of {type(self.source).__name__} must be a dict that JSON can "
+                f"hold: {error}"
+            ) from None
         key = hashlib.sha256(canonical.encode()).hexdigest()[:12]
         return Path(self.root) / "prepared" / f"{self.category}-{key}"
 
@@ -162,7 +172,17 @@ class Preparation:
         if getattr(multiprocessing.current_process(), "_inheriting", False):
             # A worker that is still importing the script would wait for the lock its parent holds.
             raise RuntimeError('data is prepared outside of `if __name__ == "__main__":`')
-        return self.source.shape_ids(self.category)
+        name, ids = type(self.source).__name__, self.source.shape_ids(self.category)
+        if not isinstance(ids, list) or len(set(ids)) != len(ids):
+            raise ConfigError(f"shape_ids of {name} must give a list of ids, each of them once")
+        try:
+            pickle.dumps(self.source)
+        except Exception as error:
+            raise ConfigError(
+                f"{name} cannot be sent to the processes that prepare its shapes: its class must "
+                f"be importable, and what it holds picklable ({type(error).__name__}: {error})"
+            ) from None
+        return ids
 
     def _make(self, ids: Sequence[str], all_ids: Sequence[str]) -> None:
         """Make those shapes of `ids` that are not done yet; the caller holds a lock."""

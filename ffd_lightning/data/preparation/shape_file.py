@@ -103,7 +103,10 @@ def is_done(recipe: Recipe, shape_id: str) -> bool:
 
 def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
     """Load, normalise, sample and render one shape; return what its file holds."""
-    model = _normalized(recipe.source.load(recipe.category, shape_id))
+    loaded = recipe.source.load(recipe.category, shape_id)
+    if not isinstance(loaded, SourceShape):
+        raise RejectedShapeError(f"its source gives a {type(loaded).__name__}, not a SourceShape")
+    model = _normalized(loaded)
     mesh = model.mesh
     # The id alone decides the draw, so that no shape's sample depends on the others.
     key = hashlib.sha256(f"{recipe.category}/{shape_id}".encode()).digest()

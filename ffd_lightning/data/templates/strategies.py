@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +44,13 @@ def choose_templates(
             f"{count} templates asked for, but {prepared.path} holds only {len(prepared)} shapes: "
             "choose fewer (templates=t1 ... t30) or prepare more shapes"
         )
-    ids = tuple(strategy(prepared, count))
+    chosen = strategy(prepared, count)
+    if not isinstance(chosen, Iterable):
+        raise ConfigError(
+            f"the template strategy must choose {count} shapes of the set, and gives a "
+            f"{type(chosen).__name__}"
+        )
+    ids = tuple(chosen)
     unknown = sorted(set(ids) - set(prepared.ids))
     if unknown or len(set(ids)) != count:
         wrong = f"{unknown[0]!r} is not in {prepared.path}" if unknown else f"{len(set(ids))} ids"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -34,6 +34,7 @@ class Measure:
         return "↑" if self.higher_is_better else "↓"
 
 
+@runtime_checkable
 class EvaluationProtocol(Protocol):
     """A frozen way of measuring."""
 
@@ -119,6 +120,22 @@ class ProtocolDescription:
         True
         """
         return asdict(self) | {"measures": [asdict(measure) for measure in self.measures]}
+
+    @property
+    def factors(self) -> str:
+        """What values are multiplied by where people read them, as the end of a caption.
+
+        >>> measures = (Measure("iou", "", True, 100.0), Measure("chamfer", ""))
+        >>> ProtocolDescription("mine", "", measures[1:]).factors
+        ' All x 1000.'
+        >>> ProtocolDescription("mine", "", measures).factors
+        ' iou x 100, chamfer x 1000.'
+        """
+        factors = {m.factor for m in self.measures}
+        if len(factors) == 1:
+            return "" if factors == {1.0} else f" All x {factors.pop():g}."
+        told = ", ".join(f"{m.name} x {m.factor:g}" for m in self.measures if m.factor != 1.0)
+        return f" {told}."
 
     @property
     def main_measure(self) -> Measure:
