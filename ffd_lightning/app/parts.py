@@ -537,6 +537,11 @@ def listed_split(settings: Listed) -> Any:
 # --- protocols -----------------------------------------------------------------------------------
 
 
+def _check_points(points: int) -> None:
+    if points < 1:
+        raise ConfigError(f"protocol.points={points} must be above 0")
+
+
 @dataclass
 class Paper:
     """The paper's own: Chamfer, EMD, IoU.
@@ -546,6 +551,10 @@ class Paper:
     """
 
     points: int = 1024
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        _check_points(self.points)
 
 
 @register("protocol", "paper", Paper)
@@ -565,6 +574,10 @@ class Modern:
     """
 
     points: int = 10_000
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        _check_points(self.points)
 
 
 @register("protocol", "modern", Modern)

@@ -493,3 +493,9 @@ def test_the_command(copy, data_root, prepared):
         assert word in done.stderr
         assert "Traceback" not in done.stderr
     assert not Path("/no").exists()
+
+
+def test_settings_that_cannot_work_are_told_before_anything_is_read():
+    cfg = compose_config("evaluate", EvaluateConfig, ["run=nowhere", "protocol.points=0"])
+    with pytest.raises(ConfigError, match=r"protocol\.points=0 must be above 0"):
+        evaluate_run(typed_config(cfg, EvaluateConfig))

@@ -168,6 +168,16 @@ def test_training_learns(tiny_config, tmp_path, monkeypatch):
     assert sum(losses[-10:]) < 0.7 * sum(losses[:10])
 
 
+@pytest.mark.parametrize(
+    "override", ["trainer.precision=16x", "trainer.accelerator=foo", "trainer.devices=two"]
+)
+def test_what_lightning_cannot_use_is_a_setting_of_the_trainer(override, tiny_config, tmp_path):
+    run = RunFolder(tmp_path / "run")
+    with pytest.raises(ConfigError, match=r"^trainer: .*(16x|foo|devices)"):
+        train(tiny_config(override), run)
+    assert run.status["reason"].startswith("trainer: ")
+
+
 def test_a_damaged_checkpoint_is_named(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
     run.checkpoint.parent.mkdir()
@@ -247,6 +257,18 @@ def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_r
     second = run_command("train", *arguments[2:])
     assert second.returncode == 1
     assert "finished already" in second.stdout + second.stderr
+
+
+def test_a_job_that_is_refused_before_it_begins_is_recorded_too(data_root, tmp_path):
+    arguments = command(tmp_path, data_root, "-m", "schedule.learning_rate=-1,-2")
+    done = run_command("train", *arguments[2:])
+    assert done.returncode == 1
+    assert "2 of 2 runs failed" in done.stderr
+    states = load_runs(find_runs(tmp_path))
+    assert states["state"].tolist() == ["failed", "failed"]
+    assert "schedule.learning_rate=-1.0 must be above 0" in set(states["reason"])
+    assert done.stdout.count("failed") >= 2, "the table names them"
+    assert len(list(tmp_path.rglob("train.log"))) == 2
 
 
 def test_jobs_side_by_side_report_to_the_sweep(prepared, data_root, tmp_path):

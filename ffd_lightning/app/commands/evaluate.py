@@ -37,13 +37,14 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
     """Evaluate a run folder under a protocol; read the result back where it is there already.
 
     Raises:
-        ConfigError: no run, no checkpoint, or one that does not fit.
+        ConfigError: no run, no checkpoint, one that does not fit, or settings that cannot work.
         DataError: data that is missing or damaged.
     """
     import numpy as np
     import torch
 
     from ffd_lightning.app.build import build_protocol
+    from ffd_lightning.app.checks import part_problems
     from ffd_lightning.app.open_run import open_run
     from ffd_lightning.data.preparation.prepared import PreparedSet
     from ffd_lightning.evaluation.evaluator import (
@@ -54,6 +55,8 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
     )
     from ffd_lightning.parallel import available_cores
 
+    if problems := part_problems(cfg):
+        raise ConfigError("; ".join(problems))
     run = RunFolder(Path(cfg.run))
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
