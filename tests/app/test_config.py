@@ -236,6 +236,14 @@ def test_the_command_shows_one_message(arguments, words, tmp_path):
     assert not (tmp_path / "data").exists()
 
 
+def test_settings_that_come_back_from_another_process_leave_the_schema_whole():
+    joblib = pytest.importorskip("joblib")
+    cfg = composed()
+    joblib.Parallel(n_jobs=2)(joblib.delayed(lambda x: x)(cfg) for _ in range(2))
+    assert typed().data.render.height == 192
+    assert typed_config(OmegaConf.to_container(cfg), TrainConfig).data.render.height == 192
+
+
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "runs").write_text("")
     result = train("schedule=quick", f"paths.runs={tmp_path}/runs")
