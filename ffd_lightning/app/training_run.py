@@ -126,6 +126,7 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         warnings.filterwarnings("ignore", ".*before the epoch ended.*")
         warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
         warnings.filterwarnings("ignore", ".*LeafSpec.*")
+        warnings.filterwarnings("ignore", ".*Total length of `list`.*")  # split.val_fraction=0
         warnings.filterwarnings("ignore", ".*exists and is not empty.*")
         try:
             trainer = _trainer(cfg, run, done, timer)
