@@ -15,6 +15,7 @@ from PIL import Image
 from torch.utils._python_dispatch import TorchDispatchMode
 
 from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
 from ffd_lightning.data.datamodule import FfdDataModule
@@ -75,6 +76,14 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
     assert sum(selected.bucket) == len(open_run(finished[0]).data.split.val)
     metadata = events.summary_metadata
     assert any(m.plugin_data.plugin_name == "hparams" for m in metadata.values())
+
+
+def test_a_run_that_ends_with_the_validation_shapes_has_its_row(tiny_config, tmp_path):
+    run = RunFolder(tmp_path / "run")
+    summary = train(tiny_config("evaluation.subset=val"), run)
+    (row,) = load_runs([run]).to_dict("records")
+    assert row["chamfer"] == summary["chamfer"]
+    assert summary_tables([run])
 
 
 def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config):
