@@ -120,6 +120,9 @@ def load_runs(runs: Iterable[RunFolder], protocol: str | None = None) -> pd.Data
         settings, status = run.settings, run.status
         name = protocol or own_protocol(run)
         trained = status.get("summary") or {}
+        numbers = _numbers(run.evaluation(name) / "summary.json")
+        if protocol is None and not numbers:  # it ended with the validation shapes (a search)
+            numbers = trained
         rows.append(
             {
                 "run": str(run.path),
@@ -128,7 +131,7 @@ def load_runs(runs: Iterable[RunFolder], protocol: str | None = None) -> pd.Data
                 "reason": status.get("reason", ""),
                 "protocol": name,
                 "seconds_per_step": trained.get("seconds_per_step", float("nan")),
-                **_numbers(run.evaluation(name) / "summary.json"),
+                **numbers,
             }
         )
     return pd.DataFrame(rows)

@@ -110,6 +110,7 @@ def _all_positive(values: dict[str, float]) -> _Checks:
 
 def _data_checks(cfg: PrepareConfig) -> _Checks:
     data, render, name = cfg.data, cfg.data.render, cfg.category.name
+    members = cfg.category.members or []
     positive = {
         "data.num_points": data.num_points,
         "data.render.samples": render.samples,
@@ -121,6 +122,10 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
         (not render.azimuths, "data.render.azimuths needs at least one angle"),
         (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
+        (
+            len(set(members)) < len(members),
+            f"category.members={members} must not name a category twice",
+        ),
         (
             Path(name).name != name,
             f"category.name={name} must be the name of a folder, not a path",

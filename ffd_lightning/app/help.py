@@ -36,11 +36,15 @@ def command_help(name: str, config: type[Any], folder: Path, extra: str | None =
     fields = [f.name for f in dataclasses.fields(config)]
     folders = [folder, *([] if extra is None else [Path(extra)])]
     sections = _sections(config)
-    groups = [_group(group, folders, sections) for group in _groups(fields, folders)]
+    defaults = {g: c for each in file.defaults if OmegaConf.is_dict(each) for g, c in each.items()}
+    groups = [
+        _group(group, folders, sections, defaults.get(group, ""))
+        for group in _groups(fields, folders)
+    ]
     told = {*sections, *_NOT_GIVEN, *(group.split(".")[0] for group in GROUPS)}
     further = [_line(f"{n}.", _told(s, n)) for n, s in sections.items() if not _files(n, folders)]
     choices = [
-        "Choices (group=option) and what each can be told (group.setting=value):",
+        "Choices (group=option; here the default) and what each can be told (group.setting=value):",
         *(g for g in groups if g),
     ]
     return "\n\n".join(
@@ -83,7 +87,7 @@ def _files(group: str, folders: list[Path]) -> list[Path]:
     return sorted(files, key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
 
 
-def _group(group: str, folders: list[Path], sections: dict[str, type[Any]]) -> str:
+def _group(group: str, folders: list[Path], sections: dict[str, type[Any]], default: str) -> str:
     kind = "term" if group == "regime.terms" else GROUPS.get(group)
     lines = [_line(p.stem, _first_comment(p)) for p in _files(group, folders)]
     meaning = ""
@@ -95,7 +99,9 @@ def _group(group: str, folders: list[Path], sections: dict[str, type[Any]]) -> s
             lines.append(_line("(all of them)", _told(COMMON[kind])))
     elif group in sections:
         lines.append(_line("(all of them)", _told(sections[group], group)))
-    title = f"{group.replace('.', '/')}=" if kind != "term" else "regime.terms.<label>.term="
+    title = (
+        f"{group.replace('.', '/')}={default}" if kind != "term" else "regime.terms.<label>.term="
+    )
     return "\n".join([f"{title}{f'    {meaning}' if meaning else ''}", *lines]) if lines else ""
 
 

@@ -6,7 +6,7 @@ import logging
 import re
 import sys
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import partial, update_wrapper
 from pathlib import Path
 from typing import Any
 
@@ -110,7 +110,8 @@ def run_hydra(
         print(command_help(name, config, config_folder(), _option(given, "--config-dir")))
         return
     sys.argv[1:] = given
-    job = partial(_job, config, run, counted)
+    # Hydra names the log after the function's module: the command's, not functools.
+    job = update_wrapper(partial(_job, config, run, counted), run)
     main = hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=name)
     main(job)()
 

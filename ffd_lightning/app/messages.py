@@ -41,6 +41,11 @@ def shown(main: Callable[[], object], schema: type[Any] | None = None) -> None:
             raise
         print(f"error: {explain(error, schema)}", file=sys.stderr)
         sys.exit(1)
+    except OSError as error:
+        if error.filename is None:
+            raise
+        print(f"error: {error.filename}: {error.strerror}", file=sys.stderr)
+        sys.exit(1)
     except KeyboardInterrupt:
         print("interrupted: the same command resumes where it stopped", file=sys.stderr)
         sys.exit(130)
@@ -82,6 +87,8 @@ def explain(error: BaseException, schema: type[Any] | None = None, where: str = 
     if missing:
         return f"{missing.group(1)}=... must be given"
     if isinstance(error, OverrideParseException):
+        if error.override is not None and error.override not in message:
+            message = f"{error.override}: {message}"
         return f"{message}: write group=option or key=value, quoted for the shell where needed"
     if "Ambiguous value for argument" in message:
         return (

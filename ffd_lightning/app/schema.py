@@ -73,7 +73,10 @@ def register(schema: type[Any]) -> None:
     store.store(name="schema", node=schema)
     for group, kind in GROUPS.items():
         for entry in registry.entries(kind):
-            store.store(group=group.replace(".", "/"), name=entry.name, node=node_type(entry))
+            # A class of its own: jobs of joblib send theirs back pickled, which overwrites the one
+            # here, with marks of missing defaults that are not this process's.
+            node = node_type.__wrapped__(entry)
+            store.store(group=group.replace(".", "/"), name=entry.name, node=node)
 
 
 def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> _Config:

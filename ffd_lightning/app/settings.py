@@ -8,6 +8,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import fields
 from typing import TypeVar
 
+import yaml
 from omegaconf import MISSING, DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException, ValidationError
 
@@ -64,7 +65,7 @@ def _set(merged: DictConfig, key: str, value: str) -> None:
             return
         # Names of files may hold what means something to YAML: they are taken as they are.
         merged[key] = value if plain else OmegaConf.create(f"- {value}")[0]
-    except (ValidationError, OmegaConfBaseException, ValueError):
+    except (ValidationError, OmegaConfBaseException, ValueError, yaml.YAMLError):
         try:
             merged[key] = value
         except (ValidationError, OmegaConfBaseException) as error:

@@ -12,6 +12,7 @@ import torch
 from lightning import Callback, Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
+from lightning.pytorch.utilities.exceptions import MisconfigurationException
 from PIL import Image
 
 from ffd_lightning import registry
@@ -125,8 +126,12 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         warnings.filterwarnings("ignore", ".*before the epoch ended.*")
         warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
         warnings.filterwarnings("ignore", ".*LeafSpec.*")
+        warnings.filterwarnings("ignore", ".*Total length of `list`.*")  # split.val_fraction=0
         warnings.filterwarnings("ignore", ".*exists and is not empty.*")
-        trainer = _trainer(cfg, run, done, timer)
+        try:
+            trainer = _trainer(cfg, run, done, timer)
+        except (MisconfigurationException, TypeError, ValueError) as error:
+            raise ConfigError(f"trainer: {' '.join(str(error).split())}") from error
         try:
             trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
         except SystemExit:

@@ -14,13 +14,15 @@ from ffd_lightning.run_folder import RunFolder
 _PART = "part_iou_"
 
 
-def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float]) -> None:
+def print_summary(
+    run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float], subset: str = "test"
+) -> None:
     """Print a row for each shape that was scored and a column for each measure."""
     caption = "; ".join(f"{m.name}: {m.definition}" for m in protocol.measures)
     caption += f". {protocol.note}.{ProtocolDescription.of(protocol).factors}"
     table = Table(
-        title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} test shapes",
-        caption=f"Means over the test shapes. {caption}",
+        title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} {subset} shapes",
+        caption=f"Means over the {subset} shapes. {caption}",
         caption_justify="left",
     )
     table.add_column("shape")
@@ -45,5 +47,5 @@ def print_summary(run: RunFolder, protocol: EvaluationProtocol, summary: dict[st
     if of_parts:
         told = ", ".join(f"{name.removeprefix(_PART)} {100 * x:.1f}" for name, x in of_parts)
         lines.append(f"the model's part IoU x 100, over the test models that have the part: {told}")
-    lines.append(f"samples.csv and summary.json: {run.evaluation(protocol.name)}")
+    lines.append(f"samples.csv and summary.json: {run.evaluation(protocol.name, subset)}")
     print("\n".join(lines))

@@ -40,7 +40,7 @@ class Predictor:
 
     def __init__(self, model: TrainedModel, device: str = "auto") -> None:
         self.model = model
-        self.device = _device(device)
+        self.device = choose_device(device)
         self.model.network.to(self.device).eval()
 
     @classmethod
@@ -171,7 +171,12 @@ def _mask(mask: Photo) -> Image.Image:
         raise DataError(f"a mask is (H, W) of bool or uint8, got {found}") from None
 
 
-def _device(name: str) -> torch.device:
+def choose_device(name: str) -> torch.device:
+    """Return the device of a name; `auto` is a GPU if there is one.
+
+    Raises:
+        ConfigError: there is no such device.
+    """
     if name == "auto":
         return torch.device("cuda" if torch.cuda.is_available() else "cpu")
     try:

@@ -157,6 +157,12 @@ def test_the_table_holds_the_means_in_the_paper_s_order(written):
         assert words in page.text
 
 
+def test_one_run_with_scores_among_runs_of_several_setups(tmp_path, blank):
+    make_run(tmp_path / "a")
+    make_run(tmp_path / "b").set_status("failed", reason="no")
+    assert Page(write_report(tmp_path, open_run)).tables[0][1][0] == "b"
+
+
 def test_seeds_become_a_mean_and_a_deviation(tmp_path, blank):
     runs = [make_run(tmp_path / str(seed), seed=seed) for seed in range(3)]
     page = Page(write_report(tmp_path, open_run))

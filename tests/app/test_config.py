@@ -201,6 +201,7 @@ MISTAKES = [
     (["regime"], ["group=option"]),
     (["regime=b,e"], ["regime=b,e", "commas", "-m"]),
     (["encoder=[a"], ["'[a'", "quoted for the shell"]),
+    (["regime=b,"], ["regime=b,: ", "quoted for the shell"]),
 ]
 
 
@@ -235,6 +236,22 @@ def test_the_command_shows_one_message(arguments, words, tmp_path):
     assert not (tmp_path / "data").exists()
 
 
+def test_settings_that_come_back_from_another_process_leave_the_schema_whole():
+    joblib = pytest.importorskip("joblib")
+    cfg = composed()
+    joblib.Parallel(n_jobs=2)(joblib.delayed(lambda x: x)(cfg) for _ in range(2))
+    assert typed().data.render.height == 192
+    assert typed_config(OmegaConf.to_container(cfg), TrainConfig).data.render.height == 192
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "runs").write_text("")
+    result = train("schedule=quick", f"paths.runs={tmp_path}/runs")
+    assert result.returncode == 1
+    assert result.stderr.startswith(f"error: {tmp_path}/runs/")
+    assert len(result.stderr.splitlines()) == 1
+
+
 @pytest.mark.parametrize(
     ("overrides", "word"),
     [
@@ -255,6 +272,9 @@ def test_the_command_shows_one_message(arguments, words, tmp_path):
         (["seed=-1"], "seed must not be negative"),
         (["template_strategy=random", "template_strategy.seed=-1"], "must not be negative"),
         (["category=custom", "category.name=../mug"], "not a path"),
+        (["category=joint", "category.members=[car,car]"], "must not name a category twice"),
+        (["protocol.points=0"], "protocol.points=0 must be above 0"),
+        (["protocol=modern", "protocol.points=0"], "protocol.points=0 must be above 0"),
         (["split=listed", "split.file=/no/such"], "split.file=/no/such does not exist"),
         (
             ["template_strategy=ranking", "template_strategy.file='/no/{category}.csv'"],

@@ -333,7 +333,7 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
         ({"run": "/no/such"}, ConfigError, "is not a run folder"),
         ({"checkpoint": "/no/such.ckpt"}, ConfigError, "there is no checkpoint"),
         ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
-        ({"prepared": "/no/such"}, DataError, "damaged"),
+        ({"prepared": "/no/such"}, DataError, "is not a prepared set"),
         ({"data_root": "/proc/no"}, DataError, "cannot prepare"),
     ],
 )
@@ -493,3 +493,34 @@ def test_the_command(copy, data_root, prepared):
         assert word in done.stderr
         assert "Traceback" not in done.stderr
     assert not Path("/no").exists()
+
+
+def test_settings_that_cannot_work_are_told_before_anything_is_read():
+    cfg = compose_config("evaluate", EvaluateConfig, ["run=nowhere", "protocol.points=0"])
+    with pytest.raises(ConfigError, match=r"protocol\.points=0 must be above 0"):
+        evaluate_run(typed_config(cfg, EvaluateConfig))
+
+
+def test_what_is_no_prepared_set_is_not_to_be_deleted(tmp_path):
+    (tmp_path / "thesis.tex").write_text("")
+    for folder in (tmp_path, tmp_path / "absent"):
+        with pytest.raises(DataError, match="is not a prepared set"):
+            PreparedSet.open(folder)
+
+
+def test_a_device_that_is_not_there_is_one_message():
+    cfg = compose_config("evaluate", EvaluateConfig, ["run=nowhere", "device=foo"])
+    with pytest.raises(ConfigError, match="device=foo cannot be used"):
+        evaluate_run(typed_config(cfg, EvaluateConfig))
+
+
+def test_the_table_names_the_validation_shapes_and_where_their_scores_are(trained):
+    run, _, _ = trained
+    done = run_command(
+        "evaluate", f"run={run.path}", "evaluation.subset=val", "evaluation.references=false"
+    )
+    assert done.returncode == 0, done.stderr
+    told = " ".join(done.stdout.split())
+    assert "Means over the val shapes" in told
+    assert str(run.evaluation("paper", "val")) in told
+    assert "test shapes" not in told

@@ -15,6 +15,7 @@ from PIL import Image
 from torch.utils._python_dispatch import TorchDispatchMode
 
 from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
 from ffd_lightning.data.datamodule import FfdDataModule
@@ -75,6 +76,14 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
     assert sum(selected.bucket) == len(open_run(finished[0]).data.split.val)
     metadata = events.summary_metadata
     assert any(m.plugin_data.plugin_name == "hparams" for m in metadata.values())
+
+
+def test_a_run_that_ends_with_the_validation_shapes_has_its_row(tiny_config, tmp_path):
+    run = RunFolder(tmp_path / "run")
+    summary = train(tiny_config("evaluation.subset=val"), run)
+    (row,) = load_runs([run]).to_dict("records")
+    assert row["chamfer"] == summary["chamfer"]
+    assert summary_tables([run])
 
 
 def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config):
@@ -168,6 +177,16 @@ def test_training_learns(tiny_config, tmp_path, monkeypatch):
     assert sum(losses[-10:]) < 0.7 * sum(losses[:10])
 
 
+@pytest.mark.parametrize(
+    "override", ["trainer.precision=16x", "trainer.accelerator=foo", "trainer.devices=two"]
+)
+def test_what_lightning_cannot_use_is_a_setting_of_the_trainer(override, tiny_config, tmp_path):
+    run = RunFolder(tmp_path / "run")
+    with pytest.raises(ConfigError, match=r"^trainer: .*(16x|foo|devices)"):
+        train(tiny_config(override), run)
+    assert run.status["reason"].startswith("trainer: ")
+
+
 def test_a_damaged_checkpoint_is_named(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
     run.checkpoint.parent.mkdir()
@@ -247,6 +266,18 @@ def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_r
     second = run_command("train", *arguments[2:])
     assert second.returncode == 1
     assert "finished already" in second.stdout + second.stderr
+
+
+def test_a_job_that_is_refused_before_it_begins_is_recorded_too(data_root, tmp_path):
+    arguments = command(tmp_path, data_root, "-m", "schedule.learning_rate=-1,-2")
+    done = run_command("train", *arguments[2:])
+    assert done.returncode == 1
+    assert "2 of 2 runs failed" in done.stderr
+    states = load_runs(find_runs(tmp_path))
+    assert states["state"].tolist() == ["failed", "failed"]
+    assert "schedule.learning_rate=-1.0 must be above 0" in set(states["reason"])
+    assert done.stdout.count("failed") >= 2, "the table names them"
+    assert len(list(tmp_path.rglob("train.log"))) == 2
 
 
 def test_jobs_side_by_side_report_to_the_sweep(prepared, data_root, tmp_path):

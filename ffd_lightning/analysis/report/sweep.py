@@ -166,7 +166,7 @@ def told_apart(table: pd.DataFrame, names: list[str]) -> tuple[list[str], str]:
     """
     shown = [name for name in names if name == "regime" or table[name].nunique() > 1]
     form = {"category": "{}", "templates": "T = {}", "seed": "seed {}"}
-    same = [form[name].format(table[name].iloc[0]) for name in names if name not in shown]
+    same = [form.get(name, "{}").format(table[name].iloc[0]) for name in names if name not in shown]
     return shown, f" ({', '.join(same)})" if same else ""
 
 

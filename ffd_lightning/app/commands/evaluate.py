@@ -30,20 +30,21 @@ def evaluate_job(cfg: EvaluateConfig) -> None:
     from ffd_lightning.evaluation.tables import print_summary
 
     summary = evaluate_run(cfg)
-    print_summary(RunFolder(Path(cfg.run)), build_protocol(cfg.protocol), summary)
+    subset = cfg.evaluation.subset.value
+    print_summary(RunFolder(Path(cfg.run)), build_protocol(cfg.protocol), summary, subset)
 
 
 def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
     """Evaluate a run folder under a protocol; read the result back where it is there already.
 
     Raises:
-        ConfigError: no run, no checkpoint, or one that does not fit.
+        ConfigError: no run, no checkpoint, one that does not fit, or settings that cannot work.
         DataError: data that is missing or damaged.
     """
     import numpy as np
-    import torch
 
     from ffd_lightning.app.build import build_protocol
+    from ffd_lightning.app.checks import part_problems
     from ffd_lightning.app.open_run import open_run
     from ffd_lightning.data.preparation.prepared import PreparedSet
     from ffd_lightning.evaluation.evaluator import (
@@ -52,8 +53,12 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         Shapes,
         evaluate,
     )
+    from ffd_lightning.inference.predictor import choose_device
     from ffd_lightning.parallel import available_cores
 
+    if problems := part_problems(cfg):
+        raise ConfigError("; ".join(problems))
+    device = choose_device(cfg.device)
     run = RunFolder(Path(cfg.run))
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
@@ -67,9 +72,6 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
         tested_on = Shapes(other, np.asarray(rows, np.int64))
-    device = cfg.device
-    if device == "auto":
-        device = "cuda" if torch.cuda.is_available() else "cpu"
     evaluated = EvaluatedNetwork(
         opened.network.to(device),
         data.bank,

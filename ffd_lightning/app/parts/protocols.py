@@ -6,7 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from ffd_lightning.app.parts.lazy import class_part
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.registry import register
+
+
+def _check_points(points: int) -> None:
+    if points < 1:
+        raise ConfigError(f"protocol.points={points} must be above 0")
 
 
 @dataclass
@@ -18,6 +24,10 @@ class Paper:
     """
 
     points: int = 1024
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        _check_points(self.points)
 
 
 class_part("protocol", "paper", Paper, "ffd_lightning.evaluation.protocols:PaperProtocol")
@@ -32,6 +42,10 @@ class Modern:
     """
 
     points: int = 10_000
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        _check_points(self.points)
 
 
 class_part("protocol", "modern", Modern, "ffd_lightning.evaluation.protocols:ModernProtocol")

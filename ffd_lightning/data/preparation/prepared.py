@@ -79,6 +79,9 @@ class PreparedSet:
         Raises:
             DataError: a file is missing or damaged; the message names it and how to rebuild.
         """
+        if not (path / "manifest.json").exists() and not any(path.glob("*.npy")):
+            # Some other folder: nobody shall be told to delete it.
+            raise DataError(f"{path} is not a prepared set: it has no manifest.json")
         manifest = _read_manifest(path)
         _check_files(path, manifest)
         ids, families, part_names = (
