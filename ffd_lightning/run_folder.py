@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,10 @@ class RunFolder:
         """Write `status.json`: state is running, finished or failed (then with a `reason`)."""
         content = {"state": state, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **details}
         write_atomic(self.path / "status.json", json.dumps(content, indent=2) + "\n")
+
+    def restore_status(self, status: Mapping[str, Any]) -> None:
+        """Write `status.json` as it was."""
+        write_atomic(self.path / "status.json", json.dumps(status, indent=2) + "\n")
 
     def discard(self) -> None:
         """Remove what a training left, so that it starts anew."""

@@ -83,7 +83,8 @@ def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
             )
     if cfg.restart:
         run.discard()
-    write_atomic(run.config, to_yaml(cfg))
+    if not (run.finished and run.config.exists()):  # else it says how the run was trained
+        write_atomic(run.config, to_yaml(cfg))
 
 
 def to_yaml(cfg: TrainConfig) -> str:

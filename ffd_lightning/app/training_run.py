@@ -83,12 +83,18 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         if run.finished and run.status.get("evaluation") == evaluated:
             log.info("%s is finished already; restart=true would train it again", run.path)
             return dict(run.status["summary"])
+        before = run.status
         run.set_status("running", steps=cfg.schedule.steps)
         try:
             summary = _train(cfg, run)
         except Exception as error:
-            name = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
-            run.set_status("failed", reason=f"{name}{error}")
+            if (
+                before.get("state") == "finished"
+            ):  # its results are there, whatever was asked for now
+                run.restore_status(before)
+            else:
+                name = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
+                run.set_status("failed", reason=f"{name}{error}")
             raise
         run.set_status("finished", steps=cfg.schedule.steps, evaluation=evaluated, summary=summary)
         (run.path / "progress.json").unlink(missing_ok=True)

@@ -323,8 +323,11 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     torch.save(content, other)
     first = evaluate(copy, "evaluation.references=false")
     assert evaluate(copy, "evaluation.references=false", f"checkpoint={other}") != first
+    own = samples(copy)
     everything = evaluate(copy, "evaluation.references=false", f"prepared={data.prepared.path}")
     assert everything["num_samples"] == len(data.prepared) - 2, "all but the templates"
+    assert samples(copy) == own, "those of the run's own shapes are not lost"
+    assert (copy.evaluation("paper", data.prepared.path.name) / "samples.csv").is_file()
 
 
 @pytest.mark.parametrize(

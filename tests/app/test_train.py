@@ -96,6 +96,17 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
     assert run.finished
 
 
+def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(tiny_config, tmp_path):
+    run = RunFolder(tmp_path / "run")
+    few = ("schedule.steps=2", "split.val_fraction=0")
+    train(tiny_config(*few), run)
+    settings, status = run.config.read_bytes(), run.status
+    with pytest.raises(ConfigError, match="no validation shapes"):
+        train(tiny_config(*few, "evaluation.subset=val", "logger.every=7"), run)
+    assert run.status == status
+    assert run.config.read_bytes() == settings, "it says how the run was trained"
+
+
 def test_a_run_knows_its_data_wherever_it_is_opened_from(tiny_config, tmp_path, monkeypatch):
     cfg = tiny_config("schedule.steps=2")
     monkeypatch.chdir(Path(cfg.paths.data).parent)

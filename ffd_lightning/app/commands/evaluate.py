@@ -30,7 +30,7 @@ def evaluate_job(cfg: EvaluateConfig) -> None:
     from ffd_lightning.evaluation.tables import print_summary
 
     summary = evaluate_run(cfg)
-    subset = cfg.evaluation.subset.value
+    subset = shapes_name(cfg)
     print_summary(RunFolder(Path(cfg.run)), build_protocol(cfg.protocol), summary, subset)
 
 
@@ -88,4 +88,9 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         restart=cfg.restart,
     )
     protocol = build_protocol(cfg.protocol)
-    return evaluate(evaluated, protocol, run.evaluation(protocol.name, subset.value), options)
+    return evaluate(evaluated, protocol, run.evaluation(protocol.name, shapes_name(cfg)), options)
+
+
+def shapes_name(cfg: EvaluateConfig) -> str:
+    """Return what the evaluated shapes are called in the name of their folder."""
+    return cfg.evaluation.subset.value if cfg.prepared is None else Path(cfg.prepared).name
