@@ -182,7 +182,7 @@ MISTAKES = [
     (["data.parts_root=."], ["no setting 'data.parts_root'", "num_models"]),
     (["data.images=r2n2"], ["no setting 'data.images'"]),
     (["split.file=README.md"], ["no setting 'split.file'", "train_fraction"]),
-    (["encoder=timm", "encoder.model=resnet18", "encoder.width=1"], ["Settings in encoder: shape"]),
+    (["encoder=timm", "encoder.model=resnet18", "encoder.width=1"], ["Settings in encoder: model"]),
     # what must be given
     (["category=custom"], ["must be given: category.name=..."]),
     (["data=folder"], ["must be given: data.root=..."]),
