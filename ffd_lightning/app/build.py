@@ -197,10 +197,11 @@ def _check_feature_map(encoder: ImageEncoder, size: tuple[int, int], what: str) 
             raise ConfigError(f"{what} has no method {name}")
     if not isinstance(getattr(encoder, "out_channels", None), int):
         raise ConfigError(f"{what} has no out_channels: set it to the channels of the feature map")
-    training = encoder.training
+    modes = [(module, module.training) for module in encoder.modules()]  # some may be frozen
     with torch.random.fork_rng(devices=[]), torch.no_grad():
         features = encoder.eval()(torch.zeros(1, 3, *size))
-    encoder.train(training)
+    for module, training in modes:
+        module.training = training
     told = encoder.output_size(size)
     expected = (1, encoder.out_channels, *(told if isinstance(told, list | tuple) else (told,)))
     shape = tuple(features.shape) if isinstance(features, torch.Tensor) else type(features).__name__

@@ -77,13 +77,19 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
         return
 
     def command() -> None:
+        from ffd_lightning import registry
+        from ffd_lightning.app.hydra_app import named_plugins
         from ffd_lightning.app.settings import read_settings, settings_help
 
+        plugins = [argument for argument in given if argument.startswith("plugins=")]
+        registry.load_plugins(named_plugins(plugins))
         main_setting = getattr(module, "MAIN", "")
         if {"-h", "--help"} & set(given) or not given:
             print(f"{inspect.getdoc(module)}\n\nSettings:\n\n{settings_help(schema)}")
+            print(f"  {'plugins=[]':<20}modules with parts of your own.")
             return
-        sys.exit(module.main(read_settings(schema, given, main_setting)))
+        own = [argument for argument in given if argument not in plugins]
+        sys.exit(module.main(read_settings(schema, own, main_setting)))
 
     shown(command, schema)
 

@@ -194,6 +194,24 @@ def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone(register, 
     assert all(torch.equal(w, weights[key]) for key, w in untried.state_dict().items())
 
 
+class FrozenEncoder(TinyEncoder):
+    """Keeps the statistics of one layer, and drops features at random in training."""
+
+    def __init__(self, settings):
+        super().__init__(settings)
+        self.norm, self.dropout = nn.BatchNorm2d(4).eval(), nn.Dropout(0.5)
+
+    def forward(self, images):
+        return self.dropout(self.norm(super().forward(images)))
+
+
+def test_trying_an_encoder_leaves_frozen_layers_frozen(register):
+    register("encoder", "tiny", Tiny, lambda s, image_size, batch_norm_momentum: FrozenEncoder(s))
+    encoder = build_network(small("encoder=tiny")).encoder
+    assert (encoder.norm.training, encoder.dropout.training) == (False, True)
+    assert encoder.norm.num_batches_tracked == 0
+
+
 @pytest.mark.parametrize("kind", ["term", "selection", "split", "template_strategy"])
 def test_a_factory_that_gives_no_function(register, kind, tmp_path):
     register(kind, "odd", Tiny, lambda settings: None)
