@@ -125,17 +125,7 @@ def evaluate(
         DataError: the network's outputs are not finite; data is damaged; there are no part labels
             and the protocol needs them.
     """
-    settings = {
-        "format": FORMAT_VERSION,
-        "protocol": protocol_key(protocol),
-        "weights": _weights_digest(evaluated.network),
-        "templates": list(evaluated.bank.ids),
-        "max_edge": evaluated.bank.max_edge,
-        "tested_on": evaluated.tested_on.fingerprint(),
-        "trained_on": evaluated.trained_on.fingerprint() if options.references else None,
-        "all_views": options.all_views,
-        "seed": options.seed,
-    }
+    settings = _settings(evaluated, protocol, options)
     key = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
     description = ProtocolDescription.of(protocol).to_json()
     finished = _read_summary(folder, key, description)
@@ -168,6 +158,23 @@ def evaluate(
         write_atomic(folder / "summary.json", json.dumps(content, indent=2) + "\n")
         journal.close(remove=True)
     return summary
+
+
+def _settings(
+    evaluated: EvaluatedNetwork, protocol: EvaluationProtocol, options: EvaluationOptions
+) -> dict[str, object]:
+    """Everything that the numbers follow from: another value, another evaluation."""
+    return {
+        "format": FORMAT_VERSION,
+        "protocol": protocol_key(protocol),
+        "weights": _weights_digest(evaluated.network),
+        "templates": list(evaluated.bank.ids),
+        "max_edge": evaluated.bank.max_edge,
+        "tested_on": evaluated.tested_on.fingerprint(),
+        "trained_on": evaluated.trained_on.fingerprint() if options.references else None,
+        "all_views": options.all_views,
+        "seed": options.seed,
+    }
 
 
 def _score(
