@@ -180,7 +180,7 @@ def test_encoders_by_name():
         registry.part("encoder", "mobilenet", image_size=SIZE, pretrained=True)
     with pytest.raises(ConfigError, match=r"'timm' has no setting 'weights': model, pretrained"):
         registry.part("encoder", "timm", model="resnet18", image_size=SIZE, weights="x.h5")
-    with pytest.raises(ConfigError, match=r"there is no file none.h5"):
+    with pytest.raises(ConfigError, match=r"encoder\.weights=none\.h5 is not a file"):
         registry.part("encoder", "mobilenet", image_size=SIZE, weights="none.h5")
 
 
