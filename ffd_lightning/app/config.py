@@ -299,6 +299,19 @@ class PrepareConfig:
 
 
 @dataclass
+class DoctorConfig(PrepareConfig):
+    """Everything that `doctor` reads.
+
+    Attributes:
+        sheets: folder of the pictures, one of each category; null for none.
+        timing: measures a training step, to tell how long runs and the paper's table will take.
+    """
+
+    sheets: str | None = "${paths.data}/sheets"
+    timing: bool = True
+
+
+@dataclass
 class TrainConfig(PrepareConfig):
     """Everything that `train` reads.
 

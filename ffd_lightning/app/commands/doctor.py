@@ -1,14 +1,15 @@
-"""What a data set holds and what preparing it will cost, before anything is done.
+"""What a data set holds and what preparing it and training will cost, before anything is done.
 
     ffd doctor data=shapenet data.root=DIR
 
 Settings are those of prepare; category=chair looks at one category alone. A few shapes of each
-category are prepared on trial, in a folder that is removed again.
+category are prepared on trial, in a folder that is removed again, and drawn beside shapes that
+stand as they should: sheets=DIR says where to (by default <paths.data>/sheets), sheets=null draws
+nothing. timing=false does not measure how long training would take, which is half a minute's work.
 """
 
 from __future__ import annotations
 
-import math
 import shutil
 import sys
 from collections.abc import Sequence
@@ -20,14 +21,17 @@ from rich.table import Table
 
 from ffd_lightning.app.build import build_preparations, build_source
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import CategoryConfig, PrepareConfig
+from ffd_lightning.app.config import CategoryConfig, DoctorConfig
 from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.step_time import duration, training_times
+from ffd_lightning.app.studies.categories import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.survey import TRIAL, Finding, examine
+from ffd_lightning.data.sources.base import Source
 from ffd_lightning.parallel import available_cores
 
-SCHEMA = PrepareConfig
+SCHEMA = DoctorConfig
 
 _EXAMPLES = 3  # shapes named for each reason
 
@@ -67,14 +71,21 @@ def _notes(finding: Finding) -> list[str]:
     lines += [f"{len(ids):,} shapes: {why} ({_some(ids)})" for why, ids in reasons.items()]
     if finding.absent:
         lines.append(
-            f"{len(finding.absent)} of the paper's templates are absent, `diverse` ones take "
-            f"their places: {', '.join(finding.absent)}"
+            f"{len(finding.absent)} of the paper's templates are absent or cannot be used, "
+            f"`diverse` ones take their places: {', '.join(finding.absent)}"
         )
     if finding.rejected:
         examples = "; ".join(f"{i}: {why}" for i, why in list(finding.rejected.items())[:_EXAMPLES])
         lines.append(f"{len(finding.rejected)} of {finding.trial} tried are rejected ({examples})")
+    if finding.warnings:
+        tried = "" if finding.prepared else " of those tried"
+        lines.append(f"warnings{tried}: {finding.warnings}")
+    if finding.pose:
+        lines.append(finding.pose.removeprefix(f"{finding.name}: "))
     if finding.prepared:
         lines.append(f"{finding.prepared}")
+    if finding.sheet:
+        lines.append(f"what they look like, and how they stand: {finding.sheet}")
     return lines
 
 
@@ -85,13 +96,11 @@ def _some(ids: list[str]) -> str:
 def _cost(seconds: float, megabytes: float) -> str:
     if not seconds:
         return "-"
-    minutes = seconds / 60
-    time_ = f"{minutes / 60:.1f} h" if minutes >= 90 else f"{math.ceil(minutes)} min"
     disk = f"{megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"{megabytes:.0f} MB"
-    return f"{time_}, {disk}"
+    return f"{duration(seconds)}, {disk}"
 
 
-def _summary(cfg: PrepareConfig, findings: list[Finding]) -> list[str]:
+def _summary(cfg: DoctorConfig, source: Source, findings: list[Finding]) -> list[str]:
     """Return what is true of all categories together."""
     lines = []
     seconds, megabytes = (sum(getattr(f, k) for f in findings) for k in ("seconds", "megabytes"))
@@ -107,15 +116,18 @@ def _summary(cfg: PrepareConfig, findings: list[Finding]) -> list[str]:
     enough = "" if 2 * megabytes < free else " NOT ENOUGH: choose another with paths.data=DIR"
     lines.append(f"{place.absolute()} has {free / 1e3:.1f} GB free{enough}")
     if cfg.data.name == "shapenet":
-        there = {finding.name for finding in findings}
-        missing = [f"{n} ({s})" for n, s in PAPER_CATEGORIES.items() if not {n, s} & there]
-        if missing:
-            lines.append(f"of the paper's 13 categories there are not: {', '.join(missing)}")
+        absent = absent_categories(source, PAPER_CATEGORIES)
+        if absent:
+            left = ",".join(name for name in PAPER_CATEGORIES if name not in absent)
+            lines.append(
+                f"of the paper's 13 categories there are not: {say_absent(source, absent)}. "
+                f"Studies of all 13 need category={left}"
+            )
         lines += _neighbours(cfg)
     return lines
 
 
-def _neighbours(cfg: PrepareConfig) -> list[str]:
+def _neighbours(cfg: DoctorConfig) -> list[str]:
     """Return what lies beside the shapes and could be used."""
     root = Path(str(cfg.data.root)).expanduser()
     tops = [root, root.absolute().parent]
@@ -130,13 +142,19 @@ def _neighbours(cfg: PrepareConfig) -> list[str]:
     return lines
 
 
+def _examined(cfg: DoctorConfig, name: str) -> Finding:
+    """Look at one category, and draw it."""
+    (one,) = build_preparations(replace(cfg, category=CategoryConfig(name=name)))
+    sheet = None if cfg.sheets is None else Path(cfg.sheets) / f"{cfg.data.name}-{name}.png"
+    return examine(one, cfg.data.name == "shapenet", sheet)
+
+
 def main(arguments: Sequence[str]) -> int:
     """Examine what the overrides name: every category of the source, or the one that is given."""
     if not arguments or {"-h", "--help"} & set(arguments):
         print(__doc__)
         return 0
-    composed = compose_config("prepare", PrepareConfig, arguments)
-    cfg = typed_config(composed, PrepareConfig)
+    cfg = typed_config(compose_config("prepare", DoctorConfig, arguments), DoctorConfig)
     validate(cfg)
     console = Console(width=None if sys.stdout.isatty() else 160)
     source = build_source(cfg)
@@ -147,16 +165,21 @@ def main(arguments: Sequence[str]) -> int:
         names.sort(key=lambda name: (order.get(name, len(order)), name))
     if not names:
         source.shape_ids(cfg.category.name)  # raises, and says why
-    findings = []
     with Console(stderr=True).status("") as status:
+        findings = []
         for k, name in enumerate(names):
             status.update(f"looking at {name} ({k + 1} of {len(names)})")
-            (one,) = build_preparations(replace(cfg, category=CategoryConfig(name=name)))
-            findings.append(examine(one, cfg.data.name == "shapenet"))
+            findings.append(_examined(cfg, name))
+        times = []
+        if cfg.timing:
+            status.update("measuring a training step")
+            absent = absent_categories(source, PAPER_CATEGORIES)
+            own = [x for x in arguments if x.partition("=")[0] not in ("sheets", "timing")]
+            times = training_times(own, [n for n in PAPER_CATEGORIES if n not in absent])
     root = getattr(cfg.data, "root", None)
     console.print(f"{cfg.data.name}{'' if root is None else f' in {root}'}\n", highlight=False)
     report(findings, console)
     console.print()
-    for line in _summary(cfg, findings):
+    for line in [*_summary(cfg, source, findings), *times]:
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     return 1 if any(finding.problem for finding in findings) else 0

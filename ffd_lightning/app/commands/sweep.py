@@ -14,6 +14,7 @@ from omegaconf import OmegaConf
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.hydra_app import compose_config, config_folder
+from ffd_lightning.app.studies.categories import check_categories
 from ffd_lightning.app.studies.study import Study, commands, load_study, value_of
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.files import write_atomic
@@ -102,6 +103,7 @@ def run_study(request: Request) -> int:
         print(shlex.join(["python", "train.py", "-m", *sweep]))
     if request.dry_run:
         return 0
+    check_categories(sweeps, request.config_dir)
     _note(folder, file.stem, study, request)
     further = [] if request.config_dir is None else ["--config-dir", request.config_dir]
     if study.search is not None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import MISSING, OmegaConf
 
 from ffd_lightning.errors import ConfigError
@@ -130,6 +132,30 @@ def _is_swept(override: str) -> bool:
     """
     value = re.sub(r"\[[^]]*\]|\{[^}]*\}|\"[^\"]*\"|'[^']*'", "", override.partition("=")[2])
     return "," in value or re.match(r"(range|choice|glob|interval)\(", value) is not None
+
+
+def swept_values(override: str) -> list[str]:
+    """Return the values of an override: several where it is swept, as Hydra reads it.
+
+    Raises:
+        HydraException: it is no override.
+
+    >>> swept_values("regime=b,e"), swept_values("seed=range(2)"), swept_values("x=[a,b]")
+    (['b', 'e'], ['0', '1'], ['[a,b]'])
+    """
+    parsed = OverridesParser.create().parse_override(override)
+    if parsed.is_sweep_override():
+        return [str(value) for value in parsed.sweep_string_iterator()]
+    return [override.partition("=")[2]]
+
+
+def count_runs(sweep: Iterable[str]) -> int:
+    """Return how many jobs a sweep has.
+
+    >>> count_runs(["regime=b,e", "seed=range(5)", "schedule=paper"])
+    10
+    """
+    return math.prod(len(swept_values(override)) for override in sweep)
 
 
 def _escaped(override: str) -> str:

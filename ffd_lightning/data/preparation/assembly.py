@@ -63,7 +63,7 @@ def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], targe
         "versions": {name: _version(name) for name in _PACKAGES},
         "models": len(good),
         "rejected": len(rejected),
-        "warnings": len(warnings),
+        "warnings": len({shape_id for shape_id, _ in warnings}),
         "ids": good,
         **facts,
         "files": {
@@ -105,8 +105,7 @@ def _write_shapes(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str,
                 )
             facts["families"].append(str(model["family"]))
             facts["part_names"] += model["part_names"].tolist()
-            if warning := str(model["warning"]):
-                facts["warnings"].append((ids[row], warning))
+            facts["warnings"] += [(ids[row], line) for line in str(model["warning"]).splitlines()]
             for file, array in (
                 (points, cloud),
                 (images, model["images"]),

@@ -24,8 +24,9 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from ffd_lightning.data.preparation.assembly import assemble
-from ffd_lightning.data.preparation.prepared import REJECTED, WARNINGS, PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.preparation.shape_file import Recipe, is_done
+from ffd_lightning.data.preparation.summary import describe, pose_warning, sheet_of, write_sheet
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.errors import ConfigError, DataError
@@ -256,14 +257,12 @@ def _locked(target: Path) -> Iterator[None]:
 
 
 def _report(prepared: PreparedSet) -> None:
-    """Say in one line what was prepared and what was rejected."""
-    size = sum(facts["bytes"] for facts in prepared.manifest["files"].values())
-    line = f"prepared {len(prepared)} shapes in {prepared.path} ({size / 1e6:.0f} MB)"
-    if prepared.manifest["warnings"]:
-        line += f"; {prepared.manifest['warnings']} with warnings, see {prepared.path / WARNINGS}"
-    if prepared.rejected:
-        first = "; ".join(f"{i}: {why}" for i, why in list(prepared.rejected.items())[:3])
-        more = "; ..." if len(prepared.rejected) > 3 else ""
-        count, file = len(prepared.rejected), prepared.path / REJECTED
-        line += f"; rejected {count} ({first}{more}), see {file}"
-    print(line, file=sys.stderr)
+    """Say what was prepared, rejected and seems wrong, and draw it."""
+    pose = pose_warning(prepared)
+    lines = [*describe(prepared), *([pose] if pose else [])]
+    try:
+        sheet = write_sheet(prepared, sheet_of(prepared.path), pose)
+        lines.append(f"what they look like, and how they stand: {sheet}")
+    except OSError as error:  # the set itself is there
+        lines.append(f"no picture of it could be written: {error}")
+    print("\n".join(lines), file=sys.stderr)

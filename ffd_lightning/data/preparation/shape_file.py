@@ -24,6 +24,9 @@ from ffd_lightning.imaging.rendering import render
 
 # Barycentric coordinates spread over a face, (36, 3).
 _FACE_PLACES = np.array([(i, j, 7 - i - j) for i in range(8) for j in range(8 - i)]) / 7
+NEARLY_WHITE = 225.0
+"""Mean brightness of the pixels a shape covers, of 255, above which it is hard to see on white."""
+
 _CONTENTS = frozenset(
     ("images", "image_sizes", "image_shape", "points", "mesh", "family", "part_names", "warning")
 )
@@ -132,8 +135,21 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
         "mesh": np.frombuffer(pack_mesh(mesh, point_parts), np.uint8),
         "family": np.str_(model.family),
         "part_names": np.array(mesh.part_names, dtype=np.str_),
-        "warning": np.str_(" ".join(model.warning.split())),
+        "warning": np.str_("\n".join(_warnings(model, images))),
     }
+
+
+def _warnings(model: SourceShape, images: NDArray[np.uint8]) -> list[str]:
+    """Return what is wrong with a shape, and whether it hardly shows in its images, a line each.
+
+    A warning is "what: details", as `SourceShape` has it.
+    """
+    lines = [" ".join(line.split()) for line in model.warning.splitlines() if line.strip()]
+    covered = images[images[..., 3] > 127, :3]
+    brightness = float(covered.mean()) if len(covered) else 0.0
+    if brightness > NEARLY_WHITE:
+        lines.append(f"nearly invisible on white: brightness {brightness:.0f} of 255")
+    return lines
 
 
 def _normalized(model: SourceShape) -> SourceShape:

@@ -10,10 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from ffd_lightning.data.categories import paper_templates
+from ffd_lightning.data.preparation.assembly import assemble
 from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.summary import count_warnings, pose_warning, write_sheet
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.sources.base import Survey
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.parallel import available_cores
 
 TRIAL = 16
@@ -29,10 +32,13 @@ class Finding:
         problem: why nothing can be said of it, "" if something can.
         models: how many there are.
         survey: what was seen without loading them.
-        templates: the paper's ids, and those of them that are absent.
+        templates, absent: the paper's ids, and those of them that are absent or cannot be used.
         prepared: the prepared set's folder if it is there.
         trial: shapes tried; reasons of those that were rejected.
         seconds, megabytes: what preparing all of it takes, on this machine.
+        warnings: of the shapes tried or prepared, counted by kind, in words.
+        pose: how shapes should be turned, in words.
+        sheet: a picture of the shapes tried or prepared.
     """
 
     name: str
@@ -46,14 +52,21 @@ class Finding:
     rejected: dict[str, str] = field(default_factory=dict)
     seconds: float = 0.0
     megabytes: float = 0.0
+    warnings: str = ""
+    pose: str = ""
+    sheet: Path | None = None
 
 
-def examine(preparation: Preparation, of_shapenet: bool) -> Finding:
+def examine(preparation: Preparation, of_shapenet: bool, sheet: Path | None = None) -> Finding:
     """Look at one category and prepare a few of its shapes on trial.
 
     Args:
         preparation: of the category.
         of_shapenet: look for the paper's templates.
+        sheet: where to draw shapes to, None for nowhere.
+
+    Raises:
+        ConfigError: the picture cannot be written.
     """
     category, source = preparation.category, preparation.source
     try:
@@ -61,18 +74,36 @@ def examine(preparation: Preparation, of_shapenet: bool) -> Finding:
         finding = Finding(category, models=len(ids), survey=source.survey(category))
         if of_shapenet:
             finding.templates = paper_templates(category)
-            finding.absent = tuple(i for i in finding.templates if i not in set(ids))
+            usable = set(ids) - set(finding.survey.faults)
+            finding.absent = tuple(i for i in finding.templates if i not in usable)
         if preparation.target.exists():
             finding.prepared = preparation.target
+            _look_at(PreparedSet.open(preparation.target), finding, sheet)
         else:
-            usable = [i for i in ids if i not in finding.survey.faults]
-            _try_some(preparation, usable, finding)
+            usable_ids = [i for i in ids if i not in finding.survey.faults]
+            _try_some(preparation, usable_ids, finding, sheet)
     except DataError as error:
         return Finding(category, problem=str(error))
     return finding
 
 
-def _try_some(preparation: Preparation, ids: list[str], finding: Finding) -> None:
+def _look_at(prepared: PreparedSet, finding: Finding, sheet: Path | None) -> None:
+    """Note what is to be said of shapes that are prepared, and draw them."""
+    finding.warnings, finding.pose = count_warnings(prepared), pose_warning(prepared)
+    if sheet is None:
+        return
+    try:
+        finding.sheet = write_sheet(prepared, sheet, finding.pose)
+    except OSError as error:
+        raise ConfigError(
+            f"the picture {sheet} cannot be written ({error}): choose another folder with "
+            "sheets=DIR, or none with sheets=null"
+        ) from None
+
+
+def _try_some(
+    preparation: Preparation, ids: list[str], finding: Finding, sheet: Path | None
+) -> None:
     """Prepare some shapes in a folder of their own, and reckon from them for all."""
     places = np.unique(np.linspace(0, len(ids) - 1, min(len(ids), TRIAL)).astype(int))
     trial = [ids[k] for k in places]
@@ -90,6 +121,10 @@ def _try_some(preparation: Preparation, ids: list[str], finding: Finding) -> Non
             i: file.read_text(encoding="utf-8") for i, file in rejections.items() if file.exists()
         }
         sizes = [recipe.file(i).stat().st_size for i in trial if i not in finding.rejected]
+        if sizes:
+            target = Path(folder) / f"{preparation.category}-trial"
+            assemble(recipe, trial, preparation.settings, target)
+            _look_at(PreparedSet.open(target), finding, sheet)
     finding.trial = len(trial)
     # From the first shape's end on: workers take seconds to start, once.
     rate = (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 else 0.0

@@ -39,11 +39,13 @@ class Textures:
     Attributes:
         images: RGBA, (h, w, 4) uint8 each.
         means: the mean colour of each, (4,) uint8.
+        undecodable: names of those that could not be decoded or were too large.
     """
 
     def __init__(self) -> None:
         self.images: list[NDArray[np.uint8]] = []
         self.means: list[Color] = []
+        self.undecodable: list[str] = []
         self._texels = 0
         self._known: dict[tuple[str, bytes, float | None], int] = {}
         self._decoded: dict[str, NDArray[np.uint8] | None] = {}
@@ -63,6 +65,9 @@ class Textures:
             if content not in self._decoded:
                 self._decoded[content] = _decode(image)
             self._known[key] = self._tinted(self._decoded[content], tint, cutoff)
+            if self._known[key] < 0:
+                named = str(image.info.get("file_path", "one without a name"))
+                self.undecodable.append(named.replace("\\", "/").rpartition("/")[2])
         return self._known[key]
 
     def _tinted(self, decoded: NDArray[np.uint8] | None, tint: Color, cutoff: float | None) -> int:

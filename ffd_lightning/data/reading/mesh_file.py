@@ -24,6 +24,7 @@ from trimesh.resolvers import Resolver
 from ffd_lightning.data.reading.files import MAX_BYTES, File
 from ffd_lightning.data.reading.mesh_colors import Textures, face_colors, valid_faces
 from ffd_lightning.data.reading.mesh_gltf import mend_gltf
+from ffd_lightning.data.reading.mesh_notes import material_notes
 from ffd_lightning.data.reading.mesh_text import as_utf8, read_mended
 from ffd_lightning.errors import RejectedShapeError, is_bug
 from ffd_lightning.geometry.mesh import Mesh
@@ -56,10 +57,24 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
     Raises:
         RejectedShapeError: the file cannot be read or has no surface; the message is the reason.
     """
+    return read_with_notes(path, side_files)[0]
+
+
+def read_with_notes(path: File, side_files: Sequence[File] = ()) -> tuple[Mesh, tuple[str, ...]]:
+    """Read a mesh as `read_mesh` does, and say what of its materials could not be had.
+
+    Returns:
+        The mesh, and a note for each kind of fault: absent textures, say. See `mesh_notes`.
+
+    Raises:
+        RejectedShapeError: as `read_mesh`.
+    """
+    files, textures = SideFiles(side_files), Textures()
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what a reader makes of a damaged file is judged here
-            return _merge(path.name, _load(path, SideFiles(side_files)))
+            mesh = _merge(path.name, _load(path, files), textures)
+            return mesh, material_notes(files.missing, files.found(), textures.undecodable)
     except RejectedShapeError:
         raise
     except Exception as error:  # trimesh meets anything in a damaged file
@@ -101,11 +116,15 @@ class SideFiles(Resolver):
     So `C:\textures\wood.png`, `../maps/WOOD.PNG` and `-s 1 1 1 wood.png` all find `wood.png`,
     and no name leads outside. Of several namesakes the one that shares most of the named path is
     taken, then the first.
+
+    Attributes:
+        missing: the base names that were asked for in vain.
     """
 
     def __init__(self, files: Iterable[File]) -> None:
+        self.missing: list[str] = []
         self._files: dict[str, list[File]] = {}
-        self._contents: dict[int, bytes] = {}
+        self._contents: dict[int, tuple[str, bytes]] = {}
         self._parts = count()
         for file in sorted(files, key=lambda f: (len(f.parts), str(f))):
             self._files.setdefault(file.name.casefold(), []).append(file)
@@ -131,9 +150,14 @@ class SideFiles(Resolver):
                 if id(file) not in self._contents:  # a hundred materials may name one texture
                     data = file.read_bytes()
                     text = file.suffix.lower() == ".mtl"
-                    self._contents[id(file)] = as_utf8(data) if text else data
-                return self._contents[id(file)]
+                    self._contents[id(file)] = file.name, as_utf8(data) if text else data
+                return self._contents[id(file)][1]
+        self.missing.append(key.replace("\\", "/").strip().strip('"').rpartition("/")[2])
         raise FileNotFoundError(key)
+
+    def found(self) -> dict[str, bytes]:
+        """Return the contents of all files that were asked for and found, by base name."""
+        return dict(self._contents.values())
 
     def write(self, name: str, data: Any) -> None:
         """Refuse: shapes are only read."""
@@ -158,9 +182,8 @@ def _common_end(file: File, parts: Sequence[str]) -> int:
     return count
 
 
-def _merge(name: str, scene: trimesh.Scene) -> Mesh:
-    """Put all geometry of a scene in place and into one clean mesh."""
-    textures = Textures()
+def _merge(name: str, scene: trimesh.Scene, textures: Textures) -> Mesh:
+    """Put all geometry of a scene in place and into one clean mesh, its textures in `textures`."""
     vertices, faces, colors, face_textures, uvs = [], [], [], [], []
     offset = total = 0
     for geometry, matrix in _placed(scene):

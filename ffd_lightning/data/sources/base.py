@@ -36,7 +36,8 @@ class SourceShape:
         images: the source's own images, (views, H, W, 4) uint8, RGB over white and coverage, in the
             size asked for; None where the mesh is to be rendered.
         parts: annotated points, for meshes without part labels of their own.
-        warning: what is wrong with it though it can be used, "" for nothing.
+        warning: what is wrong with it though it can be used, a line each, "" for nothing. What
+            stands before a line's first colon is the kind by which warnings are counted.
     """
 
     mesh: Mesh

@@ -11,7 +11,7 @@ from pathlib import Path
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import is_hidden
 from ffd_lightning.data.reading.frame import Up, into_frame
-from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_with_notes
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.errors import DataError, RejectedShapeError
 
@@ -94,8 +94,8 @@ class FolderSource:
         files = self._models[category].get(shape_id)
         if files is None:
             raise RejectedShapeError(f"there is no shape {shape_id!r} of category {category!r}")
-        mesh = read_mesh(files.mesh, files.side_files)
-        return SourceShape(into_frame(mesh, self.up, self.yaw))
+        mesh, notes = read_with_notes(files.mesh, files.side_files)
+        return SourceShape(into_frame(mesh, self.up, self.yaw), warning="\n".join(notes))
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return how shapes are turned, and a hash over names, sizes and times of all files."""

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
 from ffd_lightning.data.reading.frame import Up, into_frame, mean_azimuth, turn
-from ffd_lightning.data.reading.mesh_file import read_mesh
+from ffd_lightning.data.reading.mesh_file import read_with_notes
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.data.splits import HashSplit, SplitInput
 from ffd_lightning.errors import DataError, RejectedShapeError
@@ -119,8 +119,10 @@ class Pix3dSource:
             raise RejectedShapeError(f"it has no {photo.model}")
         cut = cut_out(self.root, photo.img, photo.mask, photo.box)
         image = fit_picture(cut, self.height, self.width, OBJECT_FILL)
-        mesh = read_mesh(file, [path for path in file.parent.rglob("*") if path.is_file()])
-        return SourceShape(into_frame(mesh, self.up, self.yaw), images=image[None])
+        around = [path for path in file.parent.rglob("*") if path.is_file()]
+        mesh, notes = read_with_notes(file, around)
+        turned = into_frame(mesh, self.up, self.yaw)
+        return SourceShape(turned, images=image[None], warning="\n".join(notes))
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return the settings, and a hash over all entries that are used and their files' sizes."""

@@ -43,6 +43,15 @@ class R2n2Images:
         with os.scandir(self._folder(category)) as entries:
             return {entry.name for entry in entries if entry.is_dir()}
 
+    def synsets(self) -> set[str]:
+        """Return the categories of which there are renderings: 3D-R2N2 has 13 of ShapeNet's 57."""
+        for top in (self.root / _FOLDER, self.root):
+            folders = top.iterdir() if top.is_dir() else ()
+            found = {f.name for f in folders if next(f.glob("*/rendering"), None) is not None}
+            if found:
+                return found
+        return set()
+
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return which shapes have renderings, as a hash, and the size they are brought to.
 

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
-from ffd_lightning.data.reading.mesh_file import read_mesh
+from ffd_lightning.data.reading.mesh_file import read_with_notes
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.data.sources.parts import PartAnnotations
 from ffd_lightning.data.sources.r2n2 import R2n2Images
@@ -139,9 +139,19 @@ class ShapeNetSource:
         self.root = Path(self.root)
 
     def categories(self) -> list[str]:
-        """Return the categories that are there: by name where they have one, else by synset."""
+        """Return the categories that are there: by name where they have one, else by synset.
+
+        Raises:
+            DataError: renderings are asked for, and there are none of any category.
+        """
         names = {synset: name for name, synset in SYNSETS.items()}
-        return sorted(names.get(synset, synset) for synset in self.synsets())
+        found = set(self.synsets())
+        if self.images is not None and found:
+            rendered = found & self.images.synsets()
+            if not rendered:
+                self.images.ids(min(found))  # raises: the folder is not what the user meant
+            found = rendered
+        return sorted(names.get(synset, synset) for synset in found)
 
     def survey(self, category: str) -> Survey:
         """Tell version and form, and which shapes lack their mesh, image or annotation.
@@ -191,12 +201,15 @@ class ShapeNetSource:
         if mesh is None:
             raise RejectedShapeError(f"it has no {'/'.join(MESHES[version])}")
         images = None if self.images is None else self.images.read(category, shape_id)
-        model = SourceShape(read_mesh(mesh, list(files.values())), images=images)
+        read, notes = read_with_notes(mesh, list(files.values()))
+        model = SourceShape(read, images=images, warning="\n".join(notes))
         annotations = self._annotations(category)
         if annotations is None:
             return model
         parts, warning = annotations.read(category, shape_id, model.mesh)
-        return replace(model, parts=parts, warning=warning)
+        if warning:
+            notes = (*notes, f"part annotation absent or doubtful: {warning}")
+        return replace(model, parts=parts, warning="\n".join(notes))
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return version and a hash over ids and sizes of meshes.

@@ -1,0 +1,104 @@
+"""What a user should know of a set that has just been prepared: in lines, and in a picture."""
+
+from __future__ import annotations
+
+import io
+from collections import Counter
+from pathlib import Path
+
+from ffd_lightning.data.preparation.pose import SHAPES, PoseGuess, guess_pose
+from ffd_lightning.data.preparation.prepared import REJECTED, WARNINGS, PreparedSet
+from ffd_lightning.data.preparation.sheet import draw_set
+from ffd_lightning.data.reading.frame import Up
+from ffd_lightning.files import write_bytes_atomic
+
+_EXAMPLES = 3  # shapes named with the reason for which they were rejected
+
+
+def sheet_of(folder: Path) -> Path:
+    """Return where the picture of a prepared set is: not in its folder, which never changes."""
+    return folder.parents[1] / "sheets" / f"{folder.name}.png"
+
+
+def describe(prepared: PreparedSet) -> list[str]:
+    """Return what was prepared and rejected, and in a line of its own the warnings by kind."""
+    size = sum(facts["bytes"] for facts in prepared.manifest["files"].values())
+    line = f"prepared {len(prepared)} shapes in {prepared.path} ({size / 1e6:.0f} MB)"
+    if prepared.rejected:
+        first = "; ".join(f"{i}: {why}" for i, why in list(prepared.rejected.items())[:_EXAMPLES])
+        more = "; ..." if len(prepared.rejected) > _EXAMPLES else ""
+        count, file = len(prepared.rejected), prepared.path / REJECTED
+        line += f"; rejected {count} ({first}{more}), see {file}"
+    lines = [line]
+    if counted := count_warnings(prepared):
+        lines.append(f"warnings: {counted}; see {prepared.path / WARNINGS}")
+    return lines
+
+
+def count_warnings(prepared: PreparedSet) -> str:
+    """Return how many shapes have each kind of warning, in words, the most common kind first."""
+    counts: Counter[str] = Counter()
+    for texts in prepared.warnings.values():
+        counts.update({text.partition(": ")[0] for text in texts})
+    total = f" of {len(prepared)}"
+    parts = []
+    for kind, count in counts.most_common():
+        parts.append(f"{kind} ({count}{total})")
+        total = ""
+    return "; ".join(parts)
+
+
+def pose_warning(prepared: PreparedSet) -> str:
+    """Return how shapes should be turned, in words, "" where nothing is to be said."""
+    source = prepared.manifest["settings"]["source"]
+    if source.get("source") == "procedural":
+        return ""
+    step = max(1, len(prepared) // SHAPES)
+    clouds = [prepared.cloud(row, 256) for row in range(0, len(prepared), step)]
+    turned = "up" in source and "yaw" in source
+    up: Up = "z" if turned and source["up"] == "z" else "y"
+    yaw, category = float(source["yaw"]) if turned else 0.0, prepared.category(0)
+    guess = guess_pose(clouds, category, up, yaw)
+    return "" if guess is None else _in_words(guess, category, turned, up, yaw)
+
+
+def _in_words(guess: PoseGuess, category: str, turned: bool, up: str, yaw: float) -> str:
+    why = (
+        f"turned so, they come {guess.gain:.1f} times nearer to embedded shapes"
+        if guess.known
+        else f"turned so, they are {guess.gain:.1f} times nearer to their mirror images"
+    )
+    settings = " or ".join(_settings(*pose, up, yaw) for pose in guess.poses)
+    if turned:
+        return f"{category}: shapes seem not to be y up and facing -z: try {settings} ({why})"
+    return (
+        f"{category}: shapes seem not to be y up and facing -z, as if {settings} were needed "
+        f"({why}): are they of another version of the data set than its layout says?"
+    )
+
+
+def _settings(up: str, yaw: float, old_up: str, old_yaw: float) -> str:
+    """Return the settings of a pose that differ from the present ones."""
+    changed = [f"data.up={up}"] if up != old_up else []
+    changed += [f"data.yaw={yaw:g}"] if yaw != old_yaw else []
+    return " ".join(changed)
+
+
+def write_sheet(prepared: PreparedSet, file: Path, guess: str = "") -> Path:
+    """Draw a set into a PNG file.
+
+    Args:
+        prepared: the set.
+        file: of the picture.
+        guess: what seems wrong with the pose, in words.
+
+    Returns:
+        The file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    data = io.BytesIO()
+    draw_set(prepared, guess).save(data, "png", optimize=True)
+    write_bytes_atomic(file, data.getvalue())
+    return file
