@@ -26,7 +26,8 @@ def examine(tmp_path, capsys):
     """Return a function from overrides to exit code and lines."""
 
     def run(*overrides):
-        code = doctor.main([*SMALL, f"paths.data={tmp_path}/data", *overrides])
+        fast = ["timing=false", f"paths.data={tmp_path}/data"]
+        code = doctor.main([*SMALL, *fast, *overrides])
         return code, capsys.readouterr().out.splitlines()
 
     return run
@@ -51,7 +52,7 @@ def test_what_is_said_of_shapenet(examine, tmp_path):
     assert "chair: 1 shapes: it has no model.obj (absent)" in lines
     assert "chair: 1 shapes: its model.obj is empty (empty)" in lines
     absent = next(line for line in lines if "templates are absent" in line)
-    assert absent.startswith("chair: 29 of the paper's templates are absent, `diverse` ones")
+    assert absent.startswith("chair: 29 of the paper's templates are absent or cannot be used")
     assert sorted(absent.partition("places: ")[2].split(", ")) == sorted(
         set(templates) - {templates[4]}
     )
@@ -64,7 +65,13 @@ def test_what_is_said_of_shapenet(examine, tmp_path):
     assert f"data.parts_root={root.parent}/PartAnnotation" in text
     assert re.search(r"to prepare: about \d+ min, \d+ MB", text)
     assert "GB free" in text
-    assert not list((tmp_path / "data").glob("**/*")), "a doctor leaves nothing behind"
+    left = [path for path in (tmp_path / "data").glob("**/*") if path.is_file()]
+    sheets = [tmp_path / "data" / "sheets" / f"shapenet-{name}.png" for name in ("chair", "table")]
+    assert sorted(left) == sheets, "a doctor leaves nothing behind but pictures"
+    for sheet in sheets:
+        assert f"{sheet.stem.removeprefix('shapenet-')}: what they look like" in text
+        assert Image.open(sheet).width > 1000
+    assert "chair: warnings of those tried: " in text
 
 
 def test_one_category_and_a_set_that_is_prepared(examine, tmp_path):
@@ -94,6 +101,46 @@ def test_renderings_and_parts_are_counted(examine, tmp_path):
     )
     assert "chair: 3 shapes: it has no rendering (nomtl, textured, windows)" in lines
     assert "chair: parts of 1 shapes are annotated" in lines
+
+
+def test_templates_without_a_rendering_count_as_absent(examine, tmp_path):
+    first, second = paper_templates("chair")[:2]
+    files = good_models("v1")
+    for model, template in (("plain", first), ("textured", second)):
+        files = {path.replace(f"/{model}/", f"/{template}/"): data for path, data in files.items()}
+    root = write_folder(tmp_path / "shapenet", files)
+    for view in range(24):
+        file = root / "ShapeNetRendering" / CHAIR / first / "rendering" / f"{view:02d}.png"
+        file.parent.mkdir(parents=True, exist_ok=True)
+        Image.new("RGBA", (8, 8)).save(file)
+    for images, there in (("render", 2), ("r2n2", 1)):
+        _, lines = examine(
+            "data=shapenet", f"data.root={root}", f"data.images={images}", "sheets=null"
+        )
+        absent = next(line for line in lines if "templates are absent" in line)
+        assert absent.startswith(f"chair: {30 - there} of the paper's templates")
+        assert (second in absent) == (images == "r2n2")
+        assert first not in absent
+    assert not list((tmp_path / "data").glob("**/*.png"))
+
+
+def test_categories_that_a_version_lacks(examine, tmp_path):
+    files = good_models("v2") | good_models("v2", "04090263") | good_models("v2", "04401088")
+    root = write_folder(tmp_path / "shapenet", files)
+    _, lines = examine("data=shapenet", f"data.root={root}", "category=chair", "sheets=null")
+    absent = next(line for line in lines if line.startswith("of the paper's 13 categories"))
+    assert "cellphone (02992529)" in absent
+    assert "firearm (03948459)" in absent
+    assert "chair (" not in absent, "whichever one is looked at"
+    assert "it has telephone and rifle instead" in absent
+    assert absent.endswith("need category=chair")
+
+
+def test_a_picture_that_cannot_be_written(examine, tmp_path):
+    (tmp_path / "file").write_text("")
+    wanted = ["data=procedural", "data.num_models=3", "category=table"]
+    with pytest.raises(ConfigError, match=r"cannot be written.*sheets=null"):
+        examine(*wanted, f"sheets={tmp_path}/file")
 
 
 def test_models_that_are_computed(examine):
@@ -126,7 +173,12 @@ def test_it_is_a_command(tmp_path):
         (here, ["--help"], 0, "data.root=DIR"),
         (here, ["data=shapnet"], 1, "Did you mean data=shapenet?"),
         (here, ["data=shapenet"], 1, "these settings must be given: data.root=..."),
-        (process, ["data=shapenet", f"data.root={tmp_path}"], 0, "1 of 1 tried are rejected"),
+        (
+            process,
+            ["data=shapenet", f"data.root={tmp_path}", "timing=false"],
+            0,
+            "1 of 1 tried are",
+        ),
     ):
         done = run(*arguments)
         assert done.returncode == code, done.stderr

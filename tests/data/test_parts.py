@@ -415,7 +415,10 @@ def test_a_prepared_set_has_the_annotated_parts(tmp_path, layout):
     prepared = prepared_from(write(tmp_path / "v1", files), "chair", parts_root)
     assert prepared.ids == ("m0", "m1", "m2")
     warned = dict(csv.reader((prepared.path / "warnings.csv").open(newline="")))
-    assert warned == {"id": "warning", "m2": "part annotation absent or doubtful: it has no part annotation"}
+    assert warned == {
+        "id": "warning",
+        "m2": "part annotation absent or doubtful: it has no part annotation",
+    }
     for row, (mesh, truth, names) in enumerate(models.values()):
         got, points = prepared.mesh(row), prepared.point_parts(row)
         if row == 2:

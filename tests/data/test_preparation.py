@@ -214,8 +214,9 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
         got.arrays["points"],
         undisturbed.arrays["points"][[undisturbed.index(i) for i in got.ids]],
     )
-    summary = capfd.readouterr().err.splitlines()[-1]
+    summary, picture = capfd.readouterr().err.splitlines()[-2:]
     assert f"prepared {COUNT - 4} shapes" in summary
+    assert picture.endswith(f"how they stand: {tmp_path}/sheets/{got.path.name}.png")
     assert "rejected 4 (b01: it is no box" in summary
     assert str(got.path / "rejected.csv") in summary
 

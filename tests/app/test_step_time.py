@@ -1,0 +1,55 @@
+import math
+
+import pytest
+import torch
+
+from ffd_lightning.app import step_time
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.step_time import duration, seconds_per_step, training_times
+
+SMALL = ["data.render.height=64", "data.render.width=64", "category=chair"]
+
+
+def test_a_step_of_twice_the_work_takes_longer_and_draws_nothing():
+    def measured(*overrides):
+        composed = compose_config("train", TrainConfig, [*SMALL, "schedule=quick", *overrides])
+        return seconds_per_step(typed_config(composed, TrainConfig), torch.device("cpu"))
+
+    state = torch.random.get_rng_state()
+    few = measured("templates=t1", "schedule.batch_size=2", "schedule.num_points=64")
+    many = measured("templates=t8", "schedule.batch_size=16", "schedule.num_points=512")
+    assert 0 < few < many
+    assert torch.equal(torch.random.get_rng_state(), state), "training starts as without it"
+
+
+@pytest.mark.parametrize(
+    ("categories", "runs"), [(["chair"], 4), (["chair", "plane", "car"], 12), ([], 0)]
+)
+def test_runs_and_the_papers_table_are_reckoned_from_a_step(monkeypatch, categories, runs):
+    seen = []
+
+    def half_a_second(cfg, device):
+        seen.append((cfg.schedule.name, cfg.templates.name, cfg.data.render.height))
+        return 0.5
+
+    monkeypatch.setattr(step_time, "seconds_per_step", half_a_second)
+    head, paper, quick = training_times(SMALL, categories)
+    assert seen == [("paper", "t30", 64), ("quick", "t16", 64)]
+    assert "32 images of 64 x 64" in head
+    assert "0.5 s a step, 100,000 steps take 13.9 h" in paper
+    assert "300 steps take 3 min" in quick
+    if runs:
+        days = runs * 100_000 * 0.5 / 86400
+        assert f"paper_table, {runs} such runs, {days:.1f} days" in paper
+    else:
+        assert "paper_table" not in paper
+
+
+@pytest.mark.parametrize("seconds", [1, 59, 61, 5399, 5401, 172_000, 172_801, 9e6])
+def test_times_are_told_in_the_unit_that_fits(seconds):
+    value, unit = duration(seconds).split()
+    length = {"min": 60, "h": 3600, "days": 86400}[unit]
+    assert math.isclose(float(value) * length, seconds, abs_tol=length)
+    assert 1 <= float(value) < 200

@@ -1,0 +1,70 @@
+import io
+
+import pytest
+from PIL import Image
+from shapenet_tree import model_text, png, write_folder
+
+from ffd_lightning.data.reading.mesh_file import read_mesh, read_with_notes
+from ffd_lightning.data.reading.mesh_notes import (
+    ABSENT_LIBRARIES,
+    ABSENT_TEXTURES,
+    REPEATED,
+    UNDECODABLE,
+)
+
+
+def cut_off():
+    """A picture whose header is whole and whose content is not."""
+    data = io.BytesIO()
+    Image.effect_noise((64, 64), 50).save(data, "png")
+    return data.getvalue()[:900]
+
+
+@pytest.fixture
+def notes_of(tmp_path):
+    """Return a function from side files to the notes on an OBJ beside them."""
+
+    def read(files, texture=None, mtl=True, extra=""):
+        obj, materials = model_text(0, texture)
+        files = {"a.obj": obj.replace("{stem}", "a").encode(), **files}
+        if mtl:
+            files["a.mtl"] = (materials + extra).encode()
+        write_folder(tmp_path, files)
+        paths = [path for path in tmp_path.rglob("*") if path.is_file()]
+        mesh, notes = read_with_notes(tmp_path / "a.obj", paths)
+        assert (read_mesh(tmp_path / "a.obj", paths).vertices == mesh.vertices).all()
+        return list(notes)
+
+    return read
+
+
+@pytest.mark.parametrize(
+    ("files", "settings", "expected"),
+    [
+        ({}, {}, []),
+        ({"wood.png": png()}, {"texture": "wood.png"}, []),
+        ({"wood.png": png()}, {"texture": r"C:\maps\WOOD.png"}, []),
+        ({}, {"texture": r"C:\maps\wood.png"}, [f"{ABSENT_TEXTURES}: wood.png"]),
+        ({}, {"mtl": False}, [f"{ABSENT_LIBRARIES}: a.mtl"]),
+        ({"w.png": b"not a picture"}, {"texture": "w.png"}, [f"{UNDECODABLE}: w.png"]),
+        ({"w.png": cut_off()}, {"texture": "w.png"}, [f"{UNDECODABLE}: w.png"]),
+        ({}, {"extra": "newmtl m0\nKd 1 0 0\n"}, [f"{REPEATED}: m0"]),
+        (
+            {},
+            {"texture": "w.png", "extra": "newmtl m0\nKd 1 0 0\n"},
+            [f"{ABSENT_TEXTURES}: w.png", f"{REPEATED}: m0"],
+        ),
+    ],
+)
+def test_what_materials_lack_is_noted(notes_of, files, settings, expected):
+    assert notes_of(files, **settings) == expected
+
+
+def test_the_same_material_twice_is_no_fault(notes_of):
+    assert notes_of({}, extra="newmtl twin\nKd 1 0 0\n\nnewmtl twin\n# again\nKd 1  0 0\n") == []
+
+
+def test_of_many_names_some_are_told(notes_of):
+    extra = "".join(f"newmtl x{k}\nmap_Kd lost{k}.png\n" for k in range(9))
+    (note,) = notes_of({}, extra=extra)
+    assert note == f"{ABSENT_TEXTURES}: {', '.join(f'lost{k}.png' for k in range(5))} and 4 more"
