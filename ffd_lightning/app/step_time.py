@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import statistics
 import time
 from collections.abc import Sequence
@@ -51,7 +52,10 @@ def training_times(overrides: Sequence[str], categories: Sequence[str]) -> list[
     where = torch.cuda.get_device_name(device) if on_gpu else f"{available_cores()} cores"
     size = f"{paper.schedule.batch_size} images of {paper.data.render.height} x "
     size += f"{paper.data.render.width}"
-    return [f"to train, on {where} ({size} a step, made up; evaluation is not counted):", *lines]
+    lines.insert(0, f"to train, on {where} ({size} a step, made up; evaluation is not counted):")
+    if not on_gpu and os.getloadavg()[0] > 2 * available_cores():
+        lines.append("  other work keeps the cores busy: alone, training is faster")
+    return lines
 
 
 def duration(seconds: float) -> str:

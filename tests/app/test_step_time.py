@@ -35,7 +35,7 @@ def test_runs_and_the_papers_table_are_reckoned_from_a_step(monkeypatch, categor
         return 0.5
 
     monkeypatch.setattr(step_time, "seconds_per_step", half_a_second)
-    head, paper, quick = training_times(SMALL, categories)
+    head, paper, quick, *_ = training_times(SMALL, categories)
     assert seen == [("paper", "t30", 64), ("quick", "t16", 64)]
     assert "32 images of 64 x 64" in head
     assert "0.5 s a step, 100,000 steps take 13.9 h" in paper
@@ -45,6 +45,14 @@ def test_runs_and_the_papers_table_are_reckoned_from_a_step(monkeypatch, categor
         assert f"paper_table, {runs} such runs, {days:.1f} days" in paper
     else:
         assert "paper_table" not in paper
+
+
+@pytest.mark.parametrize(("load", "told"), [(0.5, False), (1000.0, True)])
+def test_a_busy_machine_is_told(monkeypatch, load, told):
+    monkeypatch.setattr(step_time, "seconds_per_step", lambda cfg, device: 0.5)
+    monkeypatch.setattr("torch.cuda.is_available", lambda: False)
+    monkeypatch.setattr("os.getloadavg", lambda: (load, 0.0, 0.0))
+    assert ("keeps the cores busy" in training_times(SMALL, [])[-1]) == told
 
 
 @pytest.mark.parametrize("seconds", [1, 59, 61, 5399, 5401, 172_000, 172_801, 9e6])
