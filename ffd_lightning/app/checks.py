@@ -121,7 +121,10 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
         (data.limit is not None and data.limit < 1, f"data.limit={data.limit} must be above 0"),
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
         (not render.azimuths, "data.render.azimuths needs at least one angle"),
-        (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
+        (
+            render.elevation is not None and not -90 <= render.elevation <= 90,
+            "data.render.elevation must lie in [-90, 90] degrees",
+        ),
         (
             len(set(members)) < len(members),
             f"category.members={members} must not name a category twice",
