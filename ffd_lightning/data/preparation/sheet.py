@@ -17,6 +17,7 @@ from ffd_lightning import shapes
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 
 SHOWN = 32
@@ -32,7 +33,11 @@ _POSED = 3  # shapes that are drawn from all sides
 _WIDTH = 2 * _MARGIN + _COLUMNS * _CELL[0] + (_COLUMNS - 1) * _GAP
 _INK, _SOFT, _WARM = (28, 32, 38), (110, 118, 128), (176, 58, 20)
 _PAPER, _GROUND, _EXPECTED = (255, 255, 255), (228, 233, 239), (228, 237, 226)
-_SIDES = (("front", 0.0, 10.0), ("right side", 90.0, 10.0), ("top, front below", 0.0, 90.0))
+_SIDES = (
+    ("front", Camera(azimuth=0, elevation=10)),
+    ("right side", Camera(azimuth=90, elevation=10)),
+    ("top, front below", Camera(azimuth=0, elevation=90)),
+)
 _EXAMPLES = ("chair", "car", "plane")  # for categories without embedded shapes
 _LOOKED_AT = 20  # embedded shapes, to find different ones
 
@@ -56,14 +61,17 @@ def draw_set(prepared: PreparedSet, guess: str = "") -> Image.Image:
         _paste(sheet, place, prepared.image(row)[..., :3])
         draw.rectangle((x, y, x + _CELL[0] - 1, y + _CELL[1] - 1), outline=_GROUND)
         _label(draw, place, prepared.ids[row])
-    views = (*_SIDES, ("rendered view", *_rendered_view(prepared)))
     known = category in shapes.categories()
     title = f"how a {category} should stand" if known else "how shapes should stand"
     said = f"embedded shapes{'' if known else ' of other categories'}: front to -z, y up"
-    own = [(prepared.ids[row], prepared.mesh(row)) for row in _spread(prepared, _POSED)]
-    _draw_poses(sheet, (0, poses), (title, said, _SOFT), _expected(category), views)
+    own = _spread(prepared, _POSED)
+    cameras = [prepared.camera(row) for row in own]
+    expected = _expected(category)
+    seen_alike = [cameras[min(k, len(own) - 1)] for k in range(len(expected))]
+    _draw_poses(sheet, (0, poses), (title, said, _SOFT), expected, seen_alike)
     said, ink = (guess, _WARM) if guess else ("the same sides of shapes of the set", _SOFT)
-    _draw_poses(sheet, (_COLUMNS // 2, poses), ("how these stand", said, ink), own, views)
+    meshes = [(prepared.ids[row], prepared.mesh(row)) for row in own]
+    _draw_poses(sheet, (_COLUMNS // 2, poses), ("how these stand", said, ink), meshes, cameras)
     return sheet
 
 
@@ -71,12 +79,6 @@ def _spread(prepared: PreparedSet, count: int) -> list[int]:
     """Return at most `count` rows, evenly spread over a set."""
     places = np.linspace(0, len(prepared) - 1, min(len(prepared), count))
     return [int(place) for place in np.unique(places.astype(int))]
-
-
-def _rendered_view(prepared: PreparedSet) -> tuple[float, float]:
-    """Return azimuth and elevation of a set's first rendered image."""
-    settings = prepared.manifest["settings"]["render"]
-    return float(settings["azimuths"][0]), float(settings["elevation"])
 
 
 def _expected(category: str) -> list[tuple[str, Mesh]]:
@@ -100,7 +102,7 @@ def _draw_poses(
     corner: tuple[int, int],
     heading: tuple[str, str, Ink],
     meshes: Sequence[tuple[str, Mesh]],
-    views: Sequence[tuple[str, float, float]],
+    cameras: Sequence[Camera],
 ) -> None:
     """Draw meshes from some sides, a row each, under a heading.
 
@@ -109,26 +111,21 @@ def _draw_poses(
         corner: the column of cells, and the height in pixels, where to begin.
         heading: a title, what is said below it, and in which colour.
         meshes: with their names.
-        views: name, azimuth and elevation (degrees) of each side.
+        cameras: of the last column, one for each mesh.
     """
     draw, (column, top) = ImageDraw.Draw(sheet), corner
     title, said, ink = heading
     left, cells = _place(column, 0, top)[0], top + 100
     _write(draw, (left, top), title, 20)
+    views = [(name, [camera] * len(meshes)) for name, camera in _SIDES]
+    views.append(("as its first image", list(cameras)))
     width = len(views) * (_CELL[0] + _GAP) - 2 * _GAP
     _write(draw, (left, top + 29), _wrapped(said, width, 14), 14, ink)
     ground = _GROUND if column else _EXPECTED
-    for k, (name, azimuth, elevation) in enumerate(views):
+    for k, (name, sides) in enumerate(views):
         _write(draw, (_place(column + k, 0, top)[0], top + 76), name, 14, _SOFT)
         for line, (_, mesh) in enumerate(meshes):
-            image = render(
-                mesh,
-                height=_CELL[1],
-                width=_CELL[0],
-                elevation=elevation,
-                azimuth=azimuth,
-                samples=2,
-            )
+            image = render(mesh, sides[line], height=_CELL[1], width=_CELL[0], samples=2)
             _paste(sheet, _place(column + k, line, cells), _laid_over(image, ground))
     for line, (name, _) in enumerate(meshes):
         _label(draw, _place(column, line, cells), name)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class SourceShape:
         family: structural family where the source knows it ("pedestal", say), else "".
         images: the source's own images, (views, H, W, 4) uint8, RGB over white and coverage, in the
             size asked for; None where the mesh is to be rendered.
+        cameras: that took them, in the mesh's frame and unit, one each; None where unknown.
         parts: annotated points, for meshes without part labels of their own.
         warning: what is wrong with it though it can be used, a line each, "" for nothing. What
             stands before a line's first colon is the kind by which warnings are counted.
@@ -43,8 +46,13 @@ class SourceShape:
     mesh: Mesh
     family: str = ""
     images: NDArray[np.uint8] | None = None
+    cameras: Sequence[Camera] | None = None
     parts: PartCloud | None = None
     warning: str = ""
+
+    def warned(self, *lines: str) -> SourceShape:
+        """Return the same shape with further warnings; empty ones are none."""
+        return replace(self, warning="\n".join(filter(None, (self.warning, *lines))))
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class FolderSource:
         if files is None:
             raise RejectedShapeError(f"there is no shape {shape_id!r} of category {category!r}")
         mesh, notes = read_with_notes(files.mesh, files.side_files)
-        return SourceShape(into_frame(mesh, self.up, self.yaw), warning="\n".join(notes))
+        return SourceShape(into_frame(mesh, self.up, self.yaw)).warned(*notes)
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return how shapes are turned, and a hash over names, sizes and times of all files."""
