@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from ffd_lightning import shapes
-from ffd_lightning.data.preparation.pose import guess_pose
+from ffd_lightning.data.preparation.pose import embedded_category, guess_pose
 from ffd_lightning.data.reading.frame import turn
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.geometry.sampling import sample_surface
@@ -61,6 +61,19 @@ def test_of_an_unknown_category_only_the_sides_are_told_apart(chairs):
     guess = guess_pose(turned, "mug")
     assert set(guess.poses) == {("y", 90.0), ("y", 270.0)}
     assert not guess.known
+
+
+def test_categories_of_the_same_objects_are_known_by_other_names(chairs):
+    turned = as_found(chairs, ("z", 180.0))
+    by_name, by_synset = (guess_pose(turned, name) for name in ("chair", "03001627"))
+    assert by_name == by_synset
+    assert by_name.known
+    assert [embedded_category(name) for name in ("rifle", "telephone", "04090263", "mug")] == [
+        "firearm",
+        "cellphone",
+        "firearm",
+        "",
+    ]
 
 
 def test_of_few_shapes_nothing_is_said(chairs):

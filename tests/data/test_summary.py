@@ -9,7 +9,12 @@ from shapenet_tree import model_text, png, write_folder
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.sheet import SHOWN, draw_set
-from ffd_lightning.data.preparation.summary import count_warnings, pose_warning, sheet_of
+from ffd_lightning.data.preparation.summary import (
+    count_warnings,
+    pose_warning,
+    sheet_of,
+    warnings_of,
+)
 from ffd_lightning.data.reading.frame import turn
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
@@ -57,12 +62,13 @@ def test_warnings_are_listed_and_counted_by_kind(prepare, capfd):
     with (prepared.path / "warnings.csv").open(newline="") as file:
         rows = list(csv.reader(file))
     assert rows[0] == ["id", "warning"]
+    warned = warnings_of(prepared)
     lacks = "textures that the materials name are absent"
-    assert rows[1:] == [[i, w] for i in prepared.ids for w in prepared.warnings.get(i, [])]
-    assert prepared.warnings["absent"] == [f"{lacks}: lost.png"]
-    assert prepared.warnings["broken"] == ["textures cannot be decoded: b.png"]
-    assert f"{lacks}: gone.png" in prepared.warnings["both"]
-    assert "good" not in prepared.warnings
+    assert rows[1:] == [[i, w] for i in prepared.ids for w in warned.get(i, [])]
+    assert warned["absent"] == [f"{lacks}: lost.png"]
+    assert warned["broken"] == ["textures cannot be decoded: b.png"]
+    assert f"{lacks}: gone.png" in warned["both"]
+    assert "good" not in warned
     assert prepared.manifest["warnings"] == 3, "shapes, not lines"
     counted = count_warnings(prepared)
     assert counted.startswith(f"{lacks} (2 of 4); ")
@@ -74,10 +80,11 @@ def test_warnings_are_listed_and_counted_by_kind(prepare, capfd):
 def test_what_hardly_shows_on_white_is_told_by_its_pixels(tmp_path):
     source = ProceduralSource(12)
     prepared = Preparation(source, "lamp", 64, RENDER, tmp_path, workers=1).run()
+    warned = warnings_of(prepared)
     for row, shape_id in enumerate(prepared.ids):
         images = np.stack([prepared.image(row, view) for view in range(2)])
         values = [p[:3].mean() for p in images.reshape(-1, 4) if p[3] > 127]
-        told = any("invisible on white" in w for w in prepared.warnings.get(shape_id, []))
+        told = any("invisible on white" in w for w in warned.get(shape_id, []))
         assert told == (np.mean(values) > 225)
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ffd_lightning import shapes
+from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.frame import Up, turn
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.geometry.sampling import sample_surface
@@ -32,6 +33,21 @@ _GAIN = 1.5  # times nearer, in squared distance, that shapes must come
 _CERTAINTY = 3.0  # standard errors that the mean gain must be above zero
 _RIVAL = 1.25  # poses that come as near as this are named too
 _SYMMETRY_GAIN = 2.0
+
+
+_ALIKE = {"rifle": "firearm", "telephone": "cellphone"}
+
+
+def embedded_category(category: str) -> str:
+    """Return the embedded category that is of the same objects, "" if there is none.
+
+    >>> embedded_category("03001627"), embedded_category("rifle"), embedded_category("mug")
+    ('chair', 'firearm', '')
+    """
+    names = {synset: name for name, synset in SYNSETS.items()}
+    name = names.get(category, category)
+    name = _ALIKE.get(name, name)
+    return name if name in shapes.categories() else ""
 
 
 @dataclass(frozen=True)
@@ -66,13 +82,13 @@ def guess_pose(
     chosen = [np.asarray(clouds[k][:_POINTS], np.float64) for k in places]
     if len(chosen) < _MIN_SHAPES:
         return None
-    known = category in shapes.categories()
+    known = embedded_category(category)
     poses = _poses(yaw)
     if not known:  # a mirror image tells front and side apart, and not up from down
         poses = [(up, yaw), (up, (yaw + 90) % 360), (up, (yaw + 270) % 360)]
     back = turn(np.eye(3), up, yaw).T
     turns = [back @ turn(np.eye(3), *pose) for pose in poses]
-    costs = np.log([_known_costs(c, category, turns) if known else _asymmetry(c) for c in chosen])
+    costs = np.log([_known_costs(c, known, turns) if known else _asymmetry(c) for c in chosen])
     present = poses.index((up, yaw))
     gains = costs[:, [present]] - costs
     best = int(gains.mean(axis=0).argmax())
@@ -82,7 +98,7 @@ def guess_pose(
         return None
     ranked = [k for k in (-gains.mean(axis=0)).argsort(kind="stable") if k != present]
     near = [k for k in ranked if mean - gains[:, k].mean() <= np.log(_RIVAL)]
-    return PoseGuess(tuple(poses[k] for k in near), float(np.exp(mean)), known)
+    return PoseGuess(tuple(poses[k] for k in near), float(np.exp(mean)), bool(known))
 
 
 def _poses(yaw: float) -> list[tuple[Up, float]]:

@@ -213,15 +213,6 @@ class PreparedSet:
             return {row["id"]: row["reason"] for row in csv.DictReader(file)}
 
     @cached_property
-    def warnings(self) -> dict[str, list[str]]:
-        """What is wrong with shapes that are in the set all the same, by their ids."""
-        found: dict[str, list[str]] = {}
-        with (self.path / WARNINGS).open(newline="", encoding="utf-8") as file:
-            for row in csv.DictReader(file):
-                found.setdefault(row["id"], []).append(row["warning"])
-        return found
-
-    @cached_property
     def _rows(self) -> dict[str, int]:
         return {shape_id: row for row, shape_id in enumerate(self.ids)}
 

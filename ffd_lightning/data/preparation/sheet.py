@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ffd_lightning import shapes
+from ffd_lightning.data.preparation.pose import embedded_category
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
@@ -39,6 +40,7 @@ _SIDES = (
     ("top, front below", Camera(azimuth=0, elevation=90)),
 )
 _EXAMPLES = ("chair", "car", "plane")  # for categories without embedded shapes
+_ANY_TITLE = "how shapes should stand, of whatever category"
 _LOOKED_AT = 20  # embedded shapes, to find different ones
 
 
@@ -61,9 +63,8 @@ def draw_set(prepared: PreparedSet, guess: str = "") -> Image.Image:
         _paste(sheet, place, prepared.image(row)[..., :3])
         draw.rectangle((x, y, x + _CELL[0] - 1, y + _CELL[1] - 1), outline=_GROUND)
         _label(draw, place, prepared.ids[row])
-    known = category in shapes.categories()
-    title = f"how a {category} should stand" if known else "how shapes should stand"
-    said = f"embedded shapes{'' if known else ' of other categories'}: front to -z, y up"
+    title = f"how a {category} should stand" if embedded_category(category) else _ANY_TITLE
+    said = "embedded shapes: front to -z, y up"
     own = _spread(prepared, _POSED)
     cameras = [prepared.camera(row) for row in own]
     expected = _expected(category)
@@ -86,7 +87,8 @@ def _expected(category: str) -> list[tuple[str, Mesh]]:
 
     They are of as many families of the category, or of other categories where it has none.
     """
-    names = [category] if category in shapes.categories() else _EXAMPLES
+    known = embedded_category(category)
+    names = (known,) if known else _EXAMPLES
     found: dict[str, Mesh] = {}
     for index, name in product(range(_LOOKED_AT), names):
         mesh, family = shapes.build(name, index)

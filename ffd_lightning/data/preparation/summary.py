@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 from collections import Counter
 from pathlib import Path
@@ -35,10 +36,19 @@ def describe(prepared: PreparedSet) -> list[str]:
     return lines
 
 
+def warnings_of(prepared: PreparedSet) -> dict[str, list[str]]:
+    """Return what is wrong with shapes that are in a set all the same, by their ids."""
+    found: dict[str, list[str]] = {}
+    with (prepared.path / WARNINGS).open(newline="", encoding="utf-8") as file:
+        for row in csv.DictReader(file):
+            found.setdefault(row["id"], []).append(row["warning"])
+    return found
+
+
 def count_warnings(prepared: PreparedSet) -> str:
     """Return how many shapes have each kind of warning, in words, the most common kind first."""
     counts: Counter[str] = Counter()
-    for texts in prepared.warnings.values():
+    for texts in warnings_of(prepared).values():
         counts.update({text.partition(": ")[0] for text in texts})
     total = f" of {len(prepared)}"
     parts = []

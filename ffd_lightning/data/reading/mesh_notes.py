@@ -8,6 +8,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Iterable, Mapping
+from pathlib import PurePath
 
 from PIL import Image
 
@@ -55,7 +56,7 @@ def _some(names: Iterable[str]) -> str:
 
 
 def _is_texture(name: str) -> bool:
-    return not name.lower().endswith((".mtl", ".bin", ".glb", ".gltf", ".buffer"))
+    return PurePath(name).suffix.lower() in Image.registered_extensions()
 
 
 def _opens(data: bytes) -> bool:
