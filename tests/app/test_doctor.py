@@ -16,7 +16,6 @@ SMALL = [
     "data.num_points=64",
     "data.render.height=32",
     "data.render.width=32",
-    "data.render.samples=1",
     "preparation.workers=1",
 ]
 
