@@ -266,6 +266,7 @@ def _finish(
     chosen_on = Shapes(data.prepared, data.rows(data.split.chosen_on))
     ranking = rank_templates(evaluated.network, data.bank, chosen_on, options.workers)
     write_csv(run.path / "template_ranking.csv", ranking)
+    run.set_data(data.record())
     count = len(evaluated.tested_on.rows)
     log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset.value)
     run.set_progress("evaluating", 0, count, None)
