@@ -198,7 +198,8 @@ def _differences(runs: Sequence[RunFolder]) -> tuple[list[str], str]:
     return (
         [*found.differences, *template_differences(runs), *always, shape_numbers(runs)],
         f"Compared were {found.compared} settings and facts, all that decide a run, of which "
-        f"{found.equal} are as the paper's, and its templates and shapes.",
+        f"{found.equal} are as the paper's (weights are known by their file's name), and its "
+        "templates and shapes.",
     )
 
 

@@ -131,10 +131,10 @@ def print_beside_paper(folder: Path) -> None:
     """Print the finished runs of a study beside the paper's Table 3, as far as there are any."""
     from ffd_lightning.analysis.paper import comparison_table
     from ffd_lightning.analysis.paper_text import to_console
-    from ffd_lightning.analysis.runs import find_runs, load_runs
+    from ffd_lightning.analysis.runs import load_runs, require_runs
 
     try:
-        shown = to_console(comparison_table(load_runs(find_runs(folder), "paper")))
+        shown = to_console(comparison_table(load_runs(require_runs(folder), "paper")))
     except (UserError, OSError) as error:
         print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
         return

@@ -8,6 +8,7 @@ from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import OmegaConf
 
+from ffd_lightning.app import sweep_summary
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.commands import sweep as studies
 from ffd_lightning.app.commands.sweep import Request, run_study
@@ -16,7 +17,14 @@ from ffd_lightning.app.hydra_app import compose_config, config_folder, prepare_h
 from ffd_lightning.app.identity import run_folder
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.studies.search import run_search
-from ffd_lightning.app.studies.study import Range, Search, commands, load_study, merge_overrides
+from ffd_lightning.app.studies.study import (
+    Range,
+    Search,
+    commands,
+    load_study,
+    merge_overrides,
+    sample_jobs,
+)
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
@@ -39,11 +47,77 @@ def first_values(overrides):
 def test_the_studies_compose(file, quick):
     study = load_study(file)
     assert study.question
-    for sweep in commands(study, "x", quick, []):
+    answer = [] if quick else ["encoder.weights=none"]
+    for sweep in commands(study, "x", quick, answer):
         cfg = typed_config(compose_config("train", TrainConfig, first_values(sweep)), TrainConfig)
         validate(cfg)
         assert cfg.schedule.name == ("quick" if quick or file.stem == "search" else "paper")
         assert cfg.name == "x"
+
+
+@pytest.mark.parametrize("file", STUDIES, ids=lambda f: f.stem)
+def test_a_study_for_the_paper_asks_for_its_weights_before_it_starts(
+    file, trained, tmp_path, capsys
+):
+    paper = file.stem != "search"
+    given = [file.stem, f"paths.runs={tmp_path}"]
+    assert run_study(Request.parse([*given, "--dry-run"])) == 0
+    told = capsys.readouterr()
+    assert "python train.py -m" in told.out
+    assert ("mobilenet_2_5_192_tf_no_top.h5 (https://" in told.err) == paper
+    if paper:
+        with pytest.raises(ConfigError, match=r"mobilenet_2_5_192_tf_no_top\.h5 \(https://"):
+            run_study(Request.parse(given))
+        with pytest.raises(ConfigError, match=r"encoder.weights=/no/such.h5 is not a file"):
+            run_study(Request.parse([*given, "encoder.weights=/no/such.h5"]))
+    assert not trained
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_study_goes_on_when_it_is_told_to(trained, tmp_path):
+    run_study(Request.parse(["regimes", f"paths.runs={tmp_path}", "encoder.weights=none"]))
+    assert "encoder.weights=none" in trained[0]
+
+
+def test_a_study_asks_where_one_of_its_jobs_would(trained, tmp_path):
+    given = ["regimes", "--quick", f"paths.runs={tmp_path}"]
+    with pytest.raises(ConfigError, match="schedule=paper starts from ImageNet weights"):
+        run_study(Request.parse([*given, "schedule=quick,paper"]))
+    with pytest.raises(ConfigError, match=r"no\.h5 is not a file"):
+        run_study(Request.parse([*given, "encoder.weights=none,no.h5"]))
+    assert not trained
+
+
+def test_jobs_of_a_sweep():
+    given = ["a=range(3)", "hydra/launcher=joblib", "c.d=[1,2]", "e='x,y'", "f=glob(*)", "+g=1"]
+    assert sample_jobs(given) == [["a=0", "c.d=[1,2]", "e='x,y'", "+g=1"]]
+    assert sample_jobs(["a=1,2", "b=3,4", "c=5,6"], ["a", "c"]) == [
+        ["a=1", "b=3", "c=5"],
+        ["a=1", "b=3", "c=6"],
+        ["a=2", "b=3", "c=5"],
+        ["a=2", "b=3", "c=6"],
+    ]
+
+
+def test_the_papers_table_ends_beside_the_papers(trained, tmp_path, monkeypatch, capsys):
+    shown = []
+    monkeypatch.setattr(sweep_summary, "print_beside_paper", shown.append)
+    for name in ("paper_table", "regimes"):
+        run_study(request_of(tmp_path, name))
+    assert shown == [tmp_path / "paper_table-quick"]
+    assert OmegaConf.load(shown[0] / "study.yaml").beside_paper is True
+    assert "beside_paper" not in OmegaConf.load(tmp_path / "regimes-quick" / "study.yaml")
+
+
+def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
+    sweep_summary.print_beside_paper(tiny_run.path)
+    told = capsys.readouterr().out
+    assert "Beside the paper's Table 3" in told
+    assert "47/352/447" in told
+    assert "- schedule.steps is 8 (paper: 100000)" in told
+    assert "- network.batch_norm_momentum is 1 (paper: 0.01)" in told
+    sweep_summary.print_beside_paper(tmp_path)
+    assert "nothing is set beside the paper's Table 3: no run in" in capsys.readouterr().err
 
 
 def test_all_studies_are_there():

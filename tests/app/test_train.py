@@ -49,7 +49,14 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     assert mean == pytest.approx(summary["chamfer"], rel=1e-5)
     ranking = list(csv.DictReader((run.path / "template_ranking.csv").open()))
     assert [int(r["rank"]) for r in ranking] == [1, 2]
-    split = open_run(run).data.split
+    opened = open_run(run).data
+    split = opened.split
+    assert run.data == opened.record()
+    assert (
+        run.data["sources"]["table"].items() >= {"source": "procedural", "num_models": 24}.items()
+    )
+    assert run.data["shapes"] == {k: len(v) for k, v in split._asdict().items()}
+    assert set(run.data["templates"]) == {r["id"] for r in ranking}
     assert [r["id"] for r in rows] == list(split.test)
     assert split.val
     assert sum(int(r["count"]) for r in ranking) == len(split.val), "chosen before the test"
