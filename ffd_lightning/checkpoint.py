@@ -74,7 +74,7 @@ def model_entry(
         "encoder": None if part is None else asdict(part),
         "templates": data.bank.state(),
         "appearance": data.appearance.state(),
-        "render": asdict(data.render),
+        "render": data.render.to_json(),
         "categories": list(data.categories),
         "record": dict(record),
     }
@@ -105,7 +105,7 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
     try:
         bank = TemplateBank.from_state(content["templates"])
         appearance = TrainingAppearance.from_state(content["appearance"])
-        render = RenderSettings(**content["render"])
+        render = RenderSettings.from_json(content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         sizes, named = dict(content["network"]), content["encoder"]
         part = None if named is None else Part(**named)

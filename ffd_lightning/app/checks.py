@@ -10,6 +10,8 @@ from ffd_lightning import registry
 from ffd_lightning.app.config import GROUPS, PrepareConfig, TrainConfig
 from ffd_lightning.app.parts.encoders import KERAS_ADDRESS, KERAS_FILES
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.registry import plain
 
 
 def validate(cfg: PrepareConfig) -> None:
@@ -18,7 +20,7 @@ def validate(cfg: PrepareConfig) -> None:
     Raises:
         ConfigError: names every setting that cannot work, and the way out.
     """
-    checks = _data_checks(cfg)
+    checks = [*_data_checks(cfg), *_given_images_checks(cfg)]
     if isinstance(cfg, TrainConfig):
         checks += [*_number_checks(cfg), *_regime_checks(cfg), *_template_checks(cfg)]
     problems = [message for wrong, message in checks if wrong]
@@ -158,7 +160,10 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
         (data.limit is not None and data.limit < 1, f"data.limit={data.limit} must be above 0"),
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
         (not render.azimuths, "data.render.azimuths needs at least one angle"),
-        (not -90 <= render.elevation <= 90, "data.render.elevation must lie in [-90, 90] degrees"),
+        (
+            render.elevation is not None and not -90 <= render.elevation <= 90,
+            "data.render.elevation must lie in [-90, 90] degrees",
+        ),
         (
             len(set(members)) < len(members),
             f"category.members={members} must not name a category twice",
@@ -168,6 +173,31 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
             f"category.name={name} must be the name of a folder, not a path",
         ),
     ]
+
+
+def _given_images_checks(cfg: PrepareConfig) -> _Checks:
+    """Refuse cameras where the source has the images already; their size still counts."""
+    images = getattr(cfg.data, "images", None)
+    if cfg.data.name != "pix3d" and getattr(images, "value", "render") == "render":
+        return []
+    whose = "data=pix3d" if images is None else f"data.images={images.value}"
+    render, usual = cfg.data.render, RenderSettings()
+    pairs = {
+        name: (getattr(render, name), getattr(usual, name))
+        for name in ("camera", "elevation", "azimuths", "samples")
+    }
+    return [
+        (
+            value != default,
+            f"data.render.{name} means nothing with {whose}, which has images of its own: leave "
+            f"it out, or, where a study sets it, data.render.{name}={_told(default)}",
+        )
+        for name, (value, default) in pairs.items()
+    ]
+
+
+def _told(value: Any) -> str:
+    return "null" if value is None else str(plain(value)).replace(" ", "")
 
 
 def _regime_checks(cfg: TrainConfig) -> _Checks:

@@ -85,4 +85,4 @@ def open_run(
         raise ConfigError(
             f"the checkpoint {file} is of another network: its templates are not {run.path}'s"
         )
-    return OpenRun(run, config.data.render, model.network, data, model.step)
+    return OpenRun(run, model.network, data, model.step)

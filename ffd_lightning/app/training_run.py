@@ -201,7 +201,6 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         ProgressNote(run, timer),
         *tensorboard_callbacks(
             cfg.logger.every,
-            cfg.data.render,
             cfg.callbacks.figure_examples,
             cfg.callbacks.training_examples,
             cfg.callbacks.training_figures,
@@ -274,9 +273,7 @@ def _finish(
     summary["seconds_per_step"] = timer.seconds_per_step
     logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
     if rows := example_rows(data, cfg.callbacks.figure_examples):
-        figure = reconstruction_figure(
-            evaluated.network, data.prepared, data.bank, rows, cfg.data.render
-        )
+        figure = reconstruction_figure(evaluated.network, data.prepared, data.bank, rows)
         Image.fromarray(figure).save(run.path / "reconstructions.png")
         if logger is not None:
             logger.experiment.add_image(

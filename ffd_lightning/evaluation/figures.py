@@ -14,7 +14,6 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import contact_sheet, render
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
@@ -51,34 +50,22 @@ def cloud_mesh(
     return Mesh(vertices, faces, np.repeat(colors, len(_OCTAHEDRON_FACES), axis=0))
 
 
-def render_from(view: RenderSettings, mesh: Mesh) -> NDArray[np.uint8]:
-    """Render a mesh from where an input's first image was taken, (height, width, 4) uint8."""
-    return render(
-        mesh,
-        height=view.height,
-        width=view.width,
-        elevation=view.elevation,
-        azimuth=view.azimuths[0],
-        samples=2,
-    )
-
-
 @torch.no_grad()
 def reconstruction_figure(
     network: TemplateFfdNetwork,
     prepared: PreparedSet,
     bank: TemplateBank,
     rows: Sequence[int],
-    view: RenderSettings,
 ) -> NDArray[np.uint8]:
     """Draw a row per shape: input, selected template, deformed cloud, deformed mesh, truth.
+
+    All are seen by the camera that took the input, and in its size.
 
     Args:
         network: put into evaluation mode here.
         prepared: where the shapes are.
         bank: the network's templates.
         rows: which shapes, by row of the prepared set.
-        view: camera and size; the input's own first view.
 
     Returns:
         RGB image, (H, W, 3) uint8.
@@ -89,18 +76,23 @@ def reconstruction_figure(
     images = torch.from_numpy(inputs).permute(0, 3, 1, 2).to(device)
     prediction = network(images)
     selected = prediction.template_index.tolist()
+    _, height, width, _ = prepared.image_shape
 
     cells: list[NDArray[np.uint8]] = []
     labels: list[str] = []
     for k, (row, t) in enumerate(zip(rows, selected, strict=True)):
         offsets = prediction.offsets[k, t].cpu()
         cloud = deform(bank.deformation_matrix[t, :_CLOUD_POINTS], bank.control_points[t], offsets)
+        meshes = (
+            bank.meshes[t],
+            cloud_mesh(cloud.numpy()),
+            bank.deformed_mesh(t, offsets),
+            prepared.mesh(row),
+        )
+        cells.append(inputs[k])
         cells += [
-            inputs[k],
-            render_from(view, bank.meshes[t]),
-            render_from(view, cloud_mesh(cloud.numpy())),
-            render_from(view, bank.deformed_mesh(t, offsets)),
-            render_from(view, prepared.mesh(row)),
+            render(mesh, prepared.camera(row), height=height, width=width, samples=2)
+            for mesh in meshes
         ]
         weight = float(prediction.template_weights[k, t])
         labels += [

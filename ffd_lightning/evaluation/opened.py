@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.run_folder import RunFolder
 
@@ -17,14 +16,12 @@ class OpenRun:
 
     Attributes:
         folder: that it was opened from.
-        render: cameras and size of its images.
         network: with the weights of a checkpoint, on the CPU.
         data: set up: prepared shapes, templates and split.
         step: of the training that the weights are from.
     """
 
     folder: RunFolder
-    render: RenderSettings
     network: TemplateFfdNetwork
     data: FfdDataModule
     step: int

@@ -29,6 +29,22 @@ def normalize(vertices: ArrayLike, faces: ArrayLike | None = None) -> NDArray[np
            [ 0.5,  0. ,  0. ],
            [ 0.5,  0. ,  0. ]])
     """
+    center, diagonal = bounding_box(vertices, faces)
+    return (np.asarray(vertices, np.float64) - center) / diagonal
+
+
+def bounding_box(
+    vertices: ArrayLike, faces: ArrayLike | None = None
+) -> tuple[NDArray[np.float64], float]:
+    """Return the centre, (3,), and the diagonal of the bounding box.
+
+    Args:
+        vertices: (V, 3) positions.
+        faces: (F, 3) vertex indices; where given, only vertices that a face uses count.
+
+    Raises:
+        ValueError: as `normalize`.
+    """
     points = np.asarray(vertices, np.float64)
     used = points if faces is None else points[np.unique(np.asarray(faces, np.int64))]
     if len(used) == 0:
@@ -39,4 +55,4 @@ def normalize(vertices: ArrayLike, faces: ArrayLike | None = None) -> NDArray[np
         raise ValueError("the vertices are not all finite")
     if diagonal == 0:
         raise ValueError("the bounding box has no extent: all vertices are the same point")
-    return (points - (low / 2 + high / 2)) / diagonal
+    return low / 2 + high / 2, diagonal

@@ -2,7 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+from typing import Any
+
+from ffd_lightning.imaging.camera import Camera, vertical_field_of_view
+
+# The authors' Blender script: the camera at (0, 1, 0.6), Blender's default lens.
+_AUTHORS_POSITION = (1.0, 0.6)  # horizontal and vertical
+_LENS, _SENSOR = 35.0, 32.0  # mm; the sensor is as wide as the image's longer side
+
+
+class CameraModel(Enum):
+    """Distance, lens and height of the camera: `framed` shows shapes whole, `authors` as theirs."""
+
+    framed = "framed"
+    authors = "authors"
 
 
 @dataclass
@@ -15,13 +32,51 @@ class RenderSettings:
 
     Attributes:
         height, width: in pixels.
-        elevation: of the camera above the horizon.
+        camera: `framed` stands where every shape is whole in the image; `authors`, the paper's, is
+            nearer and cuts tall shapes off.
+        elevation: of the camera above the horizon; by default 30, and the authors' own 30.96.
         azimuths: one image of every shape for each.
         samples: rays along each side of a pixel.
     """
 
     height: int = 192
     width: int = 256
-    elevation: float = 30.0
+    camera: CameraModel = CameraModel.framed
+    elevation: float | None = None
     azimuths: list[float] = field(default_factory=lambda: [45.0])
     samples: int = 3
+
+    def cameras(self) -> tuple[Camera, ...]:
+        """Return the camera of each image.
+
+        Source: `authors` is of the rendering script in the authors' repository `shapenet`: distance
+        1.166, elevation atan(0.6), 35 mm on a 32 mm sensor.
+
+        >>> camera, = RenderSettings(camera=CameraModel.authors).cameras()
+        >>> round(192 / 2 / camera.half_height / camera.distance)  # pixels a unit
+        240
+        """
+        if self.camera is CameraModel.framed:
+            elevation = 30.0 if self.elevation is None else self.elevation
+            return tuple(Camera(azimuth, elevation) for azimuth in self.azimuths)
+        own = math.degrees(math.atan2(*reversed(_AUTHORS_POSITION)))
+        elevation = own if self.elevation is None else self.elevation
+        lens = vertical_field_of_view(_LENS, _SENSOR, self.height, max(self.height, self.width))
+        distance = math.hypot(*_AUTHORS_POSITION)
+        return tuple(Camera(azimuth, elevation, distance, lens) for azimuth in self.azimuths)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what a JSON file can hold."""
+        return asdict(self) | {"camera": self.camera.value}
+
+    @classmethod
+    def from_json(cls, content: Mapping[str, Any]) -> RenderSettings:
+        """Return the settings that `to_json` was called on.
+
+        Raises:
+            KeyError, TypeError, ValueError: it is of something else.
+
+        >>> RenderSettings.from_json(RenderSettings().to_json()) == RenderSettings()
+        True
+        """
+        return cls(**{**content, "camera": CameraModel(content["camera"])})

@@ -6,7 +6,6 @@ Embree is called directly, on the processor; nothing else is needed to make an i
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -16,14 +15,12 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
 
 Floats = NDArray[np.float32]
 
-FIELD_OF_VIEW = 40.0
-"""Vertical, in degrees."""
-RADIUS = 0.5
-"""Of the sphere that a shape of bounding-box diagonal 1 lies in; it fills the field of view."""
-
+_FRAMING = Camera()
+_NEAR = 1e-3  # vertices before that, or behind the camera, have no place in the image
 _LAYERS = 6
 _LAYER_GAP = 1e-4  # further along the ray, so that doubled faces count once
 _OPAQUE = 0.999
@@ -49,67 +46,39 @@ _LINEAR = _to_linear(np.arange(256) / 255)
 _LINEAR_FINE = _to_linear(np.arange(4096) / 4095)
 
 
-@dataclass(frozen=True)
-class _Camera:
-    """A pinhole that looks at the origin: its position and an orthonormal frame, (3,) each."""
-
-    position: NDArray[np.float64]
-    right: NDArray[np.float64]
-    up: NDArray[np.float64]
-    forward: NDArray[np.float64]
-
-    @staticmethod
-    def around(elevation: float, azimuth: float) -> _Camera:
-        """Return the camera at these angles (degrees), so far off that the sphere fills it."""
-        e, a = np.radians(elevation), np.radians(azimuth)
-        toward = np.array([np.sin(a) * np.cos(e), np.sin(e), -np.cos(a) * np.cos(e)])
-        right = np.array([-np.cos(a), 0.0, -np.sin(a)])
-        distance = RADIUS / np.sin(np.radians(FIELD_OF_VIEW / 2))
-        return _Camera(toward * distance, right, np.cross(toward, right), -toward)
-
-    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64] | None:
-        """Return (V, 2) offsets to the right and up at distance 1; None if any lies behind."""
-        x, y, depth = ((points - self.position) @ np.stack([self.right, self.up, self.forward]).T).T
-        return None if (depth < 1e-3).any() else np.stack([x, y], 1) / depth[:, None]
-
-
 def render(
     mesh: Mesh,
+    camera: Camera = _FRAMING,
     *,
     height: int = 192,
     width: int = 256,
-    elevation: float = 30.0,
-    azimuth: float = 45.0,
     samples: int = 3,
 ) -> NDArray[np.uint8]:
-    """Render a normalised mesh over white.
+    """Render a mesh over white.
 
     Convention:
-        y is up and the object faces -z. Azimuth 0 looks at the front from -z, azimuth 90 at the
-        object's own right from +x. The camera looks at the origin from where a sphere of radius 0.5
-        just fills the vertical field of view, so that all shapes are shown at the same scale.
+        y is up and the object faces -z; see `Camera`. By default the camera looks at the origin
+        from where a sphere of radius 0.5 just fills the vertical field of view, so that all
+        normalised shapes are seen whole, and at the same scale.
 
     Faces are lit from both sides by ambient light and fixed lights above, left and right, without
     shadows. See-through faces are blended front to back, six deep.
 
     Args:
-        mesh: a mesh whose bounding box is centred at the origin with diagonal 1; parts outside
-            that are cut off at the image's border.
+        mesh: what is seen; what lies outside of the image is cut off.
+        camera: from where it is seen.
         height: of the image in pixels.
         width: of the image in pixels.
-        elevation: of the camera above the horizontal, degrees.
-        azimuth: of the camera about the vertical, degrees.
         samples: rays per pixel along each axis, averaged in linear light.
 
     Returns:
         (height, width, 4) uint8: sRGB over white, and the coverage as alpha.
     """
-    camera = _Camera.around(elevation, azimuth)
     rows, columns, directions = _rays(mesh, camera, height, width, samples)
     image = np.full((height, width, 4), (255, 255, 255, 0), np.uint8)
     if len(directions) == 0:
         return image
-    light = _trace(mesh, camera.position, directions)
+    light = _trace(mesh, camera.frame.position, directions)
     boxes = light.reshape(rows[1] - rows[0], samples, columns[1] - columns[0], samples, 4)
     pixels = boxes.mean(axis=1).mean(axis=2)
     pixels[..., :3] += 1 - pixels[..., 3:]
@@ -120,19 +89,20 @@ def render(
 
 
 def _rays(
-    mesh: Mesh, camera: _Camera, height: int, width: int, samples: int
+    mesh: Mesh, camera: Camera, height: int, width: int, samples: int
 ) -> tuple[tuple[int, int], tuple[int, int], Floats]:
     """Return the rows and columns the mesh can be seen in, and directions (rays, 3) through them.
 
     Rays run along rows of samples, top left first; their length is 1 along the optical axis.
     """
-    half_y = np.tan(np.radians(FIELD_OF_VIEW / 2))
+    half_y, frame = camera.half_height, camera.frame
     half_x = half_y * width / height
     rows, columns = (0, height), (0, width)
-    seen = camera.project(mesh.used_vertices())
-    if seen is not None:
-        if len(seen) == 0:
-            return (0, 0), (0, 0), np.zeros((0, 3), np.float32)
+    vertices = mesh.used_vertices()
+    if len(vertices) == 0:
+        return (0, 0), (0, 0), np.zeros((0, 3), np.float32)
+    seen, depth = camera.slopes(vertices)
+    if (depth >= _NEAR).all():
         (x0, y0), (x1, y1) = seen.min(axis=0), seen.max(axis=0)
         rows = _span(-y1 / half_y, -y0 / half_y, height)
         columns = _span(x0 / half_x, x1 / half_x, width)
@@ -142,7 +112,7 @@ def _rays(
     x = half_x * (
         2 * (np.arange(columns[0] * samples, columns[1] * samples) + 0.5) / width / samples - 1
     )
-    grid = camera.forward + y[:, None, None] * camera.up + x[None, :, None] * camera.right
+    grid = frame.forward + y[:, None, None] * frame.up + x[None, :, None] * frame.right
     return rows, columns, grid.reshape(-1, 3).astype(np.float32)
 
 

@@ -19,12 +19,12 @@ from trimesh.visual.material import PBRMaterial
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.figures import cloud_mesh, render_from
+from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.imaging.rendering import contact_sheet
+from ffd_lightning.imaging.rendering import contact_sheet, render
 from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 
@@ -221,17 +221,20 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
     cloud = cloud_mesh(points, colors=reconstruction.surface.face_colors[faces])
 
+    def draw(mesh: Mesh) -> NDArray[np.uint8]:
+        return render(mesh, view.cameras()[0], height=view.height, width=view.width, samples=2)
+
     cells = {
         "what the network saw": reconstruction.photo.image,
-        f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": render_from(
-            view, bank.meshes[index]
+        f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": draw(
+            bank.meshes[index]
         ),
-        "deformed cloud": render_from(view, cloud),
-        "deformed mesh": render_from(view, surface),
+        "deformed cloud": draw(cloud),
+        "deformed mesh": draw(surface),
     }
     if surface.face_parts is not None:
         parts = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
-        cells["parts"] = render_from(view, parts)
+        cells["parts"] = draw(parts)
     return contact_sheet(list(cells.values()), len(cells), list(cells))
 
 

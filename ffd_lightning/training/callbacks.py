@@ -24,7 +24,6 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.tensorboard import (
@@ -212,14 +211,13 @@ class Reconstructions(Callback):
     page MESH `examples/clouds`, see `write_clouds`.
 
     Args:
-        view: camera and size of the pictures.
         examples: of how many the run's own figure is.
         count: how many of those are shown here.
         times: how often, spread evenly over training; 0 for never.
     """
 
-    def __init__(self, view: RenderSettings, examples: int, count: int, times: int) -> None:
-        self.view, self.examples, self.count, self.times = view, examples, count, times
+    def __init__(self, examples: int, count: int, times: int) -> None:
+        self.examples, self.count, self.times = examples, count, times
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Draw what is due."""
@@ -235,7 +233,7 @@ class Reconstructions(Callback):
         modes = [(part, part.training) for part in network.modules()]
         network.eval()
         if step < trainer.max_steps:
-            figure = reconstruction_figure(network, prepared, bank, rows, self.view)
+            figure = reconstruction_figure(network, prepared, bank, rows)
             writer.add_image("examples/reconstructions", figure, step, dataformats="HWC")
         clouds = deformed_clouds(network, prepared, bank, rows)
         for part, training in modes:
@@ -251,13 +249,12 @@ class Reconstructions(Callback):
 
 
 def tensorboard_callbacks(
-    every: int, view: RenderSettings, examples: int, training_examples: int, training_figures: int
+    every: int, examples: int, training_examples: int, training_figures: int
 ) -> list[Callback]:
     """Return all that writes to TensorBoard; without its logger they do nothing.
 
     Args:
         every: steps from one point of a curve to the next.
-        view: camera and size of the pictures.
         examples: how many input images are shown as training starts.
         training_examples: how many of those are shown reconstructed while training.
         training_figures: how often, spread evenly over training; 0 for never.
@@ -265,7 +262,7 @@ def tensorboard_callbacks(
     return [
         TemplateHistograms(),
         ExampleImages(examples),
-        Reconstructions(view, examples, training_examples, training_figures),
+        Reconstructions(examples, training_examples, training_figures),
         StepCurves(every),  # last: its clock stands still until the others have drawn
     ]
 

@@ -36,11 +36,13 @@ from ffd_lightning.app.training_run import train
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.protocols import Measure, PaperProtocol
+from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.run_folder import RunFolder
 
 GREY, RED, GREEN = AGREEMENT.values()
-FRONT = View(elevation=0, azimuth=0, height=96, width=128)
+FRONT = View(Camera(0, 0), height=96, width=128)
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +143,7 @@ def test_colours_of_voxels_show_as_often_as_they_can_be_seen():
     mesh = voxel_mesh(kinds, [GREY, RED, GREEN])
 
     def shares(azimuth):
-        (picture,) = draw_row([mesh], FRONT, [azimuth])
+        (picture,) = draw_row([mesh], FRONT, [Camera(azimuth, 0)])
         red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
         return np.array(
             [
@@ -214,8 +216,8 @@ def test_every_edge_has_one_bar_around_it():
 
 def test_rims_are_dark_and_change_no_shape():
     mesh = tetrahedron()
-    plain = render(mesh, elevation=20, azimuth=200)
-    rimmed = render(with_rims(mesh, (0, 0, 0)), elevation=20, azimuth=200)
+    plain = render(mesh, Camera(200, 20))
+    rimmed = render(with_rims(mesh, (0, 0, 0)), Camera(200, 20))
     np.testing.assert_array_equal(plain[..., 3], rimmed[..., 3])
     inside = plain[..., 3] == 255
     same = (plain == rimmed).all(2) & inside
@@ -295,23 +297,24 @@ def test_a_row_is_drawn_at_one_scale_and_nothing_is_cut_off():
 
 @pytest.mark.parametrize("azimuth", [0, 45, 230])
 @pytest.mark.parametrize("size", [(96, 128), (160, 100)])
-def test_the_scale_is_the_largest_that_fits(azimuth, size):
+@pytest.mark.parametrize(
+    "camera", [Camera(), *RenderSettings(camera=CameraModel.authors).cameras()]
+)
+def test_the_scale_is_the_largest_that_fits(azimuth, size, camera):
     rng = np.random.default_rng(azimuth)
     points = rng.normal(size=(9, 3)) + [0.3, -0.5, 0.2]
-    view = View(30, azimuth, *size)
-    scale = fitting_scale(points, view, azimuth)
+    view = View(replace(camera, azimuth=azimuth), *size)
+    scale = fitting_scale(points, view)
     assert 0 < scale < 1
 
     def on_border(factor):
         mesh = painted((factor * points, np.arange(9).reshape(3, 3)), DEFORMED)
-        alpha = render(
-            mesh, height=view.height, width=view.width, elevation=30, azimuth=azimuth, samples=5
-        )[..., 3]
+        alpha = render(mesh, view.camera, height=view.height, width=view.width, samples=5)[..., 3]
         return bool(alpha[[0, -1]].any() or alpha[:, [0, -1]].any())
 
     assert not on_border(scale)
     assert on_border(1.1 * scale)
-    assert fitting_scale(0.1 * scale * points, view, azimuth) == 1
+    assert fitting_scale(0.1 * scale * points, view) == 1
 
 
 def test_an_overview_has_the_image_and_the_shapes(examples, drawn):

@@ -17,19 +17,21 @@ from ffd_lightning.data.sources.pix3d import FLAWS, Pix3dSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
 SIZE = {"height": 48, "width": 64}
+FRAMING = Camera(azimuth=45.0, elevation=30.0)
 chair_text = functools.cache(model_text)
 
 
 @functools.cache
-def rendering(index=0, category="chair", **view):
+def rendering(index=0, category="chair", camera=FRAMING, **view):
     mesh = ProceduralSource(60).load(category, f"{category}-{index:06d}").mesh
     mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
-    return render(mesh, **{"height": 96, "width": 128, "samples": 2} | view)
+    return render(mesh, camera, **{"height": 96, "width": 128, "samples": 2} | view)
 
 
 def extent(image):
@@ -150,10 +152,10 @@ def test_objects_fill_rendered_images_as_the_constant_says():
     fills = []
     for category in ("chair", "table", "sofa", "cabinet", "lamp", "bench"):
         for k in range(10):
-            height, width = extent(rendering(k, category, elevation=30.0, azimuth=45.0, samples=1))
+            height, width = extent(rendering(k, category, samples=1))
             fills.append(max(height, width) / 96)
     assert np.median(fills) == pytest.approx(OBJECT_FILL, abs=0.02)
-    assert RenderSettings(azimuths=[45.0]) == RenderSettings(192, 256, 30.0)
+    assert RenderSettings().cameras() == (FRAMING,)
 
 
 @pytest.mark.parametrize("size", [(10, 150), (150, 10), (3, 3), (150, 200)])

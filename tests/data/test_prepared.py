@@ -15,6 +15,7 @@ from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet, file_digest, manifest_digest
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 
 
@@ -40,6 +41,7 @@ def test_what_a_set_holds(boxes):
     assert shapes == {
         "images": ((images,), "uint8"),
         "image_offsets": ((4 * 2 + 1,), "int64"),
+        "cameras": ((4, 2, 7), "float64"),
         "points": ((4, 50, 3), "int16"),
         "meshes": ((meshes,), "uint8"),
         "mesh_offsets": ((5,), "int64"),
@@ -73,14 +75,10 @@ def test_arrays_agree_with_the_model_and_each_other(boxes):
             near = mesh.face_parts[point < 2 * POINT_STEP]
             assert part in near, "and has the part of one that it lies on"
         for view, azimuth in enumerate(RENDER.azimuths):
-            image = render(
-                model.with_vertices(vertices),
-                height=24,
-                width=32,
-                elevation=RENDER.elevation,
-                azimuth=azimuth,
-                samples=1,
-            )
+            camera = boxes.camera(row, view)
+            assert camera == Camera(azimuth, 30.0)
+            shape = model.with_vertices(vertices)
+            image = render(shape, camera, height=24, width=32, samples=1)
             np.testing.assert_array_equal(boxes.image(row, view), image)
 
 

@@ -11,7 +11,9 @@ from ffd_lightning.data.sources import shapenet
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.data.sources.shapenet import CategoryFolder, ShapeNetSource
 from ffd_lightning.errors import DataError, RejectedShapeError
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.imaging.rendering import render
 
 GOOD = ["nomtl", "plain", "textured", "windows"]
 
@@ -189,6 +191,105 @@ def test_preparation_takes_the_renderings(renderings, tmp_path):
     assert prepared.ids == ("plain",)
     assert (len(prepared), *prepared.image_shape) == (1, 24, 48, 64, 4)
     assert prepared.manifest["rejected"] == 3
+
+
+# --- frames and cameras -------------------------------------------------------------------------
+
+
+def test_shapes_of_both_versions_face_the_same_way(tmp_path):
+    """v1 faces +x, v2 faces -z: what points to the front does so afterwards in both."""
+    arrow = "v {0} 0 {1}\nv -0.1 0.1 -0.1\nv 0.1 0.2 0.1\nf 1 2 3\n"
+    files = {
+        "v1": {f"{CHAIR}/a/model.obj": arrow.format(1, 0).encode()},
+        "v2": {f"{CHAIR}/a/models/model_normalized.obj": arrow.format(0, -1).encode()},
+    }
+    for version, content in files.items():
+        source = ShapeNetSource(write_folder(tmp_path / version, content))
+        np.testing.assert_allclose(source.load("chair", "a").mesh.vertices[0], [0, 0, -1])
+
+
+METADATA = [(15.0 * k, 25.0 + k / 10, 0.0, 0.7 + k / 100, 25.0) for k in range(24)]
+
+
+def write_metadata(tmp_path, rows=METADATA):
+    file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / "rendering_metadata.txt"
+    file.write_text("\n".join(" ".join(map(str, row)) for row in rows) + "\n")
+    return file
+
+
+def seen_by_3d_r2n2(points, azimuth, elevation, ratio):
+    """Columns and rows in 137 pixels of v1's points, by the matrices of Blender's camera.
+
+    The .obj importer turns y up into z up; the camera stands on the x axis and is turned about y
+    and z; its lens has 35 mm, its sensor 32 mm.
+    """
+    blender = np.asarray(points)[:, [0, 2, 1]] * [1, -1, 1]
+    a, e = -np.radians(azimuth), np.radians(elevation)
+    about_z = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
+    about_y = np.array([[np.cos(e), 0, -np.sin(e)], [0, 1, 0], [np.sin(e), 0, np.cos(e)]])
+    local = blender @ (about_z @ about_y)
+    depth = 1.75 * ratio - local[:, 0]
+    focal = 35 / 32 * 137
+    return np.stack([68.5 + focal * local[:, 1] / depth, 68.5 - focal * local[:, 2] / depth], 1)
+
+
+@pytest.mark.parametrize(("height", "width"), [(48, 64), (64, 48)])
+def test_cameras_of_renderings_are_those_of_their_metadata(renderings, tmp_path, height, width):
+    write_metadata(tmp_path)
+    root = write_folder(tmp_path / "v1", good_models("v1"))
+    images = R2n2Images(tmp_path, height, width)
+    view = RenderSettings(height=height, width=width, samples=1)
+    source = ShapeNetSource(root, images)
+    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
+    raw = ShapeNetSource(root).load("chair", "plain").mesh.vertices @ turned_back()
+    scale = min(height, width) / 137
+    margin = np.array([width - 137 * scale, height - 137 * scale]) / 2
+    assert np.abs(raw.mean(0)).max() > 1e-3, "and the shape is not centred"
+    for k, (azimuth, elevation, _, ratio, _) in enumerate(METADATA):
+        pixels, _ = prepared.camera(0, k).pixels(prepared.mesh(0).vertices, height, width)
+        expected = seen_by_3d_r2n2(raw, azimuth, elevation, ratio) * scale + margin
+        np.testing.assert_allclose(pixels, expected, atol=1e-3)
+
+
+def turned_back():
+    """What brings the project's frame, rows of points, back to v1's: -z becomes +x."""
+    return np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("rows", "reason"),
+    [
+        (None, "cannot be read"),
+        (METADATA[:23], "not 24 lines of five numbers"),
+        ([*METADATA[:23], (1, 2, 3)], "not 24 lines of five numbers"),
+        ([*METADATA[:23], (1, 2, "nan", 1, 25)], "not 24 lines of five numbers"),
+        ([*METADATA[:23], ("x", 2, 0, 1, 25)], "cannot be read"),
+        ([*METADATA[:23], (1, 2, 30, 1, 25)], "turned cameras"),
+    ],
+)
+def test_images_are_good_without_their_cameras(renderings, tmp_path, rows, reason):
+    if rows is not None:
+        write_metadata(tmp_path, rows)
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
+    shape = source.load("chair", "plain")
+    assert shape.cameras is None
+    assert len(shape.images) == 24
+    assert reason in shape.warning
+    view = RenderSettings(height=48, width=64, samples=1)
+    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
+    assert prepared.camera(0, 5) == Camera()
+
+
+def test_an_image_of_another_shape_is_noticed(renderings, tmp_path):
+    write_metadata(tmp_path)
+    root = write_folder(tmp_path / "v1", good_models("v1"))
+    source = ShapeNetSource(root, renderings)
+    assert "silhouettes agree to 0." in source.load("chair", "plain").warning
+    shape = source.load("chair", "plain")
+    folder = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering"
+    own = render(shape.mesh, shape.cameras[0], height=137, width=137)
+    Image.fromarray(own).save(folder / "00.png")
+    assert source.load("chair", "plain").warning == ""
 
 
 def test_most_models_tell_the_version(tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import contact_sheet, render
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
@@ -75,7 +76,7 @@ def test_agrees_with_a_naive_ray_caster(elevation: float, azimuth: float) -> Non
     rng = np.random.default_rng(3)
     colors = np.eye(3, dtype=np.uint8)[rng.integers(3, size=20)] * 255
     mesh = triangles(rng.uniform(-0.4, 0.4, (60, 3)), np.insert(colors, 3, 255, axis=1))
-    image = render(mesh, height=18, width=24, elevation=elevation, azimuth=azimuth, samples=1)
+    image = render(mesh, Camera(azimuth, elevation), height=18, width=24, samples=1)
     seen = naive_faces(mesh, 18, 24, elevation, azimuth)
     assert (seen >= 0).sum() > 50
     np.testing.assert_array_equal(image[..., 3], np.where(seen >= 0, 255, 0))
@@ -89,14 +90,14 @@ def test_agrees_with_a_naive_ray_caster(elevation: float, azimuth: float) -> Non
     [(0, 0, 2, False), (0, 90, 0, True), (0, 180, 2, True), (0, 270, 0, False), (90, 0, 1, True)],
 )
 def test_camera_convention(elevation, azimuth, channel, positive) -> None:
-    pixel = render(axis_box(), elevation=elevation, azimuth=azimuth)[96, 128].astype(int)
+    pixel = render(axis_box(), Camera(azimuth, elevation))[96, 128].astype(int)
     assert pixel[:3].argmax() == channel
     assert (pixel[channel] > 130) == positive
 
 
 def test_the_front_camera_sees_plus_x_on_its_left_and_plus_y_on_top() -> None:
     corners = [(0.1, 0, 0), (0.4, 0, 0), (0.4, 0.3, 0)]
-    alpha = render(triangles([corners], RED), elevation=0, azimuth=0)[..., 3]
+    alpha = render(triangles([corners], RED), Camera(0, 0))[..., 3]
     rows, columns = np.nonzero(alpha)
     assert columns.max() < 128
     assert rows.max() < 97
@@ -106,7 +107,7 @@ def test_the_unit_sphere_fills_the_height_at_any_size_and_angle() -> None:
     builder = Builder()
     builder.ellipsoid("ball", Material((0.5, 0.5, 0.5)), (0, 0, 0), (0.5, 0.5, 0.5), segments=64)
     for height, azimuth in ((64, 0), (96, 77)):
-        alpha = render(builder.mesh(), height=height, width=height, azimuth=azimuth)[..., 3]
+        alpha = render(builder.mesh(), Camera(azimuth), height=height, width=height)[..., 3]
         for seen in (alpha.max(1) > 0, alpha.max(0) > 0):
             assert seen[1:-1].all()
         assert alpha[0, 0] == alpha[-1, -1] == 0
@@ -122,16 +123,14 @@ def test_top_is_lit_more_than_the_side_and_the_side_more_than_the_front() -> Non
     mesh = axis_box()
     grey = Mesh(mesh.vertices, mesh.faces, np.full((12, 4), (128, 128, 128, 255), np.uint8))
     views = [(90, 0), (0, 90), (0, 0)]
-    top, side, front = (
-        int(render(grey, elevation=e, azimuth=a, samples=1)[96, 128, 0]) for e, a in views
-    )
+    top, side, front = (int(render(grey, Camera(a, e), samples=1)[96, 128, 0]) for e, a in views)
     assert 128 > top > side > front > 64
 
 
 def test_coverage_is_the_share_of_samples_hit() -> None:
     mesh = triangles(*pane(0, RED))
-    fine = render(mesh, height=60, width=60, elevation=0, azimuth=20, samples=3)[..., 3]
-    rays = render(mesh, height=180, width=180, elevation=0, azimuth=20, samples=1)[..., 3]
+    fine = render(mesh, Camera(20, 0), height=60, width=60, samples=3)[..., 3]
+    rays = render(mesh, Camera(20, 0), height=180, width=180, samples=1)[..., 3]
     share = (rays / 255).reshape(60, 3, 60, 3).mean((1, 3))
     np.testing.assert_allclose(fine, 255 * share, atol=0.51)
     assert ((fine > 0) & (fine < 255)).any()
@@ -139,7 +138,7 @@ def test_coverage_is_the_share_of_samples_hit() -> None:
 
 def test_see_through_faces_let_the_rest_show() -> None:
     def middle(mesh: Mesh) -> np.ndarray:
-        return render(mesh, elevation=0, azimuth=0)[96, 128].astype(int)
+        return render(mesh, Camera(0, 0))[96, 128].astype(int)
 
     glass = [200, 0, 0, 102]  # 40% opaque
     alone = middle(panes((0, glass)))
@@ -178,20 +177,20 @@ QUARTERS = np.array([[RED, GREEN], [BLUE, [200, 200, 0, 128]]])
 
 
 def test_textures_stand_upright_and_replace_colour_and_alpha() -> None:
-    image = render(textured(FULL, QUARTERS), elevation=0, azimuth=0).astype(int)
+    image = render(textured(FULL, QUARTERS), Camera(0, 0)).astype(int)
     upper_left, upper_right = image[70, 102], image[70, 154]
     lower_left, lower_right = image[122, 102], image[122, 154]
     assert upper_left[0] > 3 * upper_left[1:3].max()
     assert upper_right[1] > 3 * upper_right[[0, 2]].max()
     assert lower_left[2] > 3 * lower_left[:2].max()
     assert lower_right[3] < 200 < lower_left[3]
-    one = render(textured(FULL, [[RED]]), elevation=0, azimuth=0)
-    np.testing.assert_array_equal(one, render(triangles(*pane(0, RED)), elevation=0, azimuth=0))
+    one = render(textured(FULL, [[RED]]), Camera(0, 0))
+    np.testing.assert_array_equal(one, render(triangles(*pane(0, RED)), Camera(0, 0)))
 
 
 def test_textures_wrap_and_are_smooth() -> None:
     def row(uvs) -> np.ndarray:
-        return render(textured(uvs, QUARTERS), elevation=0, azimuth=0)[80, :, :3].astype(int)
+        return render(textured(uvs, QUARTERS), Camera(0, 0))[80, :, :3].astype(int)
 
     np.testing.assert_allclose(row(np.add(FULL, (3, -2))), row(FULL), atol=1)
     steps = np.abs(np.diff(row(FULL)[96:160], axis=0)).max()
@@ -210,6 +209,7 @@ def test_faces_outside_the_frame_are_cut_off() -> None:
 DIGEST = """
 import hashlib, sys
 import numpy as np
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material

@@ -47,7 +47,7 @@ class Session:
         with torch.no_grad():
             network.heads.logits.bias[0] = 0.8
         self.module = build_module(config, network, {})
-        writing = tensorboard_callbacks(1, config.data.render, EXAMPLES, SHOWN, TIMES)
+        writing = tensorboard_callbacks(1, EXAMPLES, SHOWN, TIMES)
         chosen = [*more, *writing]
         self.folder = folder / "tensorboard"
         self.trainer = Trainer(
@@ -212,7 +212,7 @@ def test_examples_are_drawn_as_often_as_asked(logged):
     ("times", "steps"), [(0, []), (1, [100]), (2, [50, 100]), (3, [40, 70, 100])]
 )
 def test_figures_are_spread_over_training(times, steps):
-    drawn = Reconstructions(None, 6, 3, times)
+    drawn = Reconstructions(6, 3, times)
     due = [
         step
         for step in range(10, 101, 10)
@@ -295,7 +295,7 @@ def test_pictures_are_of_their_model_and_give_every_part_its_mode_back(logged, m
     network.parts[1].eval()
     monkeypatch.setattr(callbacks, "write_clouds", lambda *args: clouds.extend(args[2]))
     monkeypatch.setattr(logged.module, "network", network)
-    Reconstructions(None, EXAMPLES, SHOWN, 1).on_validation_end(logged.trainer, logged.module)
+    Reconstructions(EXAMPLES, SHOWN, 1).on_validation_end(logged.trainer, logged.module)
     assert [part.training for part in network.modules()] == [True, True, True, False]
     rows = example_rows(logged.data, EXAMPLES)[:SHOWN]
     for row, offsets, t, (deformed, truth) in zip(

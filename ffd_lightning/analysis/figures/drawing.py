@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.rendering import FIELD_OF_VIEW, RADIUS, render
+from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.rendering import render
 
 Color = tuple[int, int, int]
 """sRGB, 0 to 255."""
@@ -34,62 +35,58 @@ _SIDES += [[3 + k, (k + 1) % 3, 3 + (k + 1) % 3] for k in range(3)]
 
 @dataclass(frozen=True)
 class View:
-    """From where shapes are seen, as `rendering.render` has it, and how large.
+    """From where shapes are seen, and how large.
 
     Attributes:
-        elevation, azimuth: degrees.
+        camera: that sees them.
         height, width: pixels.
     """
 
-    elevation: float
-    azimuth: float
+    camera: Camera
     height: int
     width: int
 
 
 def draw_row(
-    meshes: Sequence[Mesh], view: View, azimuths: Sequence[float] | None = None
+    meshes: Sequence[Mesh], view: View, cameras: Sequence[Camera] | None = None
 ) -> list[Picture]:
     """Render shapes at one scale: that of the input image, or less where one would be cut off.
 
     Args:
         meshes: in the frame of prepared shapes.
-        view: the camera.
-        azimuths: of each shape's camera, where it is not the view's.
+        view: camera and size.
+        cameras: of each shape, where it is not the view's.
     """
-    angles = azimuths or [view.azimuth] * len(meshes)
+    cameras = cameras or [view.camera] * len(meshes)
     scale = min(
-        fitting_scale(mesh.used_vertices(), view, angle)
-        for mesh, angle in zip(meshes, angles, strict=True)
+        fitting_scale(mesh.used_vertices(), replace(view, camera=camera))
+        for mesh, camera in zip(meshes, cameras, strict=True)
     )
     return [
         render(
             mesh.with_vertices(scale * mesh.vertices),
+            camera,
             height=view.height,
             width=view.width,
-            elevation=view.elevation,
-            azimuth=angle,
         )[..., :3]
-        for mesh, angle in zip(meshes, angles, strict=True)
+        for mesh, camera in zip(meshes, cameras, strict=True)
     ]
 
 
-def fitting_scale(points: NDArray[np.float64], view: View, azimuth: float) -> float:
+def fitting_scale(points: NDArray[np.float64], view: View) -> float:
     """Return by how much points, (N, 3), must shrink about the origin to be seen whole.
 
     As much as by a camera that steps back: 1 where all are in the image, with a little margin.
     """
-    e, a = np.radians(view.elevation), np.radians(azimuth)
-    toward = np.array([np.sin(a) * np.cos(e), np.sin(e), -np.cos(a) * np.cos(e)])
-    right = np.array([-np.cos(a), 0.0, -np.sin(a)])
-    half = np.radians(FIELD_OF_VIEW / 2)
-    slope = _MARGIN * np.tan(half) * np.array([view.width / view.height, 1.0])
-    distance = RADIUS / np.sin(half)
-    # Shrunk by s, a point x off the axis and z nearer than the origin is seen at the slope
-    # s x / (distance - s z), which is at most `slope` where s (x + slope z) <= slope distance.
-    off = np.abs(points @ np.stack([right, np.cross(toward, right)], axis=1))
-    reach = off + slope * (points @ toward)[:, None]
-    return float((slope * distance / np.maximum(reach, slope * distance)).min(initial=1.0))
+    frame = view.camera.frame
+    across = np.stack([frame.right, frame.up], axis=1)
+    slope = _MARGIN * view.camera.half_height * np.array([view.width / view.height, 1.0])
+    # Shrunk by s, a point x off the origin to the side and z nearer is seen at the slope
+    # (s x + off) / (depth - s z), where off and depth are the origin's: at most `slope` where
+    # s (x + slope z) <= slope depth - off.
+    room = slope * -(frame.position @ frame.forward) - np.abs(frame.position @ across)
+    reach = np.abs(points @ across) - slope * (points @ frame.forward)[:, None]
+    return float((room / np.maximum(reach, room)).min(initial=1.0))
 
 
 def painted(surface: tuple[NDArray[np.float64], NDArray[np.int64]], color: Color) -> Mesh:

@@ -94,11 +94,10 @@ class Example:
         return TemplateShape(self.run.data.bank, index, self.offsets[index])
 
     def view(self, width: int) -> View:
-        """Return the camera that rendered the image, for pictures of this width."""
-        camera = self.run.render
-        _, rows, columns, _ = self.run.data.prepared.image_shape
-        azimuth = camera.azimuths[min(self.sample.view, len(camera.azimuths) - 1)]
-        return View(camera.elevation, azimuth, round(width * rows / columns), width)
+        """Return the camera that took the image, for pictures of this width."""
+        prepared = self.run.data.prepared
+        _, rows, columns, _ = prepared.image_shape
+        return View(prepared.camera(*self.sample), round(width * rows / columns), width)
 
     def image(self, view: View) -> Picture:
         """Return what the network saw, in the size of a view."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import torch
@@ -125,8 +126,8 @@ def voxels(examples: Sequence[Example], size: int = SIZE) -> Picture:
         kinds, iou = voxel_agreement(_voxels(shape), _voxels(truth))
         cubes = voxel_mesh(kinds, list(AGREEMENT.values()))
         meshes = [painted(shape.mesh(), DEFORMED), painted(truth.mesh(), TRUTH), cubes, cubes]
-        behind = (view.azimuth + 180) % 360
-        cells = draw_row(meshes, view, [view.azimuth] * 3 + [behind])
+        behind = replace(view.camera, azimuth=(view.camera.azimuth + 180) % 360)
+        cells = draw_row(meshes, view, [view.camera] * 3 + [behind])
         labels = [example.name, _template_label(example), "", f"IoU {iou:.3f}", ""]
         rows.append(([example.image(view), *cells], labels))
     names = ["deformed mesh", "ground truth", "voxels", "voxels from behind"]

@@ -38,7 +38,7 @@ class Example:
         template_image: the selected template seen from the same side, PNG.
         deformed: the reconstruction: that template, deformed.
         truth: the ground truth.
-        elevation, azimuth: of the camera, degrees; see `imaging.rendering`.
+        elevation, azimuth: of the camera, degrees; see `imaging.camera`.
     """
 
     rank: str
@@ -115,16 +115,9 @@ def make_examples(
                 f"the checkpoint selects template {data.bank.ids[t]} for {row['id']}, "
                 f"samples.csv says {row['template']}: evaluate the run again (ffd evaluate)"
             )
-        azimuth = run.render.azimuths[min(query.view, len(run.render.azimuths) - 1)]
+        camera = data.prepared.camera(*query)
         _, height, width, _ = data.prepared.image_shape
-        template = render(
-            data.bank.meshes[t],
-            height=height,
-            width=width,
-            elevation=run.render.elevation,
-            azimuth=azimuth,
-            samples=2,
-        )
+        template = render(data.bank.meshes[t], camera, height=height, width=width, samples=2)
         truth = data.prepared.mesh(query.row)
         size = min(max_bytes, MAX_BYTES)
         result.append(
@@ -135,8 +128,8 @@ def make_examples(
                 _png(template),
                 pack(*light_template(data.bank, t, prediction.offsets[k, t], size)),
                 pack(*lighten(truth.vertices, truth.faces, size)),
-                run.render.elevation,
-                azimuth,
+                camera.elevation,
+                camera.azimuth,
             )
         )
     return result

@@ -85,7 +85,7 @@ def _write_shapes(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str,
     Plain appending writes: filling a memory map on a full disk would kill the process.
     """
     facts: dict[str, Any] = {"families": [], "part_names": [], "image_shape": None, "warnings": []}
-    image_sizes, mesh_sizes = [], []
+    image_sizes, mesh_sizes, cameras = [], [], []
     with ExitStack() as stack:
         points, images, meshes = (
             stack.enter_context((folder / f"{name}.npy").open("wb"))
@@ -114,10 +114,12 @@ def _write_shapes(recipe: Recipe, ids: Sequence[str], folder: Path) -> dict[str,
             ):
                 file.write(array.tobytes())
             image_sizes += model["image_sizes"].tolist()
+            cameras.append(model["cameras"])
             mesh_sizes.append(len(model["mesh"]))
         for file, sizes in ((images, image_sizes), (meshes, mesh_sizes)):
             file.seek(0)
             _write_header(file, np.dtype(np.uint8), (sum(sizes),))
+    np.save(folder / "cameras.npy", np.stack(cameras))
     for name, sizes in (("image", image_sizes), ("mesh", mesh_sizes)):
         np.save(folder / f"{name}_offsets.npy", np.cumsum([0, *sizes], dtype=np.int64))
     return facts | {"part_names": list(dict.fromkeys(facts["part_names"]))}

@@ -18,6 +18,7 @@ from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import DataError
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
 
 
 @dataclass(frozen=True)
@@ -95,6 +96,11 @@ class JoinedSet(PreparedSet):
         """See `PreparedSet.image`."""
         member, own = self._place(row)
         return member.image(own, view)
+
+    def camera(self, row: int, view: int = 0) -> Camera:
+        """See `PreparedSet.camera`."""
+        member, own = self._place(row)
+        return member.camera(own, view)
 
     def mesh(self, row: int) -> Mesh:
         """See `PreparedSet.mesh`; parts are numbered as all members' together."""

@@ -10,11 +10,14 @@ import io
 import struct
 import zipfile
 import zlib
+from collections.abc import Sequence
+from dataclasses import astuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
 
 # What zipfile, zlib, struct and numpy raise on damaged bytes.
 _DAMAGED = (
@@ -57,6 +60,26 @@ def unpack_image(packed: bytes | memoryview, shape: tuple[int, ...]) -> NDArray[
         return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(shape)
     except zlib.error as error:
         raise ValueError(str(error)) from None
+
+
+def pack_cameras(cameras: Sequence[Camera] | None, views: int) -> NDArray[np.float64]:
+    """Return one row per image, (views, 7): angles, distance, field of view and target.
+
+    Args:
+        cameras: of the images; None where nobody knows them, for rows of NaN.
+        views: how many images there are.
+    """
+    if cameras is None:
+        return np.full((views, 7), np.nan)
+    return np.array([[*astuple(camera)[:4], *camera.target] for camera in cameras], np.float64)
+
+
+def unpack_camera(packed: NDArray[np.float64]) -> Camera:
+    """Return a camera, of (7,); one that frames a shape where it is unknown."""
+    if not np.isfinite(packed).all():
+        return Camera()
+    azimuth, elevation, distance, field_of_view, x, y, z = packed.tolist()
+    return Camera(azimuth, elevation, distance, field_of_view, (x, y, z))
 
 
 def pack_mesh(mesh: Mesh, point_parts: NDArray[np.uint8]) -> bytes:

@@ -17,7 +17,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -33,7 +33,7 @@ from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.parallel import available_cores
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Goes up when the same settings give another set, so that prepared data is built anew."""
 
 
@@ -94,7 +94,7 @@ class Preparation:
             "source": self.source.fingerprint(self.category),
             "category": self.category,
             "num_points": self.num_points,
-            "render": asdict(self.render),
+            "render": self.render.to_json(),
         }
 
     @cached_property

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.packing import (
     UNKNOWN_PART,
+    unpack_camera,
     unpack_image,
     unpack_mesh,
     unpack_points,
@@ -25,11 +26,12 @@ from ffd_lightning.data.preparation.packing import (
 from ffd_lightning.errors import DataError
 from ffd_lightning.files import write_atomic
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
 
 MANIFEST = "manifest.json"
 REJECTED = "rejected.csv"
 WARNINGS = "warnings.csv"
-ARRAYS = ("points", "images", "image_offsets", "meshes", "mesh_offsets")
+ARRAYS = ("points", "images", "image_offsets", "cameras", "meshes", "mesh_offsets")
 FILES = frozenset((*(f"{name}.npy" for name in ARRAYS), REJECTED, WARNINGS))
 _WORTH_A_WORD = 1 << 30  # bytes whose checking takes seconds
 
@@ -59,7 +61,8 @@ class PreparedSet:
         image_shape: views, H, W, 4.
         arrays: the files' content, mapped: `points` (n, N, 3) int16 in units of
             `packing.POINT_STEP`; `images` and `meshes`, packed bytes of which `image_offsets`
-            (n * views + 1,) and `mesh_offsets` (n + 1,) tell the places.
+            (n * views + 1,) and `mesh_offsets` (n + 1,) tell the places; `cameras` (n, views, 7),
+            see `packing.pack_cameras`.
     """
 
     path: Path
@@ -128,7 +131,7 @@ class PreparedSet:
 
         Args:
             row: of the shape.
-            count: only the first so many; they are drawn independently.
+            count: only the first so many, which cover the surface too: their order is random.
         """
         return unpack_points(self.arrays["points"][row, :count])
 
@@ -149,6 +152,15 @@ class PreparedSet:
             return unpack_image(self.arrays["images"][start:end].data, tuple(shape))
         except ValueError as error:
             raise damaged(self.path, self.path / "images.npy", f"image {place}: {error}") from None
+
+    def camera(self, row: int, view: int = 0) -> Camera:
+        """Return the camera that took an image; where nobody knows it, one that frames the shape.
+
+        Args:
+            row: of the shape.
+            view: which of its images.
+        """
+        return unpack_camera(self.arrays["cameras"][row, view])
 
     def spread_images(
         self, rows: Sequence[int] | NDArray[np.int64], count: int

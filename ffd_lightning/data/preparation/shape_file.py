@@ -11,21 +11,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART, pack_image, pack_mesh, pack_points
+from ffd_lightning.data.preparation.packing import (
+    UNKNOWN_PART,
+    pack_cameras,
+    pack_image,
+    pack_mesh,
+    pack_points,
+)
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
 from ffd_lightning.data.sources.base import Source, SourceShape
 from ffd_lightning.errors import RejectedShapeError, explain_unforeseen
 from ffd_lightning.files import atomic_file, write_atomic
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.geometry.normalization import normalize
-from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.geometry.normalization import bounding_box, normalize
+from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
 # Barycentric coordinates spread over a face, (36, 3).
 _FACE_PLACES = np.array([(i, j, 7 - i - j) for i in range(8) for j in range(8 - i)]) / 7
 _CONTENTS = frozenset(
-    ("images", "image_sizes", "image_shape", "points", "mesh", "family", "part_names", "warning")
+    ("images", "image_sizes", "image_shape", "cameras")
+    + ("points", "mesh", "family", "part_names", "warning")
 )
 
 
@@ -110,10 +117,15 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
     mesh = model.mesh
     # The id alone decides the draw, so that no shape's sample depends on the others.
     key = hashlib.sha256(f"{recipe.category}/{shape_id}".encode()).digest()
-    points, face_ids = sample_surface(
+    points, face_ids = sample_stratified(
         mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
     )
-    images = _rendered(mesh, recipe.render) if model.images is None else model.images
+    images, cameras = model.images, model.cameras
+    if images is None:
+        cameras = recipe.render.cameras()
+        images = _rendered(mesh, recipe.render)
+    elif cameras is not None and len(cameras) != len(images):
+        raise RejectedShapeError(f"its source gives {len(images)} images of {len(cameras)} cameras")
     packed = [pack_image(image) for image in images]
     if model.parts is not None:
         face_parts = label_faces(model.parts, mesh.vertices, mesh.faces)
@@ -128,6 +140,7 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
         "images": np.frombuffer(b"".join(packed), np.uint8),
         "image_sizes": np.array([len(p) for p in packed]),
         "image_shape": np.array(images.shape),
+        "cameras": pack_cameras(cameras, len(images)),
         "points": pack_points(points),
         "mesh": np.frombuffer(pack_mesh(mesh, point_parts), np.uint8),
         "family": np.str_(model.family),
@@ -137,32 +150,22 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
 
 
 def _normalized(model: SourceShape) -> SourceShape:
-    """Return a shape whose mesh, and the annotated points with it, have box diagonal 1."""
-    mesh, parts = model.mesh, model.parts
-    if parts is None:
-        return replace(model, mesh=mesh.with_vertices(normalize(mesh.vertices, mesh.faces)))
-    # Only vertices that faces use decide the frame: the points are moved along.
-    moved = normalize(np.concatenate([mesh.vertices, parts.points]), mesh.faces)
-    count = len(mesh.vertices)
-    return replace(
-        model,
-        mesh=mesh.with_vertices(moved[:count]),
-        parts=replace(parts, points=moved[count:]),
-    )
+    """Return a shape whose mesh has box diagonal 1; annotated points and cameras move along."""
+    mesh, parts, cameras = model.mesh, model.parts, model.cameras
+    center, diagonal = bounding_box(mesh.vertices, mesh.faces)
+    if parts is not None:
+        parts = replace(parts, points=(parts.points - center) / diagonal)
+    if cameras is not None:
+        cameras = tuple(camera.moved(center, 1 / diagonal) for camera in cameras)
+    vertices = normalize(mesh.vertices, mesh.faces)
+    return replace(model, mesh=mesh.with_vertices(vertices), parts=parts, cameras=cameras)
 
 
 def _rendered(mesh: Mesh, views: RenderSettings) -> NDArray[np.uint8]:
     """Return a mesh's images, (views, H, W, 4)."""
     images = [
-        render(
-            mesh,
-            height=views.height,
-            width=views.width,
-            elevation=views.elevation,
-            azimuth=azimuth,
-            samples=views.samples,
-        )
-        for azimuth in views.azimuths
+        render(mesh, camera, height=views.height, width=views.width, samples=views.samples)
+        for camera in views.cameras()
     ]
     return np.stack(images)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -9,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class SourceShape:
         family: structural family where the source knows it ("pedestal", say), else "".
         images: the source's own images, (views, H, W, 4) uint8, RGB over white and coverage, in the
             size asked for; None where the mesh is to be rendered.
+        cameras: that took them, in the mesh's frame and unit, one each; None where unknown.
         parts: annotated points, for meshes without part labels of their own.
         warning: what is wrong with it though it can be used, "" for nothing.
     """
@@ -42,6 +45,7 @@ class SourceShape:
     mesh: Mesh
     family: str = ""
     images: NDArray[np.uint8] | None = None
+    cameras: Sequence[Camera] | None = None
     parts: PartCloud | None = None
     warning: str = ""
 

@@ -15,12 +15,15 @@ from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.data.splits import HashSplit, SplitInput
 from ffd_lightning.errors import DataError, RejectedShapeError
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.normalization import bounding_box
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
 
 FLAWS = ("truncated", "occluded", "slightly_occluded")
 """What a photograph can be left out for."""
 
-_LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give something else
+_LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give something else
 _LIST = "pix3d.json"
 _TRAIN_FRACTION = 0.8
 _FRONT = 45  # degrees within which cameras stand before an object
@@ -120,7 +123,8 @@ class Pix3dSource:
         cut = cut_out(self.root, photo.img, photo.mask, photo.box)
         image = fit_picture(cut, self.height, self.width, OBJECT_FILL)
         mesh = read_mesh(file, [path for path in file.parent.rglob("*") if path.is_file()])
-        return SourceShape(into_frame(mesh, self.up, self.yaw), images=image[None])
+        mesh = into_frame(mesh, self.up, self.yaw)
+        return SourceShape(mesh, images=image[None], cameras=self._cameras(photo, mesh))
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return the settings, and a hash over all entries that are used and their files' sizes."""
@@ -187,6 +191,19 @@ class Pix3dSource:
         """
         cameras = [photo.camera for photo in self._category(category).values() if photo.camera]
         return mean_azimuth(turn(cameras, self.up, self.yaw)) if cameras else None
+
+    def _cameras(self, photo: _Photo, mesh: Mesh) -> tuple[Camera] | None:
+        """Return a camera that sees the shape from where the photographer stood.
+
+        It frames the shape, since the photograph is cut out and scaled to.
+        """
+        if not photo.camera:
+            return None
+        x, y, z = turn(photo.camera, self.up, self.yaw).tolist()
+        azimuth, elevation = math.atan2(x, -z), math.atan2(y, math.hypot(x, z))
+        center, diagonal = bounding_box(mesh.vertices, mesh.faces)
+        camera = Camera(math.degrees(azimuth), math.degrees(elevation))
+        return (camera.moved(-center / diagonal, diagonal),)
 
     def _usable(self, photos: dict[str, _Photo]) -> dict[str, _Photo]:
         """Return the photographs that are not left out."""

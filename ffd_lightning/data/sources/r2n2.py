@@ -1,4 +1,11 @@
-"""3D-R2N2's published renderings of ShapeNetCore v1: 24 views of 137 x 137 a shape."""
+"""3D-R2N2's published renderings of ShapeNetCore v1: 24 views of 137 x 137 a shape.
+
+Each shape's `rendering_metadata.txt` has a line for each view: azimuth, elevation, in-plane
+rotation (always 0), distance as a share of 1.75, and 25 for the field of view. That of the images
+is 49 degrees: 35 mm on a sensor of 32 mm. Their azimuth is measured from v1's +x axis towards +z.
+v1's shapes face +x, so it is the project's azimuth once they are turned to face -z (and 90 degrees
+less than what the project's would be for shapes left as they are).
+"""
 
 from __future__ import annotations
 
@@ -14,9 +21,16 @@ from PIL import Image
 
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import DataError, RejectedShapeError, is_bug
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera, vertical_field_of_view
 from ffd_lightning.imaging.pictures import fit_picture
+from ffd_lightning.imaging.rendering import render
 
 VIEWS = 24
+_METADATA = "rendering_metadata.txt"
+_FARTHEST = 1.75  # of their cameras
+_LENS, _SENSOR = 35.0, 32.0  # mm
+_AGREES = 0.5  # intersection over union; a real shape's is 0.93, another turn's mostly below
 _FOLDER = "ShapeNetRendering"
 _MAX_PIXELS = 4096 * 4096  # they have 137 x 137; fitting one takes 16 bytes for each
 
@@ -77,6 +91,47 @@ class R2n2Images:
                 reason = f"{type(error).__name__}: {error}"
                 raise RejectedShapeError(f"{name} cannot be read ({reason})") from error
         return np.stack(images)
+
+    def cameras(self, category: str, shape_id: str) -> tuple[tuple[Camera, ...] | None, str]:
+        """Return the camera of each view, for shapes that face -z, and what is wrong or "".
+
+        What cannot be used gives no cameras and the reason, never an error: the images are good
+        without them.
+        """
+        file = self._folder(category) / shape_id / "rendering" / _METADATA
+        try:
+            lines = file.read_text(encoding="utf-8").split("\n")
+            numbers = [[float(word) for word in line.split()] for line in lines if line.strip()]
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or str(error)
+            return None, f"its cameras are not known: {_METADATA} cannot be read ({reason})"
+        known = len(numbers) == VIEWS and all(
+            len(row) == 5 and np.isfinite(row).all() and row[3] > 0 for row in numbers
+        )
+        if not known or any(row[2] for row in numbers):
+            what = "turned cameras" if known else f"not {VIEWS} lines of five numbers"
+            return None, f"its cameras are not known: {_METADATA} has {what}"
+        side = min(self.height, self.width)  # `fit_picture` leaves a margin along the other
+        lens = vertical_field_of_view(_LENS, _SENSOR, self.height, side)
+        return tuple(
+            Camera(azimuth % 360, elevation, _FARTHEST * ratio, lens)
+            for azimuth, elevation, _, ratio, _ in numbers
+        ), ""
+
+    def mismatch(self, image: NDArray[np.uint8], camera: Camera, mesh: Mesh) -> str:
+        """Return what is wrong where a shape covers other pixels than its image shows, else "".
+
+        Args:
+            image: of the shape, (H, W, 4).
+            camera: that took it.
+            mesh: of the shape, facing -z.
+        """
+        seen = render(mesh, camera, height=self.height, width=self.width, samples=1)
+        covered, shown = seen[..., 3] > 127, image[..., 3] > 127
+        agreement = (covered & shown).sum() / max((covered | shown).sum(), 1)
+        if agreement >= _AGREES:
+            return ""
+        return f"its mesh and its first image are not alike: silhouettes agree to {agreement:.2f}"
 
     def _folder(self, category: str) -> Path:
         synset = SYNSETS.get(category, category)

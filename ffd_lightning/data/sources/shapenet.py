@@ -12,15 +12,17 @@ from typing import Protocol
 
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
+from ffd_lightning.data.reading.frame import into_frame
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.data.sources.parts import PartAnnotations
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.errors import DataError, RejectedShapeError
 
-_LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
+_LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give another mesh
 MESHES = {1: ("model.obj",), 2: ("models", "model_normalized.obj")}
 """Where a model's mesh is, by version, below the model's folder."""
+_YAW = {1: 90.0, 2: 0.0}  # degrees, see `frame.turn`: v1 faces +x
 
 _TELLING = 20  # so many shapes more of one version than of the other decide
 _BELOW = ("", "ShapeNetCore.v1", "ShapeNetCore.v2")
@@ -118,7 +120,9 @@ class ShapeNetSource:
     and empty ones are rejected with the reason.
 
     Convention:
-        y up and facing -z: the project's own frame.
+        Shapes of both versions come out y up and facing -z, the project's frame. Those of v2 are
+        so; those of v1 face +x (its README) and are turned by 90 degrees. Azimuth 45 then is view
+        5 of the authors' renderings of v1, which they trained on.
 
     Attributes:
         root: what `data.root` names.
@@ -190,13 +194,20 @@ class ShapeNetSource:
         mesh = files.get(MESHES[version])
         if mesh is None:
             raise RejectedShapeError(f"it has no {'/'.join(MESHES[version])}")
-        images = None if self.images is None else self.images.read(category, shape_id)
-        model = SourceShape(read_mesh(mesh, list(files.values())), images=images)
+        turned = into_frame(read_mesh(mesh, list(files.values())), "y", _YAW[version])
+        model = SourceShape(turned)
+        if self.images is not None:
+            images = self.images.read(category, shape_id)
+            cameras, warning = self.images.cameras(category, shape_id)
+            if cameras is not None:
+                warning = self.images.mismatch(images[0], cameras[0], turned)
+            model = replace(model, images=images, cameras=cameras, warning=warning)
         annotations = self._annotations(category)
         if annotations is None:
             return model
         parts, warning = annotations.read(category, shape_id, model.mesh)
-        return replace(model, parts=parts, warning=warning)
+        warnings = "; ".join(filter(None, (model.warning, warning)))
+        return replace(model, parts=parts, warning=warnings)
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return version and a hash over ids and sizes of meshes.

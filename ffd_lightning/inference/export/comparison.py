@@ -11,6 +11,7 @@ from torch import Tensor
 
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.errors import DataError
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.export.graph import DTYPES, OUTPUTS, in_order
 
@@ -27,7 +28,7 @@ def check_images(model: TrainedModel) -> dict[str, Tensor]:
     noise = torch.randint(0, 256, shape, generator=torch.Generator().manual_seed(0))
     meshes = model.bank.meshes
     pictures = [
-        render(meshes[k % len(meshes)], height=height, width=width, azimuth=45 * k, samples=1)
+        render(meshes[k % len(meshes)], Camera(45 * k), height=height, width=width, samples=1)
         for k in range(max(_BATCHES))
     ]
     return {

@@ -12,7 +12,7 @@ from typing import Any, Protocol, cast, get_args
 import numpy as np
 
 from ffd_lightning.errors import DataError, UserError
-from ffd_lightning.imaging.rendering import FIELD_OF_VIEW
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.inference.files import MeshWriter
 from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.viewer.panel_text import (
@@ -37,8 +37,7 @@ class Library(Protocol):
     note: str
     shape_ids: tuple[str, ...]
     views: int
-    elevation: float
-    azimuth: float
+    camera: Camera
 
     def open_shape(self, shape_id: str, view: int) -> Session:
         """Reconstruct a test shape from one of its images."""
@@ -66,8 +65,7 @@ class Page:
         self._upload: tuple[str, bytes] | None = None
         self._asked: object = None  # which input is shown
         self._wanted, self._closed = threading.Event(), False
-        angle = np.radians(library.azimuth)
-        aside = np.array([-np.cos(angle), 0.0, -np.sin(angle)])  # to the right in the image
+        aside = library.camera.frame.right
         self._stage = Stage(client.scene, aside, self._wanted.set)
         self._build_panel(client.gui)
         self._view_from = 0.0, np.zeros(3)  # the window's aspect, and the camera's place for it
@@ -181,20 +179,19 @@ class Page:
 
     def _look_as_input(self) -> None:
         """Put the camera where the network's images are taken from, far enough to see the row."""
-        camera, library = self._client.camera, self._library
-        e, a = np.radians(library.elevation), np.radians(library.azimuth)
-        toward = np.array([np.sin(a) * np.cos(e), np.sin(e), -np.cos(a) * np.cos(e)])
-        half = np.tan(np.radians(FIELD_OF_VIEW / 2))
+        camera, original = self._client.camera, self._library.camera
+        frame, half = original.frame, original.half_height
         width = 2 * SPACING + 1.4  # the outer shapes are large themselves
         height = max(1.2, width / camera.aspect)
         distance = height / (2 * half)
-        up = np.array([-np.sin(a) * np.sin(e), np.cos(e), np.cos(a) * np.sin(e)])
-        target = -0.3 * height * up if camera.aspect < 0.8 else np.zeros(3)  # below lies the panel
-        camera.fov = np.radians(FIELD_OF_VIEW)
+        target = (
+            -0.3 * height * frame.up if camera.aspect < 0.8 else np.zeros(3)
+        )  # below lies the panel
+        camera.fov = np.radians(original.field_of_view)
         camera.up_direction = (0.0, 1.0, 0.0)
-        camera.position = target + toward * distance
+        camera.position = target - frame.forward * distance
         camera.look_at = target
-        self._view_from = camera.aspect, target + toward * distance
+        self._view_from = camera.aspect, target - frame.forward * distance
 
     def _on_camera(self, camera: Any) -> None:
         """Fit the row in again where the window was resized, if the camera was not moved."""

@@ -51,7 +51,7 @@ class Studio:
         self.title, self.note = title, note
         self.shape_ids = () if shapes is None else shapes.ids
         self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
-        self.elevation, self.azimuth = float(view.elevation), float(view.azimuths[0])
+        self.camera = view.cameras()[0]
         self._predictor, self._shapes = predictor, shapes
         self._display = display_bank(predictor.model.bank)
         self._busy = threading.Lock()  # visitors are served by threads of their own

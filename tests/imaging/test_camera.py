@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera, vertical_field_of_view
+from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
+from ffd_lightning.imaging.rendering import render
+
+
+def test_points_fall_where_they_are_drawn():
+    """Dots of a hundredth are rendered; the middle of what they cover is their pixel."""
+    rng = np.random.default_rng(0)
+    camera = Camera(200.0, -20.0, 1.3, 50.0, (0.1, -0.2, 0.05))
+    for point in rng.uniform(-0.3, 0.3, (12, 3)):
+        corners = point + 0.01 * np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, -1, -1]])
+        faces = np.array([[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]])
+        dot = Mesh(corners, faces, np.full((4, 4), 255, np.uint8))
+        rows, columns = render(dot, camera, height=240, width=320)[..., 3].nonzero()
+        pixels, depth = camera.pixels(corners, 240, 320)
+        assert (depth > 0.5).all()
+        low, high = pixels.min(0), pixels.max(0)
+        np.testing.assert_allclose([columns.min(), rows.min()], low, atol=1.01)
+        np.testing.assert_allclose([columns.max() + 1, rows.max() + 1], high, atol=1.01)
+
+
+def test_the_axes_are_orthonormal_and_look_at_the_target():
+    camera = Camera(77.0, 33.0, 2.0, target=(0.3, 0.2, 0.1))
+    position, *axes = camera.frame
+    np.testing.assert_allclose(np.array(axes) @ np.array(axes).T, np.eye(3), atol=1e-12)
+    np.testing.assert_allclose(position + 2.0 * axes[2], camera.target, atol=1e-12)
+    assert axes[0][1] == 0, "upright"
+    assert axes[1][1] > 0
+
+
+@pytest.mark.parametrize(
+    ("azimuth", "side"), [(0, (0, 0, -1)), (90, (1, 0, 0)), (180, (0, 0, 1)), (270, (-1, 0, 0))]
+)
+def test_azimuths_go_round_as_the_convention_says(azimuth, side):
+    np.testing.assert_allclose(Camera(azimuth, 0, 1.0).frame.position, side, atol=1e-12)
+
+
+def test_a_moved_camera_sees_moved_points_in_the_same_place():
+    points = np.random.default_rng(1).normal(size=(20, 3))
+    camera, center = Camera(10.0, 20.0, 9.0, 45.0, (0.5, 1.0, -1.0)), np.array([3.0, -2.0, 1.0])
+    before, _ = camera.pixels(points, 90, 120)
+    after, _ = camera.moved(center, 0.25).pixels((points - center) * 0.25, 90, 120)
+    np.testing.assert_allclose(after, before, atol=1e-9)
+
+
+def test_the_authors_camera_is_that_of_their_script():
+    """At (0, 1, 0.6) in Blender's frame, 35 mm on 32 mm, of which the wider side is the image's."""
+    (camera,) = RenderSettings(camera=CameraModel.authors, azimuths=[0.0]).cameras()
+    np.testing.assert_allclose(camera.frame.position, [0, 0.6, -1], atol=1e-12)
+    focal = 35 / 32 * 256  # pixels
+    points = np.random.default_rng(2).uniform(-0.5, 0.5, (50, 3))
+    # Blender's camera at y = 1 looks down its -z; our +x is to the left of what looks at -z.
+    toward = np.array([0, -0.6, 1]) / np.hypot(1, 0.6)
+    up = np.array([0, 1, 0.6]) / np.hypot(1, 0.6)
+    relative = points - [0, 0.6, -1]
+    depth = relative @ toward
+    x = 128 + focal * relative @ [-1, 0, 0] / depth
+    y = 96 - focal * relative @ up / depth
+    pixels, _ = camera.pixels(points, 192, 256)
+    np.testing.assert_allclose(pixels, np.stack([x, y], 1), atol=1e-9)
+
+
+@pytest.mark.parametrize(("height", "width"), [(192, 256), (256, 192), (128, 128)])
+def test_the_authors_lens_spans_the_longer_side(height, width):
+    settings = RenderSettings(height, width, CameraModel.authors)
+    half = settings.cameras()[0].half_height * max(height, width) / height
+    assert np.degrees(2 * np.arctan(half)) == pytest.approx(49.134, abs=1e-3)
+
+
+def test_it_cuts_tall_shapes_off_and_framing_does_not():
+    pole = np.array([[-0.02, -0.49, 0], [0.02, -0.49, 0], [0, 0.49, 0]])
+    mesh = Mesh(pole, np.array([[0, 1, 2]]), np.array([[9, 9, 9, 255]], np.uint8))
+    edges = {}
+    for model in CameraModel:
+        (camera,) = RenderSettings(camera=model, azimuths=[0.0]).cameras()
+        alpha = render(mesh, camera)[..., 3]
+        edges[model.value] = bool(alpha[[0, -1]].any())
+    assert edges == {"framed": False, "authors": True}
+
+
+def test_an_elevation_of_ones_own_replaces_the_cameras():
+    for model, own in ((CameraModel.framed, 30.0), (CameraModel.authors, 30.963757)):
+        assert RenderSettings(camera=model).cameras()[0].elevation == pytest.approx(own)
+        assert RenderSettings(camera=model, elevation=5).cameras()[0].elevation == 5
+
+
+def test_a_lens_of_a_square_image():
+    assert vertical_field_of_view(1, 2, 50, 50) == pytest.approx(90)
