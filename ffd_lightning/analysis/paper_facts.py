@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ffd_lightning.analysis.paper_settings import images_of_source
 from ffd_lightning.analysis.runs import COLUMN_KEYS, described_protocols, select
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
@@ -115,10 +116,10 @@ def _version(run: RunFolder) -> str:
 
 def _images(settings: Mapping[str, Any]) -> str:
     """Return where the images of a run come from."""
+    if whose := images_of_source(settings):
+        return f"{whose}, with cameras of its own"
     name, kind = (select(settings, f"data.{key}") for key in ("name", "images"))
-    if kind not in (None, "render"):
-        return f"{kind}'s"
-    return "this package's renderer" if kind or name in _RENDERED else f"{name}'s own"
+    return "this package's renderer" if kind or name in _RENDERED else f"that of data={name}"
 
 
 def _protocol(run: RunFolder) -> tuple[str, str]:

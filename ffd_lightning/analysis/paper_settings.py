@@ -11,7 +11,11 @@ from typing import Any
 
 import yaml
 
+from ffd_lightning.analysis.runs import select
+from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
+
 _PARTS = ("data", "split", "encoder", "selection")  # groups whose options have their own settings
+_CAMERA = tuple(f"data.render.{name}" for name in ("camera", "elevation", "azimuths", "samples"))
 _NOT_SET = "not set"
 _NOT_THERE = "has no such setting"
 
@@ -87,15 +91,32 @@ def compared_settings(settings: Mapping[str, Any]) -> dict[str, tuple[str, str]]
     own = {k: v for k, v in _flat(settings) if not paper.is_exempt(k)}
     regime = {k.removeprefix("regime."): own.pop(k) for k in list(own) if k.startswith("regime.")}
     name = str((settings.get("regime") or {}).get("name"))
-    compared = _compared(own, paper.settings)
-    weights = "encoder.weights"
-    if own.get(weights) is not None and weights in paper.settings:
-        compared[weights] = PurePath(str(own[weights])).name, _text(paper.settings[weights])
-    theirs = paper.regimes.get(name)
-    if theirs is None:
+    theirs = dict(paper.settings)
+    if images_of_source(settings):  # then these do nothing
+        for key in _CAMERA:
+            own.pop(key, None)
+            del theirs[key]
+    elif own.get("data.render.elevation", 0) is None:
+        own["data.render.elevation"] = _elevation(str(own["data.render.camera"]))
+    if own.get("encoder.weights") is not None:
+        own["encoder.weights"] = PurePath(str(own["encoder.weights"])).name
+    compared = _compared(own, theirs)
+    if name not in paper.regimes:
         return compared | {f"regime {name}": (_list(_in_effect(regime)), "none of this name")}
-    of_regime = _compared(_in_effect(regime), theirs)
+    of_regime = _compared(_in_effect(regime), paper.regimes[name])
     return compared | {f"regime {name}: {key}": pair for key, pair in of_regime.items()}
+
+
+def images_of_source(settings: Mapping[str, Any]) -> str:
+    """Return whose images a run has that were not rendered here, "" where they were."""
+    name, images = (select(settings, f"data.{key}") for key in ("name", "images"))
+    return "pix3d" if name == "pix3d" else "" if images in (None, "render") else str(images)
+
+
+def _elevation(camera: str) -> float:
+    """Return the elevation that a camera has unless told otherwise, in degrees."""
+    (usual,) = RenderSettings(camera=CameraModel(camera)).cameras()
+    return round(usual.elevation, 2)
 
 
 def _compared(own: Mapping[str, Any], paper: Mapping[str, Any]) -> dict[str, tuple[str, str]]:

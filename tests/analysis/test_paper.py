@@ -320,9 +320,20 @@ def test_other_data_is_listed(make):
         )
     )
     assert told == [
-        "the image source is r2n2's (paper: the authors' renderings, by Blender)",
+        "the image source is r2n2, with cameras of its own (paper: the authors' renderings, by "
+        "Blender)",
         "ShapeNet's version is 2 (paper: 1)",
         "the templates are not the paper's 30 (sofa 1, of which 0 are the paper's)",
+    ]
+
+
+def test_the_authors_camera_has_the_authors_elevation(make):
+    usual = {"data.render.elevation": None}
+    assert differences(make((0.05, 0.4, 0.7), settings=usual)) == []
+    framed = usual | {"data.render.camera": "framed"}
+    assert differences(make((0.05, 0.4, 0.7), seed=1, settings=framed)) == [
+        "data.render.camera is framed (paper: authors)",
+        "data.render.elevation is 30 (paper: 30.96)",
     ]
 
 
