@@ -41,6 +41,7 @@ class Annealing(Enum):
 
     constant = "constant"
     exponential = "exponential"
+    linear = "linear"
 
 
 class Background(Enum):
@@ -111,7 +112,8 @@ class CommonTerm:
 
     Attributes:
         weight: of the term; at 0 it is watched, and not minimised.
-        annealing: whether the weight fades.
+        annealing: whether the weight fades: by a factor of e over `schedule.annealing_steps`
+            (`exponential`), or to nothing (`linear`).
     """
 
     weight: float = 1.0
