@@ -65,6 +65,13 @@ class Subset(Enum):
     test = "test"
 
 
+class RankedSubset(Enum):
+    """Which shapes' selections a run's ranking of its templates counts."""
+
+    val = "val"
+    train = "train"
+
+
 @dataclass
 class CategoryConfig:
     """One category of objects.
@@ -154,6 +161,19 @@ class TemplatesConfig:
     count: int = MISSING
     hold_out: int | None = None
     max_edge: float = 0.02
+
+
+@dataclass
+class TemplateRankingConfig:
+    """How the trained network ranks its templates, by selections, in `template_ranking.csv`.
+
+    Attributes:
+        subset: of which shapes; `val` takes those trained on where there are none to validate on.
+        all_views: every image of a shape counts instead of its first.
+    """
+
+    subset: RankedSubset = RankedSubset.val
+    all_views: bool = False
 
 
 @dataclass
@@ -316,6 +336,7 @@ class TrainConfig(PrepareConfig):
     regime: RegimeConfig = field(default_factory=RegimeConfig)
     templates: TemplatesConfig = field(default_factory=TemplatesConfig)
     template_strategy: Any = MISSING
+    template_ranking: TemplateRankingConfig = field(default_factory=TemplateRankingConfig)
     encoder: Any = MISSING
     network: NetworkConfig = field(default_factory=NetworkConfig)
     schedule: ScheduleConfig = field(default_factory=ScheduleConfig)
