@@ -103,7 +103,7 @@ def offset_penalty(inputs: StepInput) -> Float[Tensor, ""]:
     return (inputs.prediction.template_weights * squares).sum()
 
 
-def uniform_offset_penalty(inputs: StepInput) -> Float[Tensor, ""]:
+def uniform_penalty(inputs: StepInput) -> Float[Tensor, ""]:
     r"""Return the squared norm of the offsets, those of all templates alike.
 
     .. math:: \sum_{q,t} |\Delta P^{(qt)}|^2

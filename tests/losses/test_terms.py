@@ -12,7 +12,7 @@ from ffd_lightning.losses.terms import (
     chamfer,
     negative_entropy,
     offset_penalty,
-    uniform_offset_penalty,
+    uniform_penalty,
 )
 
 
@@ -75,10 +75,10 @@ def test_offset_penalty_matches_loops():
     assert float(offset_penalty(step_input(weights, offsets))) == pytest.approx(expected, rel=1e-5)
 
 
-def test_the_uniform_offset_penalty_does_not_ask_for_weights():
+def test_the_uniform_penalty_does_not_ask_for_weights():
     g = torch.Generator().manual_seed(1)
     weights, offsets = torch.rand(2, 3, generator=g), torch.randn(2, 3, 4, 3, generator=g)
     expected = np.linalg.norm(offsets.numpy().reshape(-1)) ** 2
     for given in (weights, torch.zeros_like(weights)):
-        found = float(uniform_offset_penalty(step_input(given, offsets)))
+        found = float(uniform_penalty(step_input(given, offsets)))
         assert found == pytest.approx(expected, rel=1e-5)

@@ -43,15 +43,15 @@ function_part("term", "offset_penalty", OffsetPenalty, f"{_TERMS}:offset_penalty
 
 
 @dataclass
-class UniformOffsetPenalty:
+class UniformPenalty:
     """Squared norm of the offsets of all templates alike, whatever their weights."""
 
 
 function_part(
     "term",
-    "uniform_offset_penalty",
-    UniformOffsetPenalty,
-    f"{_TERMS}:uniform_offset_penalty",
+    "uniform_penalty",
+    UniformPenalty,
+    f"{_TERMS}:uniform_penalty",
 )
 
 
