@@ -17,6 +17,7 @@ from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.inference.files import (
+    OBJ_TEXTURES,
     MeshWriter,
     record,
     write_cloud,
@@ -148,6 +149,8 @@ def _clear(folder: Path, wanted: Sequence[Path]) -> None:
         for name in names:
             if place / name not in wanted:
                 (place / name).unlink(missing_ok=True)
+        for texture in place.glob(OBJ_TEXTURES):
+            texture.unlink()
         if place != folder and not any(place.iterdir()):
             place.rmdir()
 

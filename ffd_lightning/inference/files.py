@@ -28,6 +28,9 @@ from ffd_lightning.imaging.rendering import contact_sheet, render
 from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 
+OBJ_TEXTURES = "mesh-texture-*.png"
+"""Names of the pictures beside an OBJ file, as a pattern: trimesh calls them by their materials."""
+
 _PALETTE = 64  # colours of one mesh
 _BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
 _BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
@@ -50,17 +53,19 @@ class MeshWriter:
         if colors == "parts" and not bank.part_names:
             raise DataError("colors=parts: the templates have no part labels; use colors=material")
         self._bank, self._colors = bank, colors
-        # Faces, parts and colours are the template's: found once, whatever becomes of the vertices.
+        # Faces, parts and materials are the template's: found once, wherever the vertices go.
         self._pieces: dict[int, list[Piece]] = {}
         self._templates: dict[int, bytes] = {}
 
     def write(self, reconstruction: Reconstruction, folder: Path, obj: bool = False) -> None:
         """Write `mesh.glb`, `template.glb`, `lattice.glb`, and `mesh.obj` with `mesh.mtl`.
 
+        Textures are within the GLB files, and beside the OBJ file (`OBJ_TEXTURES`).
+
         Args:
             reconstruction: by one of the templates.
             folder: where the files go; made where it is missing.
-            obj: whether to write the last two.
+            obj: whether to write the last two, and their textures.
 
         Raises:
             DataError: a file cannot be written.
@@ -68,9 +73,8 @@ class MeshWriter:
         index = reconstruction.index
         if index not in self._templates:
             mesh = self._bank.meshes[index]
-            content = _scene(mesh.vertices, pieces(mesh, self._colors, _PALETTE)).export(
-                file_type="glb"
-            )
+            split = pieces(mesh, self._colors, _PALETTE)
+            content = _scene(mesh.vertices, split, mesh.textures).export(file_type="glb")
             self._templates[index] = cast(bytes, content)
         write_file(folder / "template.glb", self._templates[index])
         scene = self.scene(reconstruction)
@@ -89,25 +93,41 @@ class MeshWriter:
         if index not in self._pieces:
             mesh = self._bank.subdivided(index)[0]
             self._pieces[index] = pieces(mesh, self._colors, _PALETTE)
-        return _scene(reconstruction.surface.vertices, self._pieces[index])
+        surface = reconstruction.surface
+        return _scene(surface.vertices, self._pieces[index], surface.textures)
 
 
-def _scene(vertices: NDArray[np.float64], split: Sequence[Piece]) -> trimesh.Scene:
+def _scene(
+    vertices: NDArray[np.float64],
+    split: Sequence[Piece],
+    textures: Sequence[NDArray[np.uint8]],
+) -> trimesh.Scene:
     result = trimesh.Scene()
+    images = [_picture(texture) for texture in textures]
     for k, piece in enumerate(split):
         mesh = trimesh.Trimesh(vertices[piece.vertices], piece.faces, process=False)
         name = f"{piece.name}-{k}"
+        image = None if piece.texture < 0 else images[piece.texture]
+        see_through = piece.rgba[3] < 255 if image is None else image.mode == "RGBA"
         material = PBRMaterial(
-            name=name,
+            # Pieces that have a texture in common share its material, and so its image.
+            name=name if image is None else f"mesh-texture-{piece.texture}",
             baseColorFactor=piece.rgba,
-            alphaMode="BLEND" if piece.rgba[3] < 255 else "OPAQUE",
+            baseColorTexture=image,
+            alphaMode="BLEND" if see_through else "OPAQUE",
             doubleSided=True,
             metallicFactor=0.0,
             roughnessFactor=0.9,
         )
-        mesh.visual = trimesh.visual.TextureVisuals(material=material)
+        mesh.visual = trimesh.visual.TextureVisuals(uv=piece.uvs, material=material)
         result.add_geometry(mesh, node_name=name, geom_name=name)
     return result
+
+
+def _picture(texture: NDArray[np.uint8]) -> Image.Image:
+    """Return a texture as a picture, with alpha where it has any."""
+    picture = Image.fromarray(texture)
+    return picture if texture[..., 3].min() < 255 else picture.convert("RGB")
 
 
 def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:

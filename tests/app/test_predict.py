@@ -21,8 +21,10 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.photo_jobs import find_jobs
 from ffd_lightning.app.photo_run import predict_files
 from ffd_lightning.data.preparation.part_labels import PART_COLORS
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.pieces import pieces
 from ffd_lightning.inference.predictor import Predictor
 
@@ -118,22 +120,29 @@ def shown_colors(scene):
     }
 
 
-def test_a_template_of_many_colours_is_shown_in_few_like_ones(selecting, photos, tmp_path):
+def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_path):
+    """In both files, the deformed mesh has the textures of its template and looks like it."""
     photo = sorted(photos.iterdir())[0]
     run = selecting(TRESTLE)
     config = PredictConfig(
-        run=str(run), image=str(photo), out=str(tmp_path), points=9, preview=False
+        run=str(run), image=str(photo), out=str(tmp_path), points=9, preview=False, obj=True
     )
     predict_files(config)
-    scene = trimesh.load(tmp_path / photo.stem / "mesh.glb", process=False)
-    mesh = Predictor.load(run).predict(photo).mesh
-    colors = np.unique(mesh.visual.face_colors, axis=0).astype(int)
-    assert len(colors) > 64
-    assert sum(len(g.faces) for g in scene.geometry.values()) == len(mesh.faces)
-    shown = np.array(sorted(shown_colors(scene)))
-    assert len(shown) <= 64
-    apart = np.abs(colors[:, None] - shown).max(axis=2).min(axis=1)
-    assert apart.max() <= 32, "every face's colour has one like it"
+    folder, found = tmp_path / photo.stem, Predictor.load(run).predict(photo)
+    pictures = [folder / f"mesh-texture-{k}.png" for k in range(len(found.surface.textures))]
+    assert pictures
+    assert all(picture.is_file() for picture in pictures)
+    expected = render(found.surface, height=96, width=128).astype(int)
+    plain = render(found.surface.without_textures(), height=96, width=128).astype(int)
+    for file, others in (("mesh.glb", []), ("mesh.obj", [folder / "mesh.mtl", *pictures])):
+        mesh = read_mesh(folder / file, others)
+        assert len(mesh.faces) == len(found.mesh.faces)
+        images = [np.asarray(Image.open(p).convert("RGBA")) for p in pictures]
+        own = {texture.tobytes() for texture in mesh.textures}
+        assert own == {i.tobytes() for i in images}
+        assert own == {t.tobytes() for t in found.surface.textures}
+        difference = np.abs(render(mesh, height=96, width=128) - expected).mean()
+        assert difference < 0.5 * np.abs(plain - expected).mean(), file
 
 
 def test_the_lattice_is_drawn_before_and_after(written):
