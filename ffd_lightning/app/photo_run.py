@@ -29,7 +29,7 @@ from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Goes up when the same photograph and settings give other files."""
 
 

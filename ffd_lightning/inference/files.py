@@ -74,34 +74,37 @@ class MeshWriter:
         if index not in self._templates:
             mesh = self._bank.meshes[index]
             split = pieces(mesh, self._colors, _PALETTE)
-            content = _scene(mesh.vertices, split, mesh.textures).export(file_type="glb")
-            self._templates[index] = cast(bytes, content)
+            self._templates[index] = _glb(_scene(mesh.vertices, split, mesh.textures, linear=True))
         write_file(folder / "template.glb", self._templates[index])
-        scene = self.scene(reconstruction)
-        write_file(folder / "mesh.glb", cast(bytes, scene.export(file_type="glb")))
-        lattice = lattice_scene(reconstruction).export(file_type="glb")
-        write_file(folder / "lattice.glb", cast(bytes, lattice))
+        write_file(folder / "mesh.glb", self.glb(reconstruction))
+        write_file(folder / "lattice.glb", _glb(lattice_scene(reconstruction)))
         if obj:
+            scene = self._scene(reconstruction, linear=False)
             text, materials = export_obj(scene, return_texture=True, mtl_name="mesh.mtl", digits=6)
             for name, content in materials.items():
                 write_file(folder / name, content)
             write_file(folder / "mesh.obj", text.encode())
 
-    def scene(self, reconstruction: Reconstruction) -> trimesh.Scene:
-        """Return the deformed mesh as trimesh's scene of pieces."""
+    def glb(self, reconstruction: Reconstruction) -> bytes:
+        """Return the deformed mesh as a GLB file's content."""
+        return _glb(self._scene(reconstruction, linear=True))
+
+    def _scene(self, reconstruction: Reconstruction, linear: bool) -> trimesh.Scene:
         index = reconstruction.index
         if index not in self._pieces:
             mesh = self._bank.subdivided(index)[0]
             self._pieces[index] = pieces(mesh, self._colors, _PALETTE)
         surface = reconstruction.surface
-        return _scene(surface.vertices, self._pieces[index], surface.textures)
+        return _scene(surface.vertices, self._pieces[index], surface.textures, linear)
 
 
 def _scene(
     vertices: NDArray[np.float64],
     split: Sequence[Piece],
     textures: Sequence[NDArray[np.uint8]],
+    linear: bool,
 ) -> trimesh.Scene:
+    """Return a mesh as a scene of its pieces; `linear`, the colours are as glTF wants them."""
     result = trimesh.Scene()
     images = [_picture(texture) for texture in textures]
     for k, piece in enumerate(split):
@@ -112,7 +115,7 @@ def _scene(
         material = PBRMaterial(
             # Pieces that have a texture in common share its material, and so its image.
             name=name if image is None else f"mesh-texture-{piece.texture}",
-            baseColorFactor=piece.rgba,
+            baseColorFactor=_linear(piece.rgba) if linear else piece.rgba,
             baseColorTexture=image,
             alphaMode="BLEND" if see_through else "OPAQUE",
             doubleSided=True,
@@ -122,6 +125,17 @@ def _scene(
         mesh.visual = trimesh.visual.TextureVisuals(uv=piece.uvs, material=material)
         result.add_geometry(mesh, node_name=name, geom_name=name)
     return result
+
+
+def _glb(scene: trimesh.Scene) -> bytes:
+    return cast(bytes, scene.export(file_type="glb"))
+
+
+def _linear(rgba: tuple[int, int, int, int]) -> NDArray[np.uint8]:
+    """Return a colour, (4,), as linear light: so a glTF material has it, though no texture has."""
+    encoded = np.array(rgba[:3]) / 255
+    light = trimesh.visual.color.srgb_to_linear(encoded)
+    return np.append(np.round(255 * light), rgba[3]).astype(np.uint8)
 
 
 def _picture(texture: NDArray[np.uint8]) -> Image.Image:
@@ -139,7 +153,7 @@ def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
     for name, points, color in (("before", before, _BEFORE), ("after", after, _AFTER)):
         cage = _cage(points, bank.lattices[index])
         cage.visual = trimesh.visual.TextureVisuals(
-            material=PBRMaterial(name=name, baseColorFactor=color, roughnessFactor=0.9)
+            material=PBRMaterial(name=name, baseColorFactor=_linear(color), roughnessFactor=0.9)
         )
         result.add_geometry(cage, node_name=name, geom_name=name)
     return result

@@ -110,14 +110,24 @@ def test_pieces_have_the_parts_names_and_the_faces_colours(written):
     colors = {tuple(c) for c in mesh.visual.face_colors.tolist()}
     assert 1 < len(colors) <= 64, "few enough to be shown as they are"
     assert len({alpha for *_, alpha in colors}) > 1, "glass too"
-    assert shown_colors(scene) == colors
+    shown, expected = (np.array(sorted(c)) for c in (shown_colors(scene), colors))
+    apart = np.abs(expected[:, None] - shown).max(axis=2)
+    assert apart.min(axis=0).max() <= 7, "in eight bits of linear light, black is coarse"
+    assert apart.min(axis=1).max() <= 7
 
 
 def shown_colors(scene):
-    return {
-        tuple(np.round(np.asarray(g.visual.material.baseColorFactor)).astype(int).tolist())
-        for g in scene.geometry.values()
-    }
+    """The colours of a GLB file's pieces, from linear light as a viewer shows it."""
+    return {shown_color(g) for g in scene.geometry.values()}
+
+
+def shown_color(piece):
+    red, green, blue, alpha = np.asarray(piece.visual.material.baseColorFactor).tolist()
+    rgb = [
+        12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055
+        for c in np.array([red, green, blue]) / 255
+    ]
+    return (*(round(255 * c) for c in rgb), alpha)
 
 
 def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_path):
@@ -133,16 +143,13 @@ def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_p
     assert pictures
     assert all(picture.is_file() for picture in pictures)
     expected = render(found.surface, height=96, width=128).astype(int)
-    plain = render(found.surface.without_textures(), height=96, width=128).astype(int)
     for file, others in (("mesh.glb", []), ("mesh.obj", [folder / "mesh.mtl", *pictures])):
         mesh = read_mesh(folder / file, others)
         assert len(mesh.faces) == len(found.mesh.faces)
-        images = [np.asarray(Image.open(p).convert("RGBA")) for p in pictures]
         own = {texture.tobytes() for texture in mesh.textures}
-        assert own == {i.tobytes() for i in images}
-        assert own == {t.tobytes() for t in found.surface.textures}
-        difference = np.abs(render(mesh, height=96, width=128) - expected).mean()
-        assert difference < 0.5 * np.abs(plain - expected).mean(), file
+        assert own == {texture.tobytes() for texture in found.surface.textures}
+        shown = render(mesh, height=96, width=128)[..., :3].astype(int)
+        assert np.abs(shown - expected[..., :3]).mean() < 0.3, file
 
 
 def test_the_lattice_is_drawn_before_and_after(written):
@@ -196,8 +203,8 @@ def test_colours_by_part(config, photos, checkpoint):
     scene = trimesh.load(Path(config.out) / photo.stem / "mesh.glb", process=False)
     names = Predictor.load(checkpoint).model.bank.part_names
     for name, piece in scene.geometry.items():
-        color = tuple(int(c) for c in piece.visual.material.baseColorFactor[:3])
-        assert color == PART_COLORS[names.index(name.rsplit("-", 1)[0])]
+        expected = PART_COLORS[names.index(name.rsplit("-", 1)[0])]
+        np.testing.assert_allclose(shown_color(piece)[:3], expected, atol=7)
 
 
 def test_many_colours_become_few_pieces():
