@@ -17,7 +17,6 @@ from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.inference.files import (
-    OBJ_TEXTURES,
     MeshWriter,
     record,
     write_cloud,
@@ -26,6 +25,7 @@ from ffd_lightning.inference.files import (
 )
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.inference.scenes import OBJ_TEXTURES
 from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 

@@ -12,8 +12,8 @@ from matplotlib import colormaps
 from numpy.typing import NDArray
 
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.inference.files import lattice_edges
 from ffd_lightning.inference.pieces import MeshColors, Piece, pieces
+from ffd_lightning.inference.scenes import lattice_edges
 from ffd_lightning.inference.viewer.session import Session
 
 SPACING = 1.05
