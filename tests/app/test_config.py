@@ -240,7 +240,7 @@ MISTAKES = [
     (["data.limit=many"], ["data.limit", "'many'", "Integer"]),
     (["regime.selection.function=cubic"], ["'cubic'", "identity, log"]),
     (["evaluation.subset=train"], ["'train'", "val, test"]),
-    (["+regime.terms.chamfer.annealing=linear"], ["regime.terms.chamfer", "constant, exponential"]),
+    (["+regime.terms.chamfer.annealing=cosine"], ["regime.terms.chamfer", "constant, exponential"]),
     (["network.degrees=[3,3]"], ["network.degrees=[3, 3] must be three numbers"]),
     (["plugins=[no_such_module]"], ["plugins=no_such_module: cannot be imported"]),
     # spelling of the command line

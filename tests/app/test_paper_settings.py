@@ -10,8 +10,8 @@ from ffd_lightning.app.identity import identity, to_yaml
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.data.categories import paper_templates
 
-# Decide a run, and mean nothing for the comparison: names, seeds, places; and what comes of the
-# others is compared: the images' source, and the templates' ids.
+# Decide a run, and mean nothing for the comparison: names, seeds, places, what is written down for
+# other runs; and what comes of the others is compared: the images' source, and the templates' ids.
 NOT_COMPARED = {
     "seed",
     "category.name",
@@ -23,6 +23,8 @@ NOT_COMPARED = {
     "data.parts_root",
     "data.images",
     "template_strategy.name",
+    "template_ranking.subset",
+    "template_ranking.all_views",
 }
 # Where our preset for the paper is not as the paper.
 OURS = {

@@ -122,7 +122,7 @@ def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
 
 def test_all_studies_are_there():
     names = {f.stem for f in STUDIES}
-    assert names >= {"regimes", "template_counts", "paper_table", "joint", "search"}
+    assert names >= {"regimes", "template_counts", "paper_table", "joint", "joint_views", "search"}
 
 
 def test_the_second_stage_reads_the_ranking_of_the_first():
@@ -161,6 +161,31 @@ def test_a_later_stage_reads_the_folder_that_the_first_one_wrote(further):
         place, read = folders(sweep)
         assert read == f"{written}/template_ranking.csv"
         assert place.endswith(f"/seed0{name}"), "what the study sets itself is not in names"
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_the_joint_study_is_the_authors(quick):
+    """Their `create_mixed_params.py`: networks `e_<category>_v8`, ranked in mode train."""
+    ranks, joint = commands(load_study(STUDIES[0].parent / "joint.yaml"), "x", quick, [])
+    first, last = (
+        typed_config(compose_config("train", TrainConfig, first_values(stage)), TrainConfig)
+        for stage in (ranks, joint)
+    )
+    assert first.template_ranking.subset.value == "train"
+    assert first.template_ranking.all_views
+    # Their view k is at these azimuths; 5 is that of all other networks, and is tested on.
+    theirs = [270, 225, 180, 135, 90, 45, 0, 315]
+    for cfg in (first, last):
+        assert cfg.regime.name == "e"
+        assert cfg.regime.terms["negative_entropy"].weight == 100
+        assert cfg.data.render.azimuths[0] == theirs[5]
+        assert sorted(cfg.data.render.azimuths) == sorted(theirs)
+    assert last.templates.count == 2 * len(last.category.members)
+    assert last.templates.hold_out == first.templates.count * len(last.category.members)
+    category = "sofa" if quick else "plane"
+    written, _ = folders(ranks)
+    _, read = folders(joint)
+    assert read.replace("{category}", category) == f"{written}/template_ranking.csv"
 
 
 def test_a_study_in_another_precision_has_other_folders():
@@ -252,8 +277,8 @@ def test_a_dry_run_only_prints(trained, tmp_path, capsys):
     [
         (["--quik"], "no option --quik: --quick, --dry-run, --config-dir"),
         (["regimes", "joint"], "two studies: regimes and joint"),
-        (["--quick"], "name a study: joint, paper_table, regimes"),
-        (["regime"], "no study 'regime': .* has joint, paper_table, regimes"),
+        (["--quick"], "name a study: joint, joint_views, paper_table, regimes"),
+        (["regime"], "no study 'regime': .* has joint, joint_views, paper_table, regimes"),
     ],
 )
 def test_a_command_line_that_names_no_study(arguments, message):
