@@ -60,6 +60,10 @@ def test_every_study_can_run_on_the_embedded_data(name, quick):
     check_categories(sweeps(name, quick=quick))
 
 
+def test_a_pattern_of_categories_is_left_to_hydra(shapenet):
+    check_categories(sweeps("paper_table", *shapenet, "category=glob(c*)"))
+
+
 def test_of_nothing_that_is_there_the_data_itself_tells(shapenet, tmp_path):
     with pytest.raises(DataError, match="it has: chair"):
         check_categories(sweeps("paper_table", *shapenet, "category=plane,car"))
@@ -71,7 +75,9 @@ def test_of_nothing_that_is_there_the_data_itself_tells(shapenet, tmp_path):
 
 
 def test_nothing_of_a_refused_study_runs(shapenet, tmp_path):
-    request = Request.parse(["paper_table", *shapenet, f"paths.runs={tmp_path}/runs"])
+    request = Request.parse(
+        ["paper_table", *shapenet, f"paths.runs={tmp_path}/runs", "encoder.weights=none"]
+    )
     with pytest.raises(DataError, match="Nothing has run yet"):
         run_study(request)
     assert not (tmp_path / "runs").exists()

@@ -6,10 +6,12 @@ import math
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import ChoiceSweep, Glob, RangeSweep
 from omegaconf import MISSING, OmegaConf
 
 from ffd_lightning.errors import ConfigError
@@ -64,6 +66,7 @@ class Study:
         quick: further ones, or others, for the quick version.
         stages: sweeps, one after the other; a later one may read what an earlier one wrote.
         search: instead of stages.
+        beside_paper: sets the results beside the paper's Table 3 at the end, and in the report.
     """
 
     question: str = MISSING
@@ -71,6 +74,7 @@ class Study:
     quick: list[str] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     search: Search | None = None
+    beside_paper: bool = False
 
 
 def load_study(file: Path) -> Study:
@@ -124,6 +128,31 @@ def commands(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> 
     return result
 
 
+def sample_jobs(
+    overrides: Sequence[str], every: Sequence[str] = ("schedule", "encoder", "encoder.weights")
+) -> list[list[str]]:
+    """Return some jobs of a sweep, without Hydra's own settings.
+
+    Args:
+        overrides: of `train -m`.
+        every: settings of which the jobs have all values, each with each; of others the first.
+
+    >>> sample_jobs(["regime=b,e", "schedule=quick,paper", "seed=0"])
+    [['regime=b', 'schedule=quick', 'seed=0'], ['regime=b', 'schedule=paper', 'seed=0']]
+    """
+    choices = []
+    own = [x for x in overrides if not x.startswith("hydra")]
+    for override in OverridesParser.create().parse_overrides(own):
+        key, value = override.get_key_element(), override.value()
+        if not isinstance(value, ChoiceSweep | RangeSweep):
+            # A pattern of options (glob) is Hydra's to read: here the default stands for it.
+            choices += [] if isinstance(value, Glob) else [[str(override.input_line)]]
+            continue
+        values = [f"{key}={x}" for x in override.sweep_string_iterator()]
+        choices.append(values if key in every else values[:1])
+    return [list(job) for job in product(*choices)]
+
+
 def _is_swept(override: str) -> bool:
     """Tell whether an override has several values: commas outside of brackets and quotes.
 
@@ -135,7 +164,7 @@ def _is_swept(override: str) -> bool:
 
 
 def swept_values(override: str) -> list[str]:
-    """Return the values of an override: several where it is swept, as Hydra reads it.
+    """Return the values of an override: several where it is swept, none where it is a pattern.
 
     Raises:
         HydraException: it is no override.
@@ -144,18 +173,19 @@ def swept_values(override: str) -> list[str]:
     (['b', 'e'], ['0', '1'], ['[a,b]'])
     """
     parsed = OverridesParser.create().parse_override(override)
-    if parsed.is_sweep_override():
-        return [str(value) for value in parsed.sweep_string_iterator()]
-    return [override.partition("=")[2]]
+    value = parsed.value()
+    if isinstance(value, ChoiceSweep | RangeSweep):
+        return [str(x) for x in parsed.sweep_string_iterator()]
+    return [] if isinstance(value, Glob) else [override.partition("=")[2]]
 
 
 def count_runs(sweep: Iterable[str]) -> int:
-    """Return how many jobs a sweep has.
+    """Return how many jobs a sweep has; patterns of options are not counted.
 
     >>> count_runs(["regime=b,e", "seed=range(5)", "schedule=paper"])
     10
     """
-    return math.prod(len(swept_values(override)) for override in sweep)
+    return math.prod(max(1, len(swept_values(override))) for override in sweep)
 
 
 def _escaped(override: str) -> str:
