@@ -1,6 +1,9 @@
 import io
+import json
 
+import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 from shapenet_tree import model_text, png, write_folder
 
@@ -68,3 +71,28 @@ def test_of_many_names_some_are_told(notes_of):
     extra = "".join(f"newmtl x{k}\nmap_Kd lost{k}.png\n" for k in range(9))
     (note,) = notes_of({}, extra=extra)
     assert note == f"{ABSENT_TEXTURES}: {', '.join(f'lost{k}.png' for k in range(5))} and 4 more"
+
+
+@pytest.mark.parametrize(
+    ("uri", "content", "expected"),
+    [
+        ("lost.png", None, [f"{ABSENT_TEXTURES}: lost.png"]),
+        ("bad.jpg", b"no picture", [f"{UNDECODABLE}: bad.jpg"]),
+        ("good.png", png(), []),
+    ],
+)
+def test_textures_that_a_gltf_names(tmp_path, uri, content, expected):
+    box = trimesh.creation.box()
+    material = trimesh.visual.material.PBRMaterial(baseColorTexture=Image.new("RGB", (8, 8)))
+    uv = np.zeros((len(box.vertices), 2))
+    box.visual = trimesh.visual.TextureVisuals(uv=uv, material=material)
+    files = trimesh.exchange.gltf.export_gltf(trimesh.Scene(box))
+    tree = json.loads(files["model.gltf"])
+    tree["images"] = [{"uri": uri}]
+    files["model.gltf"] = json.dumps(tree).encode()
+    if content is not None:
+        files[uri] = content
+    write_folder(tmp_path, files)
+    mesh, notes = read_with_notes(tmp_path / "model.gltf", list(tmp_path.iterdir()))
+    assert list(notes) == expected
+    assert bool(mesh.textures) == (not expected)
