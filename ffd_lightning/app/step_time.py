@@ -118,8 +118,9 @@ def _made_up(
     """Return images, clouds and templates of the sizes that the settings give them."""
     queries, points = cfg.schedule.batch_size, cfg.schedule.num_points
     count, control_points = cfg.templates.count, num_control_points(cfg.network.degrees)
-    size = (queries, 3, cfg.data.render.height, cfg.data.render.width)
-    images = torch.randint(0, 256, size, dtype=torch.uint8, device=device)
+    size = (queries, cfg.data.render.height, cfg.data.render.width, 3)
+    # Channels are last in memory, as in real batches: convolutions are faster then.
+    images = torch.randint(0, 256, size, dtype=torch.uint8, device=device).permute(0, 3, 1, 2)
     targets = torch.rand(queries, points, 3, device=device) - 0.5
     matrix = torch.rand(count, points, control_points, device=device).softmax(dim=-1)
     nodes = torch.rand(count, control_points, 3, device=device) - 0.5
