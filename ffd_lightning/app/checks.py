@@ -9,6 +9,8 @@ from typing import Any
 from ffd_lightning import registry
 from ffd_lightning.app.config import GROUPS, PrepareConfig, TrainConfig
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.registry import plain
 
 
 def validate(cfg: PrepareConfig) -> None:
@@ -17,7 +19,7 @@ def validate(cfg: PrepareConfig) -> None:
     Raises:
         ConfigError: names every setting that cannot work, and the way out.
     """
-    checks = _data_checks(cfg)
+    checks = [*_data_checks(cfg), *_given_images_checks(cfg)]
     if isinstance(cfg, TrainConfig):
         checks += [*_number_checks(cfg), *_regime_checks(cfg), *_template_checks(cfg)]
     problems = [message for wrong, message in checks if wrong]
@@ -134,6 +136,31 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
             f"category.name={name} must be the name of a folder, not a path",
         ),
     ]
+
+
+def _given_images_checks(cfg: PrepareConfig) -> _Checks:
+    """Refuse cameras where the source has the images already; their size still counts."""
+    images = getattr(cfg.data, "images", None)
+    if cfg.data.name != "pix3d" and getattr(images, "value", "render") == "render":
+        return []
+    whose = "data=pix3d" if images is None else f"data.images={images.value}"
+    render, usual = cfg.data.render, RenderSettings()
+    pairs = {
+        name: (getattr(render, name), getattr(usual, name))
+        for name in ("camera", "elevation", "azimuths", "samples")
+    }
+    return [
+        (
+            value != default,
+            f"data.render.{name} means nothing with {whose}, which has images of its own: leave "
+            f"it out, or, where a study sets it, data.render.{name}={_told(default)}",
+        )
+        for name, (value, default) in pairs.items()
+    ]
+
+
+def _told(value: Any) -> str:
+    return "null" if value is None else str(plain(value)).replace(" ", "")
 
 
 def _regime_checks(cfg: TrainConfig) -> _Checks:

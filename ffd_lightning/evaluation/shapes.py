@@ -17,13 +17,12 @@ from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.jacobian import deformation_jacobian
+from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.metrics.mesh_quality import mesh_quality
 
 Cloud = NDArray[np.float64]
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices (V, 3) and faces (F, 3)."""
-
-_TRUTH_POINTS = 1024
 
 
 class Shape(Protocol):
@@ -50,25 +49,19 @@ class PreparedShape:
     row: int
 
     def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
-        """See `Shape`; none of the points that `truth_cloud` draws from."""
-        return self._draw(count, rng, slice(self._own, None))
+        """See `Shape`."""
+        cloud = self.prepared.cloud(self.row)
+        return cloud[rng.integers(len(cloud), size=count)].astype(np.float64)
 
     def truth_cloud(self, count: int, rng: np.random.Generator) -> Cloud:
-        """Draw, with replacement, from 1,024 of the model's surface samples: (count, 3).
+        """Draw, with replacement, from as many points of the mesh itself: (count, 3).
 
-        The authors keep a cloud of 1,024 points for each ground truth. Drawn again from so few,
-        it has only 63% of them, so that even the true surface scores a distance 1.3 times that of
-        two fresh clouds.
+        The authors sample a ground truth with a share of the points for each face, and then draw
+        as many from those. Drawn again, a cloud has only 63% of its points, so that even the true
+        surface scores a distance 1.3 times that of two fresh clouds.
         """
-        return self._draw(count, rng, slice(self._own))
-
-    @property
-    def _own(self) -> int:
-        return min(_TRUTH_POINTS, self.prepared.num_points // 2)
-
-    def _draw(self, count: int, rng: np.random.Generator, part: slice) -> Cloud:
-        cloud = self.prepared.cloud(self.row)[part]
-        return cloud[rng.integers(len(cloud), size=count)].astype(np.float64)
+        cloud, _ = sample_stratified(*self.mesh(), count, rng)
+        return cloud[rng.integers(count, size=count)].astype(np.float64)
 
     def mesh(self) -> Surface:
         """See `Shape`."""

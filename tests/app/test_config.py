@@ -162,7 +162,7 @@ MISTAKES = [
         ["Did you mean schedule.steps?", "Settings in schedule: annealing_steps"],
     ),
     (["split.fil=a", "split=listed"], ["Did you mean split.file? Settings in split: file, "]),
-    (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths, elevation"]),
+    (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths, camera"]),
     (
         ["regime.terms.offset_penlty.weight=1"],
         ["no setting 'regime.terms.offset_penlty'. Did you mean regime.terms.offset_penalty?"],
@@ -258,6 +258,15 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
         (["templates=t1", "regime=w"], "single template: use another regime"),
         (["schedule.num_points=20000"], "more than data.num_points=16384"),
         (["schedule.batch_size=1"], "batch_size must be 2 or more"),
+        (["data.render.elevation=91"], r"elevation must lie in \[-90, 90\]"),
+        (
+            ["data=shapenet", "data.root=.", "data.images=r2n2", "data.render.camera=authors"],
+            "camera means nothing with data.images=r2n2.*data.render.camera=framed",
+        ),
+        (
+            ["data=pix3d", "data.root=.", "data.render.azimuths=[0]"],
+            r"azimuths means nothing with data=pix3d.*azimuths=\[45.0\]",
+        ),
         (["schedule.steps=0"], "schedule.steps=0 must be above 0"),
         (["schedule.learning_rate=-1"], "schedule.learning_rate=-1.0 must be above 0"),
         (["data.limit=0"], "data.limit=0 must be above 0"),

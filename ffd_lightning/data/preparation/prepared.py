@@ -131,7 +131,7 @@ class PreparedSet:
 
         Args:
             row: of the shape.
-            count: only the first so many; they are drawn independently.
+            count: only the first so many, which cover the surface too: their order is random.
         """
         return unpack_points(self.arrays["points"][row, :count])
 

@@ -24,7 +24,7 @@ from ffd_lightning.errors import RejectedShapeError, explain_unforeseen
 from ffd_lightning.files import atomic_file, write_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import bounding_box, normalize
-from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
@@ -117,7 +117,7 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
     mesh = model.mesh
     # The id alone decides the draw, so that no shape's sample depends on the others.
     key = hashlib.sha256(f"{recipe.category}/{shape_id}".encode()).digest()
-    points, face_ids = sample_surface(
+    points, face_ids = sample_stratified(
         mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
     )
     images, cameras = model.images, model.cameras
