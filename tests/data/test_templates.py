@@ -333,3 +333,10 @@ def test_what_is_added_for_absent_templates_takes_their_places(prepared, distanc
         free = set(range(len(there))) - {*rows[:place], *papers}
         sums = {i: root[[*rows[:place], i]].min(0).sum() for i in free}
         assert sums[rows[place]] == pytest.approx(min(sums.values()))  # two may be as good
+
+
+def test_the_papers_further_templates_are_taken_where_there_is_nothing_else(prepared):
+    there = as_shapenet(prepared, paper_templates("table")[6:])
+    assert set(there.ids) < set(paper_templates("table"))
+    chosen = choose_templates(paper_choice, there, 3)
+    assert len(set(chosen)) == 3

@@ -123,10 +123,13 @@ def paper_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
             len(wanted),
             ", ".join(absent),
         )
+    # The paper's further templates are not used up, unless there is hardly anything else.
+    enough = len(held.difference(known)) >= count - len(wanted) + len(absent)
+    spared = known if enough else wanted
     chosen: list[str] = []
     for k in range(count):
         there = k < len(known) and known[k] in held
-        chosen += [known[k]] if there else _medoids(prepared, 1, chosen, known)
+        chosen += [known[k]] if there else _medoids(prepared, 1, chosen, spared)
     return tuple(chosen)
 
 
