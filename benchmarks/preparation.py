@@ -103,7 +103,7 @@ def _starts(quick: bool) -> list[Row]:
     models = "data.num_models=60"
     with tempfile.TemporaryDirectory() as name:
         run = [f"paths.data={name}/data", f"paths.runs={name}/runs", "schedule=paper", models]
-        run += ["templates=t30", "trainer.progress_bar=false"]
+        run += ["templates=t30", "encoder.weights=none", "trainer.progress_bar=false"]
         commands = {
             "python train.py, prepared data, to the end of step 1": ["-c", _FIRST_STEP, *run],
             "python -c 'import torch, lightning'": ["-c", "import torch, lightning"],

@@ -36,7 +36,7 @@ KINDS: dict[str, str] = {
 }
 """Everything that can be replaced, and what it does."""
 
-_WHERE, _START = "only_where", "only_start"
+_WHERE, _START, _SAID = "only_where", "only_start", "default_said"
 
 ENTRY_POINTS = "ffd_lightning.plugins"
 """The group in which packages name their modules: `my_parts = "my_package.parts"`."""
@@ -52,6 +52,7 @@ def setting(
     factory: Any = dataclasses.MISSING,
     only_where: bool = False,
     only_start: bool = False,
+    default_said: str | None = None,
 ) -> Any:
     """Return a dataclass field that says more about a setting than its type and default.
 
@@ -61,8 +62,10 @@ def setting(
         only_where: it decides where or how fast something is computed, and not what comes out:
             runs that differ in nothing else are the same run.
         only_start: it decides the first weights: a checkpoint brings its own.
+        default_said: a word for the default, for who wants it and not merely leaves it; both are
+            the same run.
     """
-    metadata = {_WHERE: only_where, _START: only_start}
+    metadata = {_WHERE: only_where, _START: only_start, _SAID: default_said}
     if factory is not dataclasses.MISSING:
         return dataclasses.field(default_factory=factory, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
@@ -71,6 +74,12 @@ def setting(
 def is_only_where(field: dataclasses.Field[Any]) -> bool:
     """Tell whether a setting does not change what a run computes; see `setting`."""
     return bool(field.metadata.get(_WHERE))
+
+
+def unsaid(field: dataclasses.Field[Any], value: Any) -> Any:
+    """Return a setting's value: the default itself for the word that says it; see `setting`."""
+    word = field.metadata.get(_SAID)
+    return field.default if word is not None and value == word else value
 
 
 def plain(value: Any) -> Any:
@@ -162,7 +171,8 @@ class Entry:
 
     def own_settings(self, settings: Any) -> Any:
         """Return an instance of `self.settings` with what another object has of its fields."""
-        own = {f.name: getattr(settings, f.name) for f in dataclasses.fields(self.settings)}
+        fields = dataclasses.fields(self.settings)
+        own = {f.name: unsaid(f, getattr(settings, f.name)) for f in fields}
         return self.settings(**own)
 
     def make(self, settings: Any, **context: Any) -> Any:
@@ -278,7 +288,8 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
         raise ConfigError(
             f"{_words(kind)} {name!r} has no setting {unknown[0]!r}: {_list([*names, *context])}"
         )
-    own = entry.settings(**{key: value for key, value in settings.items() if key in names})
+    given = {key: value for key, value in settings.items() if key in names}
+    own = entry.own_settings(entry.settings(**given))
     absent = [key for key in names if str(getattr(own, key)) == _MUST_BE_GIVEN]
     needed = [p for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
     absent += [p.name for p in needed if p.name not in settings]

@@ -30,7 +30,7 @@ class RunFolder:
 
     Holds `config.yaml`, `templates.csv`, `templates.png`, `outliers.csv` where the data has any,
     `checkpoints/last.ckpt`, `tensorboard/`, `status.json`, and once finished
-    `evaluation/<protocol>/{samples.csv, summary.json}`, `template_ranking.csv` and
+    `evaluation/<protocol>/{samples.csv, summary.json}`, `data.json`, `template_ranking.csv` and
     `reconstructions.png`.
     """
 
@@ -111,6 +111,15 @@ class RunFolder:
             file.unlink(missing_ok=True)
         for events in (self.path / "tensorboard").glob("events.*"):
             events.unlink()
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """What `data.json` says of the data that the run was trained on; {} where nothing does."""
+        return _read_json(self.path / "data.json")
+
+    def set_data(self, record: Mapping[str, Any]) -> None:
+        """Write `data.json`: see `FfdDataModule.record`."""
+        write_atomic(self.path / "data.json", json.dumps(record, indent=2) + "\n")
 
     @property
     def progress(self) -> dict[str, Any]:

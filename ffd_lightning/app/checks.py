@@ -8,6 +8,7 @@ from typing import Any
 
 from ffd_lightning import registry
 from ffd_lightning.app.config import GROUPS, PrepareConfig, TrainConfig
+from ffd_lightning.app.parts.encoders import KERAS_ADDRESS, KERAS_FILES
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.registry import plain
@@ -24,8 +25,38 @@ def validate(cfg: PrepareConfig) -> None:
         checks += [*_number_checks(cfg), *_regime_checks(cfg), *_template_checks(cfg)]
     problems = [message for wrong, message in checks if wrong]
     problems += part_problems(cfg)
+    if isinstance(cfg, TrainConfig):
+        problems += _weights_problems(cfg)
     if problems:
         raise ConfigError("; ".join(problems))
+
+
+def encoder_problems(cfg: Any) -> list[str]:
+    """Return what is wrong with the encoder, and with the weights that it starts from.
+
+    Args:
+        cfg: what `train` reads, typed or as it was composed.
+    """
+    return [*_own_problems("encoder", cfg.encoder.name, cfg.encoder), *_weights_problems(cfg)]
+
+
+def _weights_problems(cfg: Any) -> list[str]:
+    """Return what the paper's schedule lacks: first weights, or the word that none are meant.
+
+    The paper's networks start from ImageNet weights, which this package does not bring.
+    """
+    encoder = cfg.encoder
+    if cfg.schedule.name != "paper" or encoder.name != "mobilenet" or encoder.weights is not None:
+        return []
+    file = KERAS_FILES.get(encoder.width)
+    if file is None:
+        ask = f"Keras publishes none of width {encoder.width:g}: encoder.weights=FILE takes yours"
+    else:
+        ask = f"give Keras' file, encoder.weights={file} ({KERAS_ADDRESS}{file})"
+    return [
+        f"schedule=paper starts from ImageNet weights, as the paper does: {ask}, or train from "
+        "scratch with encoder.weights=none"
+    ]
 
 
 _Checks = list[tuple[bool, str]]  # whether something is wrong, and what
@@ -33,16 +64,22 @@ _Checks = list[tuple[bool, str]]  # whether something is wrong, and what
 
 def part_problems(cfg: Any) -> list[str]:
     """Return what parts say of their own settings: `check()`, where they have it, raises."""
-    problems = []
-    for kind, node in _parts(cfg):
-        entry = registry.get(kind, node.term if kind == "term" else node.name)
-        check = getattr(entry.own_settings(node), "check", None)
-        try:
-            if check is not None:
-                check()
-        except ConfigError as error:
-            problems.append(str(error))
-    return problems
+    return [
+        problem
+        for kind, node in _parts(cfg)
+        for problem in _own_problems(kind, node.term if kind == "term" else node.name, node)
+    ]
+
+
+def _own_problems(kind: str, name: str, node: Any) -> list[str]:
+    """Return what a part says of its own settings, [] if nothing."""
+    check = getattr(registry.get(kind, name).own_settings(node), "check", None)
+    try:
+        if check is not None:
+            check()
+    except ConfigError as error:
+        return [str(error)]
+    return []
 
 
 def _parts(cfg: Any) -> Iterator[tuple[str, Any]]:

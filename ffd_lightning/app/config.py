@@ -41,6 +41,7 @@ class Annealing(Enum):
 
     constant = "constant"
     exponential = "exponential"
+    linear = "linear"
 
 
 class Background(Enum):
@@ -62,6 +63,13 @@ class Subset(Enum):
 
     val = "val"
     test = "test"
+
+
+class RankedSubset(Enum):
+    """Which shapes' selections a run's ranking of its templates counts."""
+
+    val = "val"
+    train = "train"
 
 
 @dataclass
@@ -111,7 +119,8 @@ class CommonTerm:
 
     Attributes:
         weight: of the term; at 0 it is watched, and not minimised.
-        annealing: whether the weight fades.
+        annealing: whether the weight fades: by a factor of e over `schedule.annealing_steps`
+            (`exponential`), or to nothing (`linear`).
     """
 
     weight: float = 1.0
@@ -152,6 +161,19 @@ class TemplatesConfig:
     count: int = MISSING
     hold_out: int | None = None
     max_edge: float = 0.02
+
+
+@dataclass
+class TemplateRankingConfig:
+    """How the trained network ranks its templates, by selections, in `template_ranking.csv`.
+
+    Attributes:
+        subset: of which shapes; `val` takes those trained on where there are none to validate on.
+        all_views: every image of a shape counts instead of its first.
+    """
+
+    subset: RankedSubset = RankedSubset.val
+    all_views: bool = False
 
 
 @dataclass
@@ -314,6 +336,7 @@ class TrainConfig(PrepareConfig):
     regime: RegimeConfig = field(default_factory=RegimeConfig)
     templates: TemplatesConfig = field(default_factory=TemplatesConfig)
     template_strategy: Any = MISSING
+    template_ranking: TemplateRankingConfig = field(default_factory=TemplateRankingConfig)
     encoder: Any = MISSING
     network: NetworkConfig = field(default_factory=NetworkConfig)
     schedule: ScheduleConfig = field(default_factory=ScheduleConfig)

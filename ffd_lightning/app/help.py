@@ -147,4 +147,5 @@ def _value(f: dataclasses.Field[Any]) -> str:
 
 def _first_comment(file: Path) -> str:
     lines = takewhile(lambda x: x.startswith("#"), file.read_text("utf-8").splitlines())
-    return " ".join(line.lstrip("# ") for line in lines)
+    # A line such as `# @package _global_` is for Hydra.
+    return " ".join(line.lstrip("# ") for line in lines if not line.startswith("# @"))

@@ -25,10 +25,11 @@ from ffd_lightning.inference.files import (
 )
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.inference.scenes import OBJ_TEXTURES
 from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Goes up when the same photograph and settings give other files."""
 
 
@@ -148,6 +149,8 @@ def _clear(folder: Path, wanted: Sequence[Path]) -> None:
         for name in names:
             if place / name not in wanted:
                 (place / name).unlink(missing_ok=True)
+        for texture in place.glob(OBJ_TEXTURES):
+            texture.unlink()
         if place != folder and not any(place.iterdir()):
             place.rmdir()
 

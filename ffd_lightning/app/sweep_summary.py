@@ -17,6 +17,7 @@ from omegaconf import DictConfig, OmegaConf
 from rich.console import Console
 
 from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.errors import UserError
 from ffd_lightning.run_folder import RunFolder
 
 _NOTES = ".jobs-"
@@ -124,3 +125,18 @@ def report_quietly(folder: Path) -> None:
             f"and ffd report {folder} tries again",
             file=sys.stderr,
         )
+
+
+def print_beside_paper(folder: Path) -> None:
+    """Print the finished runs of a study beside the paper's Table 3, as far as there are any."""
+    from ffd_lightning.analysis.paper import comparison_table
+    from ffd_lightning.analysis.paper_text import to_console
+    from ffd_lightning.analysis.runs import load_runs, require_runs
+
+    try:
+        shown = to_console(comparison_table(load_runs(require_runs(folder), "paper")))
+    except (UserError, OSError) as error:
+        print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
+        return
+    print()
+    Console(width=None if sys.stdout.isatty() else 120).print(shown)

@@ -20,7 +20,7 @@ from ffd_lightning import registry
 from ffd_lightning.app import identity
 from ffd_lightning.app.build import build_data, build_module, build_network, build_protocol
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import Subset, TrainConfig
+from ffd_lightning.app.config import RankedSubset, Subset, TrainConfig
 from ffd_lightning.app.schema import part_names
 from ffd_lightning.app.template_record import record_templates
 from ffd_lightning.checkpoint import read_checkpoint
@@ -274,10 +274,8 @@ def _finish(
         workers=cfg.evaluation.workers or torch.get_num_threads(),
         progress=cfg.trainer.progress_bar,
     )
-    # A choice: made on the validation shapes, and where there are none on those trained on.
-    chosen_on = Shapes(data.prepared, data.rows(data.split.chosen_on))
-    ranking = rank_templates(evaluated.network, data.bank, chosen_on, options.workers)
-    write_csv(run.path / "template_ranking.csv", ranking)
+    run.set_data(data.record())
+    _rank(cfg, run, data, evaluated.network, options.workers)
     count = len(evaluated.tested_on.rows)
     log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset.value)
     run.set_progress("evaluating", 0, count, None)
@@ -295,6 +293,22 @@ def _finish(
         logger.log_results(identity.hyperparameters(cfg), summary, trainer.global_step)
         logger.finalize("success")
     return summary
+
+
+def _rank(
+    cfg: TrainConfig,
+    run: RunFolder,
+    data: FfdDataModule,
+    network: TemplateFfdNetwork,
+    workers: int,
+) -> None:
+    """Write how often each template is selected: a choice, so not on test shapes."""
+    on_train = cfg.template_ranking.subset is RankedSubset.train
+    ids = data.split.train if on_train else data.split.chosen_on
+    samples = Shapes(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
+    log.info("%s: ranking the templates on %d images", run.path, len(samples))
+    ranking = rank_templates(network, data.bank, data.prepared, samples, workers)
+    write_csv(run.path / "template_ranking.csv", ranking)
 
 
 def evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:

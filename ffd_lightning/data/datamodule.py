@@ -322,6 +322,19 @@ class FfdDataModule(LightningDataModule):
             make_split(prepared.ids, subsets, templates, self.val_fraction),
         )
 
+    def record(self) -> dict[str, Any]:
+        """Return what there is to say of the data afterwards: plain values, after `setup`.
+
+        `sources` is the fingerprint of each category's source, `prepared` the name of its set,
+        `templates` are ids, `shapes` how many are in each subset.
+        """
+        return {
+            "sources": {p.category: p.settings["source"] for p in self.preparations},
+            "prepared": {p.category: p.target.name for p in self.preparations},
+            "templates": list(self.bank.ids),
+            "shapes": {name: len(ids) for name, ids in self.split._asdict().items()},
+        }
+
     def rows(self, ids: Sequence[str]) -> NDArray[np.int64]:
         """Return the prepared set's rows of shapes."""
         return np.asarray([self.prepared.index(i) for i in ids], np.int64)

@@ -39,6 +39,7 @@ FORMAT_VERSION = 4
 """Goes up when the same weights and settings give other numbers or files."""
 
 TABLES = ("samples.csv", "template_ranking.csv")
+_AT_ONCE = 4096  # images
 _WORDS = frozenset(("id", "category", "family", "view", "template"))  # columns without a mean
 
 
@@ -319,7 +320,7 @@ def selection_summary(counts: NDArray[np.int64]) -> dict[str, float]:
 
 
 def template_ranking(
-    bank: TemplateBank, counts: NDArray[np.int64], mean_weights: NDArray[np.float32]
+    bank: TemplateBank, counts: NDArray[np.int64], mean_weights: NDArray[np.floating]
 ) -> list[Row]:
     """Return a row per template, the most selected first; of equals the one of greater weight.
 
@@ -342,12 +343,20 @@ def template_ranking(
 
 
 def rank_templates(
-    network: TemplateFfdNetwork, bank: TemplateBank, shapes: Shapes, workers: int = 1
+    network: TemplateFfdNetwork,
+    bank: TemplateBank,
+    prepared: PreparedSet,
+    samples: Sequence[Sample],
+    workers: int = 1,
 ) -> list[Row]:
-    """Return `template_ranking` of a network's selections on the first images of some shapes."""
-    prediction = predict(network, shapes.prepared, shapes.samples(all_views=False), workers)
-    counts = np.bincount(prediction.selected, minlength=len(bank))
-    return template_ranking(bank, counts, prediction.weights.mean(0))
+    """Return `template_ranking` of a network's selections on some images, at least one."""
+    counts, weights = np.zeros(len(bank), np.int64), np.zeros(len(bank))
+    # Predictions have offsets and features too: those of all images may not fit into memory.
+    for start in range(0, len(samples), _AT_ONCE):
+        prediction = predict(network, prepared, samples[start : start + _AT_ONCE], workers)
+        counts += np.bincount(prediction.selected, minlength=len(bank))
+        weights += prediction.weights.sum(0, dtype=np.float64)
+    return template_ranking(bank, counts, weights / len(samples))
 
 
 def protocol_key(protocol: EvaluationProtocol) -> str:

@@ -53,3 +53,7 @@ class Mesh:
         if vertices.shape != self.vertices.shape:
             raise ValueError(f"expected vertices {self.vertices.shape}, got {vertices.shape}")
         return replace(self, vertices=vertices)
+
+    def without_textures(self) -> Mesh:
+        """Return the same mesh with its plain colours alone."""
+        return replace(self, textures=(), face_textures=None, face_uvs=None)

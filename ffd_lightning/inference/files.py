@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, cast
 
@@ -14,23 +13,20 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 from trimesh.exchange.obj import export_obj
-from trimesh.visual.material import PBRMaterial
 
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.files import write_bytes_atomic
-from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import contact_sheet, render
 from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.inference.scenes import glb, lattice_scene, mesh_scene
 
 _PALETTE = 64  # colours of one mesh
-_BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
-_BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
 _PREVIEW_POINTS = 4096
 _PREVIEW_EDGE = 0.03  # longest edges of what is drawn
 
@@ -50,17 +46,19 @@ class MeshWriter:
         if colors == "parts" and not bank.part_names:
             raise DataError("colors=parts: the templates have no part labels; use colors=material")
         self._bank, self._colors = bank, colors
-        # Faces, parts and colours are the template's: found once, whatever becomes of the vertices.
+        # Faces, parts and materials are the template's: found once, wherever the vertices go.
         self._pieces: dict[int, list[Piece]] = {}
         self._templates: dict[int, bytes] = {}
 
     def write(self, reconstruction: Reconstruction, folder: Path, obj: bool = False) -> None:
         """Write `mesh.glb`, `template.glb`, `lattice.glb`, and `mesh.obj` with `mesh.mtl`.
 
+        Textures are within the GLB files, and beside the OBJ file (`scenes.OBJ_TEXTURES`).
+
         Args:
             reconstruction: by one of the templates.
             folder: where the files go; made where it is missing.
-            obj: whether to write the last two.
+            obj: whether to write the last two, and their textures.
 
         Raises:
             DataError: a file cannot be written.
@@ -68,97 +66,31 @@ class MeshWriter:
         index = reconstruction.index
         if index not in self._templates:
             mesh = self._bank.meshes[index]
-            content = _scene(mesh.vertices, pieces(mesh, self._colors, _PALETTE)).export(
-                file_type="glb"
+            split = pieces(mesh, self._colors, _PALETTE)
+            self._templates[index] = glb(
+                mesh_scene(mesh.vertices, split, mesh.textures, linear=True)
             )
-            self._templates[index] = cast(bytes, content)
         write_file(folder / "template.glb", self._templates[index])
-        scene = self.scene(reconstruction)
-        write_file(folder / "mesh.glb", cast(bytes, scene.export(file_type="glb")))
-        lattice = lattice_scene(reconstruction).export(file_type="glb")
-        write_file(folder / "lattice.glb", cast(bytes, lattice))
+        write_file(folder / "mesh.glb", self.glb(reconstruction))
+        write_file(folder / "lattice.glb", glb(lattice_scene(reconstruction)))
         if obj:
+            scene = self._scene(reconstruction, linear=False)
             text, materials = export_obj(scene, return_texture=True, mtl_name="mesh.mtl", digits=6)
             for name, content in materials.items():
                 write_file(folder / name, content)
             write_file(folder / "mesh.obj", text.encode())
 
-    def scene(self, reconstruction: Reconstruction) -> trimesh.Scene:
-        """Return the deformed mesh as trimesh's scene of pieces."""
+    def glb(self, reconstruction: Reconstruction) -> bytes:
+        """Return the deformed mesh as a GLB file's content."""
+        return glb(self._scene(reconstruction, linear=True))
+
+    def _scene(self, reconstruction: Reconstruction, linear: bool) -> trimesh.Scene:
         index = reconstruction.index
         if index not in self._pieces:
             mesh = self._bank.subdivided(index)[0]
             self._pieces[index] = pieces(mesh, self._colors, _PALETTE)
-        return _scene(reconstruction.surface.vertices, self._pieces[index])
-
-
-def _scene(vertices: NDArray[np.float64], split: Sequence[Piece]) -> trimesh.Scene:
-    result = trimesh.Scene()
-    for k, piece in enumerate(split):
-        mesh = trimesh.Trimesh(vertices[piece.vertices], piece.faces, process=False)
-        name = f"{piece.name}-{k}"
-        material = PBRMaterial(
-            name=name,
-            baseColorFactor=piece.rgba,
-            alphaMode="BLEND" if piece.rgba[3] < 255 else "OPAQUE",
-            doubleSided=True,
-            metallicFactor=0.0,
-            roughnessFactor=0.9,
-        )
-        mesh.visual = trimesh.visual.TextureVisuals(material=material)
-        result.add_geometry(mesh, node_name=name, geom_name=name)
-    return result
-
-
-def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
-    """Return the control cage as it is (grey, named `before`) and deformed (red, `after`)."""
-    bank, index = reconstruction.bank, reconstruction.index
-    before = bank.control_points[index].numpy()
-    after = before + reconstruction.offsets[index]
-    result = trimesh.Scene()
-    for name, points, color in (("before", before, _BEFORE), ("after", after, _AFTER)):
-        cage = _cage(points, bank.lattices[index])
-        cage.visual = trimesh.visual.TextureVisuals(
-            material=PBRMaterial(name=name, baseColorFactor=color, roughnessFactor=0.9)
-        )
-        result.add_geometry(cage, node_name=name, geom_name=name)
-    return result
-
-
-def lattice_edges(lattice: Lattice) -> NDArray[np.int64]:
-    """Return the pairs of control points that are neighbours along an axis, (E, 2)."""
-    shape = tuple(degree + 1 for degree in lattice.degrees)
-    numbers = np.arange(np.prod(shape)).reshape(shape)
-    pairs = []
-    for axis in range(3):
-        first, last = (np.delete(numbers, k, axis).ravel() for k in (-1, 0))
-        pairs.append(np.stack([first, last], axis=1))
-    return np.concatenate(pairs)
-
-
-def _cage(points: NDArray[np.float32], lattice: Lattice) -> trimesh.Trimesh:
-    """Draw control points (M, 3) as cubes, and the edges between them as square bars."""
-    ends = points[lattice_edges(lattice)].astype(float)
-    along = ends[:, 1] - ends[:, 0]
-    ends = ends[np.linalg.norm(along, axis=1) > 1e-6]  # a flat lattice has some without length
-    knots = points[:, None] + np.array([(0, 0, -_KNOT), (0, 0, _KNOT)])
-    boxes = [_boxes(ends, _BAR), _boxes(knots, _KNOT)]
-    vertices = np.concatenate(boxes)
-    faces = 8 * np.arange(len(vertices) // 8)[:, None, None] + trimesh.creation.box().faces
-    return trimesh.Trimesh(vertices, faces.reshape(-1, 3), process=False)
-
-
-def _boxes(ends: NDArray[np.float64], half: float) -> NDArray[np.float64]:
-    """Return the corners of square bars between ends (n, 2, 3): (8 n, 3), in trimesh's order."""
-    along = ends[:, 1] - ends[:, 0]
-    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
-    across *= half / np.linalg.norm(across, axis=1, keepdims=True)
-    third = np.cross(along, across)
-    third *= half / np.linalg.norm(third, axis=1, keepdims=True)
-    x, y, z = (np.sign(trimesh.creation.box().vertices)[None, :, k, None] for k in range(3))
-    middle = ends.mean(axis=1)[:, None]
-    corners = middle + x * third[:, None] + y * across[:, None] + z * along[:, None] / 2
-    return np.asarray(corners.reshape(-1, 3))
+        surface = reconstruction.surface
+        return mesh_scene(surface.vertices, self._pieces[index], surface.textures, linear)
 
 
 def write_cloud(

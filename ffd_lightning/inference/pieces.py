@@ -1,4 +1,4 @@
-"""Meshes divided by part and colour: what GLB files and browsers draw has one material each."""
+"""Meshes divided by part and material: what GLB files and browsers draw has one material each."""
 
 from __future__ import annotations
 
@@ -18,19 +18,23 @@ MeshColors = Literal["material", "parts"]
 
 @dataclass(frozen=True)
 class Piece:
-    """The faces of a mesh that have one colour.
+    """The faces of a mesh that have one colour, or one texture.
 
     Attributes:
         name: of the part they are of, "mesh" where that is unknown or several.
-        vertices: which of the mesh's it uses, (v,).
+        vertices: which of the mesh's it uses, (v,); one with several UVs is there for each.
         faces: indices into those, (f, 3).
-        rgba: its colour, four of 0 to 255.
+        rgba: its colour, four of 0 to 255; white where it has a texture.
+        texture: which of the mesh's, -1 for none.
+        uvs: of the vertices, (v, 2), where it has a texture.
     """
 
     name: str
     vertices: NDArray[np.int64]
     faces: NDArray[np.int64]
     rgba: tuple[int, int, int, int]
+    texture: int = -1
+    uvs: NDArray[np.float32] | None = None
 
 
 def face_colors(mesh: Mesh, colors: MeshColors) -> NDArray[np.uint8]:
@@ -41,30 +45,55 @@ def face_colors(mesh: Mesh, colors: MeshColors) -> NDArray[np.uint8]:
 
 
 def pieces(mesh: Mesh, colors: MeshColors, most: int, by_part: bool = True) -> list[Piece]:
-    """Divide a mesh by colour.
+    """Divide a mesh by colour and texture.
 
     Args:
-        mesh: with a colour per face.
-        colors: what they say.
-        most: colours that are told apart, each opaque or see-through; like ones become one.
+        mesh: with a colour per face, and perhaps with textures.
+        colors: what the colours say; those by part are plain.
+        most: plain colours that are told apart, each opaque or see-through; like ones become one.
         by_part: divide it by part too.
     """
-    rgba = _few_colors(face_colors(mesh, colors), most)
+    rgba = face_colors(mesh, colors).copy()
+    textures = np.full(len(mesh.faces), -1)
+    if mesh.face_textures is not None and (colors == "material" or mesh.face_parts is None):
+        textures = mesh.face_textures.astype(np.int64)
+    plain = textures < 0
+    rgba[plain], rgba[~plain] = _few_colors(rgba[plain], most), 255
     parts = np.zeros(len(mesh.faces), np.uint8)
     if by_part and mesh.face_parts is not None:
         parts = mesh.face_parts
-    # One number for part and colour: sorting those is many times faster than sorting rows.
-    codes = (parts.astype(np.uint64) << np.uint64(32)) | _codes(rgba)
+    # One number for part, texture and colour: sorting those is many times faster than sorting rows.
+    codes = parts.astype(np.uint64) << np.uint64(48) | _codes(rgba)
+    codes |= (textures + 1).astype(np.uint64) << np.uint64(32)
     kinds, kind = np.unique(codes, return_inverse=True)
     ends = np.cumsum(np.bincount(kind, minlength=len(kinds)))
     result = []
     for group in np.split(np.argsort(kind, kind="stable"), ends[:-1]):
-        part = int(parts[group[0]])
+        part, texture = int(parts[group[0]]), int(textures[group[0]])
         name = mesh.part_names[part] if by_part and part < len(mesh.part_names) else "mesh"
-        used, faces = np.unique(mesh.faces[group], return_inverse=True)
         red, green, blue, alpha = rgba[group[0]].tolist()
-        result.append(Piece(name, used, faces.reshape(-1, 3), (red, green, blue, alpha)))
-    return result
+        uvs = None
+        if texture < 0 or mesh.face_uvs is None:
+            used, faces = np.unique(mesh.faces[group], return_inverse=True)
+        else:
+            used, uvs, faces = _textured_vertices(mesh.faces[group], mesh.face_uvs[group])
+        faces = faces.reshape(-1, 3)
+        result.append(Piece(name, used, faces, (red, green, blue, alpha), texture, uvs))
+    # Textured ones first: trimesh writes an OBJ's UVs as if no piece before had gone without.
+    return sorted(result, key=lambda piece: piece.texture < 0)
+
+
+def _textured_vertices(
+    faces: NDArray[np.int64], uvs: NDArray[np.float32]
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.int64]]:
+    """Return the vertices (v,) and UVs (v, 2) of all pairs of both, and each corner's pair."""
+    # The bits of a UV's two numbers as one, and pairs as one number again: see above.
+    bits, number = np.unique(np.ascontiguousarray(uvs).view(np.uint64), return_inverse=True)
+    pairs, corners = np.unique(
+        faces.reshape(-1) * len(bits) + number.reshape(-1), return_inverse=True
+    )
+    used, own = np.divmod(pairs, len(bits))
+    return used, bits.view(np.float32).reshape(-1, 2)[own], corners
 
 
 def _codes(rgba: NDArray[np.uint8]) -> NDArray[np.uint32]:

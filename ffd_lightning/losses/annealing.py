@@ -30,7 +30,23 @@ def exponential_annealing(step: int, annealing_steps: float) -> float:
     return math.exp(-step / annealing_steps)
 
 
-ANNEALINGS = ("constant", "exponential")
+def linear_annealing(step: int, annealing_steps: float) -> float:
+    r"""Return :math:`\max(1 - b / b_0, 0)`, the factor of a weight that is gone after b_0 steps.
+
+    Args:
+        step: index of the step, from 0.
+        annealing_steps: b_0; infinity keeps the weight constant.
+
+    Source: the authors' released code; the paper does not use it.
+
+    >>> [linear_annealing(step, 100) for step in (0, 25, 100, 101)]
+    [1.0, 0.75, 0.0, 0.0]
+    """
+    return max(1 - step / annealing_steps, 0.0)
+
+
+_FADING = {"exponential": exponential_annealing, "linear": linear_annealing}
+ANNEALINGS = ("constant", *_FADING)
 """What a term's `annealing` can be."""
 
 
@@ -39,7 +55,7 @@ def make_annealing(name: str, annealing_steps: float) -> Annealing:
 
     Args:
         name: one of `ANNEALINGS`.
-        annealing_steps: b_0, over which `exponential` falls by a factor of e.
+        annealing_steps: b_0, over which `exponential` falls by a factor of e and `linear` to 0.
 
     Raises:
         ValueError: another name.
@@ -48,4 +64,4 @@ def make_annealing(name: str, annealing_steps: float) -> Annealing:
         raise ValueError(f"annealing={name} must be one of {', '.join(ANNEALINGS)}")
     if name == "constant":
         return constant
-    return partial(exponential_annealing, annealing_steps=annealing_steps)
+    return partial(_FADING[name], annealing_steps=annealing_steps)

@@ -32,17 +32,18 @@ class WeightedCosts:
     r"""The paper's selection: costs count by f of the template weights, which learn through them.
 
     Args:
-        function: `identity`, :math:`f(\gamma) = \gamma`, or `log`,
+        function: `identity`, :math:`f(\gamma) = \gamma`; `log`,
             :math:`f(\gamma) = -\log(1 - \gamma)`, whose positive curvature punishes overconfident
-            selection.
+            selection; or `square`, :math:`f(\gamma) = \gamma^2`.
 
     Raises:
         ValueError: another function.
 
-    Source: the paper's equation 7; f of its section 4.1 and Table 2.
+    Source: the paper's equation 7; f of its section 4.1 and Table 2. `square` is in the authors'
+    released code, and not used in the paper.
     """
 
-    FUNCTIONS = ("identity", "log")
+    FUNCTIONS = ("identity", "log", "square")
 
     def __init__(self, function: str = "identity") -> None:
         if function not in self.FUNCTIONS:
@@ -54,7 +55,9 @@ class WeightedCosts:
     ) -> Teaching:
         """Return f of the weights, (q, T)."""
         weights = prediction.template_weights
-        return Teaching(weights if self.function == "identity" else log_weights(weights))
+        if self.function == "identity":
+            return Teaching(weights)
+        return Teaching(log_weights(weights) if self.function == "log" else weights.square())
 
 
 def log_weights(weights: Float[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:

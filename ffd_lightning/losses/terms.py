@@ -101,3 +101,13 @@ def offset_penalty(inputs: StepInput) -> Float[Tensor, ""]:
     """
     squares = inputs.prediction.offsets.square().sum((-1, -2))
     return (inputs.prediction.template_weights * squares).sum()
+
+
+def uniform_penalty(inputs: StepInput) -> Float[Tensor, ""]:
+    r"""Return the squared norm of the offsets, those of all templates alike.
+
+    .. math:: \sum_{q,t} |\Delta P^{(qt)}|^2
+
+    Source: the authors' released code; the paper weighs them, see `offset_penalty`.
+    """
+    return inputs.prediction.offsets.square().sum()

@@ -1,68 +1,91 @@
 import io
 import json
+import re
 
 import numpy as np
 import pandas as pd
 import pytest
 from omegaconf import OmegaConf
+from rich.console import Console
 
-from ffd_lightning.analysis.paper import MEASURES, comparison_table, paper_table
+from ffd_lightning.analysis.paper import FIVE, MEASURES, comparison_table, paper_table
+from ffd_lightning.analysis.paper_settings import paper_settings
+from ffd_lightning.analysis.paper_text import stacked, to_console
 from ffd_lightning.analysis.paper_text import to_latex as latex
 from ffd_lightning.analysis.paper_text import to_markdown as markdown
 from ffd_lightning.analysis.runs import load_runs
+from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+from ffd_lightning.evaluation.protocols import PROTOCOLS, PaperProtocol, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
-SETTINGS = """
-data: {name: procedural, num_models: 500}
-schedule: {steps: 300, annealing_steps: 150.0, batch_size: 32, learning_rate: 0.001,
-           learning_rate_decay: cosine}
-encoder: {name: mobilenet, width: 0.25, weights: null}
-network: {batch_norm_momentum: 0.1}
-protocol: {name: paper, points: 1024}
-template_strategy: {name: auto}
-"""
-AS_THE_PAPER = """
-data: {name: shapenet}
-schedule: {steps: 100000, annealing_steps: 10000.0, batch_size: 32, learning_rate: 0.001,
-           learning_rate_decay: none}
-encoder: {name: mobilenet, width: 0.25, weights: imagenet.h5}
-network: {batch_norm_momentum: 0.01}
-protocol: {name: paper, points: 1024}
-template_strategy: {name: auto}
-"""
-REGIMES = {
-    name: f"min_weight: {floor}, selection: {{name: weighted, function: {function}}}, "
-    f"terms: {{negative_entropy: {{weight: {entropy}}}, offset_penalty: {{weight: 0.0}}}}"
-    for name, floor, function, entropy in (
-        ("b", 0.1, "identity", 0.0),
-        ("w", 0.001, "log", 0.0),
-        ("e", 0.1, "identity", 10.0),
-    )
+SETTINGS = {
+    "data.name": "procedural",
+    "data.num_models": 500,
+    "schedule.steps": 300,
+    "encoder.weights": None,
+    "network.batch_norm_momentum": 0.1,
 }
+
+
+def nested(flat):
+    """Settings as a run's config.yaml has them."""
+    config = OmegaConf.create({})
+    for key, value in flat.items():
+        OmegaConf.update(config, key, value, force_add=True)
+    return config
 
 
 @pytest.fixture
 def make(tmp_path):
-    """Return a function that writes a finished run's folder."""
+    """Return a function that writes a finished run's folder, as the paper's but for `settings`."""
 
-    def run(values, category="table", regime="b", *, seed=0, templates=16, settings=SETTINGS):
-        folder = RunFolder(tmp_path / category / regime / f"t{templates}" / f"seed{seed}")
+    def run(
+        values, category="table", regime="b", *, seed=0, templates=30, settings=SETTINGS, **changes
+    ):
+        paper = paper_settings()
+        own = paper.settings | {f"regime.{k}": v for k, v in paper.regimes[regime].items()}
+        named = {"category.name": category, "regime.name": regime, "seed": seed}
+        own |= {"data.images": "render", "paths.data": "data", "templates.count": templates}
+        own |= named | dict(settings)
+        folder = RunFolder(tmp_path / category / regime / f"t{own['templates.count']}/seed{seed}")
         folder.path.mkdir(parents=True)
-        folder.config.write_text(
-            f"category: {{name: {category}}}\nregime: {{name: {regime}, {REGIMES[regime]}}}\n"
-            f"templates: {{count: {templates}}}\nseed: {seed}\n{settings}"
+        OmegaConf.save(nested(own), folder.config)
+        folder.set_data(
+            {
+                "sources": {category: {"source": "shapenet", "version": 1}},
+                "templates": list(paper_templates(category)),
+                "shapes": {"train": 6785, "val": 0, "test": 1694},
+            }
+            | changes.pop("data", {})
         )
-        summary = dict(zip(("chamfer", "emd", "iou"), values, strict=True))
-        summary |= {"protocol": ProtocolDescription.of(PROTOCOLS["paper"]).to_json()}
+        summary = dict(zip(("chamfer", "emd", "iou"), values, strict=True)) | {
+            "num_samples": 94.0,
+            "step": own["schedule.steps"],
+            "settings": {"all_views": False},
+            "protocol": ProtocolDescription.of(PROTOCOLS["paper"]).to_json(),
+        }
         folder.set_status("finished")
         place = folder.evaluation("paper")
         place.mkdir(parents=True)
-        (place / "summary.json").write_text(json.dumps(summary | {"num_samples": 94.0}))
+        (place / "summary.json").write_text(json.dumps(summary | changes))
         return folder
 
     return run
+
+
+def differences(*runs):
+    """What the runs differ in from the paper, without what always is different."""
+    told = comparison_table(load_runs(runs)).attrs["differences"]
+    always = set(paper_settings().always)
+    assert always < set(told)
+    assert told[-1].startswith("the paper does not print its numbers of shapes; ours, ")
+    assert any(x.startswith("the image source is ") for x in told)
+    rest = [x for x in told[:-1] if x not in always]
+    return [x for x in rest if x != IMAGES]
+
+
+IMAGES = "the image source is this package's renderer (paper: the authors' renderings, by Blender)"
 
 
 def numbers(table, source, method, category):
@@ -143,33 +166,245 @@ def test_numbers_of_templates_are_told_apart(make):
     assert table["method"].tolist()[:2] == ["b T=2", "b T=16"]
 
 
-def test_the_caption_says_in_what_the_experiments_differ(make):
-    first = make((0.05, 0.4, 0.7))
-    caption = comparison_table(load_runs([first])).attrs["caption"]
-    for words in (
-        "protocol paper (1,024 points, hemisphere of radius 3.2",
-        "(94 a category)",
-        "data.name is procedural (paper: shapenet)",
-        "templates.count is 16 (paper: 30)",
-        "template_strategy.name is auto (paper: the authors' list)",
-        "schedule.steps is 300 (paper: 100000)",
-        "encoder.weights is unset (paper: of ImageNet)",
-        "the split is ours",
-    ):
-        assert words in caption, words
-    assert "batch_size" not in caption, "that is the same"
-    assert "regime b" not in caption
-    other = make((0.05, 0.4, 0.7), regime="e", settings=SETTINGS.replace("300", "900"))
-    caption = comparison_table(load_runs([first, other])).attrs["caption"]
-    assert "schedule.steps is 300 or 900" in caption
-    assert "regime e is {" in caption
-    assert "'terms.negative_entropy.weight': '10.0'" in caption
+def test_the_means_are_the_papers_five_and_all_13(make):
+    runs = [make((0.01 * k, 0.1, 0.5), c) for k, c in enumerate((*FIVE, "lamp"), 1)]
+    table = comparison_table(load_runs(runs))
+    assert numbers(table, "ours", "b", "mean of 5")[0] == pytest.approx(30)
+    assert numbers(table, "ours", "b", "mean of 6")[0] == pytest.approx(35)
+    assert numbers(table, "paper", "r", "mean of 5") == [48, 292, 329], "as printed"
+    assert numbers(table, "paper", "DN", "mean of 5")[:2] == [130, 580]
+    assert numbers(table, "paper", "PSGN", "mean of 5") == [200, 780, 353]
+    assert numbers(table, "paper", "e", "mean of 6")[1] == (300 + 284 + 325 + 277 + 324 + 384) / 6
+    caption = table.attrs["caption"]
+    assert "Mean of 5, for both sides: plane, bench, car, chair, sofa." in caption
+    assert "EMD of e and r, for which they give 302 and 300, and of PSGN, 569." in caption
+    five = paper_table().query("category in @FIVE").groupby("method")["emd"].mean()
+    assert [round(five[m]) for m in ("e", "r", "PSGN")] == [302, 300, 569]
+    without = comparison_table(load_runs(runs[:4])).attrs["caption"]
+    assert "Mean of 4" in without
+    assert "569" not in without
+    rest = [make((0.1, 0.1, 0.5), c) for c in PAPER_CATEGORIES if c not in (*FIVE, "lamp")]
+    table = comparison_table(load_runs([*runs, *rest]))
+    assert numbers(table, "paper", "PSGN", "mean of 13") == [250, 800, 360]
+    ours = table[table["source"] == "ours"]["category"].tolist()
+    assert ours == [*PAPER_CATEGORIES, "mean of 5", "mean of 13"]
+
+
+def test_five_other_categories_have_a_mean_of_their_own(make):
+    names = ("plane", "bench", "car", "chair", "table")
+    table = comparison_table(load_runs([make((0.1, 0.1, 0.5), c) for c in names]))
+    assert numbers(table, "paper", "b", "mean of 5")[0] == pytest.approx(
+        (31 + 42 + 58 + 36 + 47) / 5
+    )
+    assert "DN" not in table[table["category"] == "mean of 5"]["method"].tolist()
+    assert "Mean of 5, for both sides: plane, bench, car, chair, table." in table.attrs["caption"]
 
 
 def test_what_is_as_in_the_paper_is_not_called_different(make):
-    run = make((0.05, 0.4, 0.7), templates=30, settings=AS_THE_PAPER)
-    caption = comparison_table(load_runs([run])).attrs["caption"]
-    assert caption.endswith("cannot be drawn again; the settings are the same.")
+    run = make((0.05, 0.4, 0.7), settings={})
+    assert differences(run) == []
+    table = comparison_table(load_runs([run]))
+    caption = table.attrs["caption"]
+    for words in (
+        "protocol paper (1,024 points, hemisphere of radius 3.2",
+        "(94 a run)",
+        "table 6,785 + 0 + 1,694 (about 8,510)",
+    ):
+        assert words in caption, words
+    compared, equal = re.search(r"Compared were (\d+) .* of which (\d+) are", caption).groups()
+    assert int(compared) == int(equal) + 1, "but for the images"
+    assert "are the same" not in caption
+
+
+def other(value):
+    """Another value of the same kind."""
+    match value:
+        case None:
+            return 7
+        case bool():
+            return not value
+        case int() | float():
+            return 2 * value + 1
+        case list():
+            return [2 * x for x in value]
+    return f"another-{value}"
+
+
+@pytest.mark.parametrize("key", paper_settings().settings)
+def test_each_setting_that_is_not_the_papers_is_listed(make, key):
+    told = differences(
+        make((0.05, 0.4, 0.7), settings={key: other(paper_settings().settings[key])})
+    )
+    assert len(told) == 1
+    assert told[0].startswith(f"{key} is ")
+    assert "(paper: " in told[0]
+
+
+@pytest.mark.parametrize("regime", "bwer")
+def test_each_setting_of_a_regime_that_is_not_the_papers_is_listed(make, regime):
+    for seed, (key, value) in enumerate(paper_settings().regimes[regime].items()):
+        run = make(
+            (0.05, 0.4, 0.7), "table", regime, seed=seed, settings={f"regime.{key}": other(value)}
+        )
+        told = differences(run)
+        assert len(told) == 1, told
+        assert told[0].startswith(f"regime {regime}: {key} is ")
+
+
+def test_the_settings_that_once_went_unseen_are_listed(make):
+    odd = {
+        "network.degrees": [1, 1, 1],
+        "schedule.num_points": 64,
+        "data.render.height": 48,
+        "data.render.width": 64,
+        "data.render.azimuths": [0.0],
+    }
+    assert differences(make((0.05, 0.4, 0.7), settings=odd)) == [
+        "data.render.height is 48 (paper: 192)",
+        "data.render.width is 64 (paper: 256)",
+        "data.render.azimuths is [0] (paper: [45])",
+        "network.degrees is [1, 1, 1] (paper: [3, 3, 3])",
+        "schedule.num_points is 64 (paper: 1024)",
+    ]
+
+
+def test_runs_that_differ_from_each_other_are_told_together(make):
+    first = make((0.05, 0.4, 0.7), settings={})
+    second = make((0.05, 0.4, 0.7), regime="e", settings={"schedule.steps": 900})
+    assert differences(first, second) == ["schedule.steps is 100000 or 900 (paper: 100000)"]
+
+
+def test_settings_that_the_paper_does_not_have_are_listed(make):
+    timm = {"encoder.name": "timm", "encoder.model": "resnet18", "encoder.pretrained": True}
+    own = {"regime.terms.bend.term": "bending", "regime.terms.bend.weight": 0.5}
+    watched = {"regime.terms.seen.term": "bending", "regime.terms.seen.weight": 0.0}
+    config = timm | own | watched | {"network.dropout": 0.1}
+    run = make((0.05, 0.4, 0.7), settings=config)
+    content = OmegaConf.load(run.config)
+    del content.encoder["width"], content.encoder["weights"]
+    OmegaConf.save(content, run.config)
+    assert differences(run) == [
+        "encoder.name is timm with model=resnet18, pretrained=true (paper: mobilenet)",
+        "network.dropout is 0.1 (paper: has no such setting)",
+        "regime b: terms.bend.term is bending (paper: has no such setting)",
+        "regime b: terms.bend.weight is 0.5 (paper: has no such setting)",
+    ]
+
+
+def test_a_regime_that_the_paper_does_not_have(make):
+    run = make((0.05, 0.4, 0.7), settings={"regime.name": "mine"})
+    (told,) = differences(run)
+    assert told.startswith("regime mine is min_weight=0.1, selection.name=weighted, ")
+    assert told.endswith("(paper: none of this name)")
+
+
+def test_settings_are_read_whatever_wrote_them(make):
+    run = make((0.05, 0.4, 0.7), settings={})
+    config = OmegaConf.load(run.config)
+    config.schedule.annealing_steps = 10_000.0
+    config.encoder.weights = f"/somewhere/{config.encoder.weights}"
+    del config["network"]["batch_norm_momentum"]
+    OmegaConf.save(config, run.config)
+    assert differences(run) == ["network.batch_norm_momentum is not set (paper: 0.01)"]
+
+
+def test_other_data_is_listed(make):
+    run = make((0.05, 0.4, 0.7), data={"sources": {"table": {"source": "shapenet", "version": 2}}})
+    assert "ShapeNet's version is 2 (paper: 1)" not in differences(run), "that is not ShapeNet"
+    told = differences(
+        make(
+            (0.05, 0.4, 0.7),
+            "sofa",
+            settings={"data.images": "r2n2"},
+            data={"sources": {"sofa": {"source": "shapenet", "version": 2}}, "templates": ["a"]},
+        )
+    )
+    assert told == [
+        "the image source is r2n2, with cameras of its own (paper: the authors' renderings, by "
+        "Blender)",
+        "ShapeNet's version is 2 (paper: 1)",
+        "the templates are not the paper's 30 (sofa 1, of which 0 are the paper's)",
+    ]
+
+
+def test_the_authors_camera_has_the_authors_elevation(make):
+    usual = {"data.render.elevation": None}
+    assert differences(make((0.05, 0.4, 0.7), settings=usual)) == []
+    framed = usual | {"data.render.camera": "framed"}
+    assert differences(make((0.05, 0.4, 0.7), seed=1, settings=framed)) == [
+        "data.render.camera is framed (paper: authors)",
+        "data.render.elevation is 30 (paper: 30.96)",
+    ]
+
+
+def test_templates_are_compared_by_their_ids_not_by_how_they_were_chosen(make):
+    ids = paper_templates("table")
+    same = make(
+        (0.05, 0.4, 0.7),
+        settings={"template_strategy.name": "listed"},
+        data={"templates": ids[::-1]},
+    )
+    assert differences(same) == []
+    fewer = make((0.05, 0.4, 0.7), seed=1, settings={}, data={"templates": [*ids[:28], "x", "y"]})
+    assert differences(same, fewer) == [
+        "the templates are not the paper's 30 (table 30, of which 28 are the paper's)"
+    ]
+
+
+def test_how_a_run_was_tested_is_compared(make):
+    few = ProtocolDescription.of(PaperProtocol(points=64)).to_json()
+    run = make((0.05, 0.4, 0.7), settings={}, protocol=few, step=5, seed=3)
+    every = make((0.05, 0.4, 0.7), settings={})
+    summary = every.evaluation("paper") / "summary.json"
+    content = json.loads(summary.read_text()) | {"settings": {"all_views": True}}
+    summary.write_text(json.dumps(content))
+    told = differences(run)
+    assert told[0].startswith("the protocol is 64 points, ")
+    assert told[1:] == ["the step that is tested is 5 (paper: the last)"]
+    assert differences(every) == [
+        "what is tested is every view of a shape (paper: one view of a shape)"
+    ]
+
+
+def test_a_run_of_before_data_was_recorded(make):
+    run = make((0.05, 0.4, 0.7), settings={})
+    (run.path / "data.json").unlink()
+    assert differences(run) == [
+        "ShapeNet's version is not recorded (paper: 1)",
+        "the templates are not the paper's 30 (table not recorded)",
+    ]
+    table = comparison_table(load_runs([run]))
+    assert "table not recorded (about 8,510)" in table.attrs["caption"]
+
+
+def test_results_of_validation_shapes_are_not_taken_for_results(make):
+    good, searched = make((0.05, 0.4, 0.7)), make((0.01, 0.1, 0.9), seed=1)
+    place = searched.evaluation("paper")
+    place.rename(searched.evaluation("paper", "val"))
+    searched.set_status("finished", summary={"chamfer": 0.01, "emd": 0.1, "iou": 0.9})
+    table = comparison_table(load_runs([good, searched]))
+    assert numbers(table, "ours", "b", "table")[0] == pytest.approx(50)
+    with pytest.raises(DataError, match="no finished run"):
+        comparison_table(load_runs([searched]))
+
+
+def test_what_a_terminal_shows(make):
+    runs = load_runs([make((0.0504, 0.4, 0.7)), make((0.05, 0.4, 0.7), "a_[b]")])
+    table = comparison_table(runs)
+    head, rows = stacked(table)
+    assert head == ["category", "", "b", "w", "e", "r", "PSGN"]
+    assert rows[0] == ["table", "ours", "50/400/300", "-", "-", "-", "-"]
+    assert rows[1][:4] == ["", "paper", "47/352/447", "46/331/432"]
+    assert rows[2] == ["a_[b]", "ours", "50/400/300", "-", "-", "-", "-"]
+    console = Console(width=200, record=True, file=io.StringIO())
+    console.print(to_console(table))
+    shown = console.export_text()
+    assert "a_[b]" in shown
+    assert "- schedule.steps is 300 (paper: 100000)" in shown
+    assert table.attrs["compared"] in shown
+    table.attrs.clear()
+    with pytest.raises(DataError, match="lost its caption"):
+        to_console(table)
 
 
 def test_markdown(make):
@@ -229,14 +464,3 @@ def test_what_cannot_be_set_beside_the_paper_is_said(make):
     table.attrs.clear()
     with pytest.raises(DataError, match="lost its caption"):
         markdown(table)
-
-
-def test_settings_are_read_whatever_wrote_them(make):
-    run = make((0.05, 0.4, 0.7), templates=30, settings=AS_THE_PAPER)
-    config = OmegaConf.load(run.config)
-    config.schedule.annealing_steps = 10_000  # not 10000.0
-    del config["network"]
-    OmegaConf.save(config, run.config)
-    caption = comparison_table(load_runs([run])).attrs["caption"]
-    assert "annealing" not in caption
-    assert "network.batch_norm_momentum is unset (paper: 0.01)" in caption

@@ -452,7 +452,7 @@ def test_a_picture_goes_into_the_run_s_folder(run, capsys):
 def test_mistakes_are_named(run, options, message):
     with pytest.raises(UserError, match=message):
         draw("figure=overview", *(option.format(run=run.path) for option in options))
-    with pytest.raises(UserError, match="choose one of overview, subdivision"):
+    with pytest.raises(UserError, match="choose one of method, overview, subdivision"):
         draw("figure=overvew", str(run.path))
 
 

@@ -337,6 +337,32 @@ def test_the_study_s_question_is_asked(sweep, tmp_path):
         write_report(tmp_path, open_run)
 
 
+def test_results_beside_the_papers(tiny_run, sweep, tmp_path):
+    page = Page(write_report(tmp_path, open_run))
+    assert "Beside the paper" not in page.text, "where the study does not ask for it"
+    (tmp_path / "study.yaml").write_text("beside_paper: true\n")
+    page = Page(write_report(tmp_path, open_run))
+    assert "There is nothing to set beside the paper's Table 3: " in page.text
+    shutil.copytree(tiny_run.path, tmp_path / "runs" / "one")
+    (tmp_path / "runs" / "study.yaml").write_text("beside_paper: true\n")
+    page = Page(write_report(tmp_path / "runs", open_run))
+    table = page.tables[1]
+    assert table[0] == ["category", "", "b", "w", "e", "r", "PSGN"]
+    assert table[1][:2] == ["table", "ours"]
+    assert re.fullmatch(r"\d+/\d+/\d+", table[1][5])
+    assert table[2] == [
+        "",
+        "paper",
+        "47/352/447",
+        "46/331/432",
+        "46/342/420",
+        "49/319/450",
+        "-/-/394",
+    ]
+    assert "schedule.steps is 8 (paper: 100000)" in page.text
+    assert "Compared were " in page.text
+
+
 def test_no_examples_without_a_checkpoint(written):
     page = Page(written[1])
     assert "no examples, since" in page.text

@@ -72,6 +72,52 @@ def test_the_paper_schedule_is_the_papers():
     assert (cfg.data.render.height, cfg.data.render.width, cfg.encoder.width) == (192, 256, 0.25)
 
 
+def test_the_paper_schedule_brings_the_papers_momentum():
+    assert typed("schedule=paper").network.batch_norm_momentum == 0.01
+    assert typed().network.batch_norm_momentum == 0.1
+    assert typed("schedule=paper", "network.batch_norm_momentum=0.2").network.hidden == 512
+    given = typed("network.batch_norm_momentum=0.2", "schedule=paper")
+    assert given.network.batch_norm_momentum == 0.2, "what is given counts, wherever it stands"
+
+
+@pytest.mark.parametrize(
+    ("width", "words"),
+    [
+        (
+            0.25,
+            "encoder.weights=mobilenet_2_5_192_tf_no_top.h5 (https://github.com/fchollet/"
+            "deep-learning-models/releases/download/v0.6/mobilenet_2_5_192_tf_no_top.h5), or",
+        ),
+        (1, "encoder.weights=mobilenet_1_0_192_tf_no_top.h5 (https://"),
+        (0.3, "Keras publishes none of width 0.3: encoder.weights=FILE takes yours, or"),
+    ],
+)
+def test_the_paper_schedule_asks_for_the_papers_weights(width, words):
+    with pytest.raises(ConfigError, match=r"encoder\.weights=none") as caught:
+        validate(typed("schedule=paper", f"encoder.width={width}"))
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["schedule=paper", "encoder.weights=none"],
+        ["schedule=paper", "encoder.weights=README.md"],
+        ["schedule=paper", "encoder=timm", "encoder.model=resnet18"],
+        ["schedule=quick"],
+        ["schedule=quick", "encoder.weights=none"],
+    ],
+)
+def test_the_paper_schedule_takes_an_answer_and_others_do_not_ask(overrides):
+    validate(typed(*overrides))
+
+
+def test_weights_that_cannot_be_read_are_refused_at_once(monkeypatch):
+    monkeypatch.setattr("ffd_lightning.app.parts.encoders.find_spec", lambda name: None)
+    with pytest.raises(ConfigError, match=r"need h5py: pip install 'ffd_lightning\[keras\]'"):
+        validate(typed("encoder.weights=README.md"))
+
+
 def test_regimes_combine():
     cfg = typed("regime=e", "regime.terms.offset_penalty.weight=1")
     assert cfg.regime.terms["negative_entropy"].weight == 100
@@ -194,7 +240,7 @@ MISTAKES = [
     (["data.limit=many"], ["data.limit", "'many'", "Integer"]),
     (["regime.selection.function=cubic"], ["'cubic'", "identity, log"]),
     (["evaluation.subset=train"], ["'train'", "val, test"]),
-    (["+regime.terms.chamfer.annealing=linear"], ["regime.terms.chamfer", "constant, exponential"]),
+    (["+regime.terms.chamfer.annealing=cosine"], ["regime.terms.chamfer", "constant, exponential"]),
     (["network.degrees=[3,3]"], ["network.degrees=[3, 3] must be three numbers"]),
     (["plugins=[no_such_module]"], ["plugins=no_such_module: cannot be imported"]),
     # spelling of the command line

@@ -72,6 +72,19 @@ def written(cfg, folder):
     return checked(cfg, RunFolder(folder))
 
 
+def test_a_default_that_is_said_is_the_default(tiny_config, tmp_path):
+    run = written(tiny_config(), tmp_path)
+    before = run.config.read_text()
+    said = tiny_config("encoder.weights=none")
+    assert said.encoder.weights == "none"
+    assert identity(said) == identity(tiny_config())
+    check_folder(said, run)
+    assert run.config.read_text() == before
+    run = written(said, tmp_path / "said")
+    assert run.config.read_text() == before
+    check_folder(tiny_config(), run)
+
+
 @pytest.mark.parametrize("override", NO_OTHER_RUN)
 def test_where_and_how_fast_makes_no_other_run(tiny_config, tmp_path, override):
     run = written(tiny_config(), tmp_path)
@@ -155,6 +168,12 @@ def folder(*overrides):
         (["schedule=paper"], "chair/b/t16/seed0_paper"),
         (["schedule=paper", "schedule.steps=50"], "chair/b/t16/seed0_paper_steps-50"),
         (["schedule.steps=300"], "chair/b/t16/seed0"),  # the default
+        (["encoder.weights=none"], "chair/b/t16/seed0"),  # the default, said
+        (["schedule=paper", "encoder.weights=none"], "chair/b/t16/seed0_paper"),
+        (
+            ["schedule=paper", "network.batch_norm_momentum=0.1"],
+            "chair/b/t16/seed0_paper_batch_norm_momentum-0.1",
+        ),
         (["trainer.precision=bf16-mixed"], "chair/b/t16/seed0_precision-bf16-mixed"),
         (["trainer=cpu", "trainer.devices=2", "logger=none"], "chair/b/t16/seed0"),
         (["protocol=modern", "evaluation.seed=2"], "chair/b/t16/seed0"),

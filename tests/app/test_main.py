@@ -188,7 +188,7 @@ def test_help_does_not_load_torch():
         (["figures", "figure=voxels", "runs=[a", "number=3"], "runs=[a cannot be used"),
         (["status", "/no/such"], "no run in /no/such"),
         (["shapes", "categories=[tabel]"], "no category 'tabel': "),
-        (["figures", "figure=ovrview", "x"], "figure=ovrview: choose one of overview"),
+        (["figures", "figure=ovrview", "x"], "figure=ovrview: choose one of method, overview"),
     ],
 )
 def test_mistakes_in_settings_are_one_message(arguments, message, capsys):

@@ -21,8 +21,10 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.photo_jobs import find_jobs
 from ffd_lightning.app.photo_run import predict_files
 from ffd_lightning.data.preparation.part_labels import PART_COLORS
+from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.pieces import pieces
 from ffd_lightning.inference.predictor import Predictor
 
@@ -108,32 +110,46 @@ def test_pieces_have_the_parts_names_and_the_faces_colours(written):
     colors = {tuple(c) for c in mesh.visual.face_colors.tolist()}
     assert 1 < len(colors) <= 64, "few enough to be shown as they are"
     assert len({alpha for *_, alpha in colors}) > 1, "glass too"
-    assert shown_colors(scene) == colors
+    shown, expected = (np.array(sorted(c)) for c in (shown_colors(scene), colors))
+    apart = np.abs(expected[:, None] - shown).max(axis=2)
+    assert apart.min(axis=0).max() <= 7, "in eight bits of linear light, black is coarse"
+    assert apart.min(axis=1).max() <= 7
 
 
 def shown_colors(scene):
-    return {
-        tuple(np.round(np.asarray(g.visual.material.baseColorFactor)).astype(int).tolist())
-        for g in scene.geometry.values()
-    }
+    """The colours of a GLB file's pieces, from linear light as a viewer shows it."""
+    return {shown_color(g) for g in scene.geometry.values()}
 
 
-def test_a_template_of_many_colours_is_shown_in_few_like_ones(selecting, photos, tmp_path):
+def shown_color(piece):
+    red, green, blue, alpha = np.asarray(piece.visual.material.baseColorFactor).tolist()
+    rgb = [
+        12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055
+        for c in np.array([red, green, blue]) / 255
+    ]
+    return (*(round(255 * c) for c in rgb), alpha)
+
+
+def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_path):
+    """In both files, the deformed mesh has the textures of its template and looks like it."""
     photo = sorted(photos.iterdir())[0]
     run = selecting(TRESTLE)
     config = PredictConfig(
-        run=str(run), image=str(photo), out=str(tmp_path), points=9, preview=False
+        run=str(run), image=str(photo), out=str(tmp_path), points=9, preview=False, obj=True
     )
     predict_files(config)
-    scene = trimesh.load(tmp_path / photo.stem / "mesh.glb", process=False)
-    mesh = Predictor.load(run).predict(photo).mesh
-    colors = np.unique(mesh.visual.face_colors, axis=0).astype(int)
-    assert len(colors) > 64
-    assert sum(len(g.faces) for g in scene.geometry.values()) == len(mesh.faces)
-    shown = np.array(sorted(shown_colors(scene)))
-    assert len(shown) <= 64
-    apart = np.abs(colors[:, None] - shown).max(axis=2).min(axis=1)
-    assert apart.max() <= 32, "every face's colour has one like it"
+    folder, found = tmp_path / photo.stem, Predictor.load(run).predict(photo)
+    pictures = [folder / f"mesh-texture-{k}.png" for k in range(len(found.surface.textures))]
+    assert pictures
+    assert all(picture.is_file() for picture in pictures)
+    expected = render(found.surface, height=96, width=128).astype(int)
+    for file, others in (("mesh.glb", []), ("mesh.obj", [folder / "mesh.mtl", *pictures])):
+        mesh = read_mesh(folder / file, others)
+        assert len(mesh.faces) == len(found.mesh.faces)
+        own = {texture.tobytes() for texture in mesh.textures}
+        assert own == {texture.tobytes() for texture in found.surface.textures}
+        shown = render(mesh, height=96, width=128)[..., :3].astype(int)
+        assert np.abs(shown - expected[..., :3]).mean() < 0.3, file
 
 
 def test_the_lattice_is_drawn_before_and_after(written):
@@ -187,8 +203,8 @@ def test_colours_by_part(config, photos, checkpoint):
     scene = trimesh.load(Path(config.out) / photo.stem / "mesh.glb", process=False)
     names = Predictor.load(checkpoint).model.bank.part_names
     for name, piece in scene.geometry.items():
-        color = tuple(int(c) for c in piece.visual.material.baseColorFactor[:3])
-        assert color == PART_COLORS[names.index(name.rsplit("-", 1)[0])]
+        expected = PART_COLORS[names.index(name.rsplit("-", 1)[0])]
+        np.testing.assert_allclose(shown_color(piece)[:3], expected, atol=7)
 
 
 def test_many_colours_become_few_pieces():

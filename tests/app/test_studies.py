@@ -8,6 +8,7 @@ from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import OmegaConf
 
+from ffd_lightning.app import sweep_summary
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.commands import sweep as studies
 from ffd_lightning.app.commands.sweep import Request, run_study
@@ -16,7 +17,14 @@ from ffd_lightning.app.hydra_app import compose_config, config_folder, prepare_h
 from ffd_lightning.app.identity import run_folder
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.studies.search import run_search
-from ffd_lightning.app.studies.study import Range, Search, commands, load_study, merge_overrides
+from ffd_lightning.app.studies.study import (
+    Range,
+    Search,
+    commands,
+    load_study,
+    merge_overrides,
+    sample_jobs,
+)
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
@@ -39,16 +47,82 @@ def first_values(overrides):
 def test_the_studies_compose(file, quick):
     study = load_study(file)
     assert study.question
-    for sweep in commands(study, "x", quick, []):
+    answer = [] if quick else ["encoder.weights=none"]
+    for sweep in commands(study, "x", quick, answer):
         cfg = typed_config(compose_config("train", TrainConfig, first_values(sweep)), TrainConfig)
         validate(cfg)
         assert cfg.schedule.name == ("quick" if quick or file.stem == "search" else "paper")
         assert cfg.name == "x"
 
 
+@pytest.mark.parametrize("file", STUDIES, ids=lambda f: f.stem)
+def test_a_study_for_the_paper_asks_for_its_weights_before_it_starts(
+    file, trained, tmp_path, capsys
+):
+    paper = file.stem != "search"
+    given = [file.stem, f"paths.runs={tmp_path}"]
+    assert run_study(Request.parse([*given, "--dry-run"])) == 0
+    told = capsys.readouterr()
+    assert "python train.py -m" in told.out
+    assert ("mobilenet_2_5_192_tf_no_top.h5 (https://" in told.err) == paper
+    if paper:
+        with pytest.raises(ConfigError, match=r"mobilenet_2_5_192_tf_no_top\.h5 \(https://"):
+            run_study(Request.parse(given))
+        with pytest.raises(ConfigError, match=r"encoder.weights=/no/such.h5 is not a file"):
+            run_study(Request.parse([*given, "encoder.weights=/no/such.h5"]))
+    assert not trained
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_study_goes_on_when_it_is_told_to(trained, tmp_path):
+    run_study(Request.parse(["regimes", f"paths.runs={tmp_path}", "encoder.weights=none"]))
+    assert "encoder.weights=none" in trained[0]
+
+
+def test_a_study_asks_where_one_of_its_jobs_would(trained, tmp_path):
+    given = ["regimes", "--quick", f"paths.runs={tmp_path}"]
+    with pytest.raises(ConfigError, match="schedule=paper starts from ImageNet weights"):
+        run_study(Request.parse([*given, "schedule=quick,paper"]))
+    with pytest.raises(ConfigError, match=r"no\.h5 is not a file"):
+        run_study(Request.parse([*given, "encoder.weights=none,no.h5"]))
+    assert not trained
+
+
+def test_jobs_of_a_sweep():
+    given = ["a=range(3)", "hydra/launcher=joblib", "c.d=[1,2]", "e='x,y'", "f=glob(*)", "+g=1"]
+    assert sample_jobs(given) == [["a=0", "c.d=[1,2]", "e='x,y'", "+g=1"]]
+    assert sample_jobs(["a=1,2", "b=3,4", "c=5,6"], ["a", "c"]) == [
+        ["a=1", "b=3", "c=5"],
+        ["a=1", "b=3", "c=6"],
+        ["a=2", "b=3", "c=5"],
+        ["a=2", "b=3", "c=6"],
+    ]
+
+
+def test_the_papers_table_ends_beside_the_papers(trained, tmp_path, monkeypatch, capsys):
+    shown = []
+    monkeypatch.setattr(sweep_summary, "print_beside_paper", shown.append)
+    for name in ("paper_table", "regimes"):
+        run_study(request_of(tmp_path, name))
+    assert shown == [tmp_path / "paper_table-quick"]
+    assert OmegaConf.load(shown[0] / "study.yaml").beside_paper is True
+    assert "beside_paper" not in OmegaConf.load(tmp_path / "regimes-quick" / "study.yaml")
+
+
+def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
+    sweep_summary.print_beside_paper(tiny_run.path)
+    told = capsys.readouterr().out
+    assert "Beside the paper's Table 3" in told
+    assert "47/352/447" in told
+    assert "- schedule.steps is 8 (paper: 100000)" in told
+    assert "- network.batch_norm_momentum is 1 (paper: 0.01)" in told
+    sweep_summary.print_beside_paper(tmp_path)
+    assert "nothing is set beside the paper's Table 3: no run in" in capsys.readouterr().err
+
+
 def test_all_studies_are_there():
     names = {f.stem for f in STUDIES}
-    assert names >= {"regimes", "template_counts", "paper_table", "joint", "search"}
+    assert names >= {"regimes", "template_counts", "paper_table", "joint", "joint_views", "search"}
 
 
 def test_the_second_stage_reads_the_ranking_of_the_first():
@@ -87,6 +161,31 @@ def test_a_later_stage_reads_the_folder_that_the_first_one_wrote(further):
         place, read = folders(sweep)
         assert read == f"{written}/template_ranking.csv"
         assert place.endswith(f"/seed0{name}"), "what the study sets itself is not in names"
+
+
+@pytest.mark.parametrize("quick", [False, True])
+def test_the_joint_study_is_the_authors(quick):
+    """Their `create_mixed_params.py`: networks `e_<category>_v8`, ranked in mode train."""
+    ranks, joint = commands(load_study(STUDIES[0].parent / "joint.yaml"), "x", quick, [])
+    first, last = (
+        typed_config(compose_config("train", TrainConfig, first_values(stage)), TrainConfig)
+        for stage in (ranks, joint)
+    )
+    assert first.template_ranking.subset.value == "train"
+    assert first.template_ranking.all_views
+    # Their view k is at these azimuths; 5 is that of all other networks, and is tested on.
+    theirs = [270, 225, 180, 135, 90, 45, 0, 315]
+    for cfg in (first, last):
+        assert cfg.regime.name == "e"
+        assert cfg.regime.terms["negative_entropy"].weight == 100
+        assert cfg.data.render.azimuths[0] == theirs[5]
+        assert sorted(cfg.data.render.azimuths) == sorted(theirs)
+    assert last.templates.count == 2 * len(last.category.members)
+    assert last.templates.hold_out == first.templates.count * len(last.category.members)
+    category = "sofa" if quick else "plane"
+    written, _ = folders(ranks)
+    _, read = folders(joint)
+    assert read.replace("{category}", category) == f"{written}/template_ranking.csv"
 
 
 def test_a_study_in_another_precision_has_other_folders():
@@ -178,8 +277,8 @@ def test_a_dry_run_only_prints(trained, tmp_path, capsys):
     [
         (["--quik"], "no option --quik: --quick, --dry-run, --config-dir"),
         (["regimes", "joint"], "two studies: regimes and joint"),
-        (["--quick"], "name a study: joint, paper_table, regimes"),
-        (["regime"], "no study 'regime': .* has joint, paper_table, regimes"),
+        (["--quick"], "name a study: joint, joint_views, paper_table, regimes"),
+        (["regime"], "no study 'regime': .* has joint, joint_views, paper_table, regimes"),
     ],
 )
 def test_a_command_line_that_names_no_study(arguments, message):

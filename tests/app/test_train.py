@@ -49,7 +49,14 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     assert mean == pytest.approx(summary["chamfer"], rel=1e-5)
     ranking = list(csv.DictReader((run.path / "template_ranking.csv").open()))
     assert [int(r["rank"]) for r in ranking] == [1, 2]
-    split = open_run(run).data.split
+    opened = open_run(run).data
+    split = opened.split
+    assert run.data == opened.record()
+    assert (
+        run.data["sources"]["table"].items() >= {"source": "procedural", "num_models": 24}.items()
+    )
+    assert run.data["shapes"] == {k: len(v) for k, v in split._asdict().items()}
+    assert set(run.data["templates"]) == {r["id"] for r in ranking}
     assert [r["id"] for r in rows] == list(split.test)
     assert split.val
     assert sum(int(r["count"]) for r in ranking) == len(split.val), "chosen before the test"
@@ -62,6 +69,26 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     (row,) = load_runs(find_runs(run.path)).to_dict("records")
     assert (row["category"], row["regime"], row["templates"]) == ("table", "b", 2)
     assert row["chamfer"] == summary["chamfer"]
+
+
+def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_path):
+    run = RunFolder(tmp_path / "a")
+    given = ["schedule.steps=2", "data.render.azimuths=[45,135]"]
+    counted = ["template_ranking.subset=train", "template_ranking.all_views=true"]
+    train(tiny_config(*given, *counted), run)
+    opened = open_run(run)
+    rows = list(csv.DictReader((run.path / "template_ranking.csv").open()))
+    expected = dict.fromkeys(opened.data.bank.ids, 0)
+    opened.network.eval()
+    for model in opened.data.split.train:
+        for view in (0, 1):
+            image = opened.data.prepared.image(opened.data.prepared.index(model), view)[..., :3]
+            batch = torch.from_numpy(image.copy()).permute(2, 0, 1)[None]
+            expected[opened.data.bank.ids[int(opened.network(batch).template_index)]] += 1
+    assert {r["id"]: int(r["count"]) for r in rows} == expected
+    assert sum(expected.values()) == 2 * len(opened.data.split.train)
+    with pytest.raises(ConfigError, match=r"template_ranking\.subset was train, now val"):
+        train(tiny_config(*given), run)
 
 
 def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):

@@ -1,4 +1,5 @@
 import itertools
+import json
 import pickle
 from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
@@ -142,6 +143,14 @@ def test_templates_and_subsets_are_disjoint_and_complete(tables):
     assert sorted(i for subset in subsets for i in subset) == list(tables.prepared.ids)
     assert len(tables.bank.ids) == 2
     assert all(tables.split)
+
+
+def test_what_is_recorded_of_the_data(tables):
+    record = json.loads(json.dumps(tables.record()))
+    assert record["sources"] == {"table": tables.prepared.manifest["settings"]["source"]}
+    assert record["prepared"] == {"table": tables.prepared.path.name}
+    assert record["templates"] == list(tables.bank.ids)
+    assert sum(record["shapes"].values()) == len(tables.prepared) - len(tables.bank.ids)
 
 
 def test_setup_runs_once(tables):

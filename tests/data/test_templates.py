@@ -24,6 +24,7 @@ from ffd_lightning.data.templates.strategies import (
 )
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import render
 
 MAX_EDGE = 0.08
 
@@ -61,7 +62,8 @@ def least_distance(distances, rows):
 # --- choosing -----------------------------------------------------------------------------------
 
 
-def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, distances):
+def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, distances, monkeypatch):
+    monkeypatch.setattr(strategies, "_SPREAD", len(prepared))  # the centre of all of them
     rows = [int(distances.sum(0).argmin())]
     while len(rows) < 6:
         rows.append(max(range(len(prepared)), key=lambda i: distances[i, rows].min()))
@@ -206,7 +208,7 @@ def test_the_lattice_is_the_box_of_the_mesh_and_not_of_the_cloud(bank):
 
 
 @pytest.mark.parametrize("index", range(3))
-def test_subdivided_mesh_keeps_shape_parts_and_colors(bank, index):
+def test_subdivided_mesh_keeps_shape_parts_colors_and_textures(bank, index):
     coarse, (fine, matrix) = bank.meshes[index], bank.subdivided(index)
     corners = fine.vertices[fine.faces]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
@@ -214,8 +216,19 @@ def test_subdivided_mesh_keeps_shape_parts_and_colors(bank, index):
     for part in np.unique(coarse.face_parts):
         areas = [area(m, m.face_parts == part) for m in (coarse, fine)]
         assert areas[0] == pytest.approx(areas[1], rel=1e-9)
-    for color in np.unique(coarse.face_colors, axis=0):
-        areas = [area(m, (m.face_colors == color).all(1)) for m in (coarse, fine)]
+    textures = [
+        np.full(len(m.faces), -1) if m.face_textures is None else m.face_textures
+        for m in (coarse, fine)
+    ]
+    for texture in np.unique(textures[0]):
+        areas = [area(m, t == texture) for m, t in zip((coarse, fine), textures, strict=True)]
+        assert areas[0] == pytest.approx(areas[1], rel=1e-9)
+    plain = [t < 0 for t in textures]
+    for color in np.unique(coarse.face_colors[plain[0]], axis=0):
+        areas = [
+            area(m, (m.face_colors == color).all(1) & own)
+            for m, own in zip((coarse, fine), plain, strict=True)
+        ]
         assert areas[0] == pytest.approx(areas[1], rel=1e-9)
     reproduced = (matrix @ bank.control_points[index]).numpy()
     np.testing.assert_allclose(reproduced, fine.vertices, atol=1e-5)
@@ -225,6 +238,18 @@ def area(mesh, faces):
     corners = mesh.vertices[mesh.faces[faces]]
     edges = corners[:, 1:] - corners[:, :1]
     return np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2
+
+
+def test_templates_keep_their_textures_deformed_too(bank):
+    """As an image, the deformed mesh has the texture's contrast, and so have its plain colours."""
+    index = next(k for k, mesh in enumerate(bank.meshes) if mesh.textures)
+    coarse, offsets = bank.meshes[index], torch.zeros_like(bank.control_points[index])
+    deformed = bank.deformed_mesh(index, offsets)
+    images = [render(m, height=96, width=128).astype(int) for m in (coarse, deformed)]
+    assert np.abs(images[0] - images[1]).mean() < 0.1
+    assert all(np.array_equal(*p) for p in zip(deformed.textures, coarse.textures, strict=True))
+    textured = deformed.face_textures >= 0
+    assert len(np.unique(deformed.face_colors[textured], axis=0)) > 3 * len(coarse.textures)
 
 
 def test_deformed_mesh_moves_as_the_offsets_say(bank):
@@ -256,6 +281,13 @@ def test_a_bank_comes_back_from_its_state(prepared, tmp_path, parts):
         np.testing.assert_array_equal(one.face_colors, other.face_colors)
         np.testing.assert_array_equal(one.face_parts, other.face_parts)
         assert one.part_names == other.part_names
+        assert len(one.textures) == len(other.textures)
+        for mine, theirs in zip(one.textures, other.textures, strict=True):
+            assert np.abs(mine.astype(int) - theirs).mean() < 4  # packed twice
+        if other.face_textures is not None:
+            np.testing.assert_array_equal(one.face_textures, other.face_textures)
+            np.testing.assert_array_equal(one.face_uvs, other.face_uvs)
+    assert any(mesh.textures for mesh in again.meshes)
     offsets = torch.randn(bank.control_points[1].shape) / 10
     one, other = again.deformed_mesh(1, offsets), bank.deformed_mesh(1, offsets)
     np.testing.assert_array_equal(one.vertices, other.vertices)

@@ -15,6 +15,7 @@ from ffd_lightning.evaluation.evaluator import (
     evaluate,
 )
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
+from ffd_lightning.evaluation.samples import predict
 
 
 @pytest.mark.parametrize("name", list(PROTOCOLS))
@@ -92,3 +93,19 @@ def test_results_say_what_they_were_measured_with(tiny_run, tmp_path, monkeypatc
     assert evaluate(evaluated, protocol, tmp_path, options) == summary
     assert counted == [1], "what is said of it has changed"
     assert np.isfinite(list(summary.values())).all()
+
+
+def test_a_ranking_is_the_same_however_many_images_are_counted_at_once(tiny_run, monkeypatch):
+    run = open_run(tiny_run)
+    data, network = run.data, run.network
+    samples = Shapes(data.prepared, data.rows(data.split.train)).samples(all_views=False)
+    assert len(samples) % 4 > 0
+    whole = evaluator.rank_templates(network, data.bank, data.prepared, samples)
+    monkeypatch.setattr(evaluator, "_AT_ONCE", 4)
+    chunked = evaluator.rank_templates(network, data.bank, data.prepared, samples)
+    means = predict(network, data.prepared, samples).weights.mean(0)
+    weights = dict(zip(data.bank.ids, means.tolist(), strict=True))
+    for found in (whole, chunked):
+        assert sum(row["count"] for row in found) == len(samples)
+        assert {row["id"]: row["mean_weight"] for row in found} == pytest.approx(weights, rel=1e-5)
+    assert [(r["id"], r["count"]) for r in whole] == [(r["id"], r["count"]) for r in chunked]

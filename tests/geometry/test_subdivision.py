@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from ffd_lightning.geometry.subdivision import subdivide
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.subdivision import subdivide, subdivide_mesh
+from ffd_lightning.imaging.rendering import render
 
 
 def test_short_edges_same_surface_and_origin_of_faces():
@@ -22,3 +24,53 @@ def test_short_edges_same_surface_and_origin_of_faces():
 def test_refuses_no_length():
     with pytest.raises(ValueError, match="max_edge"):
         subdivide(np.eye(3), np.array([[0, 1, 2]]), 0)
+
+
+def textured_box(seed=0):
+    """A box of two textures and plain faces, its UVs torn apart at every edge."""
+    rng = np.random.default_rng(seed)
+    box = trimesh.creation.box((0.7, 0.4, 0.5))
+    return Mesh(
+        vertices=np.asarray(box.vertices, float),
+        faces=np.asarray(box.faces, np.int64),
+        face_colors=rng.integers(0, 256, (12, 4), np.uint8) | np.uint8(3),
+        face_parts=np.arange(12, dtype=np.uint8),
+        part_names=tuple("abcdefghijkl"),
+        textures=tuple(rng.integers(0, 256, (s, 2 * s, 4), np.uint8) for s in (3, 5)),
+        face_textures=np.array([0, 1, -1] * 4, np.int16),
+        face_uvs=rng.uniform(-2, 3, (12, 3, 2)).astype(np.float32),
+    )
+
+
+def test_textures_stay_where_they_are():
+    """The UV of each new corner is what lies there, by its areas within the face it came from."""
+    mesh = textured_box()
+    fine = subdivide_mesh(mesh, 0.06)
+    index = subdivide(mesh.vertices, mesh.faces, 0.06).face_index
+    assert len(fine.faces) > 20 * len(mesh.faces)
+    for name in ("face_colors", "face_parts", "face_textures"):
+        np.testing.assert_array_equal(getattr(fine, name), getattr(mesh, name)[index])
+    whole = mesh.vertices[mesh.faces[index]]
+    for corner in range(3):
+        point = fine.vertices[fine.faces[:, corner]]
+        weights = trimesh.triangles.points_to_barycentric(whole, point)
+        expected = np.einsum("fc,fcd->fd", weights, mesh.face_uvs[index])
+        textured = mesh.face_textures[index] >= 0
+        np.testing.assert_allclose(fine.face_uvs[textured, corner], expected[textured], atol=1e-5)
+
+
+def test_a_subdivided_mesh_looks_the_same():
+    mesh = textured_box()
+    images = [
+        render(m, height=96, width=128).astype(int) for m in (mesh, subdivide_mesh(mesh, 0.05))
+    ]
+    changed = np.abs(images[0] - images[1]).max(axis=-1)
+    assert changed.mean() < 0.05
+    assert (changed > 4).mean() < 1e-3  # rays along an edge that meet the one face or the other
+    plain = render(mesh.without_textures(), height=96, width=128).astype(int)
+    assert np.abs(images[0] - plain).mean() > 5, "the texture is not seen"
+
+
+def test_meshes_without_textures_stay_without():
+    plain = subdivide_mesh(textured_box().without_textures(), 0.1)
+    assert (plain.textures, plain.face_textures, plain.face_uvs) == ((), None, None)

@@ -1,6 +1,7 @@
 import math
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 import torch
 
@@ -27,12 +28,18 @@ def test_costs_count_by_a_function_of_the_weights(unchecked):
     logs, loss = WeightedCosts("log")(prediction, costs)
     assert torch.equal(logs, log_weights(weights))
     assert loss is None
-    with pytest.raises(ValueError, match="function=square must be one of identity, log"):
-        WeightedCosts("square")
+    squares, loss = WeightedCosts("square")(prediction, costs)
+    np.testing.assert_array_equal(squares, np.array([[0.0625, 0.5625]]))
+    assert loss is None
+    with pytest.raises(ValueError, match="function=root must be one of identity, log, square"):
+        WeightedCosts("root")
 
 
 def test_it_is_registered():
     from ffd_lightning.app.parts.objective import Weighting
 
     assert registry.part("selection", "weighted").function == "identity"
-    assert registry.part("selection", "weighted", function=Weighting.log).function == "log"
+    for function in Weighting:
+        found = registry.part("selection", "weighted", function=function).function
+        assert found == function.value
+    assert [function.value for function in Weighting] == list(WeightedCosts.FUNCTIONS)

@@ -1,12 +1,19 @@
 import math
 from typing import NamedTuple
 
+import numpy as np
 import pytest
 import torch
 
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample
-from ffd_lightning.losses.terms import StepInput, chamfer, negative_entropy, offset_penalty
+from ffd_lightning.losses.terms import (
+    StepInput,
+    chamfer,
+    negative_entropy,
+    offset_penalty,
+    uniform_penalty,
+)
 
 
 class Prediction(NamedTuple):
@@ -66,3 +73,12 @@ def test_offset_penalty_matches_loops():
         float(weights[q, t]) * float((offsets[q, t] ** 2).sum()) for q in range(2) for t in range(3)
     )
     assert float(offset_penalty(step_input(weights, offsets))) == pytest.approx(expected, rel=1e-5)
+
+
+def test_the_uniform_penalty_does_not_ask_for_weights():
+    g = torch.Generator().manual_seed(1)
+    weights, offsets = torch.rand(2, 3, generator=g), torch.randn(2, 3, 4, 3, generator=g)
+    expected = np.linalg.norm(offsets.numpy().reshape(-1)) ** 2
+    for given in (weights, torch.zeros_like(weights)):
+        found = float(uniform_penalty(step_input(given, offsets)))
+        assert found == pytest.approx(expected, rel=1e-5)

@@ -187,6 +187,8 @@ def test_encoders_by_name():
 def test_an_encoder_is_built_again_without_the_file_of_its_first_weights(tmp_path):
     encoder = registry.part("encoder", "mobilenet", width=0.5, image_size=SIZE)
     assert encoder.part.settings == {"width": 0.5, "weights": None}
+    same = registry.part("encoder", "mobilenet", width=0.5, image_size=SIZE, weights="none")
+    assert same.part == encoder.part
     gone = replace(encoder.part, settings={"width": 0.5, "weights": str(tmp_path / "gone.h5")})
     again = gone.build(image_size=SIZE)
     again.load_state_dict(encoder.state_dict())

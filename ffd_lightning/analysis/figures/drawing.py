@@ -57,20 +57,17 @@ def draw_row(
         view: camera and size.
         cameras: of each shape, where it is not the view's.
     """
-    cameras = cameras or [view.camera] * len(meshes)
+    views = [replace(view, camera=c) for c in cameras or [view.camera] * len(meshes)]
     scale = min(
-        fitting_scale(mesh.used_vertices(), replace(view, camera=camera))
-        for mesh, camera in zip(meshes, cameras, strict=True)
+        fitting_scale(mesh.used_vertices(), seen) for mesh, seen in zip(meshes, views, strict=True)
     )
-    return [
-        render(
-            mesh.with_vertices(scale * mesh.vertices),
-            camera,
-            height=view.height,
-            width=view.width,
-        )[..., :3]
-        for mesh, camera in zip(meshes, cameras, strict=True)
-    ]
+    return [draw(m, seen, scale)[..., :3] for m, seen in zip(meshes, views, strict=True)]
+
+
+def draw(mesh: Mesh, view: View, scale: float) -> Picture:
+    """Render a shape shrunk about the origin, (height, width, 4)."""
+    shrunk = mesh.with_vertices(scale * mesh.vertices)
+    return render(shrunk, view.camera, height=view.height, width=view.width)
 
 
 def fitting_scale(points: NDArray[np.float64], view: View) -> float:
@@ -110,7 +107,17 @@ def with_bars(mesh: Mesh, radius: float, color: Color) -> Mesh:
         color: of the bars.
     """
     pairs = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    ends = mesh.vertices[np.unique(pairs, axis=0)]
+    return joined([mesh, bars(mesh.vertices[np.unique(pairs, axis=0)], radius, color)])
+
+
+def bars(ends: NDArray[np.float64], radius: float, color: Color) -> Mesh:
+    """Return straight lines as thin three-sided bars, all equally thick.
+
+    Args:
+        ends: of the lines, (n, 2, 3); a line without length has no bar.
+        radius: of a bar, from its middle to its corners.
+        color: of the bars.
+    """
     along = ends[:, 1] - ends[:, 0]
     length = np.linalg.norm(along, axis=1)
     ends, along = ends[length > 0], along[length > 0] / length[length > 0, None]
@@ -120,11 +127,17 @@ def with_bars(mesh: Mesh, radius: float, color: Color) -> Mesh:
     turns = 2 * np.pi / 3 * np.arange(3)[:, None]
     ring = np.cos(turns) * across[:, None] + np.sin(turns) * np.cross(along, across)[:, None]
     corners = (ends[:, :, None] + radius * ring[:, None]).reshape(-1, 3)
-    bars = (6 * np.arange(len(ends))[:, None, None] + np.array(_SIDES)).reshape(-1, 3)
+    faces = (6 * np.arange(len(ends))[:, None, None] + np.array(_SIDES)).reshape(-1, 3)
+    return painted((corners, faces), color)
+
+
+def joined(meshes: Sequence[Mesh]) -> Mesh:
+    """Return meshes without textures as one."""
+    first = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])
     return Mesh(
-        np.concatenate([mesh.vertices, corners]),
-        np.concatenate([mesh.faces, bars + len(mesh.vertices)]),
-        np.concatenate([mesh.face_colors, rgba([color] * len(bars))]),
+        np.concatenate([mesh.vertices for mesh in meshes]),
+        np.concatenate([mesh.faces + k for mesh, k in zip(meshes, first, strict=True)]),
+        np.concatenate([mesh.face_colors for mesh in meshes]),
     )
 
 

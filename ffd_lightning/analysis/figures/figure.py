@@ -7,17 +7,21 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 from ffd_lightning.analysis.figures import sheets
 from ffd_lightning.analysis.figures.drawing import Picture
 from ffd_lightning.analysis.figures.examples import Choice, Example
+from ffd_lightning.analysis.figures.method import method
 from ffd_lightning.analysis.runs import COLUMN_KEYS, select
 from ffd_lightning.errors import DataError
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.imaging.rendering import contact_sheet
 
+_OF_TEMPLATES = {"method": method, "candidates": sheets.candidates}
 FIGURES: dict[str, Callable[[Sequence[Example], int], Picture]] = {
+    "method": method,
     "overview": sheets.overview,
     "subdivision": sheets.subdivision,
     "voxels": sheets.voxels,
@@ -27,6 +31,10 @@ FIGURES: dict[str, Callable[[Sequence[Example], int], Picture]] = {
 
 _PAPER = "1,024 points, in units of the hemisphere of radius 3.2 around the truth"
 _CAPTIONS = {
+    "method": "Input image; the templates of the greatest weights, over bars from 0 to 1, the "
+    "selected one framed; that one in its lattice of control points, with red lines to where each "
+    "is moved; lattice and mesh deformed (lattices that reach far are drawn smaller, and cut off); "
+    "the deformed mesh alone; the true mesh.",
     "overview": "Input image, selected template (and its weight), the template deformed: its "
     "cloud, its voxels (32^3) and its subdivided mesh; the true mesh.",
     "subdivision": "Input image; the selected template's mesh, the same deformed; the mesh with "
@@ -50,9 +58,10 @@ def paper_figure(
 
     Args:
         name: a key of `FIGURES`.
-        runs: examples of each run, as `collect` gives them; shown side by side.
+        runs: examples of each run, as `collect` gives them; shown side by side, or for `method`
+            below each other.
         size: width of a cell in pixels.
-        templates: of each image, in `candidates`.
+        templates: of each image, in `method` and `candidates`.
 
     Returns:
         RGB image, (H, W, 3) uint8.
@@ -61,13 +70,18 @@ def paper_figure(
         DataError: `labels` of data without part labels.
     """
     draw = FIGURES[name]
-    if name == "candidates":
-        draw = partial(sheets.candidates, count=templates)
+    if name in _OF_TEMPLATES:
+        draw = partial(_OF_TEMPLATES[name], count=templates)
     pictures = [draw(examples, size) for examples in runs]
     if len(pictures) == 1:
         return pictures[0]
-    titles = [_title(examples[0]) for examples in runs]
-    return contact_sheet(pictures, len(pictures), headings=titles, font_size=round(size / 16))
+    titles, font_size = [_title(examples[0]) for examples in runs], round(size / 16)
+    if name == "method":  # it is too wide for others beside it
+        titled = zip(pictures, titles, strict=True)
+        return np.concatenate(
+            [contact_sheet([p], 1, headings=[title], font_size=font_size) for p, title in titled]
+        )
+    return contact_sheet(pictures, len(pictures), headings=titles, font_size=font_size)
 
 
 def caption(name: str, runs: Sequence[Sequence[Example]], choice: Choice) -> str:
@@ -77,7 +91,8 @@ def caption(name: str, runs: Sequence[Sequence[Example]], choice: Choice) -> str
     which = f"{count} image{'s' if count > 1 else ''}"
     if not choice.models:
         which += f" of {len(first.run.data.split.test)} for testing ({choice.pick})"
-    scored = f" {first.definition}." if name == "overview" and first.score else ""
+    shows_score = name in ("method", "overview") and first.score
+    scored = f" {first.definition}." if shows_score else ""
     return f"{_CAPTIONS[name]} {which}.{scored}"
 
 

@@ -132,7 +132,7 @@ def voxels(examples: Sequence[Example], size: int = SIZE) -> Picture:
         rows.append(([example.image(view), *cells], labels))
     names = ["deformed mesh", "ground truth", "voxels", "voxels from behind"]
     sheet = _sheet(rows, ["input", *names], size)
-    return _under(sheet, legend(list(AGREEMENT.items()), sheet.shape[1], _font(size)))
+    return _under(sheet, legend(list(AGREEMENT.items()), sheet.shape[1], font_size(size)))
 
 
 def voxel_agreement(
@@ -223,7 +223,7 @@ def labels(examples: Sequence[Example], size: int = SIZE) -> Picture:
     sheet = _sheet(rows, ["input", *names], size)
     words = dict(enumerate(prepared.part_names)) | {UNKNOWN_PART: "unknown"}
     entries = [(words[k], tuple(palette[k, :3].tolist())) for k in sorted(seen)]
-    return _under(sheet, legend(entries, sheet.shape[1], _font(size)))
+    return _under(sheet, legend(entries, sheet.shape[1], font_size(size)))
 
 
 def _by_part(vertices: NDArray[np.float64], mesh: Mesh, palette: NDArray[np.uint8]) -> Mesh:
@@ -271,10 +271,10 @@ def _template_label(example: Example, rank: int = 0) -> str:
 def _sheet(rows: Rows, headings: Sequence[str], size: int) -> Picture:
     """Lay out rows of pictures with their labels."""
     cells, words = ([x for row in part for x in row] for part in zip(*rows, strict=True))
-    return contact_sheet(cells, len(headings), words, headings=headings, font_size=_font(size))
+    return contact_sheet(cells, len(headings), words, headings=headings, font_size=font_size(size))
 
 
-def _font(size: int) -> int:
+def font_size(size: int) -> int:
     """Return the height of labels for cells of this width, pixels."""
     return max(10, round(size / 20))
 

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined, Template
 from markupsafe import Markup
 
 from ffd_lightning.analysis.report import distributions, examples, listings, scores
+from ffd_lightning.analysis.report.beside_paper import beside_paper
 from ffd_lightning.analysis.report.sweep import Sweep
 from ffd_lightning.analysis.wording import measure_title
 from ffd_lightning.errors import ConfigError, DataError
@@ -31,7 +32,7 @@ def write_report(
 
     Args:
         folder: of a sweep or a run; its `study.yaml`, if there, names `study`, `question` and
-            `command`.
+            `command`, and says whether to set the results `beside_paper`.
         open_run: opens the runs whose examples are shown.
         protocol: whose scores are shown; that of most runs where it is None.
         gallery_runs: of how many runs examples are shown, see `gallery.choose_runs`.
@@ -48,6 +49,7 @@ def write_report(
     gallery = examples.gallery(sweep, open_run, gallery_runs)
     sections = [
         scores.results(sweep),
+        beside_paper(sweep) if study.get("beside_paper") else None,
         scores.comparisons(sweep),
         distributions.curves(sweep),
         distributions.selection(sweep),

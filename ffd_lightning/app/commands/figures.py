@@ -3,14 +3,15 @@
     ffd figures figure=overview runs/demo/table/e/t16/seed0
     ffd figures figure=voxels runs=[DIR,DIR] number=3 pick=worst out=voxels.png
 
+method       the paper's figure 1: input, template weights, lattice, offsets, deformed mesh, truth
 overview     the paper's figure 3: input, template, deformed cloud, voxels and mesh, truth
 subdivision  its figure 2: what a deformation makes of long edges, and of short ones
 voxels       its figure 4: where the voxels of prediction and truth agree
 labels       its figure 7: part labels that a template brings along
 candidates   the templates of the greatest weights, each of them deformed
 
-The picture is written to FIGURE.png in the run's folder; of several runs, side by side, to the
-folder that holds them all. What it shows is printed, for the caption.
+The picture is written to FIGURE.png in the run's folder; of several runs, side by side (`method`:
+below each other), to the folder that holds them all. What it shows is printed, for the caption.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class Settings:
     """Which figure, of which runs and images.
 
     Attributes:
-        figure: overview, subdivision, voxels, labels or candidates.
+        figure: method, overview, subdivision, voxels, labels or candidates.
         runs: a run's folder, or several: [DIR,DIR].
         models: ids of shapes that are shown, in this order: [ID,ID]; by default those of `pick`.
         number: images at most.
@@ -44,7 +45,7 @@ class Settings:
         protocol: whose scores sort the images; by default the one that the run's training ended
             with.
         size: width of a cell in pixels.
-        top: templates of an image in figure=candidates.
+        top: templates of an image in figure=method and figure=candidates.
         out: where to write, a .png.
         data_root: where the runs' prepared data is, if not where they left it.
     """

@@ -5,16 +5,25 @@ from __future__ import annotations
 import os
 import shlex
 import subprocess
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from omegaconf import OmegaConf
 
+from ffd_lightning.app.checks import encoder_problems
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.hydra_app import compose_config, config_folder
-from ffd_lightning.app.studies.study import Study, commands, load_study, value_of
+from ffd_lightning.app.parts.encoders import KERAS_ADDRESS, KERAS_FILES
+from ffd_lightning.app.studies.study import (
+    Study,
+    commands,
+    load_study,
+    sample_jobs,
+    value_of,
+)
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.files import write_atomic
 
@@ -100,8 +109,13 @@ def run_study(request: Request) -> int:
     print(f"{study.question}\n\n{folder}\n", flush=True)
     for sweep in sweeps if request.dry_run else []:
         print(shlex.join(["python", "train.py", "-m", *sweep]))
+    problems = _problems(sweeps, request)
     if request.dry_run:
+        if problems:
+            print(f"\nIt would be refused: {problems}", file=sys.stderr)
         return 0
+    if problems:
+        raise ConfigError(problems)
     _note(folder, file.stem, study, request)
     further = [] if request.config_dir is None else ["--config-dir", request.config_dir]
     if study.search is not None:
@@ -111,10 +125,25 @@ def run_study(request: Request) -> int:
         code = run_search(study.search, trials, folder, sweeps[0], lambda x: train([*x, *further]))
     else:
         code = _run_stages([[*sweep, *further] for sweep in sweeps])
-    from ffd_lightning.app.sweep_summary import report_quietly
+    from ffd_lightning.app.sweep_summary import print_beside_paper, report_quietly
 
+    if study.beside_paper:
+        print_beside_paper(folder)
     report_quietly(folder)
     return code
+
+
+def _problems(sweeps: Sequence[Sequence[str]], request: Request) -> str:
+    """Return what would stop jobs of a study at their start, after others have run perhaps."""
+    jobs = [job for sweep in sweeps for job in sample_jobs(sweep)]
+    found = (
+        problem
+        for job in jobs
+        for problem in encoder_problems(
+            compose_config("train", TrainConfig, job, request.config_dir)
+        )
+    )
+    return "; ".join(dict.fromkeys(found))
 
 
 def _run_stages(sweeps: Sequence[Sequence[str]]) -> int:
@@ -145,7 +174,13 @@ def _note(folder: Path, name: str, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
     quick = ["--quick"] if request.quick else []
     command = shlex.join(["python", "sweep.py", request.study, *quick, *request.overrides])
-    content = {"study": name, "question": study.question, "command": command}
+    content: dict[str, str | bool] = {
+        "study": name,
+        "question": study.question,
+        "command": command,
+    }
+    if study.beside_paper:
+        content["beside_paper"] = True
     try:
         write_atomic(folder / "study.yaml", OmegaConf.to_yaml(OmegaConf.create(content)))
     except OSError as error:
@@ -159,6 +194,7 @@ def _studies() -> list[str]:
 def _help() -> str:
     folder = config_folder("sweeps")
     listed = [f"  {name:<17}{_summary(folder / f'{name}.yaml')}" for name in _studies()]
+    weights = KERAS_FILES[0.25]
     return "\n".join(
         [
             "Run a study: all its sweeps of train.py, then a report. The same command again",
@@ -166,7 +202,13 @@ def _help() -> str:
             "",
             "  python sweep.py template_counts --quick",
             "  python sweep.py regimes category=chair,lamp 'seed=range(5)'",
-            "  python sweep.py paper_table data=shapenet data.root=DIR hydra/launcher=joblib",
+            "  python sweep.py paper_table data=shapenet data.root=DIR encoder.weights=FILE",
+            "",
+            "Without --quick all but search train as the paper does (schedule=paper): 100,000",
+            "steps, batch-norm momentum 0.01, ImageNet weights. Those are Keras' file",
+            f"  {weights}, from",
+            f"  {KERAS_ADDRESS}",
+            "encoder.weights=none trains from scratch instead; one of the two must be said.",
             "",
             "Studies (or a file of your own):",
             "",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,17 @@ from omegaconf import MISSING
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.registry import register, setting
 
+KERAS_FILES: dict[float, str] = {
+    0.25: "mobilenet_2_5_192_tf_no_top.h5",
+    0.5: "mobilenet_5_0_192_tf_no_top.h5",
+    0.75: "mobilenet_7_5_192_tf_no_top.h5",
+    1.0: "mobilenet_1_0_192_tf_no_top.h5",
+}
+"""Keras' published ImageNet weights by width, of images of 192 x 192; the paper's is the first."""
+
+KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/download/v0.6/"
+"""Where they are; a file's name follows."""
+
 
 @dataclass
 class MobileNet:
@@ -18,11 +30,12 @@ class MobileNet:
 
     Attributes:
         width: the width multiplier.
-        weights: a Keras .h5 file, such as mobilenet_2_5_192_tf_no_top.h5; null trains from scratch.
+        weights: a Keras .h5 file, such as mobilenet_2_5_192_tf_no_top.h5; none trains from scratch,
+            and is what is meant where nothing is said, but under schedule=paper, which asks.
     """
 
     width: float = 0.25
-    weights: str | None = setting(None, only_start=True)
+    weights: str | None = setting(None, only_start=True, default_said="none")
 
     def check(self) -> None:
         """Raise ConfigError where it cannot work."""
@@ -30,6 +43,10 @@ class MobileNet:
             raise ConfigError(f"encoder.width={self.width} must be above 0")
         if self.weights is not None and not Path(self.weights).expanduser().is_file():
             raise ConfigError(f"encoder.weights={self.weights} is not a file")
+        if self.weights is not None and find_spec("h5py") is None:
+            raise ConfigError(
+                "encoder.weights: Keras' files need h5py: pip install 'ffd_lightning[keras]'"
+            )
 
 
 @register("encoder", "mobilenet", MobileNet)

@@ -15,6 +15,7 @@ class Weighting(Enum):
 
     identity = "identity"
     log = "log"
+    square = "square"
 
 
 @dataclass
@@ -42,11 +43,24 @@ function_part("term", "offset_penalty", OffsetPenalty, f"{_TERMS}:offset_penalty
 
 
 @dataclass
+class UniformPenalty:
+    """Squared norm of the offsets of all templates alike, whatever their weights."""
+
+
+function_part(
+    "term",
+    "uniform_penalty",
+    UniformPenalty,
+    f"{_TERMS}:uniform_penalty",
+)
+
+
+@dataclass
 class Weighted:
     """Costs count by a function of the template weights, which learn through them (the paper).
 
     Attributes:
-        function: `identity`, or `log`, which punishes overconfident selection.
+        function: `identity`, `log`, which punishes overconfident selection, or `square`.
     """
 
     function: Weighting = Weighting.identity

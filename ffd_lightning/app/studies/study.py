@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import ChoiceSweep, Glob, RangeSweep
 from omegaconf import MISSING, OmegaConf
 
 from ffd_lightning.errors import ConfigError
@@ -62,6 +65,7 @@ class Study:
         quick: further ones, or others, for the quick version.
         stages: sweeps, one after the other; a later one may read what an earlier one wrote.
         search: instead of stages.
+        beside_paper: sets the results beside the paper's Table 3 at the end, and in the report.
     """
 
     question: str = MISSING
@@ -69,6 +73,7 @@ class Study:
     quick: list[str] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     search: Search | None = None
+    beside_paper: bool = False
 
 
 def load_study(file: Path) -> Study:
@@ -120,6 +125,31 @@ def commands(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> 
         base = ",".join(f'"{_escaped(x)}"' for x in own if not _is_swept(x))
         result.append(merge_overrides(f"name={name}", *own, *overrides) + [f"base=[{base}]"])
     return result
+
+
+def sample_jobs(
+    overrides: Sequence[str], every: Sequence[str] = ("schedule", "encoder", "encoder.weights")
+) -> list[list[str]]:
+    """Return some jobs of a sweep, without Hydra's own settings.
+
+    Args:
+        overrides: of `train -m`.
+        every: settings of which the jobs have all values, each with each; of others the first.
+
+    >>> sample_jobs(["regime=b,e", "schedule=quick,paper", "seed=0"])
+    [['regime=b', 'schedule=quick', 'seed=0'], ['regime=b', 'schedule=paper', 'seed=0']]
+    """
+    choices = []
+    own = [x for x in overrides if not x.startswith("hydra")]
+    for override in OverridesParser.create().parse_overrides(own):
+        key, value = override.get_key_element(), override.value()
+        if not isinstance(value, ChoiceSweep | RangeSweep):
+            # A pattern of options (glob) is Hydra's to read: here the default stands for it.
+            choices += [] if isinstance(value, Glob) else [[str(override.input_line)]]
+            continue
+        values = [f"{key}={x}" for x in override.sweep_string_iterator()]
+        choices.append(values if key in every else values[:1])
+    return [list(job) for job in product(*choices)]
 
 
 def _is_swept(override: str) -> bool:

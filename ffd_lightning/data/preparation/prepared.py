@@ -178,7 +178,7 @@ class PreparedSet:
         return [self.image(int(rows[place]), k % views) for k, place in enumerate(places)]
 
     def mesh(self, row: int) -> Mesh:
-        """Return a shape's normalised mesh, one colour per face (textures averaged).
+        """Return a shape's normalised mesh; its textures are smaller than the source's.
 
         Raises:
             DataError: it is damaged.

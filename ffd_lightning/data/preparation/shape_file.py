@@ -19,17 +19,18 @@ from ffd_lightning.data.preparation.packing import (
     pack_points,
 )
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
+from ffd_lightning.data.preparation.texture_reduction import reduce_textures
 from ffd_lightning.data.sources.base import Source, SourceShape
 from ffd_lightning.errors import RejectedShapeError, explain_unforeseen
 from ffd_lightning.files import atomic_file, write_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import bounding_box, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
+from ffd_lightning.geometry.textures import mean_colors
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
-# Barycentric coordinates spread over a face, (36, 3).
-_FACE_PLACES = np.array([(i, j, 7 - i - j) for i in range(8) for j in range(8 - i)]) / 7
+_DIVISIONS = 7  # of a face's edges, where its texture is averaged
 _CONTENTS = frozenset(
     ("images", "image_sizes", "image_shape", "cameras")
     + ("points", "mesh", "family", "part_names", "warning")
@@ -135,7 +136,8 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
         point_parts = mesh.face_parts[face_ids]
     else:
         point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
-    mesh = replace(mesh, face_colors=_plain_colors(mesh))
+    # Colours of the textures as they came, then textures as they are kept.
+    mesh = reduce_textures(replace(mesh, face_colors=mean_colors(mesh, _DIVISIONS)))
     return {
         "images": np.frombuffer(b"".join(packed), np.uint8),
         "image_sizes": np.array([len(p) for p in packed]),
@@ -168,21 +170,3 @@ def _rendered(mesh: Mesh, views: RenderSettings) -> NDArray[np.uint8]:
         for camera in views.cameras()
     ]
     return np.stack(images)
-
-
-def _plain_colors(mesh: Mesh) -> NDArray[np.uint8]:
-    """Return one colour per face, (F, 4) uint8: the mean of its texture at places all over it."""
-    colors = mesh.face_colors.copy()
-    if mesh.face_textures is None or mesh.face_uvs is None:
-        return colors
-    for index, texture in enumerate(mesh.textures):
-        textured = mesh.face_textures == index
-        height, width = texture.shape[:2]
-        total = np.zeros((int(textured.sum()), 4))
-        for place in _FACE_PLACES:  # not all at once: a face costs memory for each place
-            u, v = np.einsum("c,fcd->df", place, mesh.face_uvs[textured]) % 1.0
-            rows = np.minimum(((1 - v) * height).astype(int), height - 1)
-            columns = np.minimum((u * width).astype(int), width - 1)
-            total += texture[rows, columns]
-        colors[textured] = np.round(total / len(_FACE_PLACES))
-    return colors

@@ -24,7 +24,10 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.lattice import Degrees, Lattice
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.geometry.subdivision import subdivide
+from ffd_lightning.geometry.subdivision import subdivide_mesh
+from ffd_lightning.geometry.textures import mean_colors
+
+_DIVISIONS = 2  # of a small face's edges, where its texture is averaged
 
 
 class TemplateBank:
@@ -143,23 +146,18 @@ class TemplateBank:
         return len(self.ids)
 
     def subdivided(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
-        """Return a template's mesh with short edges, parts and colours kept, and its B, (V, M)."""
+        """Return a template's mesh with short edges and its B, (V, M).
+
+        Parts and textures are kept; where there is a texture, each small face has its colour.
+        """
         if index not in self._subdivided:
             self._subdivided[index] = self._subdivide(index)
         return self._subdivided[index]
 
     def _subdivide(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
-        mesh = self.meshes[index]
-        vertices, faces, face_index = subdivide(mesh.vertices, mesh.faces, self.max_edge)
-        parts = mesh.face_parts
-        fine = Mesh(
-            vertices=vertices,
-            faces=faces,
-            face_colors=mesh.face_colors[face_index],
-            face_parts=None if parts is None else parts[face_index],
-            part_names=mesh.part_names,
-        )
-        matrix = deformation_matrix(torch.from_numpy(vertices), self.lattices[index])
+        fine = subdivide_mesh(self.meshes[index], self.max_edge)
+        fine = replace(fine, face_colors=mean_colors(fine, _DIVISIONS))
+        matrix = deformation_matrix(torch.from_numpy(fine.vertices), self.lattices[index])
         return fine, matrix.float()
 
     def deformed_mesh(self, index: int, offsets: Float[Tensor, "control 3"]) -> Mesh:

@@ -174,7 +174,7 @@ class Page:
         if self._session is None:
             return
         shown = self._session.shown()
-        content = MeshWriter(shown.bank, self._mesh_colors()).scene(shown).export(file_type="glb")
+        content = MeshWriter(shown.bank, self._mesh_colors()).glb(shown)
         self._client.send_file_download(f"{shown.template_id}.glb", content, save_immediately=True)
 
     def _look_as_input(self) -> None:

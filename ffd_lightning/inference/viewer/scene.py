@@ -12,8 +12,8 @@ from matplotlib import colormaps
 from numpy.typing import NDArray
 
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.inference.files import lattice_edges
 from ffd_lightning.inference.pieces import MeshColors, Piece, pieces
+from ffd_lightning.inference.scenes import lattice_edges
 from ffd_lightning.inference.viewer.session import Session
 
 SPACING = 1.05
@@ -143,7 +143,9 @@ class Stage:
             rgba = np.tile(np.array((*ghost, _GHOST), np.uint8), (len(mesh.faces), 1))
             mesh, colors = replace(mesh, face_colors=rgba), "material"
         nodes = []
-        for k, piece in enumerate(pieces(mesh, colors, _PALETTE, by_part=False)):
+        # Viser moves vertices of plain meshes only, so each small face has its texture's colour.
+        split = pieces(mesh.without_textures(), colors, _PALETTE, by_part=False)
+        for k, piece in enumerate(split):
             opacity = piece.rgba[3] / 255
             node = self._scene.add_mesh_simple(
                 f"{self._root}/{name}/{k}",

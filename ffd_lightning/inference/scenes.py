@@ -1,0 +1,127 @@
+"""Meshes and lattices as trimesh's scenes, which it writes as GLB and OBJ files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import cast
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from PIL import Image
+from trimesh.visual.material import PBRMaterial
+
+from ffd_lightning.geometry.lattice import Lattice
+from ffd_lightning.inference.pieces import Piece
+from ffd_lightning.inference.reconstruction import Reconstruction
+
+OBJ_TEXTURES = "mesh-texture-*.png"
+"""Names of the pictures beside an OBJ file, as a pattern: trimesh calls them by their materials."""
+
+_BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
+_BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
+
+
+def mesh_scene(
+    vertices: NDArray[np.float64],
+    split: Sequence[Piece],
+    textures: Sequence[NDArray[np.uint8]],
+    linear: bool,
+) -> trimesh.Scene:
+    """Return a mesh as a scene of its pieces.
+
+    Args:
+        vertices: of the whole mesh, (V, 3).
+        split: its pieces.
+        textures: its textures, (h, w, 4) uint8 each.
+        linear: gives the colours as glTF wants them, which is linear light.
+    """
+    result = trimesh.Scene()
+    images = [_picture(texture) for texture in textures]
+    for k, piece in enumerate(split):
+        mesh = trimesh.Trimesh(vertices[piece.vertices], piece.faces, process=False)
+        name = f"{piece.name}-{k}"
+        image = None if piece.texture < 0 else images[piece.texture]
+        see_through = piece.rgba[3] < 255 if image is None else image.mode == "RGBA"
+        material = PBRMaterial(
+            # Pieces that have a texture in common share its material, and so its image.
+            name=name if image is None else f"mesh-texture-{piece.texture}",
+            baseColorFactor=_linear(piece.rgba) if linear else piece.rgba,
+            baseColorTexture=image,
+            alphaMode="BLEND" if see_through else "OPAQUE",
+            doubleSided=True,
+            metallicFactor=0.0,
+            roughnessFactor=0.9,
+        )
+        mesh.visual = trimesh.visual.TextureVisuals(uv=piece.uvs, material=material)
+        result.add_geometry(mesh, node_name=name, geom_name=name)
+    return result
+
+
+def glb(scene: trimesh.Scene) -> bytes:
+    """Return a scene as a GLB file's content."""
+    return cast(bytes, scene.export(file_type="glb"))
+
+
+def _linear(rgba: tuple[int, int, int, int]) -> NDArray[np.uint8]:
+    """Return a colour, (4,), as linear light: so a glTF material has it, though no texture has."""
+    encoded = np.array(rgba[:3]) / 255
+    light = trimesh.visual.color.srgb_to_linear(encoded)
+    return np.append(np.round(255 * light), rgba[3]).astype(np.uint8)
+
+
+def _picture(texture: NDArray[np.uint8]) -> Image.Image:
+    """Return a texture as a picture, with alpha where it has any."""
+    picture = Image.fromarray(texture)
+    return picture if texture[..., 3].min() < 255 else picture.convert("RGB")
+
+
+def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
+    """Return the control cage as it is (grey, named `before`) and deformed (red, `after`)."""
+    bank, index = reconstruction.bank, reconstruction.index
+    before = bank.control_points[index].numpy()
+    after = before + reconstruction.offsets[index]
+    result = trimesh.Scene()
+    for name, points, color in (("before", before, _BEFORE), ("after", after, _AFTER)):
+        cage = _cage(points, bank.lattices[index])
+        cage.visual = trimesh.visual.TextureVisuals(
+            material=PBRMaterial(name=name, baseColorFactor=_linear(color), roughnessFactor=0.9)
+        )
+        result.add_geometry(cage, node_name=name, geom_name=name)
+    return result
+
+
+def lattice_edges(lattice: Lattice) -> NDArray[np.int64]:
+    """Return the pairs of control points that are neighbours along an axis, (E, 2)."""
+    shape = tuple(degree + 1 for degree in lattice.degrees)
+    numbers = np.arange(np.prod(shape)).reshape(shape)
+    pairs = []
+    for axis in range(3):
+        first, last = (np.delete(numbers, k, axis).ravel() for k in (-1, 0))
+        pairs.append(np.stack([first, last], axis=1))
+    return np.concatenate(pairs)
+
+
+def _cage(points: NDArray[np.float32], lattice: Lattice) -> trimesh.Trimesh:
+    """Draw control points (M, 3) as cubes, and the edges between them as square bars."""
+    ends = points[lattice_edges(lattice)].astype(float)
+    along = ends[:, 1] - ends[:, 0]
+    ends = ends[np.linalg.norm(along, axis=1) > 1e-6]  # a flat lattice has some without length
+    knots = points[:, None] + np.array([(0, 0, -_KNOT), (0, 0, _KNOT)])
+    boxes = [_boxes(ends, _BAR), _boxes(knots, _KNOT)]
+    vertices = np.concatenate(boxes)
+    faces = 8 * np.arange(len(vertices) // 8)[:, None, None] + trimesh.creation.box().faces
+    return trimesh.Trimesh(vertices, faces.reshape(-1, 3), process=False)
+
+
+def _boxes(ends: NDArray[np.float64], half: float) -> NDArray[np.float64]:
+    """Return the corners of square bars between ends (n, 2, 3): (8 n, 3), in trimesh's order."""
+    along = ends[:, 1] - ends[:, 0]
+    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
+    across *= half / np.linalg.norm(across, axis=1, keepdims=True)
+    third = np.cross(along, across)
+    third *= half / np.linalg.norm(third, axis=1, keepdims=True)
+    x, y, z = (np.sign(trimesh.creation.box().vertices)[None, :, k, None] for k in range(3))
+    middle = ends.mean(axis=1)[:, None]
+    corners = middle + x * third[:, None] + y * across[:, None] + z * along[:, None] / 2
+    return np.asarray(corners.reshape(-1, 3))
