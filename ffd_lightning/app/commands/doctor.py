@@ -67,7 +67,7 @@ def _notes(finding: Finding) -> list[str]:
     lines += [f"{len(ids):,} shapes: {why} ({_some(ids)})" for why, ids in reasons.items()]
     if finding.absent:
         lines.append(
-            f"{len(finding.absent)} of the paper's templates are absent, `diverse` ones take "
+            f"{len(finding.absent)} of the paper's templates are absent, `medoids` ones take "
             f"their places: {', '.join(finding.absent)}"
         )
     if finding.rejected:
