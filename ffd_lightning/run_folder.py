@@ -28,7 +28,8 @@ def _read_json(file: Path) -> dict[str, Any]:
 class RunFolder:
     """Paths and status of one run.
 
-    Holds `config.yaml`, `checkpoints/last.ckpt`, `tensorboard/`, `status.json`, and once finished
+    Holds `config.yaml`, `templates.csv`, `templates.png`, `outliers.csv` where the data has any,
+    `checkpoints/last.ckpt`, `tensorboard/`, `status.json`, and once finished
     `evaluation/<protocol>/{samples.csv, summary.json}`, `data.json`, `template_ranking.csv` and
     `reconstructions.png`.
     """
@@ -63,6 +64,21 @@ class RunFolder:
         """The newest checkpoint."""
         return self.path / "checkpoints" / "last.ckpt"
 
+    @property
+    def templates(self) -> Path:
+        """The templates in their order: ids, and how they cover the other shapes."""
+        return self.path / "templates.csv"
+
+    @property
+    def templates_picture(self) -> Path:
+        """The templates drawn."""
+        return self.path / "templates.png"
+
+    @property
+    def outliers(self) -> Path:
+        """The shapes that are like nothing else in their category; missing where none are."""
+        return self.path / "outliers.csv"
+
     def evaluation(self, protocol: str, subset: str = "test") -> Path:
         """Folder of one protocol's results: on the test shapes, or on another subset."""
         name = protocol if subset == "test" else f"{protocol}-{subset}"
@@ -89,7 +105,9 @@ class RunFolder:
 
     def discard(self) -> None:
         """Remove what a training left, so that it starts anew."""
-        for file in (self.checkpoint, self.path / "status.json", self.path / "progress.json"):
+        drawn = (self.templates, self.templates_picture, self.outliers)
+        noted = (self.path / "status.json", self.path / "progress.json")
+        for file in (self.checkpoint, *noted, *drawn):
             file.unlink(missing_ok=True)
         for events in (self.path / "tensorboard").glob("events.*"):
             events.unlink()

@@ -230,3 +230,21 @@ def _tail(key: str, among: Collection[str]) -> str:
     tails = (".".join(words[k:]) for k in reversed(range(len(words))))
     others = [f".{other}" for other in among if other != key]
     return next((t for t in tails if not any(o.endswith(f".{t}") for o in others)), key)
+
+
+def hyperparameters(cfg: TrainConfig) -> dict[str, Any]:
+    """Return what tells runs of one study apart, flat, for TensorBoard's HPARAMS page."""
+    return {
+        "category": cfg.category.name,
+        "regime": cfg.regime.name,
+        "templates": cfg.templates.count,
+        "strategy": cfg.template_strategy.name,
+        "seed": cfg.seed,
+        "steps": cfg.schedule.steps,
+        "batch_size": cfg.schedule.batch_size,
+        "learning_rate": cfg.schedule.learning_rate,
+        "annealing_steps": cfg.schedule.annealing_steps,
+        "min_weight": cfg.regime.min_weight,
+        "selection": cfg.regime.selection.name,
+        **{f"{label}_weight": term.weight for label, term in cfg.regime.terms.items()},
+    }

@@ -96,7 +96,7 @@ class SummaryTable(Callback):
             console.print(table)
         for run in runs:
             if run.finished:
-                print(f"{run.path}: reconstructions.png, evaluation/, tensorboard/")
+                print(f"{run.path}: templates.png, reconstructions.png, evaluation/, tensorboard/")
 
 
 def _clear(notes: Path) -> None:

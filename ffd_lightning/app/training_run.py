@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import warnings
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from ffd_lightning.app.build import build_data, build_module, build_network, bui
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import RankedSubset, Subset, TrainConfig
 from ffd_lightning.app.schema import part_names
+from ffd_lightning.app.template_record import record_templates
 from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError, UserError
@@ -124,7 +126,9 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         *(len(subset) for subset in data.split),
         cfg.schedule.steps,
     )
-    done = _checkpoint_step(run)
+    done = _checkpoint_step(run, data.bank.ids)
+    if getattr(rank_zero_only, "rank", 0) == 0:
+        record_templates(run, data)
     timer = StepTimer()
     with warnings.catch_warnings():
         # One loader item is a whole batch, made from memory-mapped arrays: no workers are needed.
@@ -183,16 +187,25 @@ def _is_path(value: Any) -> bool:
     return isinstance(value, str) and ("/" in value or "\\" in value)
 
 
-def _checkpoint_step(run: RunFolder) -> int:
-    """Return the step that the run's checkpoint continues from, 0 without one."""
+def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
+    """Return the step that the run's checkpoint continues from, 0 without one.
+
+    Raises:
+        DataError: it is damaged, or of other templates than are chosen now.
+    """
     if not run.checkpoint.exists():
         return 0
+    restart = "add restart=true to train from the start"
     try:
-        return int(read_checkpoint(run.checkpoint)["global_step"])
+        found = read_checkpoint(run.checkpoint)
     except DataError:
+        raise DataError(f"the checkpoint {run.checkpoint} is damaged: {restart}") from None
+    if tuple(found["model"]["templates"]["ids"]) != tuple(templates):
         raise DataError(
-            f"the checkpoint {run.checkpoint} is damaged: add restart=true to train from the start"
-        ) from None
+            f"the checkpoint {run.checkpoint} has other templates than are chosen now, the first "
+            f"of them {templates[0]}: {restart}"
+        )
+    return int(found["global_step"])
 
 
 def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> Trainer:
@@ -277,7 +290,7 @@ def _finish(
                 "examples/reconstructions", figure, trainer.global_step, dataformats="HWC"
             )
     if logger is not None:
-        logger.log_results(_hyperparameters(cfg), summary, trainer.global_step)
+        logger.log_results(identity.hyperparameters(cfg), summary, trainer.global_step)
         logger.finalize("success")
     return summary
 
@@ -301,21 +314,3 @@ def _rank(
 def evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:
     """Return where an evaluation goes: the test shapes' has the protocol's name."""
     return run.evaluation(cfg.protocol.name, cfg.evaluation.subset.value)
-
-
-def _hyperparameters(cfg: TrainConfig) -> dict[str, Any]:
-    """What tells runs of one study apart, flat, for TensorBoard's HPARAMS page."""
-    return {
-        "category": cfg.category.name,
-        "regime": cfg.regime.name,
-        "templates": cfg.templates.count,
-        "strategy": cfg.template_strategy.name,
-        "seed": cfg.seed,
-        "steps": cfg.schedule.steps,
-        "batch_size": cfg.schedule.batch_size,
-        "learning_rate": cfg.schedule.learning_rate,
-        "annealing_steps": cfg.schedule.annealing_steps,
-        "min_weight": cfg.regime.min_weight,
-        "selection": cfg.regime.selection.name,
-        **{f"{label}_weight": term.weight for label, term in cfg.regime.terms.items()},
-    }

@@ -21,6 +21,9 @@ if TYPE_CHECKING:  # Matplotlib takes longer to load than a picture without it t
     from matplotlib.figure import Figure
 
 _CLOUD_POINTS = 2048
+_CELL = (192, 256)  # pixels, of a template
+_FONT = 12
+_LETTERS = 34  # as many fit into a cell's width; ids of ShapeNet have 32
 _POINT_RADIUS = 0.006
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
 _OCTAHEDRON_FACES = np.array(
@@ -103,6 +106,37 @@ def reconstruction_figure(
             "ground truth",
         ]
     return contact_sheet(cells, columns=5, labels=labels)
+
+
+def template_figure(bank: TemplateBank, notes: Sequence[str] | None = None) -> NDArray[np.uint8]:
+    """Draw all templates, each with its number and id below it, and what else is to be said of it.
+
+    Args:
+        bank: T templates.
+        notes: one line for each.
+
+    Returns:
+        RGB image, (H, W, 3) uint8.
+    """
+    height, width = _CELL
+    cells = [render(mesh, height=height, width=width, samples=2) for mesh in bank.meshes]
+    labels = [_numbered(t + 1, shape_id) for t, shape_id in enumerate(bank.ids)]
+    if notes is not None:
+        labels = [f"{label}\n{note}" for label, note in zip(labels, notes, strict=True)]
+    columns = min(len(bank), 4 if len(bank) <= 16 else 6)
+    return contact_sheet(cells, columns, labels, font_size=_FONT)
+
+
+def _numbered(number: int, shape_id: str) -> str:
+    """Return a number and an id in lines that fit; of too long an id the middle is left out."""
+    line = f"{number}  {shape_id}"
+    if len(line) <= _LETTERS:
+        return line
+    category, _, own = shape_id.rpartition("/")  # as it is where there are several categories
+    half = _LETTERS // 2 - 1
+    if len(own) > _LETTERS:
+        own = f"{own[:half]}\N{HORIZONTAL ELLIPSIS}{own[-half:]}"
+    return f"{number}  {category[: _LETTERS - 4]}\n{own}"
 
 
 def lattice_figure(

@@ -22,7 +22,7 @@ from ffd_lightning.data.batches import Batch
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.evaluation.figures import reconstruction_figure
+from ffd_lightning.evaluation.figures import reconstruction_figure, template_figure
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
@@ -188,7 +188,10 @@ class TemplateHistograms(Callback):
 
 
 class ExampleImages(Callback):
-    """Writes a few of the validation images into TensorBoard as training starts."""
+    """Writes the templates and a few of the validation images into TensorBoard, at the start.
+
+    Tags: `templates/chosen`, see `template_figure`, and `examples/input`.
+    """
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -198,6 +201,7 @@ class ExampleImages(Callback):
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         if writer is None or trainer.global_step > 0 or not isinstance(data, FfdDataModule):
             return
+        writer.add_image("templates/chosen", template_figure(data.bank), 0, dataformats="HWC")
         images = [data.prepared.image(row)[..., :3] for row in example_rows(data, self.count)]
         if images:
             writer.add_images("examples/input", np.stack(images), 0, dataformats="NHWC")

@@ -52,6 +52,7 @@ def test_what_is_said_of_shapenet(examine, tmp_path):
     assert "chair: 1 shapes: its model.obj is empty (empty)" in lines
     absent = next(line for line in lines if "templates are absent" in line)
     assert absent.startswith("chair: 29 of the paper's templates are absent or cannot be used")
+    assert "`medoids` ones" in absent
     assert sorted(absent.partition("places: ")[2].split(", ")) == sorted(
         set(templates) - {templates[4]}
     )

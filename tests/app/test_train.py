@@ -62,6 +62,9 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     assert sum(int(r["count"]) for r in ranking) == len(split.val), "chosen before the test"
     assert {r["id"] for r in ranking}.isdisjoint((*split.train, *split.val, *split.test))
     assert Image.open(run.path / "reconstructions.png").size[0] > 5 * 64
+    templates = list(csv.DictReader(run.templates.open()))
+    assert [row["id"] for row in templates] == list(open_run(run).data.bank.ids)
+    assert Image.open(run.templates_picture).size[0] > 2 * 256
     assert list((run.path / "tensorboard").glob("events.*"))
     (row,) = load_runs(find_runs(run.path)).to_dict("records")
     assert (row["category"], row["regime"], row["templates"]) == ("table", "b", 2)
@@ -98,7 +101,8 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
         assert tag in tags["scalars"]
     for tag in ("templates/selected", "templates/selected_sorted", "templates/mean_weight"):
         assert tag in tags["histograms"]
-    assert {"examples/input", "examples/reconstructions"} <= set(tags["images"])
+    expected = {"templates/chosen", "examples/input", "examples/reconstructions"}
+    assert expected <= set(tags["images"])
     selected = events.Histograms("templates/selected")[-1].histogram_value
     assert sum(selected.bucket) == len(open_run(finished[0]).data.split.val)
     metadata = events.summary_metadata
@@ -121,6 +125,17 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
     with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.001, now 0.002"):
         train(tiny_config("schedule.learning_rate=2e-3"), run)
     assert run.finished
+
+
+def test_a_run_is_not_resumed_with_other_templates(tiny_config, tmp_path, monkeypatch):
+    run = RunFolder(tmp_path / "run")
+    train(tiny_config("schedule.steps=2"), run)
+    run.set_status("failed")
+    data = open_run(run).data
+    monkeypatch.setattr(data.bank, "ids", data.bank.ids[::-1])
+    monkeypatch.setattr("ffd_lightning.app.training_run.build_data", lambda cfg: data)
+    with pytest.raises(DataError, match="has other templates than are chosen now"):
+        train(tiny_config("schedule.steps=2"), run)
 
 
 def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(tiny_config, tmp_path):

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
 from ffd_lightning.data.preparation.packing import pack_mesh, pack_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates import strategies
+from ffd_lightning.data.templates import coverage, strategies
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.strategies import (
     ListedStrategy,
@@ -19,6 +19,7 @@ from ffd_lightning.data.templates.strategies import (
     auto_choice,
     choose_templates,
     diverse_templates,
+    medoid_templates,
     paper_choice,
 )
 from ffd_lightning.errors import ConfigError, DataError
@@ -61,7 +62,8 @@ def least_distance(distances, rows):
 # --- choosing -----------------------------------------------------------------------------------
 
 
-def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, distances):
+def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, distances, monkeypatch):
+    monkeypatch.setattr(strategies, "_SPREAD", len(prepared))  # the centre of all of them
     rows = [int(distances.sum(0).argmin())]
     while len(rows) < 6:
         rows.append(max(range(len(prepared)), key=lambda i: distances[i, rows].min()))
@@ -78,15 +80,17 @@ def test_diverse_spreads_better_than_random(prepared, distances):
     assert spread(diverse_templates) > 1.5 * random
 
 
-@pytest.mark.parametrize("strategy", [diverse_templates, RandomStrategy()])
+@pytest.mark.parametrize("strategy", [medoid_templates, diverse_templates, RandomStrategy()])
 def test_as_many_templates_as_shapes(prepared, strategy):
     chosen = choose_templates(strategy, prepared, len(prepared))
     assert sorted(chosen) == list(prepared.ids)
 
 
-def test_few_candidates_still_give_distinct_templates(prepared, monkeypatch):
-    monkeypatch.setattr(strategies, "_CANDIDATES", 4)
-    assert len(set(choose_templates(diverse_templates, prepared, 8))) == 8
+@pytest.mark.parametrize("strategy", [medoid_templates, diverse_templates])
+def test_few_candidates_still_give_distinct_templates(prepared, monkeypatch, strategy):
+    for module in (strategies, coverage):
+        monkeypatch.setattr(module, "CANDIDATES", 4)
+    assert len(set(choose_templates(strategy, prepared, 8))) == 8
 
 
 def test_random_is_a_function_of_the_seed(prepared):
@@ -343,21 +347,28 @@ def test_shapenet_takes_the_papers_templates_by_default(prepared):
     there = as_shapenet(prepared, known)
     assert choose_templates(auto_choice, there, 4) == known[:4]
     elsewhere = as_shapenet(prepared, known, source="folder")
-    diverse = choose_templates(diverse_templates, elsewhere, 4)
-    assert choose_templates(auto_choice, elsewhere, 4) == diverse
+    medoids = choose_templates(medoid_templates, elsewhere, 4)
+    assert choose_templates(auto_choice, elsewhere, 4) == medoids
     assert choose_templates(paper_choice, elsewhere, 4) == known[:4]
 
 
-def test_templates_that_are_absent_are_replaced_and_named(prepared, distances, caplog):
+def test_what_is_added_for_absent_templates_takes_their_places(prepared, distances, caplog):
     known = paper_templates("table")[:6]
-    there = as_shapenet(prepared, known[2:])
-    chosen = choose_templates(paper_choice, there, 6)
-    assert chosen[:4] == known[2:]
-    assert len(set(chosen)) == 6
+    there = as_shapenet(prepared, (known[0], known[2], *known[4:]))
+    chosen = choose_templates(paper_choice, there, 8)
+    assert [chosen[k] for k in (0, 2, 4, 5)] == [known[k] for k in (0, 2, 4, 5)]
+    assert len(set(chosen)) == 8
     rows = [there.index(i) for i in chosen]
-    farthest = max(range(len(there)), key=lambda i: distances[i, rows[:4]].min())
-    assert rows[4] == farthest
-    assert "lacks 2 of the paper's 6 templates" in caplog.text
-    assert all(i in caplog.text for i in known[:2])
-    with pytest.raises(ConfigError, match="no templates for rifle; use diverse"):
-        choose_templates(paper_choice, as_shapenet(prepared, (), "rifle"), 2)
+    papers = [there.index(i) for i in known if i in there.ids]
+    root = np.sqrt(distances)
+    for place in (1, 3, 6, 7):
+        free = set(range(len(there))) - {*rows[:place], *papers}
+        sums = {i: root[[*rows[:place], i]].min(0).sum() for i in free}
+        assert sums[rows[place]] == pytest.approx(min(sums.values()))  # two may be as good
+
+
+def test_the_papers_further_templates_are_taken_where_there_is_nothing_else(prepared):
+    there = as_shapenet(prepared, paper_templates("table")[6:])
+    assert set(there.ids) < set(paper_templates("table"))
+    chosen = choose_templates(paper_choice, there, 3)
+    assert len(set(chosen)) == 3

@@ -40,6 +40,7 @@ STEPS = 3
 _SETTINGS = (
     "category=table",
     "templates=t2",
+    "template_strategy=diverse",  # what the steps are of when they were first recorded
     "data.num_models=12",
     "data.num_points=2048",
     "data.render.height=48",

@@ -72,7 +72,7 @@ def _notes(finding: Finding) -> list[str]:
     if finding.absent:
         lines.append(
             f"{len(finding.absent)} of the paper's templates are absent or cannot be used, "
-            f"`diverse` ones take their places: {', '.join(finding.absent)}"
+            f"`medoids` ones take their places: {', '.join(finding.absent)}"
         )
     if finding.rejected:
         examples = "; ".join(f"{i}: {why}" for i, why in list(finding.rejected.items())[:_EXAMPLES])

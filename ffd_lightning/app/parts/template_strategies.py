@@ -14,7 +14,7 @@ _STRATEGIES = "ffd_lightning.data.templates.strategies"
 
 @dataclass
 class AutoStrategy:
-    """The paper's own templates for ShapeNet's shapes, else `diverse`."""
+    """The paper's own templates for ShapeNet's shapes, else `medoids`."""
 
 
 function_part("template_strategy", "auto", AutoStrategy, f"{_STRATEGIES}:auto_choice")
@@ -22,7 +22,7 @@ function_part("template_strategy", "auto", AutoStrategy, f"{_STRATEGIES}:auto_ch
 
 @dataclass
 class PaperStrategy:
-    """The authors' own templates, of ShapeNet v1."""
+    """The authors' own templates, of ShapeNet v1; `medoids` for those that are absent."""
 
 
 function_part(
@@ -34,8 +34,21 @@ function_part(
 
 
 @dataclass
+class MedoidStrategy:
+    """Shapes that all others are near to, never one that is like nothing else in the set."""
+
+
+function_part(
+    "template_strategy",
+    "medoids",
+    MedoidStrategy,
+    f"{_STRATEGIES}:medoid_templates",
+)
+
+
+@dataclass
 class DiverseStrategy:
-    """The most central shape, then whichever is farthest from all chosen."""
+    """The most central shape, then whichever is farthest from all chosen: outliers come early."""
 
 
 function_part(

@@ -9,17 +9,24 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from jaxtyping import Float
 
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.coverage import (
+    CANDIDATES,
+    POINTS,
+    ShapeDistances,
+    medoids,
+    shape_distances,
+    spread_rows,
+)
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.chamfer import chamfer_distance
 
 log = logging.getLogger(__name__)
 
-_CANDIDATES = 1000
 _SPREAD = 16
-_CANDIDATE_POINTS = 256
 
 TemplateStrategy = Callable[[PreparedSet, int], Sequence[str]]
 """From a prepared set of one category, and how many are wanted, to as many ids of it."""
@@ -74,16 +81,28 @@ class RandomStrategy:
         return tuple(prepared.ids[i] for i in order)
 
 
+def medoid_templates(prepared: PreparedSet, count: int) -> tuple[str, ...]:
+    """Choose shapes that all others are near to, and none that is like nothing else.
+
+    See `coverage.medoids`. The first t of any larger choice are the choice of t.
+    """
+    return _medoids(prepared, count)
+
+
 def diverse_templates(prepared: PreparedSet, count: int) -> tuple[str, ...]:
     """Start at the most central shape, go on to whichever is farthest from all chosen.
 
-    Distances are Chamfer distances. The first t of any larger choice are the choice of t.
+    Distances are Chamfer distances. The first t of any larger choice are the choice of t. What is
+    like nothing else in the set is chosen early.
     """
     return _farthest_points(prepared, count)
 
 
 def paper_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
-    """Take the first `count` of the paper's ids; for those that are absent, as `diverse` would.
+    """Take the paper's ids in their order; where one is absent, whatever `medoids` would add there.
+
+    What is added depends on the templates before it, so the first t of any larger choice are the
+    choice of t.
 
     Raises:
         ConfigError: the paper has no templates for the category.
@@ -92,28 +111,34 @@ def paper_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
     known = paper_templates(category)
     if not known:
         raise ConfigError(
-            f"template_strategy=paper: the paper has no templates for {category}; use diverse"
+            f"template_strategy=paper: the paper has no templates for {category}; use medoids"
         )
     wanted, held = known[:count], set(prepared.ids)
     absent = [i for i in wanted if i not in held]
     if absent:
         log.warning(
-            "%s lacks %d of the paper's %d templates, replaced by the shapes farthest from the "
-            "others: %s",
+            "%s lacks %d of the paper's %d templates, `medoids` chooses others in their places: %s",
             prepared.path,
             len(absent),
             len(wanted),
             ", ".join(absent),
         )
-    return _farthest_points(prepared, count, [i for i in wanted if i in held])
+    # The paper's further templates are not used up, unless there is hardly anything else.
+    enough = len(held.difference(known)) >= count - len(wanted) + len(absent)
+    spared = known if enough else wanted
+    chosen: list[str] = []
+    for k in range(count):
+        there = k < len(known) and known[k] in held
+        chosen += [known[k]] if there else _medoids(prepared, 1, chosen, spared)
+    return tuple(chosen)
 
 
 def auto_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
-    """Choose as `paper_choice` for ShapeNet's shapes, if the paper has templates, else diverse."""
+    """Choose as `paper_choice` for ShapeNet's shapes, if the paper has templates, else medoids."""
     source = prepared.manifest["settings"]["source"]
     known = paper_templates(_category(prepared))
     of_shapenet = source.get("source") == "shapenet"
-    return (paper_choice if known and of_shapenet else diverse_templates)(prepared, count)
+    return (paper_choice if known and of_shapenet else medoid_templates)(prepared, count)
 
 
 class ListedStrategy:
@@ -185,31 +210,49 @@ def _category(prepared: PreparedSet) -> str:
     return str(prepared.manifest["settings"]["category"])
 
 
-def _farthest_points(
-    prepared: PreparedSet, count: int, first: Sequence[str] = ()
+def _medoids(
+    prepared: PreparedSet, count: int, first: Sequence[str] = (), spared: Sequence[str] = ()
 ) -> tuple[str, ...]:
-    """Farthest-point choice under Chamfer distance, among `_CANDIDATES` shapes of a larger set.
-
-    It begins with the shapes `first`, or with the most central one.
-    """
-    if len(first) >= count:
-        return tuple(first[:count])
-    size = min(len(prepared), max(_CANDIDATES, count))
-    given = [prepared.index(i) for i in first]
-    candidates = np.union1d(np.linspace(0, len(prepared) - 1, size).astype(int), given).astype(int)
-    points = torch.from_numpy(
-        np.stack([prepared.cloud(int(i), _CANDIDATE_POINTS) for i in candidates])
+    """Choose so many more after the shapes `first` as `coverage.medoids` does, none of `spared`."""
+    found = shape_distances(prepared, count + len(first))
+    rows = {shape_id: prepared.index(shape_id) for shape_id in first}
+    taken = [_distances(prepared, found, row) for row in rows.values()]
+    held = set(prepared.ids)
+    barred = [*rows.values(), *(prepared.index(i) for i in spared if i in held)]
+    chosen = medoids(
+        found,
+        count,
+        np.flatnonzero(np.isin(found.rows, barred)).tolist(),
+        np.min(taken, axis=0) if taken else None,
     )
-    chosen = np.searchsorted(candidates, given).tolist()
-    if not chosen:
-        # The most central shape: the least total distance to a spread of others.
-        spread = points[np.linspace(0, len(points) - 1, min(len(points), _SPREAD)).astype(int)]
-        chosen = [
-            int(torch.stack([chamfer_distance(p, points, "mean") for p in spread]).sum(0).argmin())
-        ]
-    distance = torch.stack([chamfer_distance(points[c], points, "mean") for c in chosen]).amin(0)
+    return tuple(prepared.ids[found.rows[place]] for place in chosen)
+
+
+def _distances(
+    prepared: PreparedSet, found: ShapeDistances, row: int
+) -> Float[np.ndarray, " candidates"]:
+    """Return how far any shape of the set is from those that were looked at."""
+    place = np.flatnonzero(found.rows == row)
+    if len(place):
+        return found.table[place[0]]
+    cloud = torch.from_numpy(prepared.cloud(row, POINTS))
+    return chamfer_distance(cloud, found.points, "mean").numpy()
+
+
+def _farthest_points(prepared: PreparedSet, count: int) -> tuple[str, ...]:
+    """Farthest-point choice under Chamfer distance, among `CANDIDATES` shapes of a larger set.
+
+    It begins with the most central one.
+    """
+    rows = spread_rows(len(prepared), max(CANDIDATES, count))
+    points = torch.from_numpy(np.stack([prepared.cloud(int(row), POINTS) for row in rows]))
+    # The most central shape: the least total distance to a spread of others.
+    spread = points[spread_rows(len(points), _SPREAD)]
+    total = torch.stack([chamfer_distance(p, points, "mean") for p in spread]).sum(0)
+    chosen = [int(total.argmin())]
+    distance = chamfer_distance(points[chosen[0]], points, "mean")
     while len(chosen) < count:
         distance[chosen] = -1
         chosen.append(int(distance.argmax()))
         distance = torch.minimum(distance, chamfer_distance(points[chosen[-1]], points, "mean"))
-    return tuple(prepared.ids[candidates[i]] for i in chosen)
+    return tuple(prepared.ids[rows[place]] for place in chosen)

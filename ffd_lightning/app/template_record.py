@@ -1,0 +1,61 @@
+"""What a run folder says of its templates, from the training's start on."""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections.abc import Sequence
+
+from PIL import Image
+
+from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.templates.summary import outlier_rows, template_rows
+from ffd_lightning.evaluation.figures import template_figure
+from ffd_lightning.files import write_bytes_atomic, write_csv
+from ffd_lightning.run_folder import RunFolder
+
+log = logging.getLogger(__name__)
+
+_NAMED = 3
+
+
+def record_templates(run: RunFolder, data: FfdDataModule) -> None:
+    """Write `templates.csv`, `templates.png` and, if there are outliers, `outliers.csv`; log them.
+
+    Args:
+        run: whose folder to write to.
+        data: set up.
+    """
+    bank = data.bank
+    rows, coverage = template_rows(data.prepared, bank)
+    write_csv(run.templates, rows)
+    notes = [f"nearest to {100 * row['share']:.0f}% of the shapes" for row in rows]
+    buffer = io.BytesIO()
+    Image.fromarray(template_figure(bank, notes)).save(buffer, "PNG")
+    write_bytes_atomic(run.templates_picture, buffer.getvalue())
+    log.info(
+        "%s: templates (T = %d) %s: templates.csv, templates.png; mean Chamfer distance x 1000 of "
+        "the other shapes to the nearest: %.2f",
+        run.path,
+        len(bank),
+        _some(bank.ids),
+        1000 * coverage,
+    )
+    outliers = outlier_rows(data.prepared)
+    run.outliers.unlink(missing_ok=True)
+    if outliers:
+        write_csv(run.outliers, outliers)
+        ids = [str(row["id"]) for row in outliers]
+        log.warning(
+            "%s: %d shapes are like nothing else in their category: %s (outliers.csv); %d of them "
+            "are templates",
+            run.path,
+            len(ids),
+            _some(ids),
+            len(set(ids) & set(bank.ids)),
+        )
+
+
+def _some(ids: Sequence[str]) -> str:
+    rest = len(ids) - _NAMED
+    return ", ".join(ids[:_NAMED]) + (f" and {rest} more" if rest > 0 else "")

@@ -1,0 +1,82 @@
+"""What is to be known of chosen templates and of the set that they are from, as tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from ffd_lightning.data.preparation.joined import JoinedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.templates.coverage import (
+    CANDIDATES,
+    POINTS,
+    outlying,
+    shape_distances,
+    spread_rows,
+)
+from ffd_lightning.geometry.chamfer import chamfer_distance
+
+Row = dict[str, Any]
+
+
+def template_rows(prepared: PreparedSet, bank: TemplateBank) -> tuple[list[Row], float]:
+    """Tell how templates cover a set, or `CANDIDATES` shapes of a larger one.
+
+    Distances are mean Chamfer distances of clouds of `POINTS` points, in units of the squared
+    bounding-box diagonal.
+
+    Args:
+        prepared: the set, of one category or several.
+        bank: T templates of it.
+
+    Returns:
+        A row per template, in their order: `order` from 1, `id`, `family`, `share` of the shapes
+        that are nearest to it, itself among them, and `chamfer`, the mean distance of the others of
+        these, nan where there are none. And the mean distance of all shapes that are no templates
+        to the nearest one, nan where there are none.
+    """
+    own = np.array([prepared.index(i) for i in bank.ids])
+    rows = np.union1d(spread_rows(len(prepared), CANDIDATES), own)
+    points = torch.from_numpy(np.stack([prepared.cloud(int(row), POINTS) for row in rows]))
+    clouds = points[np.searchsorted(rows, own)]
+    table = torch.stack([chamfer_distance(cloud, points, "mean") for cloud in clouds]).double()
+    nearest, distance = table.argmin(0).numpy(), table.amin(0).numpy()
+    other = ~np.isin(rows, own)
+    result = [
+        {
+            "order": t + 1,
+            "id": shape_id,
+            "family": bank.families[t],
+            "share": float((nearest == t).mean()),
+            "chamfer": _mean(distance[other & (nearest == t)]),
+        }
+        for t, shape_id in enumerate(bank.ids)
+    ]
+    return result, _mean(distance[other])
+
+
+def _mean(values: NDArray[np.float64]) -> float:
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def outlier_rows(prepared: PreparedSet) -> list[Row]:
+    """Name the shapes that are like nothing else in their category, see `coverage.outlying`.
+
+    Returns:
+        A row for each, the strangest first: `id`, and `times_usual`, by what factor the third
+        nearest other is farther off than is usual in the set.
+    """
+    members = prepared.members if isinstance(prepared, JoinedSet) else (prepared,)
+    result: list[Row] = []
+    for member in members:
+        found = shape_distances(member)
+        outlier, factor = outlying(found.table)
+        prefix = f"{member.category(0)}/" if isinstance(prepared, JoinedSet) else ""
+        for k in np.flatnonzero(outlier):
+            shape_id = prefix + member.ids[found.rows[k]]
+            result.append({"id": shape_id, "times_usual": round(float(factor[k]), 2)})
+    return sorted(result, key=lambda row: -row["times_usual"])

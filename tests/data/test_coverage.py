@@ -1,0 +1,212 @@
+"""Which shapes stand for a set, and which are like nothing else in it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ffd_lightning import shapes
+from ffd_lightning.data.preparation.packing import pack_points
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates import coverage
+from ffd_lightning.data.templates.coverage import (
+    POINTS,
+    ShapeDistances,
+    medoids,
+    outlying,
+    shape_distances,
+)
+from ffd_lightning.data.templates.strategies import (
+    RandomStrategy,
+    diverse_templates,
+    medoid_templates,
+)
+from ffd_lightning.geometry.chamfer import chamfer_distance
+from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.sampling import sample_surface
+
+PLANES = 80
+ODD = ("lamp0", "lamp1", "lamp2", "balloon", "wheel")
+
+
+def cloud(category, index):
+    mesh, _ = shapes.build(category, index)
+    points, _ = sample_surface(mesh.vertices, mesh.faces, POINTS, np.random.default_rng(index))
+    return points
+
+
+def ball(squeezed):
+    points = np.random.default_rng(7).normal(size=(POINTS, 3))
+    return points / np.linalg.norm(points, axis=1, keepdims=True) * squeezed
+
+
+def set_of(clouds, ids, name="planes"):
+    points = np.stack([normalize(points) for points in clouds])
+    manifest = {"sha256": f"{name} {' '.join(ids)}", "settings": {"category": "plane"}}
+    arrays = {"points": pack_points(points)}
+    return PreparedSet(Path(name), manifest, tuple(ids), ("",) * len(ids), (), (1, 2, 2, 4), arrays)
+
+
+@pytest.fixture(scope="module")
+def planes():
+    """Clouds of aeroplanes by id."""
+    return {f"plane{k:02d}": cloud("plane", k) for k in range(PLANES)}
+
+
+@pytest.fixture(scope="module")
+def odd():
+    """Clouds of what gets in among aeroplanes."""
+    lamps = {name: cloud("lamp", k) for k, name in enumerate(ODD[:3])}
+    return lamps | {"balloon": ball((1, 1.2, 1)), "wheel": ball((0.2, 1, 1))}
+
+
+@pytest.fixture(scope="module")
+def clean(planes):
+    return set_of(planes.values(), planes)
+
+
+@pytest.fixture(scope="module")
+def mixed(planes, odd):
+    return set_of((planes | odd).values(), planes | odd)
+
+
+def names(prepared, places):
+    return [prepared.ids[place] for place in places]
+
+
+def to_nearest(prepared, ids):
+    """Chamfer distance of every shape to the nearest of some, (n,)."""
+    table = shape_distances(prepared).table
+    return table[[prepared.index(i) for i in ids]].min(axis=0)
+
+
+# --- distances ------------------------------------------------------------------------------------
+
+
+def test_the_table_holds_the_distance_of_each_pair(clean):
+    table = shape_distances(clean).table
+    assert table.shape == (PLANES, PLANES)
+    for i, j in ((0, 1), (5, 70), (70, 5), (33, 33)):
+        alone = chamfer_distance(*shape_distances(clean).points[[i, j]], "mean")
+        assert table[i, j] == pytest.approx(float(alone), rel=1e-5)
+
+
+def test_a_large_set_is_looked_at_in_part(clean, monkeypatch):
+    monkeypatch.setattr(coverage, "CANDIDATES", 9)
+    rows = shape_distances(clean).rows
+    assert len(rows) == 9
+    assert rows[0] == 0
+    assert rows[-1] == PLANES - 1
+    assert len(shape_distances(clean, at_least=12).rows) == 12
+
+
+def test_a_set_is_measured_once_and_another_of_the_same_folder_anew(planes, monkeypatch):
+    measured = []
+    true = coverage._measure
+    monkeypatch.setattr(coverage, "_measure", lambda *a: measured.append(a) or true(*a))
+    few = list(planes)[:5]
+    for _ in range(2):
+        shape_distances(set_of([planes[i] for i in few], few, "twice"))
+    assert len(measured) == 1
+    shape_distances(set_of([planes[i] for i in few[:4]], few[:4], "twice"))
+    assert len(measured) == 2
+
+
+# --- outliers -------------------------------------------------------------------------------------
+
+
+def test_what_is_no_aeroplane_is_named_and_no_aeroplane_is(clean, mixed):
+    assert not outlying(shape_distances(clean).table)[0].any()
+    outlier, factor = outlying(shape_distances(mixed).table)
+    assert {mixed.ids[k] for k in np.flatnonzero(outlier)} == set(ODD)
+    assert factor[outlier].min() > factor[~outlier].max()
+    assert np.median(factor) == pytest.approx(1)
+
+
+def test_two_alike_do_not_excuse_each_other(planes, odd):
+    pair = {"balloon": odd["balloon"], "same": ball((1, 1.2, 1.01))}
+    prepared = set_of((planes | pair).values(), planes | pair)
+    outlier, _ = outlying(shape_distances(prepared).table)
+    assert {prepared.ids[k] for k in np.flatnonzero(outlier)} == set(pair)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4])
+def test_of_few_shapes_none_is_an_outlier(count):
+    table = np.abs(np.subtract.outer(np.arange(count), np.arange(count))) ** 4.0
+    assert not outlying(table)[0].any()
+
+
+def test_at_most_a_fifth_are_outliers():
+    """Six copies of one shape, and four of their own: not forty percent of the set are strange."""
+    places = np.array([0.0] * 6 + [10, 30, 70, 150])
+    table = np.abs(np.subtract.outer(places, places))
+    outlier, factor = outlying(table)
+    np.testing.assert_array_equal(np.flatnonzero(outlier), [8, 9])
+    assert np.isfinite(factor).all()
+
+
+# --- the choice -----------------------------------------------------------------------------------
+
+
+def test_each_choice_lowers_the_sum_of_roots_the_most(clean):
+    root = np.sqrt(shape_distances(clean).table.astype(float))
+    chosen = []
+    for _ in range(5):
+        sums = {k: root[[*chosen, k]].min(axis=0).sum() for k in range(PLANES) if k not in chosen}
+        chosen.append(min(sums, key=sums.get))
+    assert medoids(shape_distances(clean), 5) == chosen
+
+
+def test_the_first_of_many_are_the_choice_of_few(mixed):
+    many = medoid_templates(mixed, 30)
+    assert len(set(many)) == 30
+    for count in (1, 2, 8, 16):
+        assert medoid_templates(mixed, count) == many[:count]
+
+
+def test_the_order_of_the_set_decides_nothing(mixed):
+    order = np.random.default_rng(0).permutation(len(mixed))
+    found = shape_distances(mixed)
+    table = found.table[np.ix_(order, order)]
+    shuffled = medoids(ShapeDistances(found.rows, found.points[order], table), 12)
+    assert order[shuffled].tolist() == medoids(found, 12)
+
+
+def test_outliers_change_nothing(clean, mixed):
+    assert medoid_templates(mixed, 30) == medoid_templates(clean, 30)
+
+
+def test_outliers_are_chosen_when_nothing_else_is_left(mixed):
+    chosen = medoid_templates(mixed, len(mixed))
+    assert set(chosen[-len(ODD) :]) == set(ODD)
+
+
+@pytest.mark.parametrize("count", [2, 4, 8, 16])
+def test_the_set_is_covered_better_than_by_other_strategies(mixed, count):
+    plane = np.array([i not in ODD for i in mixed.ids])
+
+    def covered(strategy):
+        distance = to_nearest(mixed, strategy(mixed, count))
+        return np.array([distance[plane].mean(), np.median(distance)])
+
+    own = covered(medoid_templates)
+    assert (own < covered(diverse_templates)).all()
+    assert (own < np.mean([covered(RandomStrategy(seed)) for seed in range(20)], axis=0)).all()
+    assert len(set(diverse_templates(mixed, 8)) & set(ODD)) >= 3, "the set is a hard one"
+
+
+def test_what_is_given_is_kept_and_counts(clean):
+    found = shape_distances(clean)
+    first = medoids(found, 6)
+    assert medoids(found, 4, first[:2], found.table[first[:2]].min(axis=0)) == first[2:]
+    # Without a word of how far they are they only are not chosen.
+    assert medoids(found, 1, first[:1])[0] not in first[:1]
+
+
+def test_the_wheel_may_be_given(mixed):
+    """A template that is an outlier, as one of the paper's may be, covers what is near to it."""
+    found = shape_distances(mixed)
+    wheel = mixed.index("wheel")
+    chosen = medoids(found, 3, [wheel], found.table[wheel])
+    assert wheel not in chosen
+    assert not set(names(mixed, chosen)) & set(ODD)

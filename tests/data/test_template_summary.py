@@ -1,0 +1,51 @@
+import math
+
+import numpy as np
+import pytest
+
+from ffd_lightning.data.preparation.joined import JoinedSet
+from ffd_lightning.data.templates import summary
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.templates.coverage import CANDIDATES, shape_distances
+from ffd_lightning.data.templates.summary import outlier_rows, template_rows
+
+
+def test_rows_say_what_each_template_covers(prepared):
+    ids = [prepared.ids[k] for k in (7, 3, 11)]
+    rows, coverage = template_rows(prepared, TemplateBank.of(prepared, ids))
+    table = shape_distances(prepared).table[[7, 3, 11]]
+    others = [k for k in range(len(prepared)) if k not in (7, 3, 11)]
+    assert [(row["order"], row["id"]) for row in rows] == list(enumerate(ids, 1))
+    assert [row["family"] for row in rows] == [prepared.families[k] for k in (7, 3, 11)]
+    nearest = table.argmin(0)
+    assert [row["share"] for row in rows] == pytest.approx(np.bincount(nearest, minlength=3) / 24)
+    for t, row in enumerate(rows):
+        own = [table[t, k] for k in others if nearest[k] == t]
+        assert row["chamfer"] == pytest.approx(np.mean(own), rel=1e-5)
+    assert coverage == pytest.approx(table[:, others].min(0).mean(), rel=1e-5)
+
+
+def test_all_shapes_are_templates(prepared):
+    rows, coverage = template_rows(prepared, TemplateBank.of(prepared, prepared.ids))
+    assert math.isnan(coverage)
+    assert all(math.isnan(row["chamfer"]) for row in rows)
+    assert {row["share"] for row in rows} == {1 / len(prepared)}
+
+
+def test_templates_of_a_large_set_count_whether_they_were_looked_at_or_not(prepared, monkeypatch):
+    assert len(prepared) < CANDIDATES
+    monkeypatch.setattr(summary, "CANDIDATES", 4)
+    rows, _ = template_rows(prepared, TemplateBank.of(prepared, [prepared.ids[1]]))
+    assert rows[0]["share"] == 1
+
+
+def test_outliers_of_each_category_are_named(prepared, monkeypatch):
+    assert outlier_rows(prepared) == []
+    strange = np.zeros(len(prepared), bool)
+    strange[[4, 9]] = True
+    factor = np.where(strange, np.arange(len(prepared)), 1.0)
+    monkeypatch.setattr(summary, "outlying", lambda table: (strange, factor))
+    expected = [(prepared.ids[9], 9), (prepared.ids[4], 4)]
+    assert [tuple(row.values()) for row in outlier_rows(prepared)] == expected
+    joined = [(f"table/{i}", factor) for i, factor in expected]
+    assert [tuple(r.values()) for r in outlier_rows(JoinedSet.join([prepared]))] == joined
