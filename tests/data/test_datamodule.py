@@ -200,7 +200,7 @@ def test_points_are_drawn_afresh_at_each_step_and_for_each_query(tables):
 def test_every_shape_is_seen_once_in_each_pass(tables):
     rows = tables.rows(tables.split.train).tolist()
     count = len(rows)
-    size = next(k for k in itertools.count(BATCH) if count % k)  # a pass ends in the middle of a step
+    size = next(k for k in itertools.count(BATCH) if count % k)
     steps = training_steps(tables, batch_size=size)
     seen = torch.cat([steps[k].rows for k in range(3 * count)]).tolist()
     passes = [seen[i : i + count] for i in range(0, 4 * count, count)]
