@@ -8,7 +8,7 @@ from typing import Any
 
 import torch
 from torch.optim import Optimizer
-from torch.optim.lr_scheduler import CosineAnnealingLR, LRScheduler
+from torch.optim.lr_scheduler import CosineAnnealingLR, LRScheduler, OneCycleLR
 
 from ffd_lightning import registry
 from ffd_lightning.app.config import (
@@ -105,6 +105,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     )
     _expect(encoder, ImageEncoder, f"encoder={cfg.encoder.name}")
     _check_feature_map(encoder, image_size, f"encoder={cfg.encoder.name}")
+    mirrored = cfg.regime.mirror_offsets and cfg.category.symmetric
     return TemplateFfdNetwork(
         encoder,
         image_size=image_size,
@@ -115,6 +116,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
         min_weight=cfg.regime.min_weight,
         offset_std=cfg.network.offset_std,
         batch_norm_momentum=momentum,
+        mirror_degrees=cfg.network.degrees if mirrored else None,
     )
 
 
@@ -140,7 +142,7 @@ def build_module(
         network,
         build_objective(cfg.regime, schedule.annealing_steps),
         optimizer=partial(torch.optim.Adam, lr=schedule.learning_rate, fused=True),
-        scheduler=None if schedule.learning_rate_decay is LearningRateDecay.none else _cosine,
+        scheduler=_SCHEDULERS[schedule.learning_rate_decay],
         seed=cfg.seed,
         record=record,
     )
@@ -148,6 +150,18 @@ def build_module(
 
 def _cosine(optimizer: Optimizer, steps: int) -> LRScheduler:
     return CosineAnnealingLR(optimizer, T_max=steps)
+
+
+def _one_cycle(optimizer: Optimizer, steps: int) -> LRScheduler:
+    highest = [group["lr"] for group in optimizer.param_groups]
+    return OneCycleLR(optimizer, highest, total_steps=steps, cycle_momentum=False)
+
+
+_SCHEDULERS = {
+    LearningRateDecay.none: None,
+    LearningRateDecay.cosine: _cosine,
+    LearningRateDecay.one_cycle: _one_cycle,
+}
 
 
 def build_protocol(node: Any) -> EvaluationProtocol:

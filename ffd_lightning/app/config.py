@@ -34,6 +34,7 @@ class LearningRateDecay(Enum):
 
     none = "none"
     cosine = "cosine"
+    one_cycle = "one_cycle"
 
 
 class Annealing(Enum):
@@ -79,10 +80,13 @@ class CategoryConfig:
     Attributes:
         name: of the category; a data set's own name or id for `category=custom`.
         members: categories that one network is trained on together; `name` is what they are called.
+        symmetric: whether the left of its objects mostly mirrors their right, as they face -z;
+            without that, `regime.mirror_offsets` is passed over.
     """
 
     name: str = MISSING
     members: list[str] | None = None
+    symmetric: bool = True
 
 
 @dataclass
@@ -137,12 +141,14 @@ class RegimeConfig:
         selection: how template weights are taught.
         terms: of the objective, by the name that they are logged under; `term` is the registered
             one, by default that name.
+        mirror_offsets: averages offsets with their mirror image at the plane x = 0.
     """
 
     name: str = MISSING
     min_weight: float = MISSING
     selection: Any = MISSING
     terms: dict[str, Any] = field(default_factory=dict)
+    mirror_offsets: bool = False
 
 
 @dataclass

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from ffd_lightning.geometry.bernstein import bernstein_basis
-from ffd_lightning.geometry.lattice import Lattice
+from ffd_lightning.geometry.lattice import Degrees, Lattice, num_control_points
 
 
 class TemplateSample(NamedTuple):
@@ -139,3 +139,59 @@ def fit_offsets(
     eye = torch.eye(num_control, dtype=basis.dtype, device=basis.device)
     normal = basis.mT @ basis + ridge * num_points * eye
     return torch.linalg.solve(normal, basis.mT @ residual).to(matrix.dtype)
+
+
+def bending_energy(
+    offsets: Float[Tensor, "*batch num_control_points 3"], degrees: Degrees
+) -> Float[Tensor, "*batch"]:
+    r"""Return by how much offsets bend a lattice: the sum of their squared second differences.
+
+    .. math:: \sum_{a} \sum_{i} |\Delta P_{i - e_a} - 2 \Delta P_i + \Delta P_{i + e_a}|^2
+
+    over the axes a of the lattice and its control points i with neighbours on both sides along a.
+    It is 0 for all offsets that are affine in the index of the control point: to move, turn,
+    stretch or shear a template costs nothing.
+
+    Args:
+        offsets: of the control points, (*batch, M, 3), numbered as `Lattice` does.
+        degrees: of the lattice.
+
+    Raises:
+        ValueError: M is not that of the degrees.
+
+    >>> squares = torch.tensor([[0.0, 0, 0], [0, 0, 1], [0, 0, 4]])
+    >>> bending_energy(squares.repeat_interleave(4, 0), (2, 1, 1))
+    tensor(16.)
+    """
+    lattice = _on_lattice(offsets, degrees)
+    first = lattice.dim() - 4
+    return sum(
+        (lattice.diff(n=2, dim=first + axis).square().sum((-4, -3, -2, -1)) for axis in range(3)),
+        start=offsets.new_zeros(offsets.shape[:-2]),
+    )
+
+
+def mirrored_offsets(
+    offsets: Float[Tensor, "*batch num_control_points 3"], degrees: Degrees
+) -> Float[Tensor, "*batch num_control_points 3"]:
+    """Return offsets as the plane x = 0 mirrors them, for lattices that lie symmetrically to it.
+
+    Args:
+        offsets: of the control points, (*batch, M, 3), numbered as `Lattice` does.
+        degrees: of the lattice, whose first axis is along x.
+
+    Raises:
+        ValueError: M is not that of the degrees.
+    """
+    lattice = _on_lattice(offsets, degrees).flip(-4)
+    signs = offsets.new_tensor([-1.0, 1.0, 1.0])
+    return (lattice * signs).flatten(-4, -2)
+
+
+def _on_lattice(offsets: Tensor, degrees: Degrees) -> Tensor:
+    """Return offsets (*batch, M, 3) as (*batch, l + 1, m + 1, n + 1, 3)."""
+    if offsets.shape[-2:] != (num_control_points(degrees), 3):
+        raise ValueError(
+            f"offsets {tuple(offsets.shape)} are not of a lattice of degrees {degrees}"
+        )
+    return offsets.unflatten(-2, tuple(degree + 1 for degree in degrees))

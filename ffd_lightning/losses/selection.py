@@ -60,6 +60,42 @@ class WeightedCosts:
         return Teaching(log_weights(weights) if self.function == "log" else weights.square())
 
 
+class PosteriorTaught:
+    r"""Selection that is taught which template costs least, and templates that all learn.
+
+    .. math:: \pi^{(qt)} = \frac{e^{-c^{(qt)} / \tau}}{\sum_s e^{-c^{(qs)} / \tau}}, \quad
+              w^{(qt)} = (1 - u) \pi^{(qt)} + u / T, \quad
+              \lambda_s = -\sum_{q,t} \pi^{(qt)} \log \gamma_0^{(qt)}
+
+    The posterior pi says how well each template serves an image, given what it costs now. The
+    logits learn it by cross entropy; costs count by w, so that no template is left behind. No
+    gradient flows from the costs to the logits, nor from the logits to the offsets.
+
+    Args:
+        temperature: tau, in the unit of the costs: differences far below it do not matter.
+        uniform: u, the share of the weights that all templates have alike, in [0, 1].
+
+    Raises:
+        ValueError: a temperature that is not above 0, or a share outside [0, 1].
+    """
+
+    def __init__(self, temperature: float = 1.0, uniform: float = 0.5) -> None:
+        if not temperature > 0:
+            raise ValueError(f"temperature={temperature} must be above 0")
+        if not 0 <= uniform <= 1:
+            raise ValueError(f"uniform={uniform} must lie in [0, 1]")
+        self.temperature, self.uniform = temperature, uniform
+
+    def __call__(
+        self, prediction: Prediction, costs: Float[Tensor, "queries templates"]
+    ) -> Teaching:
+        """Return weights from the posterior, (q, T), and the cross entropy, a sum over queries."""
+        posterior = (-costs / self.temperature).softmax(dim=1)
+        weights = (1 - self.uniform) * posterior + self.uniform / posterior.shape[1]
+        log_probs = prediction.template_logits.log_softmax(dim=1)
+        return Teaching(weights, -(posterior * log_probs).sum())
+
+
 def log_weights(weights: Float[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:
     r"""Return :math:`-\log(1 - \gamma)`, cut off where 1 - gamma is below the dtype's resolution.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, runtime_checkable
@@ -11,8 +11,9 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample, deform
+from ffd_lightning.geometry.deformation import TemplateSample, bending_energy, deform
 
 
 @runtime_checkable
@@ -76,6 +77,40 @@ def chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
     Source: the paper's equations 1 and 7.
     """
     return inputs.chamfer
+
+
+def mean_chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
+    """Return 1,000 times the Chamfer distance as a mean over points, (q, T).
+
+    The same for any number of points: what other costs and temperatures are weighed against.
+    """
+    count = (inputs.pred_points.shape[-2] + inputs.target_points.shape[-2]) / 2
+    return inputs.chamfer * (1000 / count)
+
+
+class LatticeBending:
+    """What bends each template: the bending energy of its offsets; see `bending_energy`.
+
+    Args:
+        degrees: of the lattices; None where they are the same along all axes.
+    """
+
+    def __init__(self, degrees: Sequence[int] | None = None) -> None:
+        self.degrees = degrees
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
+        """Return the energies, (q, T).
+
+        Raises:
+            ConfigError: the degrees are not those of the offsets, or must be given.
+        """
+        offsets = inputs.prediction.offsets
+        along = round(offsets.shape[-2] ** (1 / 3)) - 1
+        first, second, third = self.degrees or (along, along, along)
+        try:
+            return bending_energy(offsets, (first, second, third))
+        except ValueError as error:
+            raise ConfigError(f"{error}: set the term's degrees to network.degrees") from None
 
 
 def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:

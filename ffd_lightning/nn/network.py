@@ -12,6 +12,8 @@ from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.geometry.deformation import mirrored_offsets
+from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.heads import TemplateHeads
 
@@ -86,6 +88,8 @@ class TemplateFfdNetwork(nn.Module):
         min_weight: the floor of the weights, shared out among all templates, in [0, 1].
         offset_std: deviation of the offset layer's first weights.
         batch_norm_momentum: share of a new batch in moving statistics, of the heads alone.
+        mirror_degrees: of the lattices, where offsets are to be averaged with their mirror image
+            at the plane x = 0, which keeps symmetric templates symmetric; None leaves them free.
 
     Raises:
         ConfigError: no template, a floor outside [0, 1], or images too small for the encoder.
@@ -104,12 +108,14 @@ class TemplateFfdNetwork(nn.Module):
         min_weight: float = 0.1,
         offset_std: float = 1e-4,
         batch_norm_momentum: float = 0.1,
+        mirror_degrees: Degrees | None = None,
     ) -> None:
         super().__init__()
         if num_templates < 1:
             raise ConfigError(f"the network needs one template or more, got {num_templates}")
         if not 0 <= min_weight <= 1:
             raise ConfigError(f"regime.min_weight must lie in [0, 1], got {min_weight}")
+        self.mirror_degrees = mirror_degrees
         self.image_size = tuple(image_size)
         self.num_templates, self.num_control_points = num_templates, num_control_points
         self.bottleneck, self.hidden, self.min_weight = bottleneck, hidden, min_weight
@@ -134,6 +140,7 @@ class TemplateFfdNetwork(nn.Module):
             "bottleneck": self.bottleneck,
             "hidden": self.hidden,
             "min_weight": self.min_weight,
+            "mirror_degrees": self.mirror_degrees,
         }
 
     def forward(
@@ -157,6 +164,8 @@ class TemplateFfdNetwork(nn.Module):
             output.to(torch.promote_types(output.dtype, torch.float32))
             for output in self.heads(self.encoder(inputs))
         )
+        if self.mirror_degrees is not None:
+            offsets = (offsets + mirrored_offsets(offsets, self.mirror_degrees)) / 2
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
         return FfdPrediction(probs, weights, offsets, logits)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ffd_lightning.app.parts.lazy import class_part, function_part
+from ffd_lightning.errors import ConfigError
 
 _TERMS = "ffd_lightning.losses.terms"
 
@@ -24,6 +25,28 @@ class Chamfer:
 
 
 function_part("term", "chamfer", Chamfer, f"{_TERMS}:chamfer")
+
+
+@dataclass
+class MeanChamfer:
+    """1,000 x the Chamfer distance as a mean over points: the same for any number of points."""
+
+
+function_part("term", "mean_chamfer", MeanChamfer, f"{_TERMS}:mean_chamfer")
+
+
+@dataclass
+class LatticeBending:
+    """Squared second differences of each template's offsets: what bends a template costs.
+
+    Attributes:
+        degrees: of the lattices, `network.degrees`; null where these are the same along all axes.
+    """
+
+    degrees: list[int] | None = None
+
+
+class_part("term", "lattice_bending", LatticeBending, f"{_TERMS}:LatticeBending")
 
 
 @dataclass
@@ -67,3 +90,26 @@ class Weighted:
 
 
 class_part("selection", "weighted", Weighted, "ffd_lightning.losses.selection:WeightedCosts")
+
+
+@dataclass
+class Posterior:
+    """Selection learns which template costs least; all templates learn.
+
+    Attributes:
+        temperature: differences of costs far below it do not matter to the selection.
+        uniform: share of the weights of costs that all templates have alike.
+    """
+
+    temperature: float = 1.0
+    uniform: float = 0.5
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        if not self.temperature > 0:
+            raise ConfigError(f"regime.selection.temperature={self.temperature} must be above 0")
+        if not 0 <= self.uniform <= 1:
+            raise ConfigError(f"regime.selection.uniform={self.uniform} must lie in [0, 1]")
+
+
+class_part("selection", "posterior", Posterior, "ffd_lightning.losses.selection:PosteriorTaught")
