@@ -19,8 +19,14 @@ from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 
 # Okabe and Ito's palette, told apart by all kinds of colour vision; without its yellow, which is
 # lost on white. Regimes keep their colour in every figure.
-_REGIMES = {"b": "#0072B2", "w": "#D55E00", "e": "#009E73", "r": "#CC79A7"}
-_PALETTE = (*_REGIMES.values(), "#E69F00", "#56B4E9", "#000000")
+_REGIMES = {
+    "b": "#0072B2",
+    "w": "#D55E00",
+    "e": "#009E73",
+    "r": "#CC79A7",
+    "posterior": "#000000",
+}
+_PALETTE = (*_REGIMES.values(), "#E69F00", "#56B4E9")
 STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from ffd_lightning.analysis.budget import SHARES, error_budget
 from ffd_lightning.analysis.plot_layout import (
     DASHES,
     STYLE,
@@ -30,6 +31,7 @@ from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
 
 _WIDTH = 4.2  # inches
+_BUDGET = ("#BBBBBB", "#56B4E9", "#0072B2", "#D55E00")  # of the parts of an error
 
 
 def cumulative_curves(
@@ -166,6 +168,35 @@ def template_count_curves(
         seeds = "mean ± standard deviation over seeds" if several else "one seed"
         figure.supylabel(title, fontsize=8.5)
         figure.supxlabel(f"number of templates T\n{told}\n{seeds}", fontsize=8.5)
+    return figure
+
+
+def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
+    """Draw what each run's error is made of as one stacked bar, see `budget.error_budget`.
+
+    Args:
+        samples: as `load_samples` gives them.
+        protocol: that they were measured under.
+
+    Raises:
+        DataError: no run has the references.
+    """
+    table, labels = error_budget(samples, protocol), run_labels(samples)
+    with matplotlib.rc_context(STYLE):
+        figure, (panel,) = panels_of(1, columns=1, width=1.4 * _WIDTH, height=0.34 * len(table))
+        places, left = np.arange(len(table)), np.zeros(len(table))
+        for share, color in zip(SHARES, _BUDGET, strict=True):
+            width = table[share.name].clip(lower=0).to_numpy()
+            panel.barh(places, width, left=left, color=color, label=share.name, height=0.7)
+            left += width
+        for place, total in zip(places, table["total"], strict=True):
+            panel.text(left[place], float(place), f" {total:.4g}", va="center", fontsize=8)
+        panel.set_yticks(places, [labels[str(run)] for run in table.index])
+        panel.invert_yaxis()
+        panel.set_xlim(0, 1.12 * left.max())
+        panel.grid(axis="y", visible=False)
+        figure.legend(loc="outside upper center", ncols=len(SHARES), frameon=False)
+        panel.set_xlabel(axis_label(protocol.main_measure, protocol))
     return figure
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import pandas as pd
 from rich.table import Table
 
-from ffd_lightning.analysis.runs import find_protocol, load_runs
-from ffd_lightning.analysis.wording import number
+from ffd_lightning.analysis.budget import QUALITY, SHARES, budget_caption, error_budget
+from ffd_lightning.analysis.runs import find_protocol, load_runs, load_samples
+from ffd_lightning.analysis.wording import measure_title, number
 from ffd_lightning.errors import UserError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
@@ -39,7 +41,37 @@ def summary_tables(runs: Sequence[RunFolder]) -> list[Table]:
         except UserError:  # none has come to its end
             protocol = ProtocolDescription(str(name))
         tables.append(_summary_table(part, protocol))
+        if (budget := _budget_table(part, protocol)) is not None:
+            tables.append(budget)
     return tables
+
+
+def _budget_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table | None:
+    """Return what the runs' errors are made of, and what their meshes are like; None if unknown."""
+    try:
+        samples = load_samples([RunFolder(Path(run)) for run in runs["run"]], protocol.name)
+        budget = error_budget(samples, protocol)
+    except UserError:
+        return None
+    told = [f"{name}: {meaning}" for name, meaning, _ in QUALITY.values()]
+    table = Table(
+        title=f"Error budget, {measure_title(protocol.main_measure.name)}",
+        caption=f"{budget_caption()}; {'; '.join(told)}",
+        caption_justify="left",
+    )
+    for name in ("category", "regime", "T", "seed"):
+        table.add_column(name)
+    for title in (*(share.name for share in SHARES), "total", "regret"):
+        table.add_column(title, justify="right")
+    for column in QUALITY:
+        table.add_column(QUALITY[column][0], justify="right")
+    heads = runs.set_index("run")[["category", "regime", "templates", "seed"]]
+    for run, row in budget.iterrows():
+        parts = [number(row[name]) for name in (*(share.name for share in SHARES), "total")]
+        quality = [number(QUALITY[k][2] * row[k]) if k in row else "" for k in QUALITY]
+        head = [str(value) for value in heads.loc[run]]
+        table.add_row(*head, *parts, f"{row['regret']:.0%}", *quality)
+    return table
 
 
 def _summary_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.evaluation.capacity import fitted_template
 from ffd_lightning.evaluation.part_transfer import check_labels, labelled_rows
 from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES, ShapeRetrieval, medoid, nearest_by_feature
@@ -26,6 +27,7 @@ from ffd_lightning.evaluation.samples import (
     Sample,
     best_templates,
     predict,
+    sample_seed,
     score_sample,
 )
 from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
@@ -35,7 +37,7 @@ from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """Goes up when the same weights and settings give other numbers or files."""
 
 TABLES = ("samples.csv", "template_ranking.csv")
@@ -203,7 +205,7 @@ def _score(
             "template": evaluated.bank.ids[t],
             "weight": float(prediction.weights[k, t]),
             **score_sample(protocol, prepared, row, candidates, options.seed),
-            **(model.quality() if protocol.quality else {}),
+            **(model.quality() if protocol.quality else model.distortion()),
         }
 
     names = [(prepared.ids[row], view) for row, view in samples]
@@ -274,10 +276,13 @@ def _shapes(
     def with_references(k: int) -> dict[str, Shape]:
         row, offsets = samples[k].row, prediction.offsets[k]
         as_is, deformed = best_templates(prepared, row, bank, offsets)
+        seed = sample_seed(prepared.ids[row], options.seed)
+        fitted, own_offsets = fitted_template(bank, prepared.cloud(row), seed)
         return {
             **scored(k),
             "best_undeformed": TemplateShape(bank, as_is),
             "best_deformed": TemplateShape(bank, deformed, offsets[deformed]),
+            "fitted": TemplateShape(bank, fitted, own_offsets),
             "feature_retrieval": PreparedShape(training, seen[alike[k]].row),
             "retrieval": PreparedShape(training, retrieval.nearest(prepared.cloud(row))),
             "medoid": PreparedShape(training, central),

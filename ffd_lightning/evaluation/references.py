@@ -16,6 +16,7 @@ SHAPES = {
     "": "the model: selected template, deformed",
     "undeformed": "selected template as it is",
     "best_deformed": "best of its templates deformed, an oracle",
+    "fitted": "best of its templates fitted to the truth, an oracle",
     "best_undeformed": "best of its templates as it is, an oracle",
     "feature_retrieval": "training shape of the most similar image (encoder)",
     "retrieval": "nearest training shape, an oracle",

@@ -146,7 +146,7 @@ def score_sample(
     Returns:
         Each measure of each shape, under `<name>_<measure>`, or `<measure>` for the name "".
     """
-    key = int.from_bytes(hashlib.sha256(prepared.ids[row].encode()).digest()[:8], "big")
+    key = sample_seed(prepared.ids[row])
     truth = protocol.truth(PreparedShape(prepared, row), np.random.default_rng([seed, key, 0]))
     known: dict[object, dict[str, float]] = {}
     result: Row = {}
@@ -157,6 +157,12 @@ def score_sample(
             known[same] = _checked(protocol, scores)
         result |= {f"{name}_{k}" if name else k: v for k, v in known[same].items()}
     return result
+
+
+def sample_seed(shape_id: str, seed: int = 0) -> int:
+    """Return what is drawn with for a shape: the same however and beside whatever it is scored."""
+    key = int.from_bytes(hashlib.sha256(shape_id.encode()).digest()[:8], "big")
+    return (key + seed) % 2**63 if seed else key
 
 
 def _checked(protocol: EvaluationProtocol, scores: Any) -> dict[str, float]:
@@ -173,7 +179,7 @@ def _checked(protocol: EvaluationProtocol, scores: Any) -> dict[str, float]:
 
 def _identity(shape: Shape) -> object:
     if isinstance(shape, TemplateShape):
-        return shape.index, shape.offsets is None
+        return shape.index, None if shape.offsets is None else shape.offsets.tobytes()
     if isinstance(shape, PreparedShape):
         return shape.row
     return id(shape)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import torch
@@ -15,10 +15,10 @@ from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.deformation import bending_energy, deform
 from ffd_lightning.geometry.jacobian import deformation_jacobian
 from ffd_lightning.geometry.sampling import sample_stratified
-from ffd_lightning.metrics.mesh_quality import mesh_quality
+from ffd_lightning.metrics.mesh_quality import distortion, mesh_quality
 
 Cloud = NDArray[np.float64]
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -123,18 +123,33 @@ class TemplateShape:
         parts = None if self.bank.point_parts is None else self.bank.point_parts[self.index]
         return _part_cloud(self._points(half), parts, half, self.bank.part_names)
 
+    def distortion(self) -> dict[str, float]:
+        """Return how the deformation folds, stretches and bends; see `metrics.mesh_quality`.
+
+        `bending` is the energy of the offsets, see `geometry.deformation.bending_energy`.
+        """
+        offsets = torch.from_numpy(self._offsets)
+        bending = float(bending_energy(offsets, self.bank.degrees))
+        return self._measured(distortion) | {"bending": bending}
+
     def quality(self) -> dict[str, float]:
-        """Return what the deformation did to the subdivided mesh; see `metrics.mesh_quality`."""
+        """Return `distortion`, and what else became of the subdivided mesh."""
+        return self.distortion() | self._measured(mesh_quality)
+
+    def _measured(self, measure: Callable[..., NamedTuple]) -> dict[str, float]:
         mesh, _ = self.bank.subdivided(self.index)
-        count = self.bank.control_points.shape[1]
-        offsets = np.zeros((count, 3)) if self.offsets is None else self.offsets
         jacobians = deformation_jacobian(
             torch.from_numpy(mesh.vertices),
             self.bank.lattices[self.index],
-            torch.from_numpy(offsets.astype(np.float64)),
+            torch.from_numpy(self._offsets.astype(np.float64)),
         )
-        measured = mesh_quality(mesh.vertices, self.mesh()[0], mesh.faces, jacobians)
+        measured = measure(mesh.vertices, self.mesh()[0], mesh.faces, jacobians)
         return {name: float(value) for name, value in measured._asdict().items()}
+
+    @property
+    def _offsets(self) -> NDArray[np.float32]:
+        count = self.bank.control_points.shape[1]
+        return np.zeros((count, 3), np.float32) if self.offsets is None else self.offsets
 
 
 def _part_cloud(

@@ -39,6 +39,43 @@ class MeshQuality(NamedTuple):
     watertight: bool
 
 
+class Distortion(NamedTuple):
+    """The measures of `MeshQuality` that take no search for faces through each other."""
+
+    folded: float
+    stretch_median: float
+    stretch_95: float
+
+
+def distortion(
+    vertices: ArrayLike | Tensor,
+    deformed: ArrayLike | Tensor,
+    faces: ArrayLike | Tensor,
+    jacobians: ArrayLike | Tensor,
+) -> Distortion:
+    """Measure how a deformation folds and stretches a mesh; see `mesh_quality`.
+
+    Raises:
+        ValueError: as `mesh_quality`.
+    """
+    points, moved, matrices = (_array(x) for x in (vertices, deformed, jacobians))
+    triangles = _faces(faces)
+    if moved.shape != points.shape or matrices.shape != (len(points), 3, 3):
+        raise ValueError(
+            f"vertices {points.shape}, deformed {moved.shape} and jacobians {matrices.shape} do "
+            "not go together"
+        )
+    if len(triangles) == 0:
+        raise ValueError("the mesh has no faces")
+    ratios = edge_stretch(points, moved, triangles)
+    return Distortion(
+        folded_share(points, triangles, matrices),
+        # A value that occurs, not one between two: there may be infinite ones.
+        float(np.percentile(ratios, 50, method="inverted_cdf")),
+        float(np.percentile(ratios, 95, method="inverted_cdf")),
+    )
+
+
 def mesh_quality(
     vertices: ArrayLike | Tensor,
     deformed: ArrayLike | Tensor,
@@ -66,24 +103,14 @@ def mesh_quality(
     >>> quality.folded, quality.stretch_95, quality.watertight
     (0.0, 2.0, False)
     """
-    points, moved, matrices = (_array(x) for x in (vertices, deformed, jacobians))
+    points, moved = _array(vertices), _array(deformed)
     triangles = _faces(faces)
-    if moved.shape != points.shape or matrices.shape != (len(points), 3, 3):
-        raise ValueError(
-            f"vertices {points.shape}, deformed {moved.shape} and jacobians {matrices.shape} do "
-            "not go together"
-        )
     before = self_intersecting_faces(points, triangles)  # refuses what is no mesh
-    if len(triangles) == 0:
-        raise ValueError("the mesh has no faces")
+    bent = distortion(vertices, deformed, faces, jacobians)
     # Neighbours are those of the original mesh: parts that come to touch are not let off.
     after = self_intersecting_faces(moved, merge_equal(points)[triangles], merge=False)
-    ratios = edge_stretch(points, moved, triangles)
     return MeshQuality(
-        folded_share(points, triangles, matrices),
-        # A value that occurs, not one between two: there may be infinite ones.
-        float(np.percentile(ratios, 50, method="inverted_cdf")),
-        float(np.percentile(ratios, 95, method="inverted_cdf")),
+        *bent,
         float(before.mean()),
         float(after.mean()),
         float((after & ~before).mean()),

@@ -9,6 +9,7 @@ from typing import ClassVar
 import pandas as pd
 
 from ffd_lightning.analysis import plots
+from ffd_lightning.analysis.budget import QUALITY, SHARES, budget_caption, error_budget
 from ffd_lightning.analysis.report.elements import NOTHING, Plot, Table, cell, plot
 from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, plain, told_apart, varying
 from ffd_lightning.analysis.selection import (
@@ -44,6 +45,18 @@ class Curves:
     title: ClassVar[str] = "Distribution of scores"
 
     plots: Sequence[Plot]
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Where errors come from, and what the deformed meshes are like."""
+
+    key: ClassVar[str] = "budget"
+    title: ClassVar[str] = "Error budget"
+
+    plots: Sequence[Plot]
+    table: Table
+    note: str
 
 
 @dataclass(frozen=True)
@@ -99,6 +112,33 @@ def curves(sweep: Sweep) -> Curves | None:
                 )
             )
     return Curves(found)
+
+
+def budget(sweep: Sweep) -> Budget | None:
+    """Return what the runs' errors are made of, None where no run has its references."""
+    if sweep.samples.empty:
+        return None
+    try:
+        table = error_budget(sweep.samples, sweep.protocol)
+    except DataError:
+        return None
+    names = [share.name for share in SHARES]
+    head = ["run", *names, "total", "regret", *(QUALITY[k][0] for k in QUALITY if k in table)]
+    rows = [
+        [
+            cell(sweep.labels[str(run)]),
+            *(cell(number(row[name])) for name in (*names, "total")),
+            cell(f"{row['regret']:.0%}"),
+            *(cell(number(QUALITY[k][2] * row[k])) for k in QUALITY if k in table),
+        ]
+        for run, row in table.iterrows()
+    ]
+    title = measure_title(sweep.protocol.main_measure.name)
+    told = f"What the {title} of each run is made of."
+    bars = plot(plots.budget_bars(sweep.samples, sweep.protocol), told, told)
+    meanings = [f"{QUALITY[k][0]}: {QUALITY[k][1]}" for k in QUALITY if k in table]
+    note = "; ".join([budget_caption(), "regret: the selection's share", *meanings])
+    return Budget([bars], Table("Error budget", head, rows), note)
 
 
 def _medians(sweep: Sweep, samples: pd.DataFrame, measure: Measure) -> str:

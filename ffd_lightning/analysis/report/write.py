@@ -51,6 +51,7 @@ def write_report(
         scores.results(sweep),
         beside_paper(sweep) if study.get("beside_paper") else None,
         scores.comparisons(sweep),
+        distributions.budget(sweep),
         distributions.curves(sweep),
         distributions.selection(sweep),
         gallery,

@@ -1,0 +1,80 @@
+"""Where a network's error comes from: the metric's floor, the templates, the heads, the choice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import ProtocolDescription
+
+
+@dataclass(frozen=True)
+class Share:
+    """One part of the error.
+
+    Attributes:
+        name: of it.
+        meaning: what it is, for captions.
+        upto: prefix of the column that the parts up to this one add up to.
+    """
+
+    name: str
+    meaning: str
+    upto: str
+
+
+SHARES = (
+    Share("floor", "the truth sampled again", "floor"),
+    Share("capacity", "the best template, its offsets fitted to the truth", "fitted"),
+    Share("deformation", "the best template as the network deforms it", "best_deformed"),
+    Share("selection", "the selected template", ""),
+)
+"""What a score is made of, from what nothing can mend to what the selection costs."""
+
+QUALITY = {
+    "folded": ("folded", "share of the surface turned inside out, %", 100.0),
+    "stretch_95": ("stretch", "ratio of edge lengths, 95th percentile", 1.0),
+    "bending": ("bending", "squared second differences of the offsets", 1.0),
+}
+"""What the deformed meshes are like: column, its heading, meaning and factor."""
+
+
+def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
+    """Return what each run's mean error is made of, in the protocol's main measure.
+
+    Args:
+        samples: as `load_samples` gives them; runs that were scored without references, or by an
+            earlier version, are left out.
+        protocol: that they were measured under; its main measure is a distance.
+
+    Returns:
+        A row per run (index `run`): `floor`, `capacity`, `deformation` and `selection`, which add
+        up to `total`, `regret`, the selection's share of the total, all in the measure as people
+        read it; and of `QUALITY` what the samples have, means as they are.
+
+    Raises:
+        DataError: no run has the references.
+    """
+    measure = protocol.main_measure
+    names = [f"{s.upto}_{measure.name}" if s.upto else measure.name for s in SHARES]
+    if not set(names) <= set(samples):
+        raise DataError(
+            "no run was scored with its references: evaluate one again (ffd evaluate run=DIR "
+            "evaluation.references=true restart=true)"
+        )
+    known = samples.dropna(subset=names)
+    sums = measure.factor * known.groupby("run", sort=False)[names].mean()
+    parts = sums.diff(axis=1).fillna({names[0]: sums[names[0]]})
+    table = parts.set_axis([share.name for share in SHARES], axis=1)
+    table["total"] = sums[measure.name]
+    table["regret"] = table["selection"] / table["total"]
+    quality = [name for name in QUALITY if name in known]
+    return table.join(known.groupby("run", sort=False)[quality].mean())
+
+
+def budget_caption(shares: Sequence[Share] = SHARES) -> str:
+    """Return what the parts are, for people."""
+    return "; ".join(f"{share.name}: {share.meaning}" for share in shares)

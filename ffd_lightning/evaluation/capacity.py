@@ -1,0 +1,54 @@
+"""What free-form deformation can do: templates fitted to a shape that is known."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.geometry.chamfer import chamfer_distance
+from ffd_lightning.geometry.deformation import deform
+
+_STEPS = 150
+_POINTS = 512  # of each cloud, drawn anew for each step
+_RATE = 0.02  # of Adam, fading to 0
+_FINAL = 2048  # points that tell which template came nearest
+
+
+def fitted_template(
+    bank: TemplateBank, cloud: NDArray[np.float32], seed: int
+) -> tuple[int, NDArray[np.float32]]:
+    """Fit the offsets of every template to a shape by gradient descent, and return the nearest.
+
+    An upper bound, nearly, of what any network can make of these templates: it stands between the
+    floor of a metric and the error of a network.
+
+    Args:
+        bank: T templates.
+        cloud: independent samples of the shape, (N, 3).
+        seed: of the points that are drawn.
+
+    Returns:
+        The template, and the offsets of its control points, (M, 3).
+    """
+    generator = torch.Generator().manual_seed(seed)
+    truth = torch.from_numpy(cloud)
+    templates = torch.arange(len(bank))[:, None]
+    offsets = torch.zeros_like(bank.control_points, requires_grad=True)
+    optimizer = torch.optim.Adam([offsets], lr=_RATE)
+    for step in range(_STEPS):
+        rows = torch.randint(bank.points.shape[1], (len(bank), _POINTS), generator=generator)
+        aim = torch.randint(len(truth), (_POINTS,), generator=generator)
+        optimizer.param_groups[0]["lr"] = _RATE * (1 + math.cos(math.pi * step / _STEPS)) / 2
+        optimizer.zero_grad()
+        moved = deform(bank.deformation_matrix[templates, rows], bank.control_points, offsets)
+        chamfer_distance(moved, truth[aim], "mean").sum().backward()
+        optimizer.step()
+    with torch.no_grad():
+        matrix = bank.deformation_matrix[:, :_FINAL]
+        moved = deform(matrix, bank.control_points, offsets)
+        best = int(chamfer_distance(moved, truth[:_FINAL], "mean").argmin())
+    return best, offsets[best].detach().numpy()
