@@ -5,10 +5,12 @@ import pytest
 import torch
 
 from ffd_lightning.geometry.deformation import (
+    bending_energy,
     deform,
     deform_points,
     deformation_matrix,
     fit_offsets,
+    mirrored_offsets,
 )
 from ffd_lightning.geometry.lattice import Lattice, num_control_points
 
@@ -160,3 +162,47 @@ def test_mixed_precision_leaves_geometry_alone():
     expected = deform(matrix, control, offsets)
     with torch.autocast("cpu", torch.bfloat16):
         assert torch.equal(deform(matrix, control, offsets), expected)
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+def test_bending_energy_is_the_sum_over_the_lattice(degrees):
+    offsets = cloud(2 * num_control_points(degrees)).reshape(2, -1, 3)
+    shape = tuple(degree + 1 for degree in degrees)
+    grid, expected = offsets.numpy().reshape(2, *shape, 3), np.zeros(2)
+    for place in np.ndindex(shape):
+        for axis in range(3):
+            if 0 < place[axis] < shape[axis] - 1:
+                before, after = list(place), list(place)
+                before[axis], after[axis] = place[axis] - 1, place[axis] + 1
+                here, low, high = (grid[:, i, j, k] for i, j, k in (place, before, after))
+                expected += ((low - 2 * here + high) ** 2).sum(1)
+    np.testing.assert_allclose(bending_energy(offsets, degrees), expected)
+
+
+def test_affine_offsets_bend_nothing():
+    index = torch.stack(torch.meshgrid(*[torch.arange(4.0)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    affine = index.double() @ cloud(3) + cloud(1)
+    assert float(bending_energy(affine, (3, 3, 3))) < 1e-20
+    assert float(bending_energy(affine**2, (3, 3, 3))) > 1
+
+
+def test_mirrored_offsets_deform_the_mirrored_points():
+    """For a lattice that lies symmetrically, mirroring and deforming change places."""
+    degrees, mirror = (3, 2, 4), torch.tensor([-1.0, 1, 1]).double()
+    points = cloud()
+    points = torch.cat([points, points * mirror])
+    lattice = Lattice.bounding(points, degrees)
+    matrix, control = deformation_matrix(points, lattice), lattice.control_points()
+    offsets = cloud(len(control), seed=1)
+    moved = deform(matrix, control, mirrored_offsets(offsets, degrees))
+    swapped = points * mirror
+    expected = deform(deformation_matrix(swapped, lattice), control, offsets) * mirror
+    torch.testing.assert_close(moved, expected)
+    again = mirrored_offsets(mirrored_offsets(offsets, degrees), degrees)
+    torch.testing.assert_close(again, offsets)
+
+
+def test_offsets_of_another_lattice_are_refused():
+    for function in (bending_energy, mirrored_offsets):
+        with pytest.raises(ValueError, match="are not of a lattice of degrees"):
+            function(torch.zeros(64, 3), (3, 3, 2))

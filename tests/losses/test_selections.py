@@ -6,7 +6,7 @@ import pytest
 import torch
 
 from ffd_lightning import registry
-from ffd_lightning.losses.selection import WeightedCosts, log_weights
+from ffd_lightning.losses.selection import PosteriorTaught, WeightedCosts, log_weights
 
 
 def test_log_weights_are_the_formula_and_stay_finite():
@@ -33,6 +33,36 @@ def test_costs_count_by_a_function_of_the_weights(unchecked):
     assert loss is None
     with pytest.raises(ValueError, match="function=root must be one of identity, log, square"):
         WeightedCosts("root")
+
+
+def test_the_posterior_teaches_the_logits_and_shares_the_costs_out(unchecked):
+    rng = np.random.default_rng(0)
+    logits, costs = rng.normal(size=(5, 4)), rng.uniform(0, 9, size=(5, 4))
+    given = torch.tensor(logits, requires_grad=True)
+    select = PosteriorTaught(temperature=2.0, uniform=0.25)
+    weights, loss = select(SimpleNamespace(template_logits=given), torch.tensor(costs))
+    posterior = np.exp(-costs / 2)
+    posterior /= posterior.sum(1, keepdims=True)
+    np.testing.assert_allclose(weights, 0.75 * posterior + 0.25 / 4)
+    log_probs = logits - np.log(np.exp(logits).sum(1, keepdims=True))
+    assert float(loss.detach()) == pytest.approx(-(posterior * log_probs).sum())
+    loss.backward()
+    probs = np.exp(log_probs)
+    np.testing.assert_allclose(given.grad, probs - posterior, atol=1e-12)
+    assert not weights.requires_grad, "costs teach the logits through the loss alone"
+
+
+def test_the_temperature_says_which_differences_matter(unchecked):
+    costs = torch.tensor([[1.0, 1.1, 50.0]])
+    prediction = SimpleNamespace(template_logits=torch.zeros(1, 3))
+    cold, _ = PosteriorTaught(0.001, 0)(prediction, costs)
+    warm, _ = PosteriorTaught(1.0, 0)(prediction, costs)
+    np.testing.assert_allclose(cold, [[1, 0, 0]], atol=1e-6)
+    assert warm[0, 0] - warm[0, 1] < 0.06
+    assert warm[0, 2] < 1e-20
+    for temperature, uniform in ((0, 0.5), (-1, 0.5), (1, 1.5), (1, -0.1)):
+        with pytest.raises(ValueError, match="must"):
+            PosteriorTaught(temperature, uniform)
 
 
 def test_it_is_registered():

@@ -5,11 +5,14 @@ import numpy as np
 import pytest
 import torch
 
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.deformation import TemplateSample, bending_energy
 from ffd_lightning.losses.terms import (
+    LatticeBending,
     StepInput,
     chamfer,
+    mean_chamfer,
     negative_entropy,
     offset_penalty,
     uniform_penalty,
@@ -44,6 +47,30 @@ def test_chamfer_is_that_of_each_template_deformed_for_each_query():
         for t in range(3):
             points = sample.deformation_matrix[t] @ (sample.control_points[t] + offsets[q, t])
             torch.testing.assert_close(found[q, t], chamfer_distance(points, targets[q]))
+
+
+@pytest.mark.parametrize("points", [4, 8])
+def test_the_mean_chamfer_distance_is_in_thousandths_of_points(points):
+    g = torch.Generator().manual_seed(0)
+    sample = TemplateSample(torch.rand(1, points, 4, generator=g), torch.rand(1, 4, 3, generator=g))
+    weights, offsets = torch.ones(2, 1), torch.zeros(2, 1, 4, 3)
+    targets = torch.rand(2, points, 3, generator=g)
+    inputs = StepInput(Prediction(weights, offsets, weights), targets, sample, 0, weights)
+    expected = [
+        [1000 * chamfer_distance(inputs.pred_points[q, 0], targets[q], "mean")] for q in range(2)
+    ]
+    torch.testing.assert_close(mean_chamfer(inputs), torch.tensor(expected))
+
+
+def test_bending_is_that_of_each_templates_offsets():
+    offsets = torch.randn(2, 3, 24, 3, generator=torch.Generator().manual_seed(0))
+    inputs = step_input(torch.full((2, 3), 1 / 3), offsets)
+    expected = bending_energy(offsets, (1, 2, 3))
+    torch.testing.assert_close(LatticeBending([1, 2, 3])(inputs), expected)
+    cube = step_input(torch.full((2, 3), 1 / 3), torch.zeros(2, 3, 64, 3))
+    assert LatticeBending()(cube).shape == (2, 3)
+    with pytest.raises(ConfigError, match=r"set the term's degrees to network\.degrees"):
+        LatticeBending()(inputs)
 
 
 def test_what_is_costly_is_computed_once():

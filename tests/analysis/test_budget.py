@@ -1,0 +1,46 @@
+import pandas as pd
+import pytest
+
+from ffd_lightning.analysis.budget import error_budget
+from ffd_lightning.analysis.plots import budget_bars
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
+
+PROTOCOL = ProtocolDescription.of(PaperProtocol())
+
+
+def samples_of(run, *rows):
+    names = ("floor_chamfer", "fitted_chamfer", "best_deformed_chamfer", "chamfer", "folded")
+    table = pd.DataFrame(rows, columns=names)
+    settings = {"run": run, "category": "table", "regime": run, "templates": 4, "seed": 0}
+    return table.assign(**settings)
+
+
+def test_the_parts_add_up_to_the_total():
+    table = pd.concat(
+        [
+            samples_of("b", (0.02, 0.03, 0.05, 0.09, 0.5), (0.04, 0.05, 0.07, 0.07, 0.1)),
+            samples_of("r", (0.02, 0.03, 0.06, 0.06, 0.0), (None, None, None, 0.9, 0.0)),
+        ]
+    )
+    budget = error_budget(table, PROTOCOL)
+    assert budget.loc["b"].round(6).to_dict() == {
+        "floor": 30,
+        "capacity": 10,
+        "deformation": 20,
+        "selection": 20,
+        "total": 80,
+        "regret": 0.25,
+        "folded": 0.3,
+    }
+    assert budget.loc["r", "total"] == pytest.approx(60), "of samples that have their references"
+    assert budget.loc["r", "regret"] == 0
+    (panel,) = budget_bars(table, PROTOCOL).axes
+    ends = [bar.get_x() + bar.get_width() for bar in panel.containers[-1]]
+    assert ends == pytest.approx([80, 60])
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["b", "r"]
+
+
+def test_without_references_there_is_no_budget():
+    with pytest.raises(DataError, match=r"evaluation\.references=true"):
+        error_budget(samples_of("b", (1, 2, 3, 4, 5)).drop(columns="fitted_chamfer"), PROTOCOL)
