@@ -6,6 +6,7 @@ import torch
 
 from ffd_lightning import registry
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.geometry.deformation import mirrored_offsets
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder, standardize
@@ -132,6 +133,16 @@ def test_eval_mode_treats_images_one_by_one_and_changes_nothing():
     assert all(torch.equal(before[name], v) for name, v in network.state_dict().items())
     own = network.train()(images).template_logits  # by the statistics of these images
     assert (own - alone).abs().amax(1).min() > 100 * ROUNDING
+
+
+def test_offsets_of_mirrored_networks_are_their_own_mirror_image():
+    degrees = (1, 1, 1)
+    free, mirrored = build().eval(), build(mirror_degrees=degrees).eval()
+    with torch.no_grad():
+        given, found = (net(random_images()).offsets for net in (free, mirrored))
+    torch.testing.assert_close(found, mirrored_offsets(found, degrees))
+    torch.testing.assert_close(found, (given + mirrored_offsets(given, degrees)) / 2)
+    assert mirrored.description()["mirror_degrees"] == degrees
 
 
 def test_state_dict_round_trip():
