@@ -91,7 +91,7 @@ class SummaryTable(Callback):
         runs = [run for path in jobs if (run := RunFolder(Path(path))).config.exists()]
         if not runs:
             return
-        console = Console(width=None if sys.stdout.isatty() else 120)
+        console = Console(width=None if sys.stdout.isatty() else 200)
         for table in summary_tables(runs):
             console.print(table)
         for run in runs:
@@ -139,4 +139,4 @@ def print_beside_paper(folder: Path) -> None:
         print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
         return
     print()
-    Console(width=None if sys.stdout.isatty() else 120).print(shown)
+    Console(width=None if sys.stdout.isatty() else 200).print(shown)
