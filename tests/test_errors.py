@@ -33,7 +33,7 @@ def test_others_mistakes_and_bad_data_are_none(call):
     assert not is_bug(error)
     said = explain_unforeseen(error)
     assert type(error).__name__ in said
-    assert said.endswith(("(test_errors.<lambda>)", "(sampling.sample_surface)"))
+    assert said.endswith(("(test_errors.<lambda>)", "(sampling._surface)"))
 
 
 def test_the_systems_errors_and_those_never_raised_have_no_place():

@@ -145,7 +145,9 @@ def evaluate(
             journal.close()
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
-        ranking = template_ranking(evaluated.bank, counts, prediction.weights.mean(0))
+        ranking = template_ranking(
+            evaluated.bank, counts, prediction.weights.mean(0, dtype=np.float64)
+        )
         content = {
             **summary,
             **by_category(table),

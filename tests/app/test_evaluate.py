@@ -109,6 +109,24 @@ def test_what_is_written(copy, trained):
     assert not (copy.evaluation("paper") / "samples.partial").exists()
 
 
+def twice_drawn(mesh, count, rng):
+    """Points of which each face has its share, and as many of those again, with replacement."""
+    corners = mesh.vertices[mesh.faces]
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    ends = np.round(areas.cumsum() / areas.sum() * count).astype(int)
+    faces = np.searchsorted(ends, np.arange(count), side="right")
+    order = rng.permutation(faces)
+    u, v = rng.random((2, count))
+    points = np.empty((count, 3))
+    for k, face in enumerate(order):
+        s, t = (u[k], v[k]) if u[k] + v[k] <= 1 else (1 - u[k], 1 - v[k])
+        a, b, c = corners[face]
+        points[k] = a + s * (b - a) + t * (c - a)
+    return points[rng.integers(count, size=count)]
+
+
 def test_the_numbers_are_the_papers(copy, trained, network):
     """Chamfer, EMD and IoU of a sample again, from the definitions and by other libraries."""
     evaluate(copy, "evaluation.references=false")
@@ -122,11 +140,8 @@ def test_the_numbers_are_the_papers(copy, trained, network):
     )
     radius = np.linalg.norm(used - center.center, axis=1).max()
     key = int.from_bytes(hashlib.sha256(row["id"].encode()).digest()[:8], "big")
-    kept, drawn = (
-        np.random.default_rng([0, key, k]).integers(points, size=64)
-        for k, points in ((0, 128), (1, 256))
-    )
-    truth = data.prepared.cloud(place)[kept].astype(float)
+    truth = twice_drawn(mesh, 64, np.random.default_rng([0, key, 0]))
+    drawn = np.random.default_rng([0, key, 1]).integers(256, size=64)
     t = data.bank.ids.index(row["template"])
     moved = (
         data.bank.control_points[t] + predict(network, data.prepared, [Sample(place)]).offsets[0, t]
