@@ -159,6 +159,7 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
         *_all_positive(positive),
         (data.limit is not None and data.limit < 1, f"data.limit={data.limit} must be above 0"),
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
+        (render.random_views < 0, "data.render.random_views must not be negative"),
         (not render.azimuths, "data.render.azimuths needs at least one angle"),
         (
             render.elevation is not None and not -90 <= render.elevation <= 90,
@@ -184,7 +185,7 @@ def _given_images_checks(cfg: PrepareConfig) -> _Checks:
     render, usual = cfg.data.render, RenderSettings()
     pairs = {
         name: (getattr(render, name), getattr(usual, name))
-        for name in ("camera", "elevation", "azimuths", "samples")
+        for name in ("camera", "elevation", "azimuths", "random_views", "samples")
     }
     return [
         (

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 from typing import Any
 
-from ffd_lightning.imaging.camera import Camera, vertical_field_of_view
+import numpy as np
+
+from ffd_lightning.imaging.camera import RADIUS, Camera, vertical_field_of_view
 
 # The authors' Blender script: the camera at (0, 1, 0.6), Blender's default lens.
 _AUTHORS_POSITION = (1.0, 0.6)  # horizontal and vertical
@@ -36,6 +39,9 @@ class RenderSettings:
             nearer and cuts tall shapes off.
         elevation: of the camera above the horizon; by default 30, and the authors' own 30.96.
         azimuths: one image of every shape for each.
+        random_views: so many images more of every shape, from cameras drawn for it: from all sides,
+            5 degrees below to 60 above the horizon, lenses of 25 to 60 degrees. For networks that
+            are to see photographs.
         samples: rays along each side of a pixel.
     """
 
@@ -44,10 +50,11 @@ class RenderSettings:
     camera: CameraModel = CameraModel.framed
     elevation: float | None = None
     azimuths: list[float] = field(default_factory=lambda: [45.0])
+    random_views: int = 0
     samples: int = 3
 
-    def cameras(self) -> tuple[Camera, ...]:
-        """Return the camera of each image.
+    def cameras(self, shape: str = "") -> tuple[Camera, ...]:
+        """Return the camera of each image; random ones follow from the name of the shape alone.
 
         Source: `authors` is of the rendering script in the authors' repository `shapenet`: distance
         1.166, elevation atan(0.6), 35 mm on a 32 mm sensor.
@@ -56,6 +63,10 @@ class RenderSettings:
         >>> round(192 / 2 / camera.half_height / camera.distance)  # pixels a unit
         240
         """
+        rng = np.random.default_rng(list(hashlib.sha256(shape.encode()).digest()))
+        return (*self._fixed(), *(_random_camera(rng) for _ in range(self.random_views)))
+
+    def _fixed(self) -> tuple[Camera, ...]:
         if self.camera is CameraModel.framed:
             elevation = 30.0 if self.elevation is None else self.elevation
             return tuple(Camera(azimuth, elevation) for azimuth in self.azimuths)
@@ -80,3 +91,10 @@ class RenderSettings:
         True
         """
         return cls(**{**content, "camera": CameraModel(content["camera"])})
+
+
+def _random_camera(rng: np.random.Generator) -> Camera:
+    """Draw a camera that a shape of box diagonal 1 fills, or nearly."""
+    lens = float(rng.uniform(25, 60))
+    distance = RADIUS / math.sin(math.radians(lens / 2)) * float(rng.uniform(1, 1.25))
+    return Camera(float(rng.uniform(0, 360)), float(rng.uniform(-5, 60)), distance, lens)

@@ -190,7 +190,7 @@ def test_a_setting_exists_under_its_own_option_only():
 
 MISTAKES = [
     # groups and options
-    (["regime=x"], ["no regime 'x'. Choices: b, e, r, w"]),
+    (["regime=x"], ["no regime 'x'. Choices: b, e, posterior, r, w"]),
     (["category=tabel"], ["no category 'tabel'. Did you mean category=table?", "watercraft"]),
     (["data=procedurl"], ["no data 'procedurl'. Did you mean data=procedural?", "pix3d"]),
     (["encoder=mobilnet"], ["Did you mean encoder=mobilenet? Choices: mobilenet, timm"]),
@@ -267,7 +267,7 @@ def test_a_mistake_is_explained_in_one_line(overrides, words):
         (["schedule.stps=3"], ["Did you mean schedule.steps?"]),
         (["data=folder", "data.root=/no/such/place"], ["data.root=/no/such/place does not exist"]),
         (["plugins=[no_such_module]"], ["plugins=no_such_module: cannot be imported"]),
-        (["-m", "regime=b,ww", "category=table"], ["no regime 'ww'", "b, e, r, w"]),
+        (["-m", "regime=b,ww", "category=table"], ["no regime 'ww'", "b, e, posterior, r, w"]),
     ],
 )
 def test_the_command_shows_one_message(arguments, words, tmp_path):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,7 @@ from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import bounding_box, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.textures import mean_colors
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
@@ -126,8 +128,8 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
     )
     images, cameras = model.images, model.cameras
     if images is None:
-        cameras = recipe.render.cameras()
-        images = _rendered(mesh, recipe.render)
+        cameras = recipe.render.cameras(f"{recipe.category}/{shape_id}")
+        images = _rendered(mesh, recipe.render, cameras)
     elif cameras is not None and len(cameras) != len(images):
         raise RejectedShapeError(f"its source gives {len(images)} images of {len(cameras)} cameras")
     packed = [pack_image(image) for image in images]
@@ -179,10 +181,10 @@ def _normalized(model: SourceShape) -> SourceShape:
     return replace(model, mesh=mesh.with_vertices(vertices), parts=parts, cameras=cameras)
 
 
-def _rendered(mesh: Mesh, views: RenderSettings) -> NDArray[np.uint8]:
+def _rendered(mesh: Mesh, views: RenderSettings, cameras: Sequence[Camera]) -> NDArray[np.uint8]:
     """Return a mesh's images, (views, H, W, 4)."""
     images = [
         render(mesh, camera, height=views.height, width=views.width, samples=views.samples)
-        for camera in views.cameras()
+        for camera in cameras
     ]
     return np.stack(images)
