@@ -85,7 +85,7 @@ def _notes(finding: Finding) -> list[str]:
     if finding.prepared:
         lines.append(f"{finding.prepared}")
     if finding.sheet:
-        lines.append(f"what they look like, and how they stand: {finding.sheet}")
+        lines.append(finding.sheet)
     return lines
 
 

@@ -260,9 +260,5 @@ def _report(prepared: PreparedSet) -> None:
     """Say what was prepared, rejected and seems wrong, and draw it."""
     pose = pose_warning(prepared)
     lines = [*describe(prepared), *([pose] if pose else [])]
-    try:
-        sheet = write_sheet(prepared, sheet_of(prepared.path), pose)
-        lines.append(f"what they look like, and how they stand: {sheet}")
-    except OSError as error:  # the set itself is there
-        lines.append(f"no picture of it could be written: {error}")
+    lines.append(write_sheet(prepared, sheet_of(prepared.path), pose))
     print("\n".join(lines), file=sys.stderr)

@@ -99,21 +99,18 @@ def _settings(up: str, yaw: float, old_up: str, old_yaw: float) -> str:
     return " ".join(changed)
 
 
-def write_sheet(prepared: PreparedSet, file: Path, guess: str = "") -> Path:
-    """Draw a set into a PNG file.
+def write_sheet(prepared: PreparedSet, file: Path, guess: str = "") -> str:
+    """Draw a set into a PNG file, and say where it is, or why it could not be written.
 
     Args:
         prepared: the set.
         file: of the picture.
         guess: what seems wrong with the pose, in words.
-
-    Returns:
-        The file.
-
-    Raises:
-        OSError: it cannot be written.
     """
     data = io.BytesIO()
     draw_set(prepared, guess).save(data, "png", optimize=True)
-    write_bytes_atomic(file, data.getvalue())
-    return file
+    try:
+        write_bytes_atomic(file, data.getvalue())
+    except OSError as error:  # the set itself is there
+        return f"no picture could be written: {error.strerror or error}: {file}"
+    return f"what they look like, and how they stand: {file}"
