@@ -125,11 +125,13 @@ class Preparation:
             return PreparedSet.open(self.target)
         ids = self._ids()
         with self._disk_errors(), _locked(self.target):
-            if not self.target.exists():
+            made = not self.target.exists()  # else by the process that was waited for
+            if made:
                 self._make(ids, ids)
                 self._assemble(ids)
         prepared = PreparedSet.open(self.target)
-        _report(prepared)
+        if made:
+            _report(prepared)
         return prepared
 
     def run_shard(self, shard: Shard) -> PreparedSet | None:
