@@ -133,7 +133,7 @@ def test_categories_that_a_version_lacks(examine, tmp_path):
     assert "firearm (03948459)" in absent
     assert "chair (" not in absent, "whichever one is looked at"
     assert "it has telephone and rifle instead" in absent
-    assert absent.endswith("need category=chair")
+    assert absent.endswith("needs category=chair")
 
 
 def test_a_picture_that_cannot_be_written(examine, tmp_path):
