@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.2.0"
 
 _NAMES = {
+    "Camera": "imaging.camera",
     "FfdDataModule": "data.datamodule",
     "FfdModule": "training.module",
     "FfdPrediction": "nn.network",
@@ -75,6 +76,7 @@ if TYPE_CHECKING:
     from ffd_lightning.geometry.deformation import fit_offsets as fit_offsets
     from ffd_lightning.geometry.lattice import Lattice as Lattice
     from ffd_lightning.geometry.mesh import Mesh as Mesh
+    from ffd_lightning.imaging.camera import Camera as Camera
     from ffd_lightning.imaging.render_settings import RenderSettings as RenderSettings
     from ffd_lightning.inference.predictor import Predictor as Predictor
     from ffd_lightning.losses.objective import Objective as Objective

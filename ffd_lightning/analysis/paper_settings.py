@@ -27,7 +27,7 @@ class PaperSettings:
     Attributes:
         settings: of all runs, flat.
         regimes: of each regime, by its name, flat, without `regime.`.
-        exempt: what is not compared; a name with a dot at its end stands for a group.
+        exempt: what is not compared, and all within it; a name with a dot at its end is a group's.
         always: in what all runs of ours differ.
     """
 
@@ -38,7 +38,7 @@ class PaperSettings:
 
     def is_exempt(self, key: str) -> bool:
         """Tell whether a setting is not compared."""
-        return any(key.startswith(x) if x.endswith(".") else key == x for x in self.exempt)
+        return any(f"{key}.".startswith(f"{x.removesuffix('.')}.") for x in self.exempt)
 
 
 @cache

@@ -59,7 +59,7 @@ def training_times(overrides: Sequence[str], categories: Sequence[str]) -> list[
 
 
 def duration(seconds: float) -> str:
-    """Return a time in minutes, hours or days, rounded up.
+    """Return a time in hours or days, a short one in minutes, rounded up.
 
     >>> duration(30), duration(3 * 3600), duration(50 * 3600)
     ('1 min', '3.0 h', '2.1 days')

@@ -34,12 +34,12 @@ def record_templates(run: RunFolder, data: FfdDataModule) -> None:
     Image.fromarray(template_figure(bank, notes)).save(buffer, "PNG")
     write_bytes_atomic(run.templates_picture, buffer.getvalue())
     log.info(
-        "%s: templates (T = %d) %s: templates.csv, templates.png; mean Chamfer distance x 1000 of "
-        "the other shapes to the nearest: %.2f",
+        "%s: T = %d templates (templates.csv, templates.png); mean Chamfer distance x 1000 of the "
+        "other shapes to the nearest: %.2f; ids: %s",
         run.path,
         len(bank),
-        _some(bank.ids),
         1000 * coverage,
+        ", ".join(bank.ids),
     )
     outliers = outlier_rows(data.prepared)
     run.outliers.unlink(missing_ok=True)

@@ -7,12 +7,14 @@ import math
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from torch import Tensor
 
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
 
 _STEPS = 150
+_FIRST, _KEPT = 40, 4  # after so many steps, so many templates are fitted further
 _POINTS = 512  # of each cloud, drawn anew for each step
 _RATE = 0.02  # of Adam, fading to 0
 _FINAL = 2048  # points that tell which template came nearest
@@ -36,19 +38,38 @@ def fitted_template(
     """
     generator = torch.Generator().manual_seed(seed)
     truth = torch.from_numpy(cloud)
-    templates = torch.arange(len(bank))[:, None]
-    offsets = torch.zeros_like(bank.control_points, requires_grad=True)
+    kept = torch.arange(len(bank))
+    offsets = torch.zeros_like(bank.control_points)
+    for last, steps in ((False, _FIRST), (True, _STEPS - _FIRST)):
+        start = 0 if not last else _FIRST
+        offsets = _descend(bank, kept, offsets, truth, range(start, start + steps), generator)
+        with torch.no_grad():
+            matrix = bank.deformation_matrix[kept, :_FINAL]
+            moved = deform(matrix, bank.control_points[kept], offsets)
+            distance = chamfer_distance(moved, truth[:_FINAL], "mean")
+        order = distance.argsort()[: 1 if last else _KEPT]
+        kept, offsets = kept[order], offsets[order]
+    return int(kept[0]), offsets[0].numpy()
+
+
+def _descend(
+    bank: TemplateBank,
+    kept: Tensor,
+    offsets: Tensor,
+    truth: Tensor,
+    steps: range,
+    generator: torch.Generator,
+) -> Tensor:
+    """Improve the offsets (k, M, 3) of the templates that are kept, (k,)."""
+    offsets = offsets.clone().requires_grad_()
     optimizer = torch.optim.Adam([offsets], lr=_RATE)
-    for step in range(_STEPS):
-        rows = torch.randint(bank.points.shape[1], (len(bank), _POINTS), generator=generator)
+    for step in steps:
+        rows = torch.randint(bank.points.shape[1], (len(kept), _POINTS), generator=generator)
         aim = torch.randint(len(truth), (_POINTS,), generator=generator)
         optimizer.param_groups[0]["lr"] = _RATE * (1 + math.cos(math.pi * step / _STEPS)) / 2
         optimizer.zero_grad()
-        moved = deform(bank.deformation_matrix[templates, rows], bank.control_points, offsets)
+        matrix = bank.deformation_matrix[kept[:, None], rows]
+        moved = deform(matrix, bank.control_points[kept], offsets)
         chamfer_distance(moved, truth[aim], "mean").sum().backward()
         optimizer.step()
-    with torch.no_grad():
-        matrix = bank.deformation_matrix[:, :_FINAL]
-        moved = deform(matrix, bank.control_points, offsets)
-        best = int(chamfer_distance(moved, truth[:_FINAL], "mean").argmin())
-    return best, offsets[best].detach().numpy()
+    return offsets.detach()

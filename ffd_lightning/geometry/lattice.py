@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 import torch
 from jaxtyping import Bool, Float
+from numpy.typing import NDArray
 from torch import Tensor
 
 Degrees = tuple[int, int, int]
@@ -18,6 +20,21 @@ def num_control_points(degrees: Degrees) -> int:
     64
     """
     return (degrees[0] + 1) * (degrees[1] + 1) * (degrees[2] + 1)
+
+
+def lattice_edges(degrees: Degrees) -> NDArray[np.int64]:
+    """Return the pairs of control points that are neighbours along an axis, (E, 2).
+
+    >>> lattice_edges((1, 1, 1))[:4].tolist()
+    [[0, 4], [1, 5], [2, 6], [3, 7]]
+    """
+    shape = tuple(degree + 1 for degree in degrees)
+    numbers = np.arange(num_control_points(degrees)).reshape(shape)
+    pairs = []
+    for axis in range(3):
+        first, last = (np.delete(numbers, k, axis).ravel() for k in (-1, 0))
+        pairs.append(np.stack([first, last], axis=1))
+    return np.concatenate(pairs)
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from ffd_lightning.imaging.photos import Bytes, as_picture
 from ffd_lightning.imaging.pictures import ORIGIN
 
 _FILTER = Image.Resampling.LANCZOS
+_REACHING = 0.95  # objects usually as large as that are cut off in many images
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +83,18 @@ def _is_training_image(
     """Tell whether a photograph is as the network was trained on already.
 
     Rendered objects fill between 0.6 and 1.2 times the usual, and the centres of their boxes lie
-    within 0.15 of the height from the image's; half and 0.25 leave room.
+    within 0.15 of the height from the image's; half and 0.25 leave room. The border is white, or
+    most of it where training objects themselves reach it.
     """
     if photo.size != (width, height):
         return False
     border = (cut.rgb if photo.mode == "RGBA" else np.asarray(photo))[border_ring((height, width))]
+    white = float((border.min(axis=-1) >= 250).mean())
+    on_white = white == 1 or (fill > _REACHING and white > 0.5)
     left, top, right, bottom = box
     off = max(abs(left + right - width), abs(top + bottom - height)) / 2
     large = max(right - left, bottom - top) > 0.5 * fill * height
-    return bool(border.min() >= 250) and large and off < 0.25 * height
+    return on_white and large and off < 0.25 * height
 
 
 def _fit(

@@ -84,13 +84,15 @@ class RenderSettings:
     def from_json(cls, content: Mapping[str, Any]) -> RenderSettings:
         """Return the settings that `to_json` was called on.
 
+        Those of checkpoints from before there was a choice of cameras are of `framed`.
+
         Raises:
-            KeyError, TypeError, ValueError: it is of something else.
+            TypeError, ValueError: it is of something else.
 
         >>> RenderSettings.from_json(RenderSettings().to_json()) == RenderSettings()
         True
         """
-        return cls(**{**content, "camera": CameraModel(content["camera"])})
+        return cls(**{**content, "camera": CameraModel(content.get("camera", "framed"))})
 
 
 def _random_camera(rng: np.random.Generator) -> Camera:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from trimesh.visual.material import PBRMaterial
 
-from ffd_lightning.geometry.lattice import Lattice
+from ffd_lightning.geometry.lattice import Degrees, lattice_edges
 from ffd_lightning.inference.pieces import Piece
 from ffd_lightning.inference.reconstruction import Reconstruction
 
@@ -83,7 +83,7 @@ def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
     after = before + reconstruction.offsets[index]
     result = trimesh.Scene()
     for name, points, color in (("before", before, _BEFORE), ("after", after, _AFTER)):
-        cage = _cage(points, bank.lattices[index])
+        cage = _cage(points, bank.degrees)
         cage.visual = trimesh.visual.TextureVisuals(
             material=PBRMaterial(name=name, baseColorFactor=_linear(color), roughnessFactor=0.9)
         )
@@ -91,20 +91,9 @@ def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
     return result
 
 
-def lattice_edges(lattice: Lattice) -> NDArray[np.int64]:
-    """Return the pairs of control points that are neighbours along an axis, (E, 2)."""
-    shape = tuple(degree + 1 for degree in lattice.degrees)
-    numbers = np.arange(np.prod(shape)).reshape(shape)
-    pairs = []
-    for axis in range(3):
-        first, last = (np.delete(numbers, k, axis).ravel() for k in (-1, 0))
-        pairs.append(np.stack([first, last], axis=1))
-    return np.concatenate(pairs)
-
-
-def _cage(points: NDArray[np.float32], lattice: Lattice) -> trimesh.Trimesh:
+def _cage(points: NDArray[np.float32], degrees: Degrees) -> trimesh.Trimesh:
     """Draw control points (M, 3) as cubes, and the edges between them as square bars."""
-    ends = points[lattice_edges(lattice)].astype(float)
+    ends = points[lattice_edges(degrees)].astype(float)
     along = ends[:, 1] - ends[:, 0]
     ends = ends[np.linalg.norm(along, axis=1) > 1e-6]  # a flat lattice has some without length
     knots = points[:, None] + np.array([(0, 0, -_KNOT), (0, 0, _KNOT)])

@@ -1,4 +1,3 @@
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,7 @@ from ffd_lightning.analysis.figures import method as method_figure
 from ffd_lightning.analysis.figures.drawing import View, bars, draw, fitting_scale, joined, painted
 from ffd_lightning.analysis.figures.examples import Choice, collect
 from ffd_lightning.analysis.figures.figure import caption, paper_figure
-from ffd_lightning.analysis.figures.method import lattice_edges, method, with_lattice
+from ffd_lightning.analysis.figures.method import method, with_lattice
 from ffd_lightning.analysis.figures.sheets import DEFORMED, TEMPLATE, TRUTH
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.imaging.camera import Camera
@@ -44,20 +43,6 @@ def drawn(monkeypatch):
         method_figure, "draw", lambda mesh, view, scale: (alone.append(mesh), blank(view))[1]
     )
     return in_lattices, alone
-
-
-@pytest.mark.parametrize("degrees", [(3, 3, 3), (1, 2, 4)])
-def test_edges_join_control_points_that_are_one_index_apart(degrees):
-    indices = list(itertools.product(*(range(degree + 1) for degree in degrees)))
-    edges = lattice_edges(np.array(indices, float), degrees)
-    found = {tuple(sorted(map(tuple, edge.astype(int).tolist()))) for edge in edges}
-    expected = {
-        (a, b)
-        for a, b in itertools.combinations(indices, 2)
-        if np.abs(np.subtract(a, b)).sum() == 1
-    }
-    assert found == expected
-    assert len(edges) == len(expected)
 
 
 def test_joined_meshes_keep_their_triangles_and_colours():

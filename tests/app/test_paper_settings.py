@@ -77,6 +77,14 @@ def test_nothing_is_exempt_that_there_is_not(config):
         assert any(key.startswith(name) if name.endswith(".") else key == name for key in settings)
 
 
+def test_the_packages_of_parts_are_no_settings(config):
+    """Their keys hold blanks, and are below a name that is exempt."""
+    settings = yaml.safe_load(to_yaml(config))
+    assert settings["provided"] == {}
+    with_package = settings | {"provided": {"encoder tiny": "own-parts 0.1"}}
+    assert compared_settings(with_package) == compared_settings(settings)
+
+
 def test_our_preset_is_the_papers_but_for_what_is_named_here(config):
     differences = {
         key: ours

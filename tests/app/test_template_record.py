@@ -30,7 +30,7 @@ def test_ids_and_pictures_are_in_the_folder_and_in_the_log(data, tmp_path, caplo
     assert tuple(row["id"] for row in rows) == data.bank.ids
     assert np.asarray(Image.open(run.templates_picture)).std() > 0
     assert not run.outliers.exists()
-    assert f"(T = 5) {', '.join(data.bank.ids[:3])} and 2 more" in caplog.text
+    assert f"ids: {', '.join(data.bank.ids)}" in caplog.text
 
 
 def test_outliers_are_written_named_and_gone_when_there_are_none(

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.packing import pack_points
@@ -23,7 +24,7 @@ from ffd_lightning.data.templates.strategies import (
 )
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.normalization import normalize
-from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.geometry.sampling import sample_stratified, sample_surface
 
 PLANES = 80
 ODD = ("lamp0", "lamp1", "lamp2", "balloon", "wheel")
@@ -128,6 +129,31 @@ def test_two_alike_do_not_excuse_each_other(planes, odd):
     prepared = set_of((planes | pair).values(), planes | pair)
     outlier, _ = outlying(shape_distances(prepared).table)
     assert {prepared.ids[k] for k in np.flatnonzero(outlier)} == set(pair)
+
+
+def test_a_shape_is_not_strange_because_others_are_there_many_times():
+    """Of some chairs there are ten photographs, of others one."""
+    clouds = []
+    for index in range(32):
+        mesh, _ = shapes.build("chair", index)
+        vertices, rng = normalize(mesh.vertices, mesh.faces), np.random.default_rng(index)
+        for _ in range(10 if index < 12 else 1):
+            clouds.append(sample_stratified(vertices, mesh.faces, POINTS, rng)[0])
+    points = torch.from_numpy(np.stack(clouds))
+    table = torch.stack([chamfer_distance(cloud, points, "mean") for cloud in points]).numpy()
+    np.fill_diagonal(table, 0)
+    found = ShapeDistances(np.arange(len(points)), points, table)
+    assert found.same[:10, :10].all(), "one shape"
+    assert not found.same[:10, 10:20].any(), "another"
+    assert outlying(table)[0].sum() > 4, "copies are nearer than others can be"
+    assert not found.outlying()[0].any()
+
+
+def test_where_all_shapes_are_the_same_none_is_an_outlier():
+    table = 0.001 * (1 - np.eye(30))
+    outlier, factor = outlying(table, np.ones((30, 30), bool))
+    assert not outlier.any()
+    assert np.ptp(factor) == 0
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])

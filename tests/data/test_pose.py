@@ -80,6 +80,14 @@ def test_of_few_shapes_nothing_is_said(chairs):
     assert guess_pose(as_found(chairs, ("y", 90.0))[:3], "chair") is None
 
 
+def test_flat_shapes_are_left_alone():
+    """Points of a poster are their own mirror images in its plane: that is no symmetry."""
+    rng = np.random.default_rng(0)
+    for sides in ((1, 0.7, 0), (0, 0.7, 1)):
+        posters = [rng.uniform(-0.5, 0.5, (256, 3)) * sides for _ in range(8)]
+        assert guess_pose(posters, "poster") is None
+
+
 def test_shapes_without_a_front_are_left_alone():
     angles = np.random.default_rng(0).random(256) * 2 * np.pi
     ring = np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1) / 3

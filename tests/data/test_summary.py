@@ -114,6 +114,21 @@ def test_a_source_that_turns_nothing_is_asked_for_its_version(tmp_path):
     assert pose_warning(prepared) == "", "boxes look alike from front and side"
 
 
+def test_a_source_of_ones_own_may_mean_something_else_by_up_and_yaw(tmp_path):
+    prepared = prepare_boxes(BoxSource(6, tmp_path / "log"), tmp_path)
+    prepared.manifest["settings"]["source"] |= {"up": [0, 1, 0], "yaw": "random"}
+    assert pose_warning(prepared) == ""
+
+
+def test_a_line_of_warnings_names_the_commonest_kinds(monkeypatch, tmp_path):
+    prepared = prepare_boxes(BoxSource(3, tmp_path / "log"), tmp_path)
+    told = {"a": [f"fault {k}" for k in range(40)], "b": ["fault 7: here"]}
+    monkeypatch.setattr("ffd_lightning.data.preparation.summary.warnings_of", lambda _: told)
+    counted = count_warnings(prepared)
+    assert counted.startswith("fault 7 (2 of 3); ")
+    assert counted.endswith("; 34 more kinds")
+
+
 def test_the_picture_holds_what_the_network_sees(tmp_path):
     prepared = prepare_boxes(BoxSource(5, tmp_path / "log"), tmp_path)
     file = sheet_of(prepared.path)

@@ -1,7 +1,10 @@
+import itertools
+
+import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.geometry.lattice import Lattice, num_control_points
+from ffd_lightning.geometry.lattice import Lattice, lattice_edges, num_control_points
 
 
 def rotation(seed=0):
@@ -90,3 +93,17 @@ def test_bounding_refuses_nothing_and_nan():
         Lattice.bounding(torch.zeros(0, 3))
     with pytest.raises(ValueError, match="finite"):
         Lattice.bounding(torch.tensor([[0.0, torch.nan, 0]]))
+
+
+@pytest.mark.parametrize("degrees", [(3, 3, 3), (1, 2, 4)])
+def test_edges_join_control_points_that_are_one_index_apart(degrees):
+    indices = list(itertools.product(*(range(degree + 1) for degree in degrees)))
+    edges = lattice_edges(degrees)
+    found = {tuple(sorted(indices[k] for k in edge)) for edge in edges.tolist()}
+    expected = {
+        (a, b)
+        for a, b in itertools.combinations(indices, 2)
+        if np.abs(np.subtract(a, b)).sum() == 1
+    }
+    assert found == expected
+    assert len(edges) == len(expected)

@@ -1,3 +1,5 @@
+import json
+
 import numpy as np
 import pytest
 
@@ -90,3 +92,11 @@ def test_an_elevation_of_ones_own_replaces_the_cameras():
 
 def test_a_lens_of_a_square_image():
     assert vertical_field_of_view(1, 2, 50, 50) == pytest.approx(90)
+
+
+def test_settings_come_back_from_a_file_and_those_of_before_cameras_were_chosen_too():
+    settings = RenderSettings(camera=CameraModel.authors, azimuths=[0.0, 90.0])
+    content = json.loads(json.dumps(settings.to_json()))
+    assert RenderSettings.from_json(content) == settings
+    del content["camera"]
+    assert RenderSettings.from_json(content).camera is CameraModel.framed

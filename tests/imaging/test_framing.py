@@ -18,6 +18,7 @@ from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging import cutting, photos
 from ffd_lightning.imaging.framing import frame_photo
 from ffd_lightning.imaging.photos import read_photo
+from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
 from ffd_lightning.imaging.rendering import render
 
 SIZE = {"height": 96, "width": 128}
@@ -87,6 +88,19 @@ def test_what_only_has_the_size_of_a_training_image_is_framed():
     assert "cropped" in frame(moved).steps[-2]
     grey = np.minimum(rendering()[..., :3], 200)
     assert frame(grey).image[0, 0].tolist() == [255, 255, 255, 0]
+
+
+def test_images_of_a_camera_that_cuts_objects_off_reach_the_network_unchanged():
+    mesh = ProceduralSource(60).load("chair", "chair-000000").mesh
+    mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
+    (camera,) = RenderSettings(**SIZE, camera=CameraModel.authors).cameras()
+    image = render(mesh, camera, **SIZE, samples=2)
+    assert extent(image)[1] == 96, "cut off above and below"
+    for picture in (image, image[..., :3]):
+        framed = frame_photo(picture, **SIZE, fill=1.0)
+        np.testing.assert_array_equal(framed.image[..., :3], image[..., :3])
+        assert framed.warnings == ()
+    assert "cropped" in frame(image).steps[-2], "not where training objects are whole"
 
 
 @pytest.mark.parametrize(

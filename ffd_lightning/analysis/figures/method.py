@@ -31,7 +31,7 @@ from ffd_lightning.analysis.figures.sheets import (
     font_size,
 )
 from ffd_lightning.evaluation.figures import cloud_mesh
-from ffd_lightning.geometry.lattice import Degrees
+from ffd_lightning.geometry.lattice import Degrees, lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import contact_sheet
 
@@ -113,20 +113,7 @@ def _row(example: Example, size: int, count: int) -> list[tuple[Picture, str]]:
 def lattice_mesh(points: NDArray[np.float64], degrees: Degrees) -> Mesh:
     """Return control points, (M, 3), as dots, and lines between neighbours."""
     dots = cloud_mesh(points, _POINT_RADIUS, rgba([POINT] * len(points)))
-    return joined([dots, bars(lattice_edges(points, degrees), _LINE_RADIUS, LINE)])
-
-
-def lattice_edges(points: NDArray[np.float64], degrees: Degrees) -> NDArray[np.float64]:
-    """Return the ends of the lines between neighbours of a lattice, (n, 2, 3).
-
-    Args:
-        points: control points, (M, 3), the last axis fastest.
-        degrees: of the lattice.
-    """
-    grid = points.reshape(*(degree + 1 for degree in degrees), 3)
-    lines = (np.moveaxis(grid, axis, 0) for axis in range(3))
-    pairs = [np.stack([line[:-1], line[1:]], axis=-2).reshape(-1, 2, 3) for line in lines]
-    return np.concatenate(pairs)
+    return joined([dots, bars(points[lattice_edges(degrees)], _LINE_RADIUS, LINE)])
 
 
 def with_lattice(mesh: Mesh, lattice: Mesh, view: View, scale: float) -> Picture:

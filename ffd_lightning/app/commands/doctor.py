@@ -85,7 +85,7 @@ def _notes(finding: Finding) -> list[str]:
     if finding.prepared:
         lines.append(f"{finding.prepared}")
     if finding.sheet:
-        lines.append(f"what they look like, and how they stand: {finding.sheet}")
+        lines.append(finding.sheet)
     return lines
 
 
@@ -121,7 +121,7 @@ def _summary(cfg: DoctorConfig, source: Source, findings: list[Finding]) -> list
             left = ",".join(name for name in PAPER_CATEGORIES if name not in absent)
             lines.append(
                 f"of the paper's 13 categories there are not: {say_absent(source, absent)}. "
-                f"Studies of all 13 need category={left}"
+                f"The study paper_table then needs category={left}"
             )
         lines += _neighbours(cfg)
     return lines

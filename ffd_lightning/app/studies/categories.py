@@ -53,7 +53,7 @@ def check_categories(sweeps: Iterable[Sequence[str]], config_dir: str | None = N
         DataError: some categories are not there; the message names them and the way out.
     """
     names: dict[str, None] = {}
-    cfg = None
+    cfg, joint = None, False
     for sweep in sweeps:
         # Only what decides which categories of which data are wanted. Where data is swept too, jobs
         # speak for themselves.
@@ -67,10 +67,11 @@ def check_categories(sweeps: Iterable[Sequence[str]], config_dir: str | None = N
                 own = [] if name is None else [f"category={name}"]
                 cfg = _composed([*rest, *own], config_dir)
                 names.update(dict.fromkeys(category_names(cfg)))
+                joint |= bool(cfg.category.members)
             elif name is not None:
                 names[name] = None
     if cfg is not None:
-        _refuse_absent(build_source(cfg), cfg.data.name, list(names))
+        _refuse_absent(build_source(cfg), cfg.data.name, list(names), joint)
 
 
 def _composed(overrides: Sequence[str], config_dir: str | None) -> PrepareConfig:
@@ -80,7 +81,7 @@ def _composed(overrides: Sequence[str], config_dir: str | None) -> PrepareConfig
     return cfg
 
 
-def _refuse_absent(source: Source, data: str, names: Sequence[str]) -> None:
+def _refuse_absent(source: Source, data: str, names: Sequence[str], joint: bool) -> None:
     """Raise DataError where a source lacks some of these categories."""
     absent = absent_categories(source, names)
     if not absent:
@@ -89,6 +90,11 @@ def _refuse_absent(source: Source, data: str, names: Sequence[str]) -> None:
     if not left:
         source.shape_ids(absent[0])  # raises, and says what there is
     way = f"leave them out with category={','.join(left)}" if left else "choose others"
+    if joint and left:  # a category of the user's would take the place of the joint one too
+        way = (
+            "give a copy of the study's file that leaves them out, in category, category.members "
+            "and the numbers of templates"
+        )
     raise DataError(
         f"data={data} lacks {len(absent)} of the study's {len(names)} categories: "
         f"{say_absent(source, absent)}. Nothing has run yet: {way}"

@@ -125,11 +125,13 @@ class Preparation:
             return PreparedSet.open(self.target)
         ids = self._ids()
         with self._disk_errors(), _locked(self.target):
-            if not self.target.exists():
+            made = not self.target.exists()  # else by the process that was waited for
+            if made:
                 self._make(ids, ids)
                 self._assemble(ids)
         prepared = PreparedSet.open(self.target)
-        _report(prepared)
+        if made:
+            _report(prepared)
         return prepared
 
     def run_shard(self, shard: Shard) -> PreparedSet | None:
@@ -260,9 +262,5 @@ def _report(prepared: PreparedSet) -> None:
     """Say what was prepared, rejected and seems wrong, and draw it."""
     pose = pose_warning(prepared)
     lines = [*describe(prepared), *([pose] if pose else [])]
-    try:
-        sheet = write_sheet(prepared, sheet_of(prepared.path), pose)
-        lines.append(f"what they look like, and how they stand: {sheet}")
-    except OSError as error:  # the set itself is there
-        lines.append(f"no picture of it could be written: {error}")
+    lines.append(write_sheet(prepared, sheet_of(prepared.path), pose))
     print("\n".join(lines), file=sys.stderr)

@@ -31,6 +31,7 @@ _CELL = (192, 144)  # pixels: width, height
 _GAP, _MARGIN, _LABEL = 8, 28, 20
 _LINE, _TOP = _CELL[1] + _LABEL + _GAP, 96  # from a row to the next; above the first
 _POSED = 3  # shapes that are drawn from all sides
+_HEAD = 116  # above their pictures: a title, three lines, and what side is seen
 _WIDTH = 2 * _MARGIN + _COLUMNS * _CELL[0] + (_COLUMNS - 1) * _GAP
 _INK, _SOFT, _WARM = (28, 32, 38), (110, 118, 128), (176, 58, 20)
 _PAPER, _GROUND, _EXPECTED = (255, 255, 255), (228, 233, 239), (228, 237, 226)
@@ -53,7 +54,7 @@ def draw_set(prepared: PreparedSet, guess: str = "") -> Image.Image:
     """
     rows, category = _spread(prepared, SHOWN), prepared.category(0)
     poses = _TOP + -(-len(rows) // _COLUMNS) * _LINE + 28
-    sheet = Image.new("RGB", (_WIDTH, poses + 100 + _POSED * _LINE + _MARGIN), _PAPER)
+    sheet = Image.new("RGB", (_WIDTH, poses + _HEAD + _POSED * _LINE + _MARGIN), _PAPER)
     draw = ImageDraw.Draw(sheet)
     _write(draw, (_MARGIN, 22), f"{category}: what the network sees", 26)
     which = f"{len(rows)} of {len(prepared)} shapes, the first image of each"
@@ -117,7 +118,7 @@ def _draw_poses(
     """
     draw, (column, top) = ImageDraw.Draw(sheet), corner
     title, said, ink = heading
-    left, cells = _place(column, 0, top)[0], top + 100
+    left, cells = _place(column, 0, top)[0], top + _HEAD
     _write(draw, (left, top), title, 20)
     views = [(name, [camera] * len(meshes)) for name, camera in _SIDES]
     views.append(("as its first image", list(cameras)))
@@ -125,7 +126,7 @@ def _draw_poses(
     _write(draw, (left, top + 29), _wrapped(said, width, 14), 14, ink)
     ground = _GROUND if column else _EXPECTED
     for k, (name, sides) in enumerate(views):
-        _write(draw, (_place(column + k, 0, top)[0], top + 76), name, 14, _SOFT)
+        _write(draw, (_place(column + k, 0, top)[0], cells - 24), name, 14, _SOFT)
         for line, (_, mesh) in enumerate(meshes):
             image = render(mesh, sides[line], height=_CELL[1], width=_CELL[0], samples=2)
             _paste(sheet, _place(column + k, line, cells), _laid_over(image, ground))

@@ -6,6 +6,7 @@ import csv
 import io
 from collections import Counter
 from pathlib import Path
+from typing import get_args
 
 from ffd_lightning.data.preparation.pose import SHAPES, PoseGuess, guess_pose
 from ffd_lightning.data.preparation.prepared import REJECTED, WARNINGS, PreparedSet
@@ -14,6 +15,7 @@ from ffd_lightning.data.reading.frame import Up
 from ffd_lightning.files import write_bytes_atomic
 
 _EXAMPLES = 3  # shapes named with the reason for which they were rejected
+_KINDS = 6  # of warnings in one line; a source of one's own may word each its own way
 
 
 def sheet_of(folder: Path) -> Path:
@@ -46,15 +48,17 @@ def warnings_of(prepared: PreparedSet) -> dict[str, list[str]]:
 
 
 def count_warnings(prepared: PreparedSet) -> str:
-    """Return how many shapes have each kind of warning, in words, the most common kind first."""
+    """Return how many shapes have each of the commonest kinds of warning, in words."""
     counts: Counter[str] = Counter()
     for texts in warnings_of(prepared).values():
         counts.update({text.partition(": ")[0] for text in texts})
     total = f" of {len(prepared)}"
     parts = []
-    for kind, count in counts.most_common():
+    for kind, count in counts.most_common(_KINDS):
         parts.append(f"{kind} ({count}{total})")
         total = ""
+    if len(counts) > _KINDS:
+        parts.append(f"{len(counts) - _KINDS} more kinds")
     return "; ".join(parts)
 
 
@@ -65,8 +69,9 @@ def pose_warning(prepared: PreparedSet) -> str:
         return ""
     step = max(1, len(prepared) // SHAPES)
     clouds = [prepared.cloud(row, 256) for row in range(0, len(prepared), step)]
-    turned = "up" in source and "yaw" in source
-    up: Up = "z" if turned and source["up"] == "z" else "y"
+    # A source of one's own may mean something else by these words.
+    turned = source.get("up") in get_args(Up) and isinstance(source.get("yaw"), int | float)
+    up: Up = source["up"] if turned else "y"
     yaw, category = float(source["yaw"]) if turned else 0.0, prepared.category(0)
     guess = guess_pose(clouds, category, up, yaw)
     return "" if guess is None else _in_words(guess, category, turned, up, yaw)
@@ -94,21 +99,18 @@ def _settings(up: str, yaw: float, old_up: str, old_yaw: float) -> str:
     return " ".join(changed)
 
 
-def write_sheet(prepared: PreparedSet, file: Path, guess: str = "") -> Path:
-    """Draw a set into a PNG file.
+def write_sheet(prepared: PreparedSet, file: Path, guess: str = "") -> str:
+    """Draw a set into a PNG file, and say where it is, or why it could not be written.
 
     Args:
         prepared: the set.
         file: of the picture.
         guess: what seems wrong with the pose, in words.
-
-    Returns:
-        The file.
-
-    Raises:
-        OSError: it cannot be written.
     """
     data = io.BytesIO()
     draw_set(prepared, guess).save(data, "png", optimize=True)
-    write_bytes_atomic(file, data.getvalue())
-    return file
+    try:
+        write_bytes_atomic(file, data.getvalue())
+    except OSError as error:  # the set itself is there
+        return f"no picture could be written: {error.strerror or error}: {file}"
+    return f"what they look like, and how they stand: {file}"

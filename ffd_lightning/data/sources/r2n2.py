@@ -109,7 +109,7 @@ class R2n2Images:
         """
         file = self._folder(category) / shape_id / "rendering" / _METADATA
         try:
-            lines = file.read_text(encoding="utf-8").split("\n")
+            lines = file.read_text(encoding="utf-8-sig").split("\n")
             numbers = [[float(word) for word in line.split()] for line in lines if line.strip()]
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.geometry.chamfer import chamfer_distance
@@ -17,6 +19,7 @@ from ffd_lightning.progress import CountProgress
 CANDIDATES = 1000
 POINTS = 256  # per cloud: with 128, sixteen templates cover some percent worse
 
+_SAME = 1.3  # of the distance expected between two clouds of a shape, which varies by some percent
 _ALIKE = 3  # so many others have to be near; one or two may be as odd as the shape itself
 _FAR = 4.5  # times the spread: the embedded categories have none so far off
 _LEAST_SPREAD = 0.25  # of logarithms: an outlier is three times as far off as usual, or more
@@ -42,6 +45,19 @@ class ShapeDistances:
     rows: Int[np.ndarray, " n"]
     points: Float[torch.Tensor, "n points 3"]
     table: Float[np.ndarray, "n n"]
+
+    @cached_property
+    def same(self) -> Bool[np.ndarray, "n n"]:
+        """Which pairs are no farther apart than two clouds of one shape: photographs of it, say.
+
+        A point is as far from the nearest one of such a cloud as from the nearest of its own.
+        """
+        own = [np.square(KDTree(cloud).query(cloud, 2)[0][:, 1]).mean() for cloud in self.points]
+        return np.asarray(self.table < _SAME * np.add.outer(own, own), np.bool_)
+
+    def outlying(self) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """Return `outlying` of the shapes."""
+        return outlying(self.table, self.same)
 
 
 def spread_rows(count: int, size: int) -> NDArray[np.int64]:
@@ -84,6 +100,7 @@ def _measure(prepared: PreparedSet, size: int) -> ShapeDistances:
 
 def outlying(
     table: Float[np.ndarray, "n n"],
+    same: Bool[np.ndarray, "n n"] | None = None,
 ) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """Tell the shapes that are like nothing else: hardly any other is as near as is usual.
 
@@ -94,13 +111,18 @@ def outlying(
 
     Args:
         table: distances between shapes.
+        same: pairs that are one shape: of those one counts as another's neighbour. None for none.
 
     Returns:
         Whether each is an outlier, and by what factor it is farther off than is usual.
     """
     count = len(table)
-    # In order of distance a shape itself is the first.
-    third = np.sort(table, axis=1)[:, min(_ALIKE, count - 1)].astype(np.float64)
+    same = np.eye(count, dtype=np.bool_) if same is None else same | np.eye(count, dtype=np.bool_)
+    first = same.argmax(axis=1) == np.arange(count)  # of those that are the same, one counts
+    others = np.sort(np.where(same | ~first, np.inf, table), axis=1)
+    place = np.clip(np.isfinite(others).sum(axis=1), 1, _ALIKE) - 1  # of few, the farthest
+    third = others[np.arange(count), place].astype(np.float64)
+    third[np.isinf(third)] = table.max(axis=1)[np.isinf(third)]  # all are the same
     logs = np.log(np.maximum(third, np.finfo(np.float32).tiny))
     usual = np.median(logs)
     spread = max(_MAD_TO_STD * np.median(np.abs(logs - usual)), _LEAST_SPREAD)
@@ -129,7 +151,7 @@ def medoids(
     Returns:
         Places in `found.rows`, in the order in which they were chosen.
     """
-    outlier, _ = outlying(found.table)
+    outlier, _ = found.outlying()
     cost = np.sqrt(found.table[:, ~outlier].astype(np.float64))
     nearest = np.full(cost.shape[1], np.inf) if taken is None else np.sqrt(taken[~outlier])
     free = np.ones(len(cost), bool)

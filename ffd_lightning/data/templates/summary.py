@@ -14,7 +14,6 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.coverage import (
     CANDIDATES,
     POINTS,
-    outlying,
     shape_distances,
     spread_rows,
 )
@@ -74,7 +73,7 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
     result: list[Row] = []
     for member in members:
         found = shape_distances(member)
-        outlier, factor = outlying(found.table)
+        outlier, factor = found.outlying()
         prefix = f"{member.category(0)}/" if isinstance(prepared, JoinedSet) else ""
         for k in np.flatnonzero(outlier):
             shape_id = prefix + member.ids[found.rows[k]]

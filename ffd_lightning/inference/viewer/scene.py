@@ -11,9 +11,9 @@ import trimesh
 from matplotlib import colormaps
 from numpy.typing import NDArray
 
+from ffd_lightning.geometry.lattice import lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.pieces import MeshColors, Piece, pieces
-from ffd_lightning.inference.scenes import lattice_edges
 from ffd_lightning.inference.viewer.session import Session
 
 SPACING = 1.05
@@ -173,7 +173,7 @@ class Stage:
         )
 
     def _cages(self, session: Session) -> None:
-        self._edges = lattice_edges(session.display.lattices[session.template])
+        self._edges = lattice_edges(session.display.degrees)
         for name, points, color in (
             ("shown/first_cage", session.rest, _GREY),
             ("shown/cage", session.control_points, _WIRE),
