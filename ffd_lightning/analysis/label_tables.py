@@ -18,6 +18,7 @@ _TITLES = {
     "": "model",
     "undeformed": "template\nas it is",
     "best_deformed": "best of T\ndeformed",
+    "fitted": "best of T\nfitted",
     "best_undeformed": "best of T\nas it is",
     "feature_retrieval": "retrieved\nby image",
     "retrieval": "nearest\nin training",

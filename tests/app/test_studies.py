@@ -42,6 +42,9 @@ def first_values(overrides):
     return result
 
 
+SHORT = ("beyond", "search")  # studies whose runs are short ones
+
+
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize("file", STUDIES, ids=lambda f: f.stem)
 def test_the_studies_compose(file, quick):
@@ -51,7 +54,7 @@ def test_the_studies_compose(file, quick):
     for sweep in commands(study, "x", quick, answer):
         cfg = typed_config(compose_config("train", TrainConfig, first_values(sweep)), TrainConfig)
         validate(cfg)
-        assert cfg.schedule.name == ("quick" if quick or file.stem == "search" else "paper")
+        assert cfg.schedule.name == ("quick" if quick or file.stem in SHORT else "paper")
         assert cfg.name == "x"
 
 
@@ -59,7 +62,7 @@ def test_the_studies_compose(file, quick):
 def test_a_study_for_the_paper_asks_for_its_weights_before_it_starts(
     file, trained, tmp_path, capsys
 ):
-    paper = file.stem != "search"
+    paper = file.stem not in SHORT
     given = [file.stem, f"paths.runs={tmp_path}"]
     assert run_study(Request.parse([*given, "--dry-run"])) == 0
     told = capsys.readouterr()
@@ -277,8 +280,8 @@ def test_a_dry_run_only_prints(trained, tmp_path, capsys):
     [
         (["--quik"], "no option --quik: --quick, --dry-run, --config-dir"),
         (["regimes", "joint"], "two studies: regimes and joint"),
-        (["--quick"], "name a study: joint, joint_views, paper_table, regimes"),
-        (["regime"], "no study 'regime': .* has joint, joint_views, paper_table, regimes"),
+        (["--quick"], "name a study: beyond, joint, joint_views, paper_table, regimes"),
+        (["regime"], "no study 'regime': .* has beyond, joint, joint_views, paper_table, regimes"),
     ],
 )
 def test_a_command_line_that_names_no_study(arguments, message):
