@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -41,6 +40,15 @@ QUALITY = {
 }
 """What the deformed meshes are like: column, its heading, meaning and factor."""
 
+BUDGET_CAPTION = "; ".join(
+    [
+        *(f"{share.name}: {share.meaning}" for share in SHARES),
+        "regret: the selection's share",
+        *(f"{name}: {meaning}" for name, meaning, _ in QUALITY.values()),
+    ]
+)
+"""What the parts and the quality are, for people."""
+
 
 def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
     """Return what each run's mean error is made of, in the protocol's main measure.
@@ -73,8 +81,3 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
     table["regret"] = table["selection"] / table["total"]
     quality = [name for name in QUALITY if name in known]
     return table.join(known.groupby("run", sort=False)[quality].mean())
-
-
-def budget_caption(shares: Sequence[Share] = SHARES) -> str:
-    """Return what the parts are, for people."""
-    return "; ".join(f"{share.name}: {share.meaning}" for share in shares)

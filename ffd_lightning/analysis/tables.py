@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 from rich.table import Table
 
-from ffd_lightning.analysis.budget import QUALITY, SHARES, budget_caption, error_budget
+from ffd_lightning.analysis.budget import BUDGET_CAPTION, QUALITY, SHARES, error_budget
 from ffd_lightning.analysis.runs import find_protocol, load_runs, load_samples
 from ffd_lightning.analysis.wording import measure_title, number
 from ffd_lightning.errors import UserError
@@ -53,10 +53,9 @@ def _budget_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table | 
         budget = error_budget(samples, protocol)
     except UserError:
         return None
-    told = [f"{name}: {meaning}" for name, meaning, _ in QUALITY.values()]
     table = Table(
         title=f"Error budget, {measure_title(protocol.main_measure.name)}",
-        caption=f"{budget_caption()}; {'; '.join(told)}",
+        caption=BUDGET_CAPTION,
         caption_justify="left",
     )
     for name in ("category", "regime", "T", "seed"):

@@ -40,14 +40,13 @@ def fitted_template(
     truth = torch.from_numpy(cloud)
     kept = torch.arange(len(bank))
     offsets = torch.zeros_like(bank.control_points)
-    for last, steps in ((False, _FIRST), (True, _STEPS - _FIRST)):
-        start = 0 if not last else _FIRST
-        offsets = _descend(bank, kept, offsets, truth, range(start, start + steps), generator)
+    for steps, left in ((range(_FIRST), _KEPT), (range(_FIRST, _STEPS), 1)):
+        offsets = _descend(bank, kept, offsets, truth, steps, generator)
         with torch.no_grad():
             matrix = bank.deformation_matrix[kept, :_FINAL]
             moved = deform(matrix, bank.control_points[kept], offsets)
             distance = chamfer_distance(moved, truth[:_FINAL], "mean")
-        order = distance.argsort()[: 1 if last else _KEPT]
+        order = distance.argsort()[:left]
         kept, offsets = kept[order], offsets[order]
     return int(kept[0]), offsets[0].numpy()
 

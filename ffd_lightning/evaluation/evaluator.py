@@ -278,7 +278,7 @@ def _shapes(
     def with_references(k: int) -> dict[str, Shape]:
         row, offsets = samples[k].row, prediction.offsets[k]
         as_is, deformed = best_templates(prepared, row, bank, offsets)
-        seed = sample_seed(prepared.ids[row], options.seed)
+        seed = (sample_seed(prepared.ids[row]) + options.seed) % 2**64
         fitted, own_offsets = fitted_template(bank, prepared.cloud(row), seed)
         return {
             **scored(k),

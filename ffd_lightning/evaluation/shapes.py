@@ -128,13 +128,11 @@ class TemplateShape:
 
         `bending` is the energy of the offsets, see `geometry.deformation.bending_energy`.
         """
-        offsets = torch.from_numpy(self._offsets)
-        bending = float(bending_energy(offsets, self.bank.degrees))
-        return self._measured(distortion) | {"bending": bending}
+        return self._measured(distortion)
 
     def quality(self) -> dict[str, float]:
         """Return `distortion`, and what else became of the subdivided mesh."""
-        return self.distortion() | self._measured(mesh_quality)
+        return self._measured(mesh_quality)
 
     def _measured(self, measure: Callable[..., NamedTuple]) -> dict[str, float]:
         mesh, _ = self.bank.subdivided(self.index)
@@ -144,7 +142,9 @@ class TemplateShape:
             torch.from_numpy(self._offsets.astype(np.float64)),
         )
         measured = measure(mesh.vertices, self.mesh()[0], mesh.faces, jacobians)
-        return {name: float(value) for name, value in measured._asdict().items()}
+        bending = bending_energy(torch.from_numpy(self._offsets), self.bank.degrees)
+        values = measured._asdict() | {"bending": bending}
+        return {name: float(value) for name, value in values.items()}
 
     @property
     def _offsets(self) -> NDArray[np.float32]:

@@ -16,6 +16,9 @@ RADIUS = 0.5
 FRAMING_DISTANCE = RADIUS / math.sin(math.radians(FIELD_OF_VIEW / 2))
 """From where it does."""
 
+BLENDER_LENS = 35.0, 32.0
+"""Focal length and sensor of Blender's default camera, mm: the authors' and 3D-R2N2's."""
+
 
 class CameraFrame(NamedTuple):
     """Position and orthonormal axes of a camera, (3,) float64 each."""

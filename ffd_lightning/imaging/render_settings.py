@@ -11,11 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from ffd_lightning.imaging.camera import RADIUS, Camera, vertical_field_of_view
+from ffd_lightning.imaging.camera import BLENDER_LENS, RADIUS, Camera, vertical_field_of_view
 
 # The authors' Blender script: the camera at (0, 1, 0.6), Blender's default lens.
 _AUTHORS_POSITION = (1.0, 0.6)  # horizontal and vertical
-_LENS, _SENSOR = 35.0, 32.0  # mm; the sensor is as wide as the image's longer side
 
 
 class CameraModel(Enum):
@@ -72,7 +71,8 @@ class RenderSettings:
             return tuple(Camera(azimuth, elevation) for azimuth in self.azimuths)
         own = math.degrees(math.atan2(*reversed(_AUTHORS_POSITION)))
         elevation = own if self.elevation is None else self.elevation
-        lens = vertical_field_of_view(_LENS, _SENSOR, self.height, max(self.height, self.width))
+        side = max(self.height, self.width)  # Blender's sensor is as wide as the longer one
+        lens = vertical_field_of_view(*BLENDER_LENS, self.height, side)
         distance = math.hypot(*_AUTHORS_POSITION)
         return tuple(Camera(azimuth, elevation, distance, lens) for azimuth in self.azimuths)
 

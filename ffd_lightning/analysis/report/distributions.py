@@ -9,7 +9,7 @@ from typing import ClassVar
 import pandas as pd
 
 from ffd_lightning.analysis import plots
-from ffd_lightning.analysis.budget import QUALITY, SHARES, budget_caption, error_budget
+from ffd_lightning.analysis.budget import BUDGET_CAPTION, QUALITY, SHARES, error_budget
 from ffd_lightning.analysis.report.elements import NOTHING, Plot, Table, cell, plot
 from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, plain, told_apart, varying
 from ffd_lightning.analysis.selection import (
@@ -136,9 +136,7 @@ def budget(sweep: Sweep) -> Budget | None:
     title = measure_title(sweep.protocol.main_measure.name)
     told = f"What the {title} of each run is made of."
     bars = plot(plots.budget_bars(sweep.samples, sweep.protocol), told, told)
-    meanings = [f"{QUALITY[k][0]}: {QUALITY[k][1]}" for k in QUALITY if k in table]
-    note = "; ".join([budget_caption(), "regret: the selection's share", *meanings])
-    return Budget([bars], Table("Error budget", head, rows), note)
+    return Budget([bars], Table("Error budget", head, rows), BUDGET_CAPTION)
 
 
 def _medians(sweep: Sweep, samples: pd.DataFrame, measure: Measure) -> str:

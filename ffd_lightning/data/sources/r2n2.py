@@ -22,14 +22,13 @@ from PIL import Image
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import DataError, RejectedShapeError, is_bug
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.camera import Camera, vertical_field_of_view
+from ffd_lightning.imaging.camera import BLENDER_LENS, Camera, vertical_field_of_view
 from ffd_lightning.imaging.pictures import fit_picture
 from ffd_lightning.imaging.rendering import render
 
 VIEWS = 24
 _METADATA = "rendering_metadata.txt"
 _FARTHEST = 1.75  # of their cameras
-_LENS, _SENSOR = 35.0, 32.0  # mm
 _AGREES = 0.5  # intersection over union; a real shape's is 0.93, another turn's mostly below
 _FOLDER = "ShapeNetRendering"
 _MAX_PIXELS = 4096 * 4096  # they have 137 x 137; fitting one takes 16 bytes for each
@@ -121,7 +120,7 @@ class R2n2Images:
             what = "turned cameras" if known else f"not {VIEWS} lines of five numbers"
             return None, f"its cameras are not known: {_METADATA} has {what}"
         side = min(self.height, self.width)  # `fit_picture` leaves a margin along the other
-        lens = vertical_field_of_view(_LENS, _SENSOR, self.height, side)
+        lens = vertical_field_of_view(*BLENDER_LENS, self.height, side)
         return tuple(
             Camera(azimuth % 360, elevation, _FARTHEST * ratio, lens)
             for azimuth, elevation, _, ratio, _ in numbers
