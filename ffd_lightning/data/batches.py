@@ -53,12 +53,15 @@ class Batch(NamedTuple):
         images: RGB over white, (q, 3, H, W) uint8.
         target_points: ground truth clouds, (q, N, 3).
         templates: decomposed points of all templates.
+        own_templates: the templates of each query's category, (q, K), where there are several
+            categories.
     """
 
     rows: Int[Tensor, " queries"]
     images: UInt8[Tensor, "queries 3 height width"]
     target_points: Float[Tensor, "queries num_points 3"]
     templates: TemplateSample
+    own_templates: Int[Tensor, "queries own"] | None = None
 
 
 class ShapeStore:
@@ -80,6 +83,7 @@ class ShapeStore:
         self._prepared, self._bank = prepared, bank
         self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
         self.clouds = [_mapped(array) for array in prepared.mapped_clouds]
+        self.own_templates = _own_templates(prepared, bank)
         self.images: Tensor | None = None
         if device is None:
             return
@@ -91,6 +95,8 @@ class ShapeStore:
             self.clouds = [torch.cat([clouds.to(device) for clouds in self.clouds])]
             self.control_points = bank.control_points.to(device)
             self.matrix = bank.deformation_matrix.to(device)
+            if self.own_templates is not None:
+                self.own_templates = self.own_templates.to(device)
         except (torch.OutOfMemoryError, MemoryError):
             raise DataError(
                 f"the images and clouds of {prepared.path} take {size / 1e9:.1f} GB, more than "
@@ -124,6 +130,7 @@ class ShapeStore:
             images=images.permute(0, 3, 1, 2),
             target_points=clouds,
             templates=TemplateSample(matrix, self.control_points),
+            own_templates=None if self.own_templates is None else self.own_templates[rows],
         )
 
     def _points(self, rows: Tensor, points: Tensor) -> Tensor:
@@ -137,6 +144,17 @@ class ShapeStore:
             result[mine] = _select(clouds, rows[mine, None] - start, points[mine])
             start += len(clouds)
         return result
+
+
+def _own_templates(prepared: PreparedSet, bank: TemplateBank) -> Tensor | None:
+    """Return the templates of each shape's category, (n, K); None where there is one category."""
+    categories = [prepared.category(row) for row in range(len(prepared))]
+    if len(set(categories)) < 2:
+        return None
+    own: dict[str, list[int]] = {name: [] for name in categories}
+    for place, name in enumerate(bank.ids):
+        own[prepared.category(prepared.index(name))].append(place)
+    return torch.tensor([own[name] for name in categories])
 
 
 def resident_bytes(prepared: PreparedSet, bank: TemplateBank) -> int:

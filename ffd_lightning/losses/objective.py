@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import torch
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from torch import Tensor
 
 from ffd_lightning.errors import ConfigError
@@ -64,6 +65,7 @@ class Objective:
         templates: TemplateSample,
         step: int,
         batch_weights: Float[Tensor, "all_queries templates"] | None = None,
+        own_templates: Int[Tensor, "queries own"] | None = None,
     ) -> tuple[Float[Tensor, ""], dict[str, Tensor]]:
         """Return the total and its named, unweighted terms.
 
@@ -76,6 +78,8 @@ class Objective:
             step: index of the step, for the annealing.
             batch_weights: template weights of the whole batch, (Q, T), where its queries are split
                 over devices; the prediction's own by default.
+            own_templates: the templates of each query's category, (q, K), for selections that
+                are `within_category`: the others are not deformed, and cost infinitely much.
 
         Returns:
             The total, and without gradients: each term, costs of templates summed under the
@@ -86,21 +90,22 @@ class Objective:
             ConfigError: a term that gives neither (q, T) nor one number, or a selection that gives
                 no `Teaching` of the costs.
         """
-        own = prediction.template_weights
+        every = prediction.template_weights
+        own = own_templates if getattr(self.selection, "within_category", False) else None
         inputs = StepInput(
-            prediction,
+            prediction if own is None else _Restricted.of(prediction, own),
             target_points,
-            templates,
+            templates if own is None else TemplateSample(*(part[own] for part in templates)),
             step,
-            own if batch_weights is None else batch_weights,
+            every if batch_weights is None else batch_weights,
         )
         values = {name: self._value(name, inputs) for name in self.terms}
         weights = self.weights(step)
         costs = {name: value for name, value in values.items() if value.ndim}
         counted = [_scaled(costs[name], weights[name]) for name in costs if weights[name]]
         cost = torch.stack(counted).sum(0) if len(counted) > 1 else (counted or [inputs.chamfer])[0]
-        teaching = self._teaching(prediction, cost.detach())
-        total = (teaching.cost_weights * cost).sum() if counted else own.new_zeros(())
+        teaching = self._teaching(prediction, cost.detach(), own)
+        total = (teaching.cost_weights * cost).sum() if counted else every.new_zeros(())
         for name, value in values.items():
             if name not in costs and weights[name]:
                 total = total + weights[name] * value
@@ -125,7 +130,11 @@ class Objective:
             )
         return value
 
-    def _teaching(self, prediction: Prediction, costs: Tensor) -> Teaching:
+    def _teaching(self, prediction: Prediction, costs: Tensor, own: Tensor | None) -> Teaching:
+        """Ask the selection, of all templates; return its answer for those that have a cost."""
+        if own is not None:
+            everywhere = torch.full_like(prediction.template_weights, torch.inf)
+            costs = everywhere.scatter(1, own, costs)
         teaching = self.selection(prediction, costs)
         if not isinstance(teaching, Teaching):
             raise ConfigError(f"the selection gives a {type(teaching).__name__}, not a Teaching")
@@ -139,7 +148,21 @@ class Objective:
             raise ConfigError(
                 f"the selection gives {_shape(loss)} for its loss: it is a tensor of one number, ()"
             )
-        return teaching
+        return teaching if own is None else Teaching(teaching.cost_weights.gather(1, own), loss)
+
+
+class _Restricted(NamedTuple):
+    """A prediction for some templates of each query."""
+
+    template_weights: Float[Tensor, "queries own"]
+    template_logits: Float[Tensor, "queries own"]
+    offsets: Float[Tensor, "queries own control_points 3"]
+
+    @classmethod
+    def of(cls, prediction: Prediction, own: Tensor) -> _Restricted:
+        queries = torch.arange(len(own), device=own.device)[:, None]
+        parts = (prediction.template_weights, prediction.template_logits, prediction.offsets)
+        return cls(*(part[queries, own] for part in parts))
 
 
 def _shape(value: object) -> tuple[int, ...] | str:

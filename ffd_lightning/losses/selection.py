@@ -74,24 +74,34 @@ class PosteriorTaught:
     Args:
         temperature: tau, in the unit of the costs: differences far below it do not matter.
         uniform: u, the share of the weights that all templates have alike, in [0, 1].
+        within_category: where one network serves several categories, only the templates of an
+            image's own category are deformed for it; the logits, of all, learn the category too.
 
     Raises:
         ValueError: a temperature that is not above 0, or a share outside [0, 1].
     """
 
-    def __init__(self, temperature: float = 1.0, uniform: float = 0.5) -> None:
+    def __init__(
+        self, temperature: float = 1.0, uniform: float = 0.5, within_category: bool = True
+    ) -> None:
         if not temperature > 0:
             raise ValueError(f"temperature={temperature} must be above 0")
         if not 0 <= uniform <= 1:
             raise ValueError(f"uniform={uniform} must lie in [0, 1]")
         self.temperature, self.uniform = temperature, uniform
+        self.within_category = within_category
 
     def __call__(
         self, prediction: Prediction, costs: Float[Tensor, "queries templates"]
     ) -> Teaching:
-        """Return weights from the posterior, (q, T), and the cross entropy, a sum over queries."""
+        """Return weights from the posterior, (q, T), and the cross entropy, a sum over queries.
+
+        Templates of infinite cost have weight 0.
+        """
         posterior = (-costs / self.temperature).softmax(dim=1)
-        weights = (1 - self.uniform) * posterior + self.uniform / posterior.shape[1]
+        possible = costs.isfinite()
+        even = possible / possible.sum(1, keepdim=True)
+        weights = (1 - self.uniform) * posterior + self.uniform * even
         log_probs = prediction.template_logits.log_softmax(dim=1)
         return Teaching(weights, -(posterior * log_probs).sum())
 

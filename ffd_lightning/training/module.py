@@ -107,6 +107,7 @@ class FfdModule(LightningModule):
             batch.templates,
             self.global_step,
             self._batch_weights(prediction.template_weights),
+            batch.own_templates,
         )
         terms = {"loss": total.detach(), **terms}
         self.log_dict({f"train/{k}": v for k, v in terms.items()}, batch_size=len(batch.rows))

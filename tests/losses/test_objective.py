@@ -11,8 +11,14 @@ from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample, deform
 from ffd_lightning.losses.annealing import exponential_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
-from ffd_lightning.losses.selection import Teaching, WeightedCosts
-from ffd_lightning.losses.terms import chamfer, negative_entropy, offset_penalty
+from ffd_lightning.losses.selection import PosteriorTaught, Teaching, WeightedCosts
+from ffd_lightning.losses.terms import (
+    StepInput,
+    chamfer,
+    mean_chamfer,
+    negative_entropy,
+    offset_penalty,
+)
 
 
 class Prediction(NamedTuple):
@@ -268,3 +274,50 @@ def test_a_selection_that_gives_something_else_is_refused(case, teach, words):
     objective = Objective({"chamfer": WeightedTerm(chamfer)}, teach)
     with pytest.raises(ConfigError, match=words):
         objective(*case, 0)
+
+
+@pytest.mark.parametrize("within", [True, False])
+def test_images_deform_the_templates_of_their_own_category_alone(within):
+    """Held against each category by itself, where only the logits are of all templates."""
+    (weights, offsets, logits), targets, (matrix, control) = joint = _joint_case()
+    own = torch.tensor([[0, 2], [1, 3], [1, 3]])
+    selection = PosteriorTaught(2.0, 0.5, within_category=within)
+    objective = Objective({"mean_chamfer": WeightedTerm(mean_chamfer)}, selection)
+    total, terms = objective(*joint, 0, own_templates=own)
+    if not within:
+        assert torch.equal(total, objective(*joint, 0)[0])
+        return
+    expected = torch.zeros((), dtype=torch.float64)
+    for q, mine in enumerate(own):
+        alone = Prediction(weights[q : q + 1, mine], offsets[q : q + 1, mine], logits[:1, mine] * 0)
+        value, shown = objective(
+            alone, targets[q : q + 1], TemplateSample(matrix[mine], control[mine]), 0
+        )
+        expected += value - shown["selection"]
+        costs = objective.terms["mean_chamfer"].term(
+            StepInput(
+                alone, targets[q : q + 1], TemplateSample(matrix[mine], control[mine]), 0, weights
+            )
+        )
+        posterior = (-costs / 2).softmax(1)[0]
+        expected -= (posterior * logits[q].log_softmax(0)[mine]).sum()
+    torch.testing.assert_close(total, expected)
+    total.backward()
+    others = offsets.grad[0, [1, 3]].abs().sum() + offsets.grad[1:, [0, 2]].abs().sum()
+    assert others == 0, "templates of other categories do not learn from an image"
+    assert (logits.grad != 0).all(), "the logits of other categories do"
+    assert float(terms["chamfer"]) > 0
+
+
+def _joint_case():
+    g = torch.Generator().manual_seed(1)
+
+    def rand(*shape):
+        return torch.rand(*shape, generator=g, dtype=torch.float64)
+
+    prediction = Prediction(
+        rand(Q, 4).softmax(1),
+        (rand(Q, 4, M, 3) - 0.5).requires_grad_(),
+        rand(Q, 4).requires_grad_(),
+    )
+    return prediction, rand(Q, N, 3), TemplateSample(rand(4, N, M).softmax(-1), rand(4, M, 3))

@@ -50,6 +50,32 @@ class_part("term", "lattice_bending", LatticeBending, f"{_TERMS}:LatticeBending"
 
 
 @dataclass
+class SlicedWasserstein:
+    """Sliced Wasserstein distance of each deformed template: what uneven density costs.
+
+    Attributes:
+        directions: on which the clouds are sorted, drawn anew in each step.
+        points: of each cloud.
+    """
+
+    directions: int = 8
+    points: int = 256
+
+    def check(self) -> None:
+        """Raise ConfigError where it cannot work."""
+        if self.directions < 1 or self.points < 1:
+            raise ConfigError("the term sliced_wasserstein needs one direction and one point")
+
+
+class_part(
+    "term",
+    "sliced_wasserstein",
+    SlicedWasserstein,
+    "ffd_lightning.losses.transport:SlicedWasserstein",
+)
+
+
+@dataclass
 class NegativeEntropy:
     """Negative entropy of the batch's mean template weights."""
 
@@ -99,10 +125,12 @@ class Posterior:
     Attributes:
         temperature: differences of costs far below it do not matter to the selection.
         uniform: share of the weights of costs that all templates have alike.
+        within_category: with category=joint, images deform templates of their own category alone.
     """
 
     temperature: float = 1.0
     uniform: float = 0.5
+    within_category: bool = True
 
     def check(self) -> None:
         """Raise ConfigError where it cannot work."""
