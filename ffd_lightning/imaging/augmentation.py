@@ -54,22 +54,25 @@ class PhotoAugmentation:
         draw = _Draws(len(images), images.device)
         x, y = _positions(images)
         # Ink, the distance from white, is 0 beyond the object, as coverage is: both move alike.
-        layers = images.float() / 255
+        layers = images.float().mul_(1 / 255)
         layers[:, :3].neg_().add_(1)
         layers, spread = self._framed(draw, layers)
         border = draw.between(-1, 1) * draw.chosen(self.variation.border)
-        layers *= self._kept(draw, spread, border, x, y)
+        seen = self._not_hidden(draw, x, y)
+        narrower = (1 - border.neg().clamp(min=0) * _NARROWER * (1 - spread)).clamp_(min=0)
+        layers *= seen * narrower
+        wider = seen * spread * (border.clamp(min=0) * _WIDER)
         object_coverage = layers[:, 3:]
-        coverage = self._background_coverage(draw, object_coverage, spread, border, x, y)
+        coverage = torch.maximum(object_coverage, self._background(draw, wider, x, y))
         left = coverage - object_coverage
-        level = draw.between(*_BACKGROUND)
-        colour = torch.lerp(level, draw.between(*_BACKGROUND, channels=3), 0.3)
-        slope_x, slope_y = draw.direction(0.1)
         rgb = self._coloured(draw, layers, x, y)
-        rgb += left * (colour + (slope_x * x + slope_y * y)) + (1 - coverage)
+        level = draw.between(*_BACKGROUND)
+        rgb.addcmul_(left, torch.lerp(level, draw.between(*_BACKGROUND, channels=3), 0.3))
+        slope_x, slope_y = draw.direction(0.1)
+        rgb += left * (slope_x * x + slope_y * y) + (1 - coverage)
         # Noise is the same for all images, but for its strength: drawing it takes long on a CPU.
         noise = torch.randn_like(rgb[:1])
-        rgb += noise * (coverage * draw.between(-1, 1) * self.variation.noise)
+        rgb.addcmul_(noise, coverage * (draw.between(-1, 1) * self.variation.noise))
         result = torch.cat([rgb, object_coverage], dim=1)
         return result.clamp_(0, 1).mul_(255).round_().to(torch.uint8)
 
@@ -92,30 +95,25 @@ class PhotoAugmentation:
         amount = draw.between(0, 1) * draw.chosen(vary.blur)
         return torch.lerp(_seen(layers, camera, height, width), blurred, amount), blurred[:, 3:]
 
-    def _kept(
-        self, draw: _Draws, spread: Tensor, border: Tensor, x: Tensor, y: Tensor
-    ) -> Float[Tensor, "q 1 h w"]:
-        """Return what is left of the object: less where cut too narrow, nothing where erased."""
-        narrower = (1 - border.neg().clamp(min=0) * _NARROWER * (1 - spread)).clamp_(min=0)
+    def _not_hidden(self, draw: _Draws, x: Tensor, y: Tensor) -> Float[Tensor, "q 1 h w"]:
+        """Return 0 where something hides the object, 1 elsewhere."""
         hidden_x, hidden_y = (
             (places - draw.between(-0.6, 0.6)).abs() < draw.between(0.3, 1) * _ERASED
             for places in (x, y)
         )
-        hidden = hidden_x.float() * (hidden_y * draw.chosen(self.variation.erasing))
-        return narrower * (1 - hidden)
+        return 1 - hidden_x * (hidden_y * draw.chosen(self.variation.erasing))
 
-    def _background_coverage(
-        self, draw: _Draws, own: Tensor, spread: Tensor, border: Tensor, x: Tensor, y: Tensor
+    def _background(
+        self, draw: _Draws, wider: Tensor, x: Tensor, y: Tensor
     ) -> Float[Tensor, "q 1 h w"]:
-        """Return what the object covers together with what is left of the background."""
-        wider = spread * (border.clamp(min=0) * _WIDER)
+        """Return where the background is left in: at outlines, in a patch or everywhere."""
         bell_x, bell_y = (
-            ((places - draw.between(-0.7, 0.7)) / draw.between(*_PATCH)).square().neg().exp()
+            ((places - draw.between(-0.5, 0.5)) / draw.between(*_PATCH)).square().neg().exp()
             for places in (x, y)
         )
         patch = ((bell_x * (bell_y * draw.chosen(self.variation.patch))) - 0.35).mul_(8)
         everything = draw.chosen(self.variation.background)
-        return torch.maximum(torch.maximum(wider, patch).clamp_(max=1), own).maximum(everything)
+        return torch.maximum(torch.maximum(wider, patch), everything).clamp_(max=1)
 
     def _coloured(
         self, draw: _Draws, layers: Float[Tensor, "q 4 h w"], x: Tensor, y: Tensor
@@ -129,8 +127,9 @@ class PhotoAugmentation:
         rgb = rgb.unflatten(2, layers.shape[2:])
         side_x, side_y = draw.direction(vary.light)
         rgb *= 1 + (side_x * x + side_y * y)
-        rgb = torch.minimum(rgb.clamp_(min=0), coverage)
-        return rgb + rgb * (coverage - rgb) * (draw.between(-1, 1) * vary.gamma)
+        torch.minimum(rgb.clamp_(min=0), coverage, out=rgb)
+        lift = (coverage - rgb).mul_(draw.between(-1, 1) * vary.gamma)
+        return rgb.addcmul_(rgb, lift)
 
     def _colour_map(self, draw: _Draws) -> tuple[Float[Tensor, "q 3 3"], Float[Tensor, "q 1 1"]]:
         """Return matrices for colours in [0, 1], and what they add to each channel."""
