@@ -26,6 +26,7 @@ from ffd_lightning.errors import ConfigError
 log = logging.getLogger(__name__)
 
 KINDS: dict[str, str] = {
+    "augmentation": "changes training images",
     "encoder": "turns images into a feature map",
     "term": "a term of the objective",
     "selection": "how template weights are taught",

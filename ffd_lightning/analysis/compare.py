@@ -22,6 +22,7 @@ _SEEDS_SHARE = ("category", "regime", "templates")
 _SETTINGS = (
     "data.",
     "split.",
+    "augmentation.",
     "network.",
     "encoder.",
     "schedule.",

@@ -73,6 +73,9 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
     _expect_function(strategy, f"template_strategy={cfg.template_strategy.name}")
     split = build_part("split", cfg.split)
     _expect_function(split, f"split={cfg.split.name}")
+    augmentation = build_part("augmentation", cfg.augmentation)
+    if cfg.augmentation.name != "none":
+        _expect_function(augmentation, f"augmentation={cfg.augmentation.name}")
     return FfdDataModule(
         category_names(cfg),
         build_source(cfg),
@@ -89,6 +92,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         render=cfg.data.render,
         cloud_points=cfg.data.num_points,
         root=cfg.paths.data,
+        augmentation=augmentation,
         residency=cfg.data.residency.value,
         num_workers=cfg.trainer.num_workers,
         prepare_workers=cfg.preparation.workers,

@@ -356,6 +356,7 @@ class TrainConfig(PrepareConfig):
     templates: TemplatesConfig = field(default_factory=TemplatesConfig)
     template_strategy: Any = MISSING
     template_ranking: TemplateRankingConfig = field(default_factory=TemplateRankingConfig)
+    augmentation: Any = MISSING
     encoder: Any = MISSING
     network: NetworkConfig = field(default_factory=NetworkConfig)
     schedule: ScheduleConfig = field(default_factory=ScheduleConfig)
@@ -446,11 +447,15 @@ GROUPS: dict[str, str] = {
     "data": "source",
     "split": "split",
     "template_strategy": "template_strategy",
+    "augmentation": "augmentation",
     "encoder": "encoder",
     "regime.selection": "selection",
     "protocol": "protocol",
 }
 """The groups whose options are parts, and of which kind; terms are below `regime.terms`."""
+
+BEFORE: dict[str, str] = {"augmentation": "none"}
+"""What runs did that are older than a group: the option that files without the group stand for."""
 
 COMMON: dict[str, type[Any]] = {"source": CommonData, "split": CommonSplit, "term": CommonTerm}
 """What the parts of a kind have in common, beside their own settings."""

@@ -13,7 +13,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from ffd_lightning import registry
-from ffd_lightning.app.config import COMMON, GROUPS, TrainConfig
+from ffd_lightning.app.config import BEFORE, COMMON, GROUPS, TrainConfig
 from ffd_lightning.app.messages import explain, unknown_setting
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.registry import Entry
@@ -96,6 +96,8 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
         raise ConfigError(f"these settings must be given: {', '.join(f'{k}=...' for k in missing)}")
     plain = OmegaConf.to_container(given, resolve=True)
     assert isinstance(plain, dict)
+    if issubclass(schema, TrainConfig):
+        plain = {group: {"name": option} for group, option in BEFORE.items()} | plain
     registry.load_plugins(plain.get("plugins") or [])
     parts = {}
     for where, kind, node in _part_nodes(plain):

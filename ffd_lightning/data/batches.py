@@ -19,8 +19,9 @@ from torch import Tensor
 from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.parallel import available_cores
 
 _BLOCK = 256  # shapes
@@ -37,12 +38,14 @@ class BatchIndices(NamedTuple):
         views: view of each query, (q,).
         points: which points of each query's cloud, (q, N).
         template_points: which points of each template's cloud, (T, N).
+        seed: what is random about a training batch's images follows from it; None where nothing is.
     """
 
     rows: Int[Tensor, " queries"]
     views: Int[Tensor, " queries"]
     points: Int[Tensor, "queries num_points"]
     template_points: Int[Tensor, "templates num_points"]
+    seed: int | None = None
 
 
 class Batch(NamedTuple):
@@ -55,6 +58,8 @@ class Batch(NamedTuple):
         templates: decomposed points of all templates.
         own_templates: the templates of each query's category, (q, K), where there are several
             categories.
+        coverage: of the images, (q, H, W) uint8; None where it is not kept.
+        seed: see `BatchIndices`.
     """
 
     rows: Int[Tensor, " queries"]
@@ -62,6 +67,8 @@ class Batch(NamedTuple):
     target_points: Float[Tensor, "queries num_points 3"]
     templates: TemplateSample
     own_templates: Int[Tensor, "queries own"] | None = None
+    coverage: UInt8[Tensor, "queries height width"] | None = None
+    seed: int | None = None
 
 
 class ShapeStore:
@@ -72,26 +79,31 @@ class ShapeStore:
         bank: the templates.
         device: where to copy everything to; None leaves the shapes in their files, the clouds
             mapped and the images packed, and the templates where they are.
+        coverage: keeps the images' coverage too.
 
     Raises:
         DataError: the device has too little memory.
     """
 
     def __init__(
-        self, prepared: PreparedSet, bank: TemplateBank, device: torch.device | None = None
+        self,
+        prepared: PreparedSet,
+        bank: TemplateBank,
+        device: torch.device | None = None,
+        coverage: bool = False,
     ) -> None:
-        self._prepared, self._bank = prepared, bank
+        self._prepared, self._bank, self._coverage = prepared, bank, coverage
         self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
         self.clouds = [_mapped(array) for array in prepared.mapped_clouds]
         self.own_templates = _own_templates(prepared, bank)
         self.images: Tensor | None = None
         if device is None:
             return
-        size = resident_bytes(prepared, bank)
+        size = resident_bytes(prepared, bank, coverage)
         try:
             if device.type == "cpu" and size > _available_memory():
                 raise MemoryError  # the system would promise it, and kill the process later
-            self.images = _unpacked(prepared, device)
+            self.images = _unpacked(prepared, device, self._channels)
             self.clouds = [torch.cat([clouds.to(device) for clouds in self.clouds])]
             self.control_points = bank.control_points.to(device)
             self.matrix = bank.deformation_matrix.to(device)
@@ -105,7 +117,11 @@ class ShapeStore:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process maps the files itself: tensors would travel as a copy of them all.
-        return ShapeStore, (self._prepared, self._bank)
+        return ShapeStore, (self._prepared, self._bank, None, self._coverage)
+
+    @property
+    def _channels(self) -> int:
+        return 4 if self._coverage else 3
 
     @property
     def device(self) -> torch.device:
@@ -115,11 +131,11 @@ class ShapeStore:
     def batch(self, indices: BatchIndices) -> Batch:
         """Gather what the indices name, on the device where the data is."""
         rows, views, points, template_points = (
-            index.to(self.device, non_blocking=True) for index in indices
+            index.to(self.device, non_blocking=True) for index in indices[:4]
         )
         if self.images is None:
             pairs = list(zip(indices.rows.tolist(), indices.views.tolist(), strict=True))
-            images = torch.from_numpy(_read_images(self._prepared, pairs))
+            images = torch.from_numpy(_read_images(self._prepared, pairs, self._channels))
         else:
             images = _select(self.images, rows[:, None], views[:, None])[:, 0]
         clouds = self._points(rows, points).float() * POINT_STEP
@@ -127,10 +143,12 @@ class ShapeStore:
         matrix = _select(self.matrix, templates, template_points)
         return Batch(
             rows=rows,
-            images=images.permute(0, 3, 1, 2),
+            images=images[..., :3].permute(0, 3, 1, 2),
             target_points=clouds,
             templates=TemplateSample(matrix, self.control_points),
             own_templates=None if self.own_templates is None else self.own_templates[rows],
+            coverage=images[..., 3] if self._coverage else None,
+            seed=indices.seed,
         )
 
     def _points(self, rows: Tensor, points: Tensor) -> Tensor:
@@ -157,9 +175,34 @@ def _own_templates(prepared: PreparedSet, bank: TemplateBank) -> Tensor | None:
     return torch.tensor([own[name] for name in categories])
 
 
-def resident_bytes(prepared: PreparedSet, bank: TemplateBank) -> int:
+def augmented(batch: Batch, augmentation: Augmentation) -> Batch:
+    """Return a training batch with other images of its objects; any other batch as it is.
+
+    Args:
+        batch: with coverage.
+        augmentation: what changes the images.
+
+    Raises:
+        ConfigError: it gives something else than images of the same kind.
+    """
+    if batch.seed is None or batch.coverage is None:
+        return batch
+    images = torch.cat([batch.images, batch.coverage[:, None]], dim=1)
+    with torch.random.fork_rng([images.device] if images.is_cuda else []):
+        torch.manual_seed(batch.seed)
+        made: Any = augmentation(images)
+    kind = (made.shape, made.dtype) if isinstance(made, Tensor) else type(made).__name__
+    if kind != (images.shape, images.dtype):
+        raise ConfigError(
+            f"the augmentation must turn images of {(*images.shape,)} uint8 into as many, and "
+            f"gives {kind}"
+        )
+    return batch._replace(images=made[:, :3], coverage=made[:, 3])
+
+
+def resident_bytes(prepared: PreparedSet, bank: TemplateBank, coverage: bool = False) -> int:
     """Return what `ShapeStore` copies to a device, in bytes."""
-    images = len(prepared) * math.prod(prepared.image_shape[:3]) * 3
+    images = len(prepared) * math.prod(prepared.image_shape[:3]) * (4 if coverage else 3)
     clouds = sum(array.nbytes for array in prepared.mapped_clouds)
     return images + clouds + bank.deformation_matrix.nbytes
 
@@ -201,24 +244,27 @@ def _mapped(array: NDArray[Any]) -> Tensor:
         return torch.from_numpy(array)
 
 
-def _read_images(prepared: PreparedSet, pairs: Sequence[tuple[int, int]]) -> NDArray[np.uint8]:
-    """Return the images of (row, view) pairs without their coverage, (k, H, W, 3)."""
-    result = np.empty((len(pairs), *prepared.image_shape[1:3], 3), np.uint8)
+def _read_images(
+    prepared: PreparedSet, pairs: Sequence[tuple[int, int]], channels: int
+) -> NDArray[np.uint8]:
+    """Return the first channels of the images of (row, view) pairs, (k, H, W, channels)."""
+    result = np.empty((len(pairs), *prepared.image_shape[1:3], channels), np.uint8)
 
     def read(place: int) -> None:
-        result[place] = prepared.image(*pairs[place])[..., :3]
+        result[place] = prepared.image(*pairs[place])[..., :channels]
 
     with ThreadPoolExecutor(min(available_cores(), 8)) as pool:  # unpacking frees the interpreter
         list(pool.map(read, range(len(pairs))))
     return result
 
 
-def _unpacked(prepared: PreparedSet, device: torch.device) -> Tensor:
-    """Copy all images to a device, (n, views, H, W, 3), without a second copy in memory."""
+def _unpacked(prepared: PreparedSet, device: torch.device, channels: int) -> Tensor:
+    """Copy all images to a device, (n, views, H, W, channels), without a second copy in memory."""
     views, height, width, _ = prepared.image_shape
-    result = torch.empty((len(prepared), views, height, width, 3), dtype=torch.uint8, device=device)
+    shape = (len(prepared), views, height, width, channels)
+    result = torch.empty(shape, dtype=torch.uint8, device=device)
     for row in range(0, len(prepared), _BLOCK):
         rows = range(row, min(row + _BLOCK, len(prepared)))
-        images = _read_images(prepared, [(r, v) for r in rows for v in range(views)])
+        images = _read_images(prepared, [(r, v) for r in rows for v in range(views)], channels)
         result[row : row + len(rows)] = torch.from_numpy(images).unflatten(0, (-1, views))
     return result

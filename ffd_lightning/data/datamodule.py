@@ -23,6 +23,7 @@ from ffd_lightning.data.batches import (
     BatchIndices,
     Residency,
     ShapeStore,
+    augmented,
     choose_residency,
     resident_bytes,
 )
@@ -36,6 +37,7 @@ from ffd_lightning.data.templates.strategies import TemplateStrategy, auto_choic
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.imaging.appearance import MOST_IMAGES, TrainingAppearance
+from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 log = logging.getLogger(__name__)
@@ -63,7 +65,8 @@ def draw_points(
 
 
 def _indices(*arrays: Any) -> BatchIndices:
-    return BatchIndices(*(torch.as_tensor(np.asarray(a, np.int64)) for a in arrays))
+    rows, views, points, templates = (torch.as_tensor(np.asarray(a, np.int64)) for a in arrays)
+    return BatchIndices(rows, views, points, templates)
 
 
 class TrainingIndices(Dataset[BatchIndices]):
@@ -120,7 +123,9 @@ class TrainingIndices(Dataset[BatchIndices]):
             for clouds in (self.batch_size, self.sizes.templates)
         )
         mine = slice(self.rank, None, self.world_size)
-        return _indices(rows[mine], views[mine], points[mine], template_points)
+        own = np.random.SeedSequence([self.seed, 5, step, self.rank]).generate_state(1)
+        indices = _indices(rows[mine], views[mine], points[mine], template_points)
+        return indices._replace(seed=int(own[0]))
 
 
 class EvaluationIndices(Dataset[BatchIndices]):
@@ -222,6 +227,7 @@ class FfdDataModule(LightningDataModule):
         render: the images.
         cloud_points: surface samples kept of each shape, of which steps draw theirs.
         root: prepared data is kept below it.
+        augmentation: changes the images that are trained on, and no others.
         residency: where images and clouds are kept while training.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
         prepare_workers, prepare_timeout, progress: see `Preparation`.
@@ -254,6 +260,7 @@ class FfdDataModule(LightningDataModule):
         render: RenderSettings | None = None,
         cloud_points: int = 16384,
         root: str | Path = "data",
+        augmentation: Augmentation | None = None,
         residency: Residency = "auto",
         num_workers: int | None = None,
         prepare_workers: int = 0,
@@ -281,6 +288,7 @@ class FfdDataModule(LightningDataModule):
         self.split_rule, self.val_fraction = split or HashSplit(), val_fraction
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.residency, self.num_workers = residency, num_workers
+        self.augmentation = augmentation
 
     @property
     def categories(self) -> tuple[str, ...]:
@@ -349,15 +357,16 @@ class FfdDataModule(LightningDataModule):
     def store(self) -> ShapeStore:
         """Where batches come from: what `residency` says, on the trainer's device if it has one."""
         device = self.trainer.strategy.root_device if self.trainer else torch.device("cpu")
-        size = resident_bytes(self.prepared, self.bank)
+        coverage = self.augmentation is not None
+        size = resident_bytes(self.prepared, self.bank, coverage)
         residency = self.residency
         if residency == "auto":
             residency = choose_residency(size, device)
         if residency == "disk":
-            return ShapeStore(self.prepared, self.bank)
+            return ShapeStore(self.prepared, self.bank, coverage=coverage)
         place = device if residency == "device" else torch.device("cpu")
         log.info("reading %.1f GB of images and clouds into memory (%s)", size / 1e9, place)
-        return ShapeStore(self.prepared, self.bank, place)
+        return ShapeStore(self.prepared, self.bank, place, coverage)
 
     def train_dataloader(self) -> DataLoader[Any]:
         """Batches of the training shapes, from the trainer's current one on."""
@@ -388,8 +397,9 @@ class FfdDataModule(LightningDataModule):
         return self.test_dataloader()
 
     def on_after_batch_transfer(self, batch: BatchIndices | Batch, dataloader_idx: int) -> Batch:
-        """Gather a batch on the device that holds the data; the loader has gathered others."""
-        return self.store.batch(batch) if isinstance(batch, BatchIndices) else batch
+        """Gather a batch where the loader has not, and change the images of a training step."""
+        gathered = self.store.batch(batch) if isinstance(batch, BatchIndices) else batch
+        return gathered if self.augmentation is None else augmented(gathered, self.augmentation)
 
     def _evaluation_indices(self, ids: Sequence[str]) -> EvaluationIndices:
         """Return this device's share of some shapes, in chunks."""

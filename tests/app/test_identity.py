@@ -49,6 +49,7 @@ ANOTHER_RUN = [
     "templates=t4",
     "templates.max_edge=0.03",
     "template_strategy=diverse",
+    "augmentation=photo",
     "split=hash",
     "split.val_fraction=0.2",
     "data.num_models=23",
@@ -127,6 +128,17 @@ def test_a_setting_that_an_older_file_does_not_have_had_its_default(tiny_config,
         checked(tiny_config("trainer.precision=bf16-mixed"), run)
 
 
+def test_runs_from_before_there_were_augmentations_had_none(tiny_config, tmp_path):
+    run = written(tiny_config(), tmp_path)
+    content = yaml.safe_load(run.config.read_text())
+    assert content.pop("augmentation") == {"name": "none"}
+    run.config.write_text(yaml.safe_dump(content))
+    checked(tiny_config(), run)
+    run.config.write_text(yaml.safe_dump(content))
+    with pytest.raises(ConfigError, match=r"augmentation\.name was none, now photo"):
+        checked(tiny_config("augmentation=photo"), run)
+
+
 @pytest.mark.parametrize("text", ["{{", "seed: 1", "- 1", "category: {name: table, color: red}"])
 def test_a_damaged_file_is_said(tiny_config, tmp_path, text):
     run = written(tiny_config(), tmp_path)
@@ -178,6 +190,9 @@ def folder(*overrides):
         (["trainer=cpu", "trainer.devices=2", "logger=none"], "chair/b/t16/seed0"),
         (["protocol=modern", "evaluation.seed=2"], "chair/b/t16/seed0"),
         (["template_strategy=random"], "chair/b/t16/seed0_random"),
+        (["augmentation=none"], "chair/b/t16/seed0"),
+        (["augmentation=photo"], "chair/b/t16/seed0_photo"),
+        (["augmentation=photo", "augmentation.roll=9"], "chair/b/t16/seed0_photo_roll-9.0"),
         (
             ["template_strategy=random", "template_strategy.seed=1"],
             "chair/b/t16/seed0_random_template_strategy.seed-1",

@@ -61,7 +61,7 @@ def help_of(name, capsys):
 
 
 PARTS = {
-    "train": ("source", "split", "selection", "term", "template_strategy", "encoder", "protocol"),
+    "train": tuple(registry.KINDS),
     "prepare": ("source",),
     "evaluate": ("protocol",),
     "predict": (),

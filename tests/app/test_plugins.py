@@ -212,7 +212,10 @@ def test_trying_an_encoder_leaves_frozen_layers_frozen(register):
     assert encoder.norm.num_batches_tracked == 0
 
 
-@pytest.mark.parametrize("kind", ["term", "selection", "split", "template_strategy"])
+KINDS_OF_FUNCTIONS = ["term", "selection", "split", "template_strategy", "augmentation"]
+
+
+@pytest.mark.parametrize("kind", KINDS_OF_FUNCTIONS)
 def test_a_factory_that_gives_no_function(register, kind, tmp_path):
     register(kind, "odd", Tiny, lambda settings: None)
     where = {"selection": "regime/selection=odd", "term": "+regime.terms.odd.weight=1"}

@@ -310,6 +310,105 @@ def scored(module, subset, **settings):
     }
 
 
+# --- augmentation -------------------------------------------------------------------------------
+
+
+def darkened(images):
+    """Return images with an amount of black drawn for each, and half the coverage."""
+    shares = torch.rand(len(images), 1, 1, 1)
+    return torch.cat([images[:, :3] * shares, images[:, 3:] // 2], dim=1).to(torch.uint8)
+
+
+@pytest.fixture(scope="module")
+def dark_boxes(make_boxes):
+    """The boxes again, darkened while training."""
+    return make_boxes(augmentation=darkened)
+
+
+def seen(module, batches):
+    return [module.on_after_batch_transfer(batch, 0) for batch in batches]
+
+
+def test_training_images_are_changed_with_their_coverage(boxes, dark_boxes):
+    plain, loaded_ = list(boxes.train_dataloader()), list(dark_boxes.train_dataloader())
+    assert all(equal(a, b) for a, b in zip(plain, loaded_, strict=True)), "as they are loaded"
+    changed = seen(dark_boxes, loaded_)
+    for before, after in zip(plain, changed, strict=True):
+        shares = after.images.float().amax((1, 2, 3)) / before.images.float().amax((1, 2, 3))
+        assert 0 < shares.min() < shares.max() < 1
+        expected = before.images * shares[:, None, None, None]
+        torch.testing.assert_close(after.images.float(), expected, rtol=0, atol=2)
+        coverage = np.stack([boxes.prepared.image(int(row))[..., 3] for row in after.rows])
+        own = {c.tobytes() for c in coverage // 2}
+        other = [boxes.prepared.image(int(row), 1)[..., 3] // 2 for row in after.rows]
+        own |= {c.tobytes() for c in other}
+        assert {c.numpy().tobytes() for c in after.coverage.contiguous()} <= own
+        same = before._replace(images=after.images, coverage=after.coverage, seed=after.seed)
+        assert equal(same, after), "nothing else changes"
+
+
+def test_what_is_drawn_of_images_follows_from_seed_step_and_device(dark_boxes):
+    steps = list(training_steps(dark_boxes)[k] for k in range(6))
+    torch.manual_seed(0)
+    forth = seen(dark_boxes, steps)
+    before = torch.get_rng_state()
+    back = seen(dark_boxes, reversed(steps))[::-1]
+    assert all(equal(a, b) for a, b in zip(forth, back, strict=True))
+    assert torch.equal(torch.get_rng_state(), before), "nothing is drawn from others' numbers"
+    seeds = {
+        training_steps(dark_boxes, seed, rank, 2)[step].seed
+        for seed, rank, step in itertools.product((0, 1), (0, 1), range(6))
+    }
+    assert len(seeds) == 2 * 2 * 6
+
+
+def test_a_resumed_run_sees_the_very_images(dark_boxes):
+    whole = seen(dark_boxes, loaded(dark_boxes))
+    resumed = seen(dark_boxes, loaded(dark_boxes, global_step=2))
+    assert all(equal(a, b) for a, b in zip(resumed, whole[2:], strict=True))
+
+
+def test_where_the_data_is_kept_changes_no_image(make_boxes, dark_boxes, monkeypatch):
+    kept = make_boxes(augmentation=darkened, residency="device")
+    assert kept.store.images.shape[-1] == 4
+    there = seen(kept, kept.train_dataloader())
+    files = seen(dark_boxes, dark_boxes.train_dataloader())
+    assert all(equal(a, b) for a, b in zip(there, files, strict=True))
+    monkeypatch.setattr(ShapeStore, "device", torch.device("cuda"))
+    indices = list(kept.train_dataloader())
+    monkeypatch.undo()
+    assert {type(i) for i in indices} == {BatchIndices}
+    assert all(equal(a, b) for a, b in zip(seen(kept, indices), files, strict=True))
+
+
+@pytest.mark.parametrize("subset", ["val", "test", "predict"])
+def test_only_training_images_are_changed(boxes, dark_boxes, subset):
+    given = list(getattr(dark_boxes, f"{subset}_dataloader")())
+    after = seen(dark_boxes, given)
+    assert all(a is b for a, b in zip(given, after, strict=True))
+    plain = getattr(boxes, f"{subset}_dataloader")()
+    assert all(equal(a, b) for a, b in zip(after, plain, strict=True))
+
+
+def test_without_an_augmentation_no_coverage_is_kept(boxes):
+    batch = training_steps(boxes)[0]
+    assert batch.coverage is None
+    assert boxes.on_after_batch_transfer(batch, 0) is batch
+
+
+@pytest.mark.parametrize(
+    ("made", "words"),
+    [
+        (lambda images: images[:, :3], r"\[4, 3, 24, 32\]"),
+        (torch.Tensor.float, "float32"),
+        (lambda images: None, "NoneType"),
+    ],
+)
+def test_an_augmentation_that_gives_something_else(dark_boxes, made, words):
+    with pytest.raises(ConfigError, match=rf"the augmentation must turn images .* gives .*{words}"):
+        batches.augmented(training_steps(dark_boxes)[0], made)
+
+
 # --- residency ----------------------------------------------------------------------------------
 
 

@@ -41,6 +41,7 @@ OWN = (
     "template_strategy=by_height",
     "templates=t2",
     "protocol=extents",
+    "augmentation=specks",
 )
 
 
@@ -96,7 +97,10 @@ def trained(packages, tmp_path_factory):
 def test_all_parts_are_used_and_named(trained):
     _, run, output = trained
     settings = (run / "config.yaml").read_text()
-    for part in ("boxes", "every_fifth", "patches", "taught", "smoothness", "by_height", "extents"):
+    for part in (
+        *("boxes", "every_fifth", "specks", "patches", "taught", "smoothness", "by_height"),
+        "extents",
+    ):
         assert part in settings
     assert "own-parts 0.1.0" in settings
     assert json.loads((run / "status.json").read_text())["state"] == "finished"
@@ -120,6 +124,7 @@ def test_its_settings_are_in_help_and_checked(trained, packages):
         "patches",
         "own-parts 0.1.0",
         "channels=16",
+        "share=0.02",
         "temperature=0.5",
         "side",
         "first=0",

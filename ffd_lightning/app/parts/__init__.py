@@ -5,6 +5,7 @@ them, in the order in which `--help` lists them.
 """
 
 from ffd_lightning.app.parts import (
+    augmentations,
     encoders,
     objective,
     protocols,
@@ -13,4 +14,12 @@ from ffd_lightning.app.parts import (
     template_strategies,
 )
 
-__all__ = ["encoders", "objective", "protocols", "sources", "splits", "template_strategies"]
+__all__ = [
+    "augmentations",
+    "encoders",
+    "objective",
+    "protocols",
+    "sources",
+    "splits",
+    "template_strategies",
+]
