@@ -32,20 +32,15 @@ class MobileNet:
         width: the width multiplier.
         weights: a Keras .h5 file, such as mobilenet_2_5_192_tf_no_top.h5; none trains from scratch,
             and is what is meant where nothing is said, but under schedule=paper, which asks.
-        stride: pixels along each side of a field of the feature map: 32 (the paper's), or 16, for
-            small images.
     """
 
     width: float = 0.25
     weights: str | None = setting(None, only_start=True, default_said="none")
-    stride: int = 32
 
     def check(self) -> None:
         """Raise ConfigError where it cannot work."""
         if not self.width > 0:
             raise ConfigError(f"encoder.width={self.width} must be above 0")
-        if self.stride not in (16, 32):
-            raise ConfigError(f"encoder.stride={self.stride} must be 16 or 32")
         if self.weights is not None and not Path(self.weights).expanduser().is_file():
             raise ConfigError(f"encoder.weights={self.weights} is not a file")
         if self.weights is not None and find_spec("h5py") is None:
@@ -61,7 +56,7 @@ def mobilenet(
     """Build MobileNet v1."""
     from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 
-    encoder = MobileNetV1(settings.width, batch_norm_momentum, settings.stride)
+    encoder = MobileNetV1(settings.width, batch_norm_momentum)
     if settings.weights is not None:
         from ffd_lightning.nn.encoders.keras_weights import load_keras_weights
 

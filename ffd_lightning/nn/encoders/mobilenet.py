@@ -22,7 +22,6 @@ _BLOCKS = (
     (1024, 1),
 )
 STEM_CHANNELS = 32
-_LAST_STRIDED = 12  # block
 
 
 class SamePadConv2d(nn.Conv2d):
@@ -62,22 +61,15 @@ class MobileNetV1(ImageEncoder):
     Args:
         width: the width multiplier alpha; a layer has int(alpha * c) channels.
         batch_norm_momentum: share of a new batch in the moving statistics.
-        stride: pixels along each side of a field of the feature map: 32, or 16, where block 12
-            keeps the resolution. Small images need it: their objects would fall on too few fields.
 
     Raises:
-        ConfigError: a width that leaves a layer without channels, or another stride.
+        ConfigError: a width that leaves a layer without channels.
 
     Source: Howard et al. 2017, "MobileNets", table 1; Keras for padding and epsilon.
     """
 
-    def __init__(
-        self, width: float = 0.25, batch_norm_momentum: float = 0.1, stride: int = 32
-    ) -> None:
+    def __init__(self, width: float = 0.25, batch_norm_momentum: float = 0.1) -> None:
         super().__init__()
-        if stride not in (16, 32):
-            raise ConfigError(f"encoder.stride={stride} must be 16 or 32")
-        self.stride = stride
         channels = int(STEM_CHANNELS * width)
         if channels < 1:
             least = 1 / STEM_CHANNELS
@@ -93,10 +85,10 @@ class MobileNetV1(ImageEncoder):
             self.layers.add_module(f"{name}_relu", nn.ReLU6())
 
         add("conv1", SamePadConv2d(3, channels, 3, stride=2, bias=False))
-        for i, (base, step) in enumerate(_BLOCKS, start=1):
+        for i, (base, stride) in enumerate(_BLOCKS, start=1):
             depthwise = (
                 nn.Conv2d(channels, channels, 3, padding=1, groups=channels, bias=False)
-                if step == 1 or (i == _LAST_STRIDED and stride == 16)
+                if stride == 1
                 else EndPadConv2d(channels, channels, 3, stride=2, groups=channels, bias=False)
             )
             add(f"conv_dw_{i}", depthwise)
@@ -113,11 +105,11 @@ class MobileNetV1(ImageEncoder):
         >>> MobileNetV1().output_size((192, 256))
         (6, 8)
         """
-        height, width = ((size + 1) // 2 // (self.stride // 2) for size in image_size)
+        height, width = ((size + 1) // 2 // 16 for size in image_size)
         if min(height, width) < 1:
             raise ConfigError(
                 f"images of {image_size[0]}x{image_size[1]} pixels are too small for MobileNet: "
-                f"use {self.stride - 1}x{self.stride - 1} or more"
+                "use 31x31 or more"
             )
         return height, width
 
