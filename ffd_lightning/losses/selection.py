@@ -82,7 +82,7 @@ class PosteriorTaught:
     """
 
     def __init__(
-        self, temperature: float = 1.0, uniform: float = 0.5, within_category: bool = True
+        self, temperature: float = 0.5, uniform: float = 0.5, within_category: bool = True
     ) -> None:
         if not temperature > 0:
             raise ValueError(f"temperature={temperature} must be above 0")

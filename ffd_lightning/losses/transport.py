@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import torch
 from jaxtyping import Float
 from torch import Tensor
+from torch.nn import functional
 
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.losses.terms import StepInput
 
 
@@ -24,7 +23,7 @@ class SlicedWasserstein:
 
     Args:
         directions: K, drawn anew in each step.
-        points: N; of more points in a cloud, evenly spread ones are taken.
+        points: N at most; of more points in a cloud, evenly spread ones are taken.
 
     Source: Bonneel et al. 2015, "Sliced and Radon Wasserstein barycenters of measures", section 3.
     """
@@ -33,26 +32,17 @@ class SlicedWasserstein:
         self.directions, self.points = directions, points
 
     def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
-        """Return the distances, (q, T).
-
-        Raises:
-            ConfigError: a cloud of the step has too few points.
-        """
-        pred, target = inputs.pred_points, inputs.target_points
-        fewest = min(pred.shape[-2], target.shape[-2])
-        if fewest < self.points:
-            raise ConfigError(
-                f"the term sliced_wasserstein takes {self.points} points of each cloud, there are "
-                f"{fewest}: set its points, or schedule.num_points"
-            )
-        axes = torch.nn.functional.normalize(pred.new_empty(3, self.directions).normal_(), dim=0)
+        """Return the distances, (q, T)."""
+        clouds = inputs.pred_points, inputs.target_points[:, None]
+        points = min(self.points, *(cloud.shape[-2] for cloud in clouds))
+        axes = functional.normalize(clouds[0].new_empty(3, self.directions).normal_(), dim=0)
         # Sorted along the last, contiguous axis.
         along, goal = (
-            (self._some(cloud) @ axes).mT.contiguous().sort(dim=-1).values
-            for cloud in (pred, target[:, None])
+            (_spread(cloud, points) @ axes).mT.contiguous().sort(dim=-1).values for cloud in clouds
         )
         return 3000 * (along - goal).square().mean((-1, -2))
 
-    def _some(self, cloud: Tensor) -> Tensor:
-        every = cloud.shape[-2] // self.points
-        return cloud[..., ::every, :][..., : self.points, :]
+
+def _spread(cloud: Float[Tensor, "*batch all 3"], count: int) -> Float[Tensor, "*batch count 3"]:
+    """Return so many points of a cloud, evenly spread over their order."""
+    return cloud[..., :: cloud.shape[-2] // count, :][..., :count, :]

@@ -55,7 +55,7 @@ class SlicedWasserstein:
 
     Attributes:
         directions: on which the clouds are sorted, drawn anew in each step.
-        points: of each cloud.
+        points: of each cloud, at most.
     """
 
     directions: int = 8
@@ -128,7 +128,7 @@ class Posterior:
         within_category: with category=joint, images deform templates of their own category alone.
     """
 
-    temperature: float = 1.0
+    temperature: float = 0.5
     uniform: float = 0.5
     within_category: bool = True
 
