@@ -19,7 +19,7 @@ Augmentation: TypeAlias = Callable[[Tensor], Tensor]
 What it draws comes from torch's own random numbers, which follow from the seed and the step.
 """
 
-_ERASED = 0.3  # half of the longest side of what is erased, in half heights of the image
+_ERASED = 0.22  # largest half side of what is erased, in half heights of the image
 _PATCH = 0.2, 0.5  # half sizes of patches, in half heights of the image
 _WIDER, _NARROWER = 4.0, 1.5  # how strongly a blurred outline replaces the object's own
 _BACKGROUND = 0.2, 0.8  # levels; a gradient adds up to 0.15
