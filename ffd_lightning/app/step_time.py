@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 import torch
 
-from ffd_lightning.app.build import build_network, build_objective
+from ffd_lightning.app.build import build_network, build_objective, category_names
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.hydra_app import compose_config, config_folder
 from ffd_lightning.app.schema import typed_config
@@ -88,6 +88,9 @@ def seconds_per_step(cfg: TrainConfig, device: torch.device) -> float:
     with torch.random.fork_rng():
         network = build_network(cfg).to(device).train()
         images, targets, templates = _made_up(cfg, device)
+    members = len(category_names(cfg))
+    of_category = torch.arange(cfg.templates.count, device=device).view(members, -1)
+    own = of_category[torch.arange(len(images), device=device) % members]
     objective = build_objective(cfg.regime, cfg.schedule.annealing_steps)
     adam = torch.optim.Adam(network.parameters(), lr=cfg.schedule.learning_rate, fused=True)
     half = cfg.trainer.precision == "bf16-mixed"
@@ -97,7 +100,7 @@ def seconds_per_step(cfg: TrainConfig, device: torch.device) -> float:
         adam.zero_grad()
         with torch.autocast(device.type, torch.bfloat16, enabled=half):
             prediction = network(images)
-            total, _ = objective(prediction, targets, templates, number)
+            total, _ = objective(prediction, targets, templates, number, own_templates=own)
         total.backward()
         adam.step()
         if device.type == "cuda":

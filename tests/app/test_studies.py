@@ -42,7 +42,7 @@ def first_values(overrides):
     return result
 
 
-SHORT = ("beyond", "search")  # studies whose runs are short ones
+SHORT = ("beyond", "photographs", "search")  # studies that train on the schedule quick
 
 
 @pytest.mark.parametrize("quick", [False, True])
@@ -280,8 +280,11 @@ def test_a_dry_run_only_prints(trained, tmp_path, capsys):
     [
         (["--quik"], "no option --quik: --quick, --dry-run, --config-dir"),
         (["regimes", "joint"], "two studies: regimes and joint"),
-        (["--quick"], "name a study: beyond, joint, joint_views, paper_table, regimes"),
-        (["regime"], "no study 'regime': .* has beyond, joint, joint_views, paper_table, regimes"),
+        (["--quick"], "name a study: beyond, joint, joint_views, paper_table, photographs"),
+        (
+            ["regime"],
+            "no study 'regime': .* has beyond, joint, joint_views, paper_table, ph",
+        ),
     ],
 )
 def test_a_command_line_that_names_no_study(arguments, message):
