@@ -158,7 +158,7 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
 
     cells = {
         "what the network saw": reconstruction.photo.image,
-        f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": draw(
+        f"template ({reconstruction.weight:.2f})\n{reconstruction.template_id}": draw(
             bank.meshes[index]
         ),
         "deformed cloud": draw(cloud),
