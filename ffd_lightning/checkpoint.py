@@ -63,6 +63,24 @@ class TrainedModel:
     record: dict[str, Any]
     step: int
 
+    @property
+    def template_categories(self) -> tuple[str, ...]:
+        """The category of each of the T templates: `<category>/<id>` where there are several."""
+        if len(self.categories) == 1:
+            return self.categories * len(self.bank)
+        return tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
+
+    def templates_of(self, category: str) -> tuple[int, ...]:
+        """Return the indices of a category's templates.
+
+        Raises:
+            ConfigError: the model does not know the category.
+        """
+        if category not in self.categories:
+            known = ", ".join(self.categories)
+            raise ConfigError(f"category={category}: the model was trained on {known}")
+        return tuple(t for t, own in enumerate(self.template_categories) if own == category)
+
 
 def model_entry(
     network: TemplateFfdNetwork, data: FfdDataModule, record: Mapping[str, Any]

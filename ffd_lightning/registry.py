@@ -37,7 +37,7 @@ KINDS: dict[str, str] = {
 }
 """Everything that can be replaced, and what it does."""
 
-_WHERE, _START, _SAID = "only_where", "only_start", "default_said"
+_WHERE, _START, _MEANING = "only_where", "only_start", "meaning"
 
 ENTRY_POINTS = "ffd_lightning.plugins"
 """The group in which packages name their modules: `my_parts = "my_package.parts"`."""
@@ -53,7 +53,7 @@ def setting(
     factory: Any = dataclasses.MISSING,
     only_where: bool = False,
     only_start: bool = False,
-    default_said: str | None = None,
+    meaning: Callable[[Any], Any] | None = None,
 ) -> Any:
     """Return a dataclass field that says more about a setting than its type and default.
 
@@ -63,10 +63,10 @@ def setting(
         only_where: it decides where or how fast something is computed, and not what comes out:
             runs that differ in nothing else are the same run.
         only_start: it decides the first weights: a checkpoint brings its own.
-        default_said: a word for the default, for who wants it and not merely leaves it; both are
-            the same run.
+        meaning: returns what a value stands for, where there are words for values, "none" for
+            None, say: runs of one meaning are the same run, and parts are built with it.
     """
-    metadata = {_WHERE: only_where, _START: only_start, _SAID: default_said}
+    metadata = {_WHERE: only_where, _START: only_start, _MEANING: meaning}
     if factory is not dataclasses.MISSING:
         return dataclasses.field(default_factory=factory, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
@@ -77,10 +77,10 @@ def is_only_where(field: dataclasses.Field[Any]) -> bool:
     return bool(field.metadata.get(_WHERE))
 
 
-def unsaid(field: dataclasses.Field[Any], value: Any) -> Any:
-    """Return a setting's value: the default itself for the word that says it; see `setting`."""
-    word = field.metadata.get(_SAID)
-    return field.default if word is not None and value == word else value
+def meant(field: dataclasses.Field[Any], value: Any) -> Any:
+    """Return what a setting's value stands for; see `setting`."""
+    meaning = field.metadata.get(_MEANING)
+    return value if meaning is None else meaning(value)
 
 
 def plain(value: Any) -> Any:
@@ -173,7 +173,7 @@ class Entry:
     def own_settings(self, settings: Any) -> Any:
         """Return an instance of `self.settings` with what another object has of its fields."""
         fields = dataclasses.fields(self.settings)
-        own = {f.name: unsaid(f, getattr(settings, f.name)) for f in fields}
+        own = {f.name: meant(f, getattr(settings, f.name)) for f in fields}
         return self.settings(**own)
 
     def make(self, settings: Any, **context: Any) -> Any:

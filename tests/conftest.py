@@ -149,3 +149,56 @@ def selecting(tiny_run, tmp_path_factory):
 def checkpoint(selecting):
     """A checkpoint that selects a table of wood and glass: few colours, not all of them opaque."""
     return selecting(GLASS)
+
+
+SOFAS, TABLES = range(2), range(2, 4)
+"""The templates of the joint checkpoint."""
+
+
+@pytest.fixture(scope="session")
+def joint_checkpoint(tiny_config, tmp_path_factory):
+    """A checkpoint of sofas and tables, two templates each, that has seen one batch.
+
+    Its heaviest template is a sofa, and yet its tables are heavier together.
+    """
+    from ffd_lightning.app.build import build_data, build_network
+    from ffd_lightning.checkpoint import model_entry
+
+    torch.manual_seed(0)
+    members = ("category=joint", "category.members=[sofa,table]", "templates=t4")
+    cfg = tiny_config(*members, "network.offset_std=0.02", "network.batch_norm_momentum=1")
+    data, network = build_data(cfg), build_network(cfg).train()
+    data.setup()
+    rows = (0, 1, len(data.prepared) - 2, len(data.prepared) - 1)
+    images = [data.prepared.image(row)[..., :3] for row in rows]
+    with torch.no_grad():
+        network(torch.stack([torch.tensor(image).permute(2, 0, 1) for image in images]))
+        logits = network.heads.logits
+        logits.weight.mul_(0.01)
+        logits.bias.copy_(torch.tensor([1.0, -2.0, 0.8, 0.7]))
+    state = {f"network.{name}": value for name, value in network.state_dict().items()}
+    path = tmp_path_factory.mktemp("joint") / "joint.ckpt"
+    moments = {f"moment.{name}": torch.zeros_like(value) for name, value in state.items()}
+    entry = model_entry(network, data, {"run": "default/joint/b/t4/seed0"})
+    content = {"state_dict": state, "global_step": 3, "optimizer_states": [moments], **entry}
+    torch.save(content, path)
+    return path
+
+
+@pytest.fixture
+def shipped(joint_checkpoint, monkeypatch, tmp_path):
+    """The joint checkpoint as the model that comes with the package: its place."""
+    from ffd_lightning import pretrained
+
+    path = tmp_path / "shipped.ckpt"
+    path.write_bytes(joint_checkpoint.read_bytes())
+    monkeypatch.setattr(pretrained, "MODEL", path)
+    return path
+
+
+@pytest.fixture
+def nothing_shipped(monkeypatch, tmp_path):
+    """A package without a trained model."""
+    from ffd_lightning import pretrained
+
+    monkeypatch.setattr(pretrained, "MODEL", tmp_path / "no.ckpt")

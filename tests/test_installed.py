@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -94,6 +95,22 @@ def test_the_wheel_has_studies_and_the_help_of_a_users_folder(installed, tmp_pat
     code, output = ffd(installed, tmp_path, "sweep", "regimes", "--quick", "--dry-run")
     assert code == 0, output
     assert "regime=b,w,e,r" in output
+
+
+def test_the_wheel_predicts_by_the_model_in_it(installed, joint_checkpoint, tmp_path):
+    ours, theirs = (
+        {path.name for path in (root / "ffd_lightning" / "pretrained").iterdir() if path.is_file()}
+        for root in (ROOT, installed)
+    )
+    assert theirs == ours, "the wheel has what the checkout has"
+    shutil.copy(joint_checkpoint, installed / "ffd_lightning" / "pretrained" / "model.ckpt")
+    picture = np.full((60, 80, 3), 255, np.uint8)
+    picture[20:45, 25:60] = (120, 60, 30)
+    Image.fromarray(picture).save(tmp_path / "photo.png")
+    code, output = ffd(installed, tmp_path, "predict", "image=photo.png", "category=sofa")
+    assert code == 0, output
+    assert "photo.png: sofa (" in output
+    assert (tmp_path / "predictions" / "photo" / "mesh.glb").is_file()
 
 
 def test_the_readmes_script_runs(tmp_path):

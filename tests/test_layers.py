@@ -12,6 +12,7 @@ RANK = {
     "errors": 0,
     "files": 0,
     "parallel": 0,
+    "pretrained": 0,
     "progress": 0,
     "run_folder": 0,
     "registry": 0,

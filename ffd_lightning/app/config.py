@@ -406,8 +406,9 @@ class PredictConfig:
     """Everything that `predict` reads.
 
     Attributes:
-        run: a run folder or a checkpoint file.
+        run: a run folder or a checkpoint file; null for the model that comes with the package.
         image: a file, a folder, a pattern such as `photos/*.png`, or a list of those.
+        category: what all of them show, one that the model was trained on; null lets it guess.
         out: each image has a folder below it.
         mask: a file, or for several images a folder of masks with the images' names.
         background: what tells the object from its background, where no mask is given: `auto`, the
@@ -425,8 +426,9 @@ class PredictConfig:
         plugins: modules with parts of your own.
     """
 
-    run: str = MISSING
+    run: str | None = None
     image: Any = MISSING
+    category: str | None = None
     out: str = "predictions"
     mask: str | None = None
     background: Background = Background.auto

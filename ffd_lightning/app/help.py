@@ -26,7 +26,8 @@ def command_help(name: str, config: type[Any], folder: Path, extra: str | None =
     """Return the help of a command.
 
     Args:
-        name: of the command; `conf/<name>.yaml` holds its introduction under `hydra.help.template`.
+        name: of the command; `<name>.yaml` in `folder` holds its introduction under
+            `hydra.help.template`.
         config: its schema.
         folder: of the configurations.
         extra: a user's folder with further options (--config-dir).

@@ -37,6 +37,16 @@ def config_folder(name: str = "conf") -> Path:
     return inside if inside.is_dir() else _ROOT / name
 
 
+def command_folder(name: str) -> Path:
+    """Return the folder of a command's configuration: `conf`, or one of its own in there.
+
+    A folder's subfolders are groups, and no setting may bear their names: `predict` has a setting
+    `category`, which is a group elsewhere.
+    """
+    own = config_folder() / name
+    return own if (own / f"{name}.yaml").is_file() else config_folder()
+
+
 def named_plugins(arguments: Sequence[str]) -> list[str]:
     """Return the modules that `plugins=` names on a command line.
 
@@ -82,7 +92,7 @@ def compose_config(
     """
     prepare_hydra(config, overrides)
     more = [] if extra is None else [f"hydra.searchpath=[file://{Path(extra).absolute()}]"]
-    with initialize_config_dir(str(config_folder()), version_base="1.3"):
+    with initialize_config_dir(str(command_folder(name)), version_base="1.3"):
         return compose(name, [*overrides, *more])
 
 
@@ -107,12 +117,12 @@ def run_hydra(
     given = quote_paths(arguments, paths)
     prepare_hydra(config, given)
     if {"-h", "--help"} & set(given):
-        print(command_help(name, config, config_folder(), _option(given, "--config-dir")))
+        print(command_help(name, config, command_folder(name), _option(given, "--config-dir")))
         return
     sys.argv[1:] = given
     # Hydra names the log after the function's module: the command's, not functools.
     job = update_wrapper(partial(_job, config, run, counted), run)
-    main = hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=name)
+    main = hydra.main(version_base="1.3", config_path=str(command_folder(name)), config_name=name)
     main(job)()
 
 

@@ -36,7 +36,7 @@ COMMANDS = {
     "figures": Command("draw the paper's figures of runs", "figures"),
     "labels": Command("say how well runs transfer part labels", "labels"),
     "view": Command("look at reconstructions in a local page", "view"),
-    "export": Command("write a trained network as ONNX", "export"),
+    "export": Command("write a trained network small, or as ONNX", "export"),
     "shapes": Command("draw contact sheets of the embedded dataset", "shapes"),
 }
 
@@ -84,7 +84,8 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
         plugins = [argument for argument in given if argument.startswith("plugins=")]
         registry.load_plugins(named_plugins(plugins))
         main_setting = getattr(module, "MAIN", "")
-        if {"-h", "--help"} & set(given) or not given:
+        alone = getattr(module, "ALONE", False)  # without a setting there is something to do
+        if {"-h", "--help"} & set(given) or not (given or alone):
             print(f"{inspect.getdoc(module)}\n\nSettings:\n\n{settings_help(schema)}")
             print(f"  {'plugins=[]':<20}modules with parts of your own.")
             return

@@ -13,6 +13,7 @@ from typing import Any
 
 from ffd_lightning.app.config import PredictConfig
 from ffd_lightning.app.photo_jobs import Job, find_jobs
+from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -29,7 +30,7 @@ from ffd_lightning.inference.scenes import OBJ_TEXTURES
 from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Goes up when the same photograph and settings give other files."""
 
 
@@ -58,10 +59,8 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     jobs = find_jobs(config.image, config.mask, out)
     checkpoint = checkpoint_of(config.run)
     predictor = Predictor.load(checkpoint, config.device)
-    bank = predictor.model.bank
-    if config.top_k > len(bank):
-        raise ConfigError(f"top_k={config.top_k}: the run has {len(bank)} templates")
-    writer = MeshWriter(bank, config.colors.value)
+    _check_candidates(predictor.model, config)
+    writer = MeshWriter(predictor.model.bank, config.colors.value)
     digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
 
     def work(job: Job) -> Outcome:
@@ -94,6 +93,16 @@ def _check(config: PredictConfig) -> None:
             raise ConfigError(f"{name}= is empty: name a file or a folder")
 
 
+def _check_candidates(model: TrainedModel, config: PredictConfig) -> None:
+    """Refuse a category that the model does not know, or more candidates than it has templates."""
+    asked = model.categories if config.category is None else (config.category,)
+    name, most = min(
+        ((name, len(model.templates_of(name))) for name in asked), key=lambda item: item[1]
+    )
+    if config.top_k > most:
+        raise ConfigError(f"top_k={config.top_k}: the model has {most} templates of {name}")
+
+
 def _predict_file(
     job: Job, predictor: Predictor, writer: MeshWriter, config: PredictConfig, digest: str
 ) -> Outcome:
@@ -106,7 +115,7 @@ def _predict_file(
     start = time.perf_counter()
     photo = predictor.frame(job.image, mask=job.mask, background=config.background.value)
     framed = time.perf_counter()
-    selected = predictor.predict_framed([photo])[0]
+    selected = predictor.predict_framed([photo], config.category)[0]
     seen = time.perf_counter()
     _clear(job.folder, wanted)
     for rank in range(config.top_k):
@@ -119,6 +128,7 @@ def _predict_file(
     }
     content = {
         "image_file": str(job.image),
+        "asked_category": config.category,
         **record(selected),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
         "checkpoint": {"run": config.run, "step": predictor.model.step, "sha256": digest},
@@ -177,6 +187,7 @@ def _key(job: Job, config: PredictConfig, digest: str) -> str:
         digest,
         *(hashlib.sha256(_bytes(path)).hexdigest() for path in (job.image, job.mask) if path),
         config.background.value,
+        config.category,
         config.top_k,
         config.points,
         config.colors.value,
@@ -206,8 +217,13 @@ def _read(note: Path, key: str) -> dict[str, Any] | None:
 
 
 def _line(job: Job, content: dict[str, Any]) -> str:
-    template = content["template"]
-    return f"{job.image}: {template['id']} ({template['weight']:.2f}) -> {job.folder}"
+    template, category = content["template"], content["category"]
+    found = f"{template['id']} ({template['weight']:.2f})"
+    others = [name for name in category["weights"] if name != category["name"]]
+    if others:  # the first is the runner-up, or what the network would have said
+        own, other = (category["weights"][name] for name in (category["name"], others[0]))
+        found = f"{category['name']} ({own:.2f}; {others[0]} {other:.2f}), {found}"
+    return f"{job.image}: {found} -> {job.folder}"
 
 
 def _report(job: Job, outcome: Outcome) -> None:

@@ -6,7 +6,7 @@ import inspect
 import textwrap
 from collections.abc import Collection, Sequence
 from dataclasses import fields
-from typing import TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 import yaml
 from omegaconf import MISSING, DictConfig, OmegaConf
@@ -30,6 +30,7 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         ConfigError: an unknown setting, a value that does not fit, or one that is missing.
     """
     names = [f.name for f in fields(schema)]  # type: ignore[arg-type]
+    hints = get_type_hints(schema)
     merged = OmegaConf.structured(schema)
     seen: set[str] = set()
     for argument in arguments:
@@ -46,7 +47,7 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         seen.add(key)
         if value == "":
             raise ConfigError(f"{key}= is empty: give a value, or leave it out")
-        _set(merged, key, value)
+        _set(merged, key, value, hints[key])
     missing = [name for name in names if OmegaConf.is_missing(merged, name)]
     if missing:
         raise ConfigError(f"these settings must be given: {', '.join(f'{n}=...' for n in missing)}")
@@ -55,12 +56,11 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
     return settings
 
 
-def _set(merged: DictConfig, key: str, value: str) -> None:
+def _set(merged: DictConfig, key: str, value: str, hint: Any) -> None:
     """Give a setting the value that a user wrote, of whatever type the setting has."""
-    kind = OmegaConf.get_type(merged, key)
-    plain = kind is str
+    plain = hint is str or (hint == str | None and value != "null")
     try:
-        if kind is list and not value.startswith("["):
+        if OmegaConf.get_type(merged, key) is list and not value.startswith("["):
             merged[key] = [value]  # one is a list of one
             return
         # Names of files may hold what means something to YAML: they are taken as they are.

@@ -158,7 +158,7 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
 
     cells = {
         "what the network saw": reconstruction.photo.image,
-        f"template {reconstruction.template_id} ({reconstruction.weight:.2f})": draw(
+        f"template ({reconstruction.weight:.2f})\n{reconstruction.template_id}": draw(
             bank.meshes[index]
         ),
         "deformed cloud": draw(cloud),
@@ -172,7 +172,7 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
 
 def record(reconstruction: Reconstruction) -> dict[str, Any]:
     """Return what `prediction.json` says of the prediction itself."""
-    bank, index = reconstruction.bank, reconstruction.index
+    bank, index, weights = reconstruction.bank, reconstruction.index, reconstruction.weights
     lattice = bank.lattices[index]
     return {
         "template": {
@@ -180,7 +180,11 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
             "family": bank.families[index],
             "weight": reconstruction.weight,
         },
-        "weights": {bank.ids[t]: float(reconstruction.weights[t]) for t in reconstruction.ranking},
+        "category": {
+            "name": reconstruction.category,
+            "weights": reconstruction.category_weights,
+        },
+        "weights": {bank.ids[t]: float(weights[t]) for t in np.argsort(-weights, kind="stable")},
         "lattice": {
             "origin": lattice.origin.tolist(),
             "axes": lattice.axes.tolist(),

@@ -18,6 +18,7 @@ from ffd_lightning.imaging.framing import FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
 
 Photo = str | Path | Image.Image | NDArray[np.uint8]
@@ -27,8 +28,10 @@ class Predictor:
     """Reconstructs what photographs show.
 
     >>> from ffd_lightning.inference.predictor import Predictor
-    >>> predictor = Predictor.load("runs/demo/table/r/t16/seed0")  # doctest: +SKIP
+    >>> predictor = Predictor.load()  # doctest: +SKIP
     >>> predictor.predict("photo.png").mesh.export("mesh.glb")  # doctest: +SKIP
+    >>> predictor.predict("photo.png", category="chair").template_id  # doctest: +SKIP
+    >>> own = Predictor.load("runs/demo/table/r/t16/seed0")  # doctest: +SKIP
 
     Args:
         model: a checkpoint's content.
@@ -46,14 +49,14 @@ class Predictor:
     @classmethod
     def load(
         cls,
-        source: str | Path,
+        source: str | Path | None = None,
         device: str = "auto",
         network: TemplateFfdNetwork | None = None,
     ) -> Predictor:
-        """Load a run folder's newest checkpoint, or a checkpoint file.
+        """Load a run folder's newest checkpoint, a checkpoint file, or the package's own model.
 
         Args:
-            source: the run folder, or the file.
+            source: the run folder, or the file; None for the model that comes with the package.
             device: see `Predictor`.
             network: to give the weights to, where the checkpoint cannot name its encoder.
 
@@ -106,21 +109,35 @@ class Predictor:
         *,
         mask: Photo | None = None,
         background: Background = "auto",
+        category: str | None = None,
     ) -> Reconstruction:
-        """Reconstruct what one photograph shows; see `frame`."""
-        return self.predict_framed([self.frame(image, mask=mask, background=background)])[0]
+        """Reconstruct what one photograph shows; see `frame` and `predict_framed`."""
+        photo = self.frame(image, mask=mask, background=background)
+        return self.predict_framed([photo], category)[0]
 
-    def predict_batch(self, images: Sequence[Photo]) -> list[Reconstruction]:
-        """Reconstruct what photographs show, in one batch; see `frame`."""
-        return self.predict_framed([self.frame(image) for image in images])
+    def predict_batch(
+        self, images: Sequence[Photo], category: str | None = None
+    ) -> list[Reconstruction]:
+        """Reconstruct what photographs show, in one batch; see `frame` and `predict_framed`."""
+        return self.predict_framed([self.frame(image) for image in images], category)
 
     @torch.no_grad()
-    def predict_framed(self, photos: Sequence[FramedPhoto]) -> list[Reconstruction]:
+    def predict_framed(
+        self, photos: Sequence[FramedPhoto], category: str | None = None
+    ) -> list[Reconstruction]:
         """Reconstruct what framed photographs show, in one batch.
 
+        Args:
+            photos: of `frame`.
+            category: what they show, one of `model.categories`; None lets the network tell, for
+                each the category whose templates have the greatest sum of weights.
+
         Raises:
+            ConfigError: the model does not know the category.
             DataError: the network's outputs are not finite.
         """
+        if category is not None:
+            self.model.templates_of(category)
         if not photos:
             return []
         images = torch.from_numpy(np.stack([photo.image[..., :3] for photo in photos]))
@@ -129,18 +146,25 @@ class Predictor:
         offsets = prediction.offsets.float().cpu().numpy()
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
             raise DataError("the network's outputs are not finite: its training has diverged")
-        return [
-            Reconstruction(photo, self.model.bank, w, o, int(w.argmax()))
-            for photo, w, o in zip(photos, weights, offsets, strict=True)
-        ]
+        categories, found = self.model.template_categories, []
+        for photo, w, o in zip(photos, weights, offsets, strict=True):
+            best = int(w.argmax())
+            one = Reconstruction(photo, self.model.bank, w, o, categories, categories[best], best)
+            found.append(one.of_category(category or next(iter(one.category_weights))))
+        return found
 
 
-def checkpoint_of(source: str | Path) -> Path:
+def checkpoint_of(source: str | Path | None) -> Path:
     """Return the checkpoint that a run folder, or a checkpoint file, stands for.
 
+    Args:
+        source: the folder or the file; None for the model that comes with the package.
+
     Raises:
-        ConfigError: there is neither.
+        ConfigError: there is none of them.
     """
+    if source is None:
+        return pretrained_model()
     path = Path(source).expanduser()
     if path.is_file():
         return path

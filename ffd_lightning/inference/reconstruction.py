@@ -29,7 +29,9 @@ class Reconstruction:
         bank: the templates.
         weights: of the templates, (T,) float32; they sum to 1.
         offsets: of each template's M control points, (T, M, 3) float32.
-        index: the template that is shown: the one of the greatest weight, unless another
+        categories: of the templates, T.
+        category: whose templates are ranked.
+        index: the template that is shown: the category's of the greatest weight, unless another
             `candidate` was asked for.
     """
 
@@ -37,6 +39,8 @@ class Reconstruction:
     bank: TemplateBank
     weights: NDArray[np.float32]
     offsets: NDArray[np.float32]
+    categories: tuple[str, ...]
+    category: str
     index: int
 
     @property
@@ -56,8 +60,22 @@ class Reconstruction:
 
     @property
     def ranking(self) -> NDArray[np.int64]:
-        """Templates by weight, the greatest first: (T,) indices."""
-        return np.argsort(-self.weights, kind="stable")
+        """The category's templates by weight, the greatest first: indices."""
+        order = np.argsort(-self.weights, kind="stable")
+        return order[np.array(self.categories)[order] == self.category]
+
+    @property
+    def category_weights(self) -> dict[str, float]:
+        """The weight of each category, the sum of its templates': the greatest first."""
+        total = dict.fromkeys(self.categories, 0.0)
+        for category, weight in zip(self.categories, self.weights, strict=True):
+            total[category] += float(weight)
+        return dict(sorted(total.items(), key=lambda item: -item[1]))
+
+    def of_category(self, category: str) -> Reconstruction:
+        """Return the same with the best template of another category, one of `categories`."""
+        found = replace(self, category=category)
+        return replace(found, index=int(found.ranking[0]))
 
     def candidate(self, rank: int) -> Reconstruction:
         """Return the same with the template of that rank, 0 being the selected one.
@@ -65,9 +83,12 @@ class Reconstruction:
         Raises:
             IndexError: there are not so many templates.
         """
-        if not 0 <= rank < len(self.bank):
-            raise IndexError(f"no candidate {rank}: there are {len(self.bank)} templates")
-        return replace(self, index=int(self.ranking[rank]))
+        ranking = self.ranking
+        if not 0 <= rank < len(ranking):
+            raise IndexError(
+                f"no candidate {rank}: there are {len(ranking)} templates of {self.category}"
+            )
+        return replace(self, index=int(ranking[rank]))
 
     @cached_property
     def surface(self) -> Mesh:

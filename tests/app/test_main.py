@@ -116,7 +116,15 @@ def test_help_of_evaluation_spells_settings_as_the_command_line_does(capsys):
 
 def test_help_of_prediction_lists_its_settings(capsys):
     text = help_of("predict", capsys)
-    for word in ("image=...", "top_k=1", "background=auto", "colors=material", "mask=null"):
+    for word in (
+        "run=null",
+        "category=null",
+        "image=...",
+        "top_k=1",
+        "background=auto",
+        "colors=material",
+        "mask=null",
+    ):
         assert word in text
 
 
@@ -171,6 +179,17 @@ def test_help_does_not_load_torch():
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_command_that_needs_no_setting_runs_without(monkeypatch, capsys):
+    """The viewer shows the package's own model; what needs a run shows its help."""
+    asked = []
+    monkeypatch.setattr("ffd_lightning.app.commands.view.main", lambda s: asked.append(s.run))
+    with pytest.raises(SystemExit):
+        run("view", [])
+    assert (asked, capsys.readouterr().out) == ([None], "")
+    run("export", [])
+    assert "Settings:" in capsys.readouterr().out
 
 
 # --- settings of plain commands ------------------------------------------------------------------

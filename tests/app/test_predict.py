@@ -363,7 +363,7 @@ def test_the_number_of_workers_changes_nothing(config, photos, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"top_k": 5}, "top_k=5: the run has 4 templates"),
+        ({"top_k": 5}, "top_k=5: the model has 4 templates of table"),
         ({"top_k": 0}, "top_k=0 must be 1 or more"),
         ({"points": 0}, "points=0 must be 1 or more"),
         ({"workers": -1}, "workers=-1 must be 0 or more"),
@@ -439,3 +439,64 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
     assert f"{len(whole)} of them there already" in done.stdout
     assert before == {note: note.stat().st_mtime_ns for note in whole}
     assert len(list(out.glob("*/prediction.json"))) == 20
+
+
+# --- several categories, and no run ---------------------------------------------------------------
+
+
+def test_what_is_said_of_the_category(shipped, photos, tmp_path, capsys):
+    photo, out = sorted(photos.iterdir())[0], tmp_path / "out"
+    config = PredictConfig(
+        image=str(photo), out=str(out), points=9, preview=False, progress_bar=False, top_k=2
+    )
+    note = out / photo.stem / "prediction.json"
+    for asked, name, other in ((None, "table", "sofa"), ("sofa", "sofa", "table")):
+        (outcome,) = predict_files(replace(config, category=asked))
+        assert not outcome.known, "another category makes other files"
+        content = json.loads(note.read_text())
+        assert (content["asked_category"], content["category"]["name"]) == (asked, name)
+        weights = content["category"]["weights"]
+        assert list(weights) == ["table", "sofa"]
+        assert sum(weights.values()) == pytest.approx(1, abs=1e-5)
+        assert content["template"]["id"].startswith(f"{name}/")
+        said = f": {name} ({weights[name]:.2f}; {other} {weights[other]:.2f}), {name}/"
+        assert said in capsys.readouterr().out
+        assert content["checkpoint"]["run"] is None
+        assert content["checkpoint"]["step"] == 3
+    assert predict_files(replace(config, category="sofa"))[0].known
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"category": "chair"}, "category=chair: the model was trained on sofa, table"),
+        ({"category": "sofa", "top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
+        ({"top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
+    ],
+)
+@pytest.mark.usefixtures("shipped")
+def test_categories_that_cannot_be(photos, tmp_path, change, message):
+    config = PredictConfig(image=str(photos), out=str(tmp_path / "out"), **change)
+    with pytest.raises(ConfigError, match=message):
+        predict_files(config)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.usefixtures("nothing_shipped")
+def test_without_a_run_and_a_model_one_line_says_what_to_do(photos, tmp_path):
+    done = run_command("predict", f"image={photos}", f"out={tmp_path / 'out'}")
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == [
+        "error: this installation has no trained model: give yours with run=RUN, a run folder or "
+        "a checkpoint file"
+    ]
+
+
+@pytest.mark.usefixtures("shipped")
+def test_the_command_needs_no_run_and_takes_a_category(photos, tmp_path):
+    photo = sorted(photos.iterdir())[0]
+    arguments = (f"image={photo}", f"out={tmp_path}", "category=sofa", "preview=false", "points=9")
+    done = run_command("predict", *arguments)
+    assert done.returncode == 0, done.stderr
+    assert ": sofa (" in done.stdout
+    assert (tmp_path / photo.stem / "mesh.glb").is_file()

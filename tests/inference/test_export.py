@@ -277,7 +277,6 @@ def test_templates_are_optional_and_files_are_replaced(small, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("templates=true",), r"must be given: run=\.\.\."),
         (("run={run}", "ouT=a.onnx"), r"no setting 'ouT'\. Did you mean out\?"),
         (("run={run}", "out=model.pt"), r"must be a file that ends in \.onnx"),
         (("run={run}", "dtype=float16"), "dtype=float16 must be uint8 or float32"),

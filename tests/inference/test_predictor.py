@@ -4,6 +4,7 @@ from math import comb
 import numpy as np
 import pytest
 import torch
+from conftest import SOFAS, TABLES
 from PIL import Image
 
 from ffd_lightning.app.open_run import open_run
@@ -237,3 +238,56 @@ def test_a_checkpoint_names_no_folder_of_its_maker(checkpoint):
 def test_framed_photos_can_be_given(predictor, image, reconstruction):
     (found,) = predictor.predict_framed([FramedPhoto(image, (), ())])
     np.testing.assert_allclose(found.weights, reconstruction.weights, atol=1e-6)
+
+
+# --- several categories ---------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def joint(joint_checkpoint):
+    return Predictor.load(joint_checkpoint)
+
+
+def test_the_category_is_the_one_whose_templates_weigh_most_together(joint, image):
+    found = joint.predict(image)
+    assert found.weights.argmax() in SOFAS, "the heaviest alone"
+    sums = {"sofa": found.weights[SOFAS].sum(), "table": found.weights[TABLES].sum()}
+    assert list(found.category_weights) == ["table", "sofa"]
+    assert found.category_weights == pytest.approx(sums)
+    assert sum(sums.values()) == pytest.approx(1)
+    assert found.category == "table"
+    assert found.index == TABLES[found.weights[TABLES].argmax()]
+    assert found.template_id.startswith("table/")
+
+
+def test_a_category_that_is_named_is_selected_from(joint, image):
+    guess, asked = joint.predict(image), joint.predict(image, category="sofa")
+    assert asked.template_id.startswith("sofa/")
+    assert asked.index == asked.weights.argmax()
+    np.testing.assert_array_equal(asked.weights, guess.weights)
+    assert asked.category_weights == guess.category_weights
+    for found, own in ((guess, TABLES), (asked, SOFAS)):
+        ranked = [found.candidate(rank).index for rank in range(2)]
+        assert sorted(ranked) == list(own)
+        assert found.weights[ranked[0]] > found.weights[ranked[1]]
+        with pytest.raises(IndexError, match=f"2 templates of {found.category}"):
+            found.candidate(2)
+    assert guess.of_category("sofa").index == asked.index
+    one, other = joint.predict_batch([image, image[:, ::-1].copy()], category="sofa")
+    assert one.category == other.category == "sofa"
+
+
+def test_a_category_that_the_model_does_not_know(joint, predictor, image):
+    with pytest.raises(ConfigError, match="category=chair: the model was trained on sofa, table"):
+        joint.predict(image, category="chair")
+    with pytest.raises(ConfigError, match="category=sofa: the model was trained on table"):
+        predictor.predict(image, category="sofa")
+    assert predictor.predict(image, category="table").category == "table"
+
+
+def test_without_a_source_it_is_the_model_that_comes_with_the_package(shipped, joint, image):
+    found = Predictor.load().predict(image)
+    np.testing.assert_allclose(found.weights, joint.predict(image).weights, atol=ROUNDING)
+    shipped.unlink()
+    with pytest.raises(ConfigError, match="this installation has no trained model"):
+        Predictor.load()

@@ -450,11 +450,41 @@ def test_a_page_without_shapes_waits_for_a_photo(checkpoint, server, studio, tmp
         page.close()
 
 
+def test_another_category_can_be_looked_at(joint_checkpoint, studio, server, tmp_path):
+    photo = studio.open_shape(studio.shape_ids[0]).reconstruction.photo.image
+    Image.fromarray(photo).save(tmp_path / "a.png")
+    server.gui.reset()
+    joint = open_studio(view.Settings(run=str(joint_checkpoint)))
+    page = Page(Visitor(server), joint)
+    try:
+        upload(page, "a.png", (tmp_path / "a.png").read_bytes())
+        wait_for(lambda: page._scores.content)
+        assert page._category.visible
+        assert [line.split(" (")[0] for line in page._category.options] == ["table", "sofa"]
+        assert all("table/" in line for line in page._template.options)
+        page._category.value = page._category.options[1]
+        wait_for(lambda: "sofa/" in page._template.value)
+        wait_for(lambda: "table/" not in page._bars.content)
+        assert len(page._template.options) == 2
+        assert page._session.shown().template_id.startswith("sofa/")
+        page._on_save(None)
+        assert all("/" not in name for name in page._client.files)
+    finally:
+        page.close()
+
+
+@pytest.mark.usefixtures("shipped")
+def test_without_a_run_the_model_that_comes_with_the_package_is_shown():
+    alone = open_studio(view.Settings())
+    assert (alone.shape_ids, "sofa, table" in alone.title) == ((), True)
+    assert "photo" in alone.note
+
+
 def test_settings_are_read_and_mistakes_are_named(capsys):
     settings = read_settings(view.Settings, ["runs/a", "port=9000"], view.MAIN)
     assert (settings.run, settings.port, settings.data_root) == ("runs/a", 9000, None)
     for arguments, words in (
-        (["port=9000"], "must be given: run=..."),
+        (["run=007"], "there is no run 007"),
         (["run=a", "port=0"], "between 1 and 65535"),
         (["run=a", "port=abc"], "port=abc cannot be used"),
         (["run=a", "prt=9000"], "Did you mean port?"),

@@ -1,8 +1,15 @@
-"""Write a trained network as ONNX, and its templates beside it: usable without torch.
+"""Write a trained network to be handed on: as a small checkpoint, or as ONNX.
+
+    ffd export run=runs/demo/table/r/t16/seed0 out=model.ckpt
+
+writes a checkpoint of a quarter of the size: weights in float16, templates, and nothing that only
+further training needs. run=model.ckpt takes it wherever a run or a checkpoint is taken, but for
+resuming.
 
     ffd export run=runs/demo/table/r/t16/seed0 out=model.onnx
 
-The graph takes batches of any size, standardises images itself, and calls its ends
+writes the network as ONNX, and its templates beside it: usable without torch. The graph takes
+batches of any size, standardises images itself, and calls its ends
 
     images            (batch, 3, H, W): RGB over white, the object in the middle, its larger side
                       `fill` times the height; uint8, or with dtype=float32 of any scale
@@ -37,20 +44,19 @@ From a framed image to a deformed mesh, with numpy and onnxruntime alone:
     vertices = matrix @ (templates["control_points"][k] + offsets[0, k])  # B (P + dP)
     faces = templates[f"faces_{k}"]
 
-Before anything is written, the graph is held against torch in float64: on noise, white, grey and
-pictures of the templates, in batches of 1, 3 and 8. More than 1e-4 between weights or offsets is an
-error.
+Before it is written, the graph is held against torch in float64: on noise, white, grey and pictures
+of the templates, in batches of 1, 3 and 8. More than 1e-4 between weights or offsets is an error.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from omegaconf import MISSING
-
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.inference.export.packed import NUM_POINTS, write_packed
 from ffd_lightning.inference.export.write import check_settings, export, templates_file
 from ffd_lightning.inference.predictor import checkpoint_of
 
@@ -62,15 +68,15 @@ class Settings:
     """Settings of `ffd export`.
 
     Attributes:
-        run: a run folder, or a checkpoint file.
-        out: the file to write; its folder is made where it is missing.
+        run: a run folder, or a checkpoint file; null for the model that comes with the package.
+        out: the file to write, .onnx or .ckpt; its folder is made where it is missing.
         checkpoint: another checkpoint than the run's newest.
-        dtype: of the images that the graph takes, uint8 or float32.
+        dtype: of the images that the ONNX graph takes, uint8 or float32.
         opset: ONNX's version of operators, 18 to 25.
-        templates: whether to write the templates too.
+        templates: whether to write the templates beside the ONNX file.
     """
 
-    run: str = MISSING
+    run: str | None = None
     out: str = "model.onnx"
     checkpoint: str | None = None
     dtype: str = "uint8"
@@ -86,10 +92,10 @@ def main(settings: Settings) -> int:
         DataError: a damaged checkpoint, a graph that differs, or a file that cannot be written.
     """
     out = Path(settings.out).expanduser()
+    if out.suffix == ".ckpt":
+        return _write_checkpoint(settings, out)
     check_settings(out, settings.dtype, settings.opset)  # before the checkpoint is read
-    if not Path(settings.run).expanduser().exists():
-        raise ConfigError(f"there is no run {settings.run}")
-    model = load_model(checkpoint_of(settings.checkpoint or settings.run))
+    model = load_model(_checkpoint(settings))
     differences = export(
         model, out, settings.dtype, settings.opset, settings.templates, _notes(model)
     )
@@ -99,9 +105,39 @@ def main(settings: Settings) -> int:
     )
     if settings.templates:
         print(f"{templates_file(out)}: what deforms them")
-    found = ", ".join(f"{name} {value:.1e}" for name, value in differences.items())
-    print(f"largest difference from torch in float64, 32 images: {found}")
+    _print_differences("torch in float64", differences)
     return 0
+
+
+def _checkpoint(settings: Settings) -> Path:
+    if settings.run is not None and not Path(settings.run).expanduser().exists():
+        raise ConfigError(f"there is no run {settings.run}")
+    return checkpoint_of(settings.checkpoint or settings.run)
+
+
+def _write_checkpoint(settings: Settings, out: Path) -> int:
+    """Write a small checkpoint, and print what is in it."""
+    for name in ("dtype", "opset", "templates"):
+        if getattr(settings, name) != getattr(Settings, name):
+            raise ConfigError(f"{name}= is of ONNX files: leave it out for out={out}")
+    packed = write_packed(_checkpoint(settings), out)
+    model, sizes = packed.model, {k: f"{v / 1e6:.1f} MB" for k, v in packed.parts.items()}
+    height, width = model.network.image_size
+    print(
+        f"{out}: {packed.size / 1e6:.1f} MB, images of {height} x {width}, {len(model.bank)} "
+        f"templates of {', '.join(model.categories)}, step {model.step:,}"
+    )
+    print(
+        f"network {sizes['network']} in float16, meshes {sizes['meshes']}, {NUM_POINTS:,} points "
+        f"of each template {sizes['clouds']}"
+    )
+    _print_differences("float32", packed.differences)
+    return 0
+
+
+def _print_differences(reference: str, differences: Mapping[str, float]) -> None:
+    found = ", ".join(f"{name} {value:.1e}" for name, value in differences.items())
+    print(f"largest difference from {reference}, 32 images: {found}")
 
 
 def _notes(model: TrainedModel) -> dict[str, str]:

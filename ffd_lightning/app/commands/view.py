@@ -1,6 +1,7 @@
 """Look at reconstructions in a local page, pull at them, and try photographs.
 
-    ffd view run=runs/demo/table/r/t16/seed0
+    ffd view                                     photos, by the model that comes with the package
+    ffd view run=runs/demo/table/r/t16/seed0     a run's test shapes, and photos
 
 The page is served to this machine only. Every browser window that opens it has a state of its own.
 Needs viser: pip install 'ffd_lightning[viewer]'
@@ -12,8 +13,6 @@ import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from omegaconf import MISSING
-
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.open_run import missing_data, read_config
 from ffd_lightning.errors import ConfigError, UserError
@@ -22,6 +21,7 @@ from ffd_lightning.inference.viewer.studio import HeldOutShapes, Studio, import_
 from ffd_lightning.run_folder import RunFolder
 
 MAIN = "run"
+ALONE = True
 
 
 @dataclass
@@ -29,14 +29,15 @@ class Settings:
     """Settings of `ffd view`.
 
     Attributes:
-        run: a run folder, or a checkpoint file (then for photographs alone).
+        run: a run folder, or a checkpoint file (then for photographs alone); null for the model
+            that comes with the package.
         checkpoint: another checkpoint than the run's newest.
         data_root: where the run's prepared data is (`paths.data`), if not where it was.
         port: of the page; the next one that is free is taken if it is in use.
         device: cpu, cuda, cuda:1, ..., or auto, a GPU if there is one.
     """
 
-    run: str = MISSING
+    run: str | None = None
     checkpoint: str | None = None
     data_root: str | None = None
     port: int = 8080
@@ -72,10 +73,10 @@ def open_studio(settings: Settings) -> Studio:
         ConfigError: no run and no checkpoint.
         DataError: a damaged checkpoint.
     """
-    run = Path(settings.run).expanduser()
+    run = None if settings.run is None else Path(settings.run).expanduser()
     predictor = Predictor.load(settings.checkpoint or run, settings.device)
     model, shapes, note = predictor.model, None, ""
-    if run.is_file():
+    if run is None or run.is_file():
         note = "A checkpoint alone: open a photo."
     else:
         try:

@@ -145,6 +145,25 @@ class TemplateBank:
     def __len__(self) -> int:
         return len(self.ids)
 
+    def lighter(self, num_points: int, max_edge: float | None = None) -> TemplateBank:
+        """Return the same templates with fewer points, or with longer edges.
+
+        Args:
+            num_points: the first of each cloud, whose order is random.
+            max_edge: longest edge of subdivided meshes; None leaves it.
+        """
+        parts = None if self.point_parts is None else self.point_parts[:, :num_points]
+        return TemplateBank(
+            self.ids,
+            self.families,
+            self.points[:, :num_points].numpy(),
+            self.meshes,
+            parts,
+            self.part_names,
+            self.degrees,
+            self.max_edge if max_edge is None else max_edge,
+        )
+
     def subdivided(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
         """Return a template's mesh with short edges and its B, (V, M).
 

@@ -83,7 +83,9 @@ def check_settings(out: Path, dtype: str, opset: int) -> None:
         DataError: the folder cannot be made.
     """
     if out.suffix != ".onnx" or out.is_dir():
-        raise ConfigError(f"out={out} must be a file that ends in .onnx: out={out}/model.onnx, say")
+        raise ConfigError(
+            f"out={out} must be a file that ends in .onnx or .ckpt: out={out}/model.onnx, say"
+        )
     if dtype not in DTYPES:
         raise ConfigError(f"dtype={dtype} must be {' or '.join(DTYPES)}")
     if opset not in _OPSETS:

@@ -17,6 +17,7 @@ from ffd_lightning.inference.files import MeshWriter
 from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.viewer.panel_text import (
     caption,
+    category_labels,
     part_legend,
     score_table,
     template_labels,
@@ -89,6 +90,7 @@ class Page:
         with gui.add_folder("Input"):
             self._build_input(gui)
         with gui.add_folder("Template", visible=False) as template:
+            self._category = gui.add_dropdown("Category", ("-",), hint="name, weight")
             self._bars = gui.add_html("")
             self._template = gui.add_dropdown("Template", ("-",), hint="rank, id, weight")
         with gui.add_folder("Deformation", visible=False) as deformation:
@@ -104,7 +106,7 @@ class Page:
             self._build_show(gui)
         save = gui.add_button("Save mesh (GLB)", icon="download", visible=False)
         self._parts = (template, deformation, show, save)
-        for handle in (self._template, self._amount):
+        for handle in (self._category, self._template, self._amount):
             handle.on_update(self._changed)
         reset.on_click(self._on_reset)
         save.on_click(self._guarded(self._on_save))
@@ -175,7 +177,8 @@ class Page:
             return
         shown = self._session.shown()
         content = MeshWriter(shown.bank, self._mesh_colors()).glb(shown)
-        self._client.send_file_download(f"{shown.template_id}.glb", content, save_immediately=True)
+        name = f"{shown.template_id}.glb".replace("/", "-")  # of several categories
+        self._client.send_file_download(name, content, save_immediately=True)
 
     def _look_as_input(self) -> None:
         """Put the camera where the network's images are taken from, far enough to see the row."""
@@ -235,6 +238,7 @@ class Page:
         session = self._session
         if session is None:
             return
+        self._choose_category(session)
         labels = template_labels(session)
         session.template = int(session.reconstruction.ranking[labels.index(self._template.value)])
         session.amount = self._amount.value
@@ -257,10 +261,12 @@ class Page:
             session = self._open_upload(*self._upload)
         else:
             session = self._library.open_shape(self._shape.value, int(self._view.value) - 1)
-        photo, labels = session.reconstruction.photo, template_labels(session)
+        photo, categories = session.reconstruction.photo, category_labels(session)
         self._session = session
-        self._template.options = labels
-        self._template.value = labels[0]
+        self._category.options = categories
+        self._category.value = categories[0]
+        self._category.visible = len(categories) > 1
+        self._list_templates(session)
         self._image.image = photo.image[..., :3]
         self._image.visible = True
         self._caption.content = caption(photo)
@@ -269,6 +275,19 @@ class Page:
         for key in ("truth", "truth_cloud"):
             self._boxes[key].visible = session.truth is not None
         self._colors.visible = session.template_surface().face_parts is not None
+
+    def _choose_category(self, session: Session) -> None:
+        """Go over to the category that is asked for, if another is shown."""
+        names = list(session.reconstruction.category_weights)
+        asked = names[category_labels(session).index(self._category.value)]
+        if asked != session.reconstruction.category:
+            session.choose_category(asked)
+            self._list_templates(session)
+
+    def _list_templates(self, session: Session) -> None:
+        labels = template_labels(session)
+        self._template.options = labels
+        self._template.value = labels[0]
 
     def _open_upload(self, name: str, content: bytes) -> Session:
         with tempfile.TemporaryDirectory() as folder:

@@ -11,8 +11,14 @@ from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.viewer.session import Session
 
 
+def category_labels(session: Session) -> list[str]:
+    """Return a line for each category that the network knows, best first: name, weight."""
+    weights = session.reconstruction.category_weights
+    return [f"{name} ({weight:.1%})" for name, weight in weights.items()]
+
+
 def template_labels(session: Session) -> list[str]:
-    """Return a line for each template, best first: rank, id, weight."""
+    """Return a line for each template of the category, best first: rank, id, weight."""
     found = session.reconstruction
     return [
         f"{rank + 1}. {found.bank.ids[t]} ({found.weights[t]:.1%})"
@@ -23,14 +29,15 @@ def template_labels(session: Session) -> list[str]:
 def weight_bars(session: Session) -> str:
     """Return bars of the templates' weights, best first, as HTML; the one shown in red."""
     found = session.reconstruction
-    top = float(found.weights.max())
+    ranking = found.ranking
+    top = float(found.weights[ranking[0]])
     bars = []
-    for t in found.ranking:
+    for t in ranking:
         weight, color = float(found.weights[t]), "#d62728" if t == session.template else "#9aa7b8"
         title = html.escape(f"{found.bank.ids[t]}: {weight:.2%}", quote=True)
         bars.append(
             f'<div title="{title}" style="flex:1;min-width:2px;border-radius:2px 2px 0 0;'
-            f'height:{max(2.0, 100 * weight / top):.1f}%;background:{color}"></div>'
+            f'height:{max(2.0, 100 * weight / max(top, 1e-12)):.1f}%;background:{color}"></div>'
         )
     return (
         '<div style="display:flex;align-items:flex-end;gap:2px;height:64px;margin:4px 12px 0">'

@@ -26,17 +26,7 @@ def display_bank(bank: TemplateBank) -> TemplateBank:
 
     Their meshes have edges up to 0.05 instead of 0.02: an eighth of the faces, more or less.
     """
-    parts = None if bank.point_parts is None else bank.point_parts[:, :_POINTS]
-    return TemplateBank(
-        bank.ids,
-        bank.families,
-        bank.points[:, :_POINTS].numpy(),
-        bank.meshes,
-        parts,
-        bank.part_names,
-        bank.degrees,
-        max(_EDGE, bank.max_edge),
-    )
+    return bank.lighter(_POINTS, max(_EDGE, bank.max_edge))
 
 
 @dataclass(frozen=True)
@@ -110,6 +100,11 @@ class Session:
         self.edits[self.template, index] += (position - self.control_points[index]).astype(
             np.float32
         )
+
+    def choose_category(self, category: str) -> None:
+        """Show the best template of a category that the network knows."""
+        self.reconstruction = self.reconstruction.of_category(category)
+        self.template = self.reconstruction.index
 
     def reset(self) -> None:
         """Show what the network predicts of the template, without edits."""

@@ -1,0 +1,107 @@
+"""A checkpoint made small, to be handed on: what predictions need, and no more."""
+
+from __future__ import annotations
+
+import copy
+import io
+from pathlib import Path
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from ffd_lightning.checkpoint import TrainedModel, load_model, read_checkpoint
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.inference.export.comparison import check_images
+from ffd_lightning.inference.export.graph import OUTPUTS, in_order
+from ffd_lightning.inference.files import write_file
+from ffd_lightning.nn.network import TemplateFfdNetwork
+
+NUM_POINTS = 2048
+"""So many points of each template's cloud are kept. Predictions are of the meshes, kept whole."""
+
+
+class Packed(NamedTuple):
+    """What became of a checkpoint.
+
+    Attributes:
+        model: what the checkpoint held.
+        size: of the file written, in bytes.
+        parts: bytes of what is in it, by name; they add up to the size but for its bookkeeping.
+        differences: largest absolute difference of each of the network's outputs from what it was
+            in float32, over 32 images.
+    """
+
+    model: TrainedModel
+    size: int
+    parts: dict[str, int]
+    differences: dict[str, float]
+
+
+def write_packed(checkpoint: Path, out: Path) -> Packed:
+    """Write a checkpoint without the optimizer's state and with weights of half the size.
+
+    Matrices and kernels are rounded to float16; vectors stay as they are: they are few, and the
+    variances of batch norm may be larger than float16 holds. `load_model` reads the file as it
+    reads any other, and computes in float32.
+
+    Args:
+        checkpoint: the file.
+        out: the file to write; one that is there is replaced, and never left half written.
+
+    Raises:
+        ConfigError: `out` is the checkpoint itself, or the checkpoint cannot be used.
+        DataError: it is damaged, its weights are too large, or the file cannot be written.
+    """
+    if out.exists() and out.samefile(checkpoint):
+        raise ConfigError(f"out={out} is the checkpoint itself: name another file")
+    model, content = load_model(checkpoint), read_checkpoint(checkpoint)
+    network = {
+        name: _rounded(value, name)
+        for name, value in content["state_dict"].items()
+        if name.startswith("network.")
+    }
+    templates = model.bank.lighter(NUM_POINTS).state()
+    packed = {
+        "global_step": model.step,
+        "state_dict": network,
+        "model": {**content["model"], "templates": templates},
+    }
+    buffer = io.BytesIO()
+    torch.save(packed, buffer)
+    differences = _differences(model.network, network, model)
+    write_file(out, buffer.getvalue())
+    parts = {
+        "network": _size(list(network.values())),
+        "meshes": _size(templates["meshes"]),
+        "clouds": _size([templates["points"]]),
+    }
+    return Packed(model, len(buffer.getvalue()), parts, differences)
+
+
+def _rounded(value: Tensor, name: str) -> Tensor:
+    if value.ndim < 2 or not value.is_floating_point():
+        return value
+    rounded = value.half()
+    if not rounded.isfinite().all():
+        raise DataError(f"{name} has values that float16 cannot hold: its training has diverged")
+    return rounded
+
+
+@torch.no_grad()
+def _differences(
+    network: TemplateFfdNetwork, weights: dict[str, Tensor], model: TrainedModel
+) -> dict[str, float]:
+    """Return how far rounded weights move the outputs, at most."""
+    rounded = copy.deepcopy(network)
+    rounded.load_state_dict({k.removeprefix("network."): v for k, v in weights.items()})
+    largest = dict.fromkeys(OUTPUTS, 0.0)
+    for images in check_images(model).values():
+        pairs = zip(OUTPUTS, in_order(network(images)), in_order(rounded(images)), strict=True)
+        for name, before, after in pairs:
+            largest[name] = max(largest[name], float((before - after).abs().max()))
+    return largest
+
+
+def _size(tensors: list[Tensor]) -> int:
+    return sum(tensor.nbytes for tensor in tensors)
