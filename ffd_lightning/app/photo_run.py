@@ -29,7 +29,7 @@ from ffd_lightning.inference.scenes import OBJ_TEXTURES
 from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Goes up when the same photograph and settings give other files."""
 
 
@@ -59,6 +59,7 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     checkpoint = checkpoint_of(config.run)
     predictor = Predictor.load(checkpoint, config.device)
     bank = predictor.model.bank
+    print(f"network of {predictor.trained_on}")
     if config.top_k > len(bank):
         raise ConfigError(f"top_k={config.top_k}: the run has {len(bank)} templates")
     writer = MeshWriter(bank, config.colors.value)
@@ -121,6 +122,10 @@ def _predict_file(
         "image_file": str(job.image),
         **record(selected),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
+        "trained_on": {
+            "categories": list(predictor.model.categories),
+            "camera": predictor.viewpoints.to_json(),
+        },
         "checkpoint": {"run": config.run, "step": predictor.model.step, "sha256": digest},
         "key": key,
     }
