@@ -160,7 +160,10 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
         (data.limit is not None and data.limit < 1, f"data.limit={data.limit} must be above 0"),
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
         (render.random_views < 0, "data.render.random_views must not be negative"),
-        (not render.azimuths, "data.render.azimuths needs at least one angle"),
+        (
+            not render.azimuths and render.random_views < 1,
+            "data.render.azimuths needs at least one angle, or data.render.random_views one view",
+        ),
         (
             render.elevation is not None and not -90 <= render.elevation <= 90,
             "data.render.elevation must lie in [-90, 90] degrees",

@@ -60,6 +60,7 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     checkpoint = checkpoint_of(config.run)
     predictor = Predictor.load(checkpoint, config.device)
     _check_candidates(predictor.model, config)
+    print(f"network of {predictor.trained_on}")
     writer = MeshWriter(predictor.model.bank, config.colors.value)
     digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
 
@@ -131,6 +132,10 @@ def _predict_file(
         "asked_category": config.category,
         **record(selected),
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
+        "trained_on": {
+            "categories": list(predictor.model.categories),
+            "camera": predictor.viewpoints.to_json(),
+        },
         "checkpoint": {"run": config.run, "step": predictor.model.step, "sha256": digest},
         "key": key,
     }

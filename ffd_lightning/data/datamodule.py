@@ -350,8 +350,10 @@ class FfdDataModule(LightningDataModule):
     @cached_property
     def appearance(self) -> TrainingAppearance:
         """What the training images look like."""
-        rows = self.rows(self.split.train)
-        return TrainingAppearance.of(self.prepared.spread_images(rows, MOST_IMAGES))
+        prepared = self.prepared
+        views = prepared.spread_views(self.rows(self.split.train), MOST_IMAGES)
+        cameras = [prepared.camera(*view) for view in views if prepared.camera_known(*view)]
+        return TrainingAppearance.of([prepared.image(*view) for view in views], cameras)
 
     @cached_property
     def store(self) -> ShapeStore:

@@ -11,6 +11,7 @@ from PIL import Image
 
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.background import as_bytes, main_parts, split_by_border
+from ffd_lightning.imaging.objects import MainObject, main_object
 from ffd_lightning.imaging.photos import READ_SIDE, Bytes, reason_of, reduced, scale_of
 from ffd_lightning.imaging.pictures import ORIGIN, Origin, over_white, upright
 
@@ -175,7 +176,7 @@ def _rembg() -> tuple[Any, Any]:
 
 
 def _cut_by_border(photo: Image.Image) -> Cut:
-    """Take for the object what differs from the border's colour."""
+    """Take for the object the main part of what differs from the border's colour."""
     small = reduced(photo)
     flat = over_white(small) if small.mode == "RGBA" else small
     found = split_by_border(np.asarray(flat, np.float32)[..., :3])
@@ -188,14 +189,34 @@ def _cut_by_border(photo: Image.Image) -> Cut:
             f"the background is not uniform ({100 * found.outside:.0f}% of the border has other "
             f"colours, it varies by {found.spread / 2.55:.1f}%): check the result, or give mask=..."
         )
+    main = main_object(found.coverage > 0)
+    warnings += _told(main)
     return Cut(
-        as_bytes(found.rgb),
-        as_bytes(255 * found.coverage),
+        as_bytes(np.where(main.kept[..., None], found.rgb, 255)),
+        as_bytes(255 * found.coverage * main.kept),
         photo.info[ORIGIN].name,
         scale_of(small),
         (step,),
         tuple(warnings),
     )
+
+
+def _told(main: MainObject) -> list[str]:
+    """Return what to say of what was left out, or taken for one."""
+    told = ", ".join(main.left_out)
+    warnings = []
+    if main.rivals:
+        several = f"it shows {main.rivals + 1} objects of similar size"
+        warnings.append(
+            f"{several}: the largest and most central one was taken, left out: {told}; to take "
+            "another, give mask=..., bright where it is"
+        )
+    elif told:
+        warnings.append(f"left out beside the object: {told}; give mask=... if that belongs to it")
+    if main.pieces > 1:
+        parts = f"{main.pieces} separate parts were taken for one object"
+        warnings.append(f"{parts}: to take one of them, give mask=..., bright where it is")
+    return warnings
 
 
 def _closer(cut: Cut, photo: Image.Image, wanted: float) -> Cut:

@@ -116,7 +116,9 @@ def _fit(
         result[..., channels] = np.asarray(part)
     sides = _sides_touched(cut.coverage)
     warnings = list(cut.warnings)
-    if sides:
+    if len(sides) == 4:
+        warnings.append("the object reaches all four sides: background is left in, give mask=...")
+    elif sides:
         warnings.append(f"the object touches the photograph's border ({', '.join(sides)})")
     a, b, c, d = (round(value * cut.scale) for value in (wide, high, left, top))
     c, d = c + round(cut.corner[0]), d + round(cut.corner[1])

@@ -65,6 +65,15 @@ class RenderSettings:
         rng = np.random.default_rng(list(hashlib.sha256(shape.encode()).digest()))
         return (*self._fixed(), *(_random_camera(rng) for _ in range(self.random_views)))
 
+    @property
+    def picture_camera(self) -> Camera:
+        """From where shapes are drawn for people: as the images are, if all have one camera.
+
+        Otherwise from three quarters, where most of a shape is seen.
+        """
+        fixed = self._fixed()
+        return fixed[0] if len(fixed) == 1 and not self.random_views else Camera()
+
     def _fixed(self) -> tuple[Camera, ...]:
         if self.camera is CameraModel.framed:
             elevation = 30.0 if self.elevation is None else self.elevation

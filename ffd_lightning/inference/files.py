@@ -29,6 +29,7 @@ from ffd_lightning.inference.scenes import glb, lattice_scene, mesh_scene
 _PALETTE = 64  # colours of one mesh
 _PREVIEW_POINTS = 4096
 _PREVIEW_EDGE = 0.03  # longest edges of what is drawn
+_PREVIEW_HEIGHT = 192  # of its cells, pixels: images of less are shown two or more times as large
 
 
 class MeshWriter:
@@ -133,7 +134,8 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
 
     Args:
         reconstruction: what is drawn.
-        view: size and camera, those of the network's own images.
+        view: size and camera of the network's own images; shapes are drawn by that camera, or from
+            three quarters if there are several, and small images are enlarged.
 
     Returns:
         RGB image, (H, W, 3) uint8.
@@ -153,11 +155,15 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
     cloud = cloud_mesh(points, colors=reconstruction.surface.face_colors[faces])
 
-    def draw(mesh: Mesh) -> NDArray[np.uint8]:
-        return render(mesh, view.cameras()[0], height=view.height, width=view.width, samples=2)
+    times = max(1, _PREVIEW_HEIGHT // view.height)
+    height, width, camera = times * view.height, times * view.width, view.picture_camera
 
+    def draw(mesh: Mesh) -> NDArray[np.uint8]:
+        return render(mesh, camera, height=height, width=width, samples=2)
+
+    seen = reconstruction.photo.image.repeat(times, axis=0).repeat(times, axis=1)
     cells = {
-        "what the network saw": reconstruction.photo.image,
+        "what the network saw": seen,
         f"template ({reconstruction.weight:.2f})\n{reconstruction.template_id}": draw(
             bank.meshes[index]
         ),

@@ -357,6 +357,10 @@ def test_values_that_cannot_work_are_named(overrides, word):
         validate(typed(*overrides))
 
 
+def test_random_views_alone_are_enough():
+    validate(typed("data.render.azimuths=[]", "data.render.random_views=2"))
+
+
 def test_all_that_is_wrong_is_said_at_once():
     with pytest.raises(ConfigError, match=r"schedule\.steps.*; .*seed.*; .*split\.train_fraction"):
         validate(typed("schedule.steps=0", "seed=-1", "split.train_fraction=2"))

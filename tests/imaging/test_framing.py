@@ -186,6 +186,30 @@ def test_specks_do_not_decide_and_holes_are_white():
     assert "cropped to 60 x 40 at (50, 40)" in frame(alpha).steps
 
 
+def test_what_is_beside_the_object_is_left_out_unless_a_mask_shows_it():
+    photo, coverage = on_colour(size=(300, 420))
+    expected = frame(photo).image
+    y, x = 270, 60
+    photo[y : y + 6, x : x + 300] = photo[40:100, 380:400] = (0, 0, 0)
+    framed = frame(photo)
+    assert np.abs(framed.image.astype(int) - expected).mean() < 1
+    (told,) = [w for w in framed.warnings if "left out" in w]
+    assert "lines or arrows (below), another object (right); give mask=" in told
+    coverage[40:100, 380:400] = 255
+    both = frame(photo, mask=Image.fromarray(coverage))
+    assert extent(both.image)[0] > 1.2 * extent(framed.image)[0]
+    assert both.warnings == ()
+
+
+def test_two_objects_are_told():
+    photo, _ = on_colour(size=(200, 520), corner=(4, 0))
+    other, _ = on_colour(size=(200, 520), corner=(4, 250))
+    both = np.where(photo == (90, 130, 190), other, photo)
+    framed = frame(both)
+    assert extent(framed.image) == pytest.approx(extent(rendering()), abs=2)
+    assert any("2 objects of similar size" in w and "give mask" in w for w in framed.warnings)
+
+
 def test_an_object_at_the_border_and_a_small_one_are_told():
     photo = np.full((120, 160, 3), 210, np.uint8)
     photo[60:, 50:110] = (120, 60, 20)
@@ -264,7 +288,7 @@ def test_masks_that_cannot_be_used():
         frame(photo, mask=Image.fromarray(np.full((240, 320), np.nan, np.float32)))
     framed = frame(photo, mask=Image.new("L", (320, 240), 255))
     assert any("covers all" in warning for warning in framed.warnings)
-    assert any("left, top, right, bottom" in warning for warning in framed.warnings)
+    assert any("all four sides: background is left in" in w for w in framed.warnings)
 
 
 # --- turning and colours --------------------------------------------------------------------------

@@ -55,7 +55,7 @@ def parts(prepared, tiny_config):
     rows = np.arange(len(prepared))
     return (
         TemplateBank.of(prepared, prepared.ids[:2]),
-        TrainingAppearance.of(prepared.spread_images(rows, 256)),
+        TrainingAppearance.of([prepared.image(*v) for v in prepared.spread_views(rows, 256)]),
         tiny_config().data.render,
         ("table",),
         {"run": "default/table/b/t2/seed0"},

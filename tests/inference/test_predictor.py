@@ -1,4 +1,5 @@
 import shutil
+from dataclasses import replace
 from math import comb
 
 import numpy as np
@@ -12,8 +13,8 @@ from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.imaging.appearance import TrainingAppearance
 from ffd_lightning.imaging.framing import FramedPhoto
+from ffd_lightning.imaging.viewpoints import Viewpoints
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 
 # What one network may differ by from itself: added up in another order, by other numbers of
@@ -133,36 +134,32 @@ def test_outputs_that_are_not_finite_are_named(checkpoint, image):
 # --- what images are unlike those of training -----------------------------------------------------
 
 
-def disc(radius, x=32, ink=0):
-    rows, columns = np.mgrid[:48, :64]
-    covered = (rows - 24) ** 2 + (columns - x) ** 2 < radius**2
-    rgb = np.where(covered, ink, 255).astype(np.uint8)
-    return np.dstack([rgb, rgb, rgb, 255 * covered.astype(np.uint8)])
-
-
-def discs(count):
-    return [disc(14 + k % 8, 28 + k // 8) for k in range(count)]
-
-
-def test_appearance_tells_training_images_from_others():
-    appearance = TrainingAppearance.of(discs(64))
-    assert appearance.fill == pytest.approx(2 * 17.5 / 48, abs=0.05)
-    assert appearance.strangeness(disc(17, 30)) == 0
-    assert appearance.strangeness(disc(17, 30, ink=200)) < 0.5  # pale objects are objects too
-    assert appearance.strangeness(255 - disc(17, 30)) > 1
-    assert appearance.strangeness(np.full((48, 64, 3), 128, np.uint8)) > 1
-    again = TrainingAppearance.from_state(appearance.state())
-    assert again.strangeness(disc(20, 10)) == appearance.strangeness(disc(20, 10)) > 1
-    few = TrainingAppearance.of(discs(4))
-    assert few.strangeness(np.zeros((48, 64, 3), np.uint8)) == 0
-
-
-def test_strange_images_are_warned_of(checkpoint, image):
+def test_images_unlike_those_of_training_are_warned_of(checkpoint, image):
     predictor = Predictor.load(checkpoint)
+    flat = np.full((48, 64, 4), 255, np.uint8)
+    flat[..., 3] = 0
+    flat[20:24, 8:56] = (0, 0, 0, 255)
     usual = predictor.model.appearance
-    strict = TrainingAppearance(usual.silhouettes, usual.fill, 1.0)
-    object.__setattr__(predictor.model, "appearance", strict)
-    assert any("unlike the images of table" in w for w in predictor.frame(image).warnings)
+    assert np.isinf(usual.usual), "too few tables to tell"
+    object.__setattr__(predictor.model, "appearance", replace(usual, usual=4.0))
+    assert not any("unlike" in w for w in predictor.frame(image).warnings)
+    (told,) = [w for w in predictor.frame(flat).warnings if "unlike" in w]
+    assert "(table; azimuth 45 (0 is the front), elevation 30, lens 40 degrees)" in told
+    assert "or another view" in told
+    around = Viewpoints(all_sides=True, elevation=(-5.0, 60.0), lens=(25.0, 60.0))
+    object.__setattr__(predictor.model, "appearance", replace(usual, usual=4.0, viewpoints=around))
+    (told,) = [w for w in predictor.frame(flat).warnings if "unlike" in w]
+    assert "all sides" in told
+    assert "another view" not in told
+
+
+def test_cameras_of_checkpoints_that_do_not_say_them_are_those_of_their_settings(checkpoint):
+    predictor = Predictor.load(checkpoint)
+    said = predictor.viewpoints
+    assert said.azimuths == (45.0,)
+    silent = replace(predictor.model.appearance, viewpoints=None)
+    object.__setattr__(predictor.model, "appearance", silent)
+    assert predictor.viewpoints == said
 
 
 # --- what can be wrong ----------------------------------------------------------------------------

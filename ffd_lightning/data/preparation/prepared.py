@@ -162,10 +162,14 @@ class PreparedSet:
         """
         return unpack_camera(self.arrays["cameras"][row, view])
 
-    def spread_images(
+    def camera_known(self, row: int, view: int = 0) -> bool:
+        """Tell whether anybody knows the camera that took an image."""
+        return bool(np.isfinite(self.arrays["cameras"][row, view]).all())
+
+    def spread_views(
         self, rows: Sequence[int] | NDArray[np.int64], count: int
-    ) -> list[NDArray[np.uint8]]:
-        """Return one image each of at most `count` shapes, evenly spread over `rows`.
+    ) -> list[tuple[int, int]]:
+        """Return row and view of one image each of at most `count` shapes, spread over `rows`.
 
         Views take turns.
 
@@ -175,7 +179,7 @@ class PreparedSet:
         """
         places = np.linspace(0, len(rows) - 1, min(len(rows), count)).astype(int)
         views = self.image_shape[0]
-        return [self.image(int(rows[place]), k % views) for k, place in enumerate(places)]
+        return [(int(rows[place]), k % views) for k, place in enumerate(places)]
 
     def mesh(self, row: int) -> Mesh:
         """Return a shape's normalised mesh; its textures are smaller than the source's.

@@ -35,7 +35,8 @@ class Studio:
     Args:
         predictor: the network.
         title: what is looked at, in a line.
-        view: how the network's images are rendered; the page's camera starts at the first.
+        view: how the network's images are rendered; the page's camera starts at theirs,
+            or at three quarters where they have several.
         shapes: the test shapes, None for photographs alone.
         note: what visitors should know, shown at the top.
     """
@@ -51,7 +52,7 @@ class Studio:
         self.title, self.note = title, note
         self.shape_ids = () if shapes is None else shapes.ids
         self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
-        self.camera = view.cameras()[0]
+        self.camera = view.picture_camera
         self._predictor, self._shapes = predictor, shapes
         self._display = display_bank(predictor.model.bank)
         self._busy = threading.Lock()  # visitors are served by threads of their own
