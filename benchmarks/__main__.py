@@ -19,10 +19,12 @@ import torch
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks import evaluation, nearest, preparation, training_step
+from benchmarks import evaluation, nearest, preparation, quality, training_step
 from benchmarks.timing import Row
 
 SECTIONS = ("nearest", "scaling", "step", "preparation", "evaluation")
+ASKED_FOR = ("quality",)
+"""Sections that take hours: measured where `--only` names them."""
 
 
 def main() -> None:
@@ -52,6 +54,10 @@ def main() -> None:
     if "evaluation" in arguments.only:
         console.log("evaluation ...")
         rows += evaluation.measure(arguments.quick)
+    files: list[Path] = []
+    if "quality" in arguments.only:
+        more, files = _quality(arguments)
+        rows += more
     if devices[-1].type == "cpu":
         rows.append(Row("CUDA", "everything", note="not measured: there is no GPU here"))
     machine = _machine()
@@ -61,19 +67,47 @@ def main() -> None:
     file.write_text(json.dumps(result, indent=1), encoding="utf-8")
     print(f"\n{file}", end="")
     if curves:
-        print(f", {_plot(curves, machine, arguments.out / 'scaling.png')}", end="")
-    print()
+        files.append(_plot(curves, machine, arguments.out / "scaling.png"))
+    print("".join(f", {each}" for each in files))
 
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer rounds: does it all run?")
-    parser.add_argument("--only", nargs="+", choices=SECTIONS, default=list(SECTIONS))
+    parser.add_argument("--only", nargs="+", choices=SECTIONS + ASKED_FOR, default=list(SECTIONS))
     parser.add_argument("--out", type=Path, default=Path("benchmarks/results"))
     parser.add_argument(
         "--meshes", type=Path, help="a folder with a folder `all` of OBJ shapes, to prepare those"
     )
+    group = parser.add_argument_group(
+        "quality",
+        "Chamfer, EMD and IoU on the validation shapes against seconds of training, for the "
+        "recipes of benchmarks/recipes.yaml: some 20 minutes for each. The same command again "
+        "resumes what was interrupted and skips what is finished.",
+    )
+    lengths = "of training, a run each (60 120 300 600)"
+    group.add_argument("--seconds", nargs="+", type=int, metavar="S", help=lengths)
+    group.add_argument("--seeds", nargs="+", type=int, default=[0], metavar="N")
+    names = list(quality.read_recipes())
+    group.add_argument("--recipes", nargs="+", choices=names, default=names, metavar="NAME")
+    group.add_argument(
+        "--settings",
+        nargs="+",
+        default=[],
+        metavar="KEY=VALUE",
+        help="of all runs, as train takes them: category=table data.num_models=2000",
+    )
     return parser.parse_args()
+
+
+def _quality(arguments: argparse.Namespace) -> tuple[list[Row], list[Path]]:
+    """Train the recipes that are asked for; see `quality.measure`."""
+    known = quality.read_recipes()
+    recipes = {name: known[name] for name in arguments.recipes}
+    settings, seconds = arguments.settings, arguments.seconds or quality.SECONDS
+    if arguments.quick:
+        settings, seconds = [*quality.QUICK, *settings], arguments.seconds or (2, 4)
+    return quality.measure(recipes, settings, seconds, arguments.seeds, arguments.out)
 
 
 def _memory() -> list[Row]:

@@ -37,6 +37,12 @@ QUALITY = {
     "folded": ("folded", "share of the surface turned inside out, %", 100.0),
     "stretch_95": ("stretch", "ratio of edge lengths, 95th percentile", 1.0),
     "bending": ("bending", "squared second differences of the offsets", 1.0),
+    "density": (
+        "density",
+        "share of the earth mover's distance that is gone with points drawn anew on the deformed "
+        "surface, %",
+        100.0,
+    ),
 }
 """What the deformed meshes are like: column, its heading, meaning and factor."""
 
@@ -61,7 +67,8 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
     Returns:
         A row per run (index `run`): `floor`, `capacity`, `deformation` and `selection`, which add
         up to `total`, `regret`, the selection's share of the total, all in the measure as people
-        read it; and of `QUALITY` what the samples have, means as they are.
+        read it; and of `QUALITY` what the samples have, means as they are. `density` is what of
+        the EMD is due to points that lie thinner where the template is stretched.
 
     Raises:
         DataError: no run has the references.
@@ -79,5 +86,7 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
     table = parts.set_axis([share.name for share in SHARES], axis=1)
     table["total"] = sums[measure.name]
     table["regret"] = table["selection"] / table["total"]
-    quality = [name for name in QUALITY if name in known]
-    return table.join(known.groupby("run", sort=False)[quality].mean())
+    means = known.groupby("run", sort=False).mean(numeric_only=True)
+    if "resampled_emd" in means:
+        means["density"] = 1 - means["resampled_emd"] / means["emd"]
+    return table.join(means[[name for name in QUALITY if name in means]])

@@ -67,7 +67,7 @@ def _budget_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table | 
     heads = runs.set_index("run")[["category", "regime", "templates", "seed"]]
     for run, row in budget.iterrows():
         parts = [number(row[name]) for name in (*(share.name for share in SHARES), "total")]
-        quality = [number(QUALITY[k][2] * row[k]) if k in row else "" for k in QUALITY]
+        quality = [number(QUALITY[k][2] * row[k]) if pd.notna(row.get(k)) else "" for k in QUALITY]
         head = [str(value) for value in heads.loc[run]]
         table.add_row(*head, *parts, f"{row['regret']:.0%}", *quality)
     return table

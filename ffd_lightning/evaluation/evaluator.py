@@ -18,7 +18,11 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.capacity import fitted_template
 from ffd_lightning.evaluation.part_transfer import check_labels, labelled_rows
-from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
+from ffd_lightning.evaluation.protocols import (
+    EvaluationProtocol,
+    ProtocolDescription,
+    carries_points,
+)
 from ffd_lightning.evaluation.references import SHAPES, ShapeRetrieval, medoid, nearest_by_feature
 from ffd_lightning.evaluation.samples import (
     Journal,
@@ -30,14 +34,19 @@ from ffd_lightning.evaluation.samples import (
     sample_seed,
     score_sample,
 )
-from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
+from ffd_lightning.evaluation.shapes import (
+    PreparedShape,
+    ResampledTemplate,
+    Shape,
+    TemplateShape,
+)
 from ffd_lightning.files import lock_folder, write_atomic, write_csv
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 5
+FORMAT_VERSION = 6
 """Goes up when the same weights and settings give other numbers or files."""
 
 TABLES = ("samples.csv", "template_ranking.csv")
@@ -191,7 +200,7 @@ def _score(
     """Score what the journal does not hold yet, and return the rows of all samples."""
     prepared, samples = evaluated.tested_on.prepared, evaluated.tested_on.samples(options.all_views)
     prediction = predict(evaluated.network, prepared, samples, options.workers, options.progress)
-    shapes = _shapes(evaluated, samples, prediction, options)
+    shapes = _shapes(evaluated, protocol, samples, prediction, options)
 
     def score(k: int) -> Row:
         row, view = samples[k]
@@ -251,6 +260,7 @@ def _aligned(table: Sequence[Row]) -> list[Row]:
 
 def _shapes(
     evaluated: EvaluatedNetwork,
+    protocol: EvaluationProtocol,
     samples: Sequence[Sample],
     prediction: Predictions,
     options: EvaluationOptions,
@@ -280,8 +290,11 @@ def _shapes(
         as_is, deformed = best_templates(prepared, row, bank, offsets)
         seed = (sample_seed(prepared.ids[row]) + options.seed) % 2**64
         fitted, own_offsets = fitted_template(bank, prepared.cloud(row), seed)
+        t = int(prediction.selected[k])
+        drawn = {"resampled": ResampledTemplate(bank, t, offsets[t])}
         return {
             **scored(k),
+            **(drawn if carries_points(protocol) else {}),
             "best_undeformed": TemplateShape(bank, as_is),
             "best_deformed": TemplateShape(bank, deformed, offsets[deformed]),
             "fitted": TemplateShape(bank, fitted, own_offsets),

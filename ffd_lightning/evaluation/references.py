@@ -14,6 +14,7 @@ from ffd_lightning.geometry.chamfer import chamfer_distance
 
 SHAPES = {
     "": "the model: selected template, deformed",
+    "resampled": "the model, points drawn on the deformed surface",
     "undeformed": "selected template as it is",
     "best_deformed": "best of its templates deformed, an oracle",
     "fitted": "best of its templates fitted to the truth, an oracle",

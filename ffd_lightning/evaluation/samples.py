@@ -178,7 +178,7 @@ def _checked(protocol: EvaluationProtocol, scores: Any) -> dict[str, float]:
 
 def _identity(shape: Shape) -> object:
     if isinstance(shape, TemplateShape):
-        return shape.index, None if shape.offsets is None else shape.offsets.tobytes()
+        return type(shape), shape.index, None if shape.offsets is None else shape.offsets.tobytes()
     if isinstance(shape, PreparedShape):
         return shape.row
     return id(shape)

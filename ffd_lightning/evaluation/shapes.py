@@ -152,6 +152,23 @@ class TemplateShape:
         return np.zeros((count, 3), np.float32) if self.offsets is None else self.offsets
 
 
+@dataclass(frozen=True)
+class ResampledTemplate(TemplateShape):
+    """A deformed template whose points are drawn on its deformed surface.
+
+    Points that are carried by a deformation lie thinner where it stretches the surface; these are
+    spread by area, as those of any prepared shape.
+    """
+
+    def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
+        """Draw, with replacement, from as many points as the template has, drawn anew.
+
+        Each face has its share of those, as in the clouds of prepared shapes: (count, 3).
+        """
+        cloud, _ = sample_stratified(*self.mesh(), self.bank.points.shape[1], rng)
+        return cloud[rng.integers(len(cloud), size=count)].astype(np.float64)
+
+
 def _part_cloud(
     points: NDArray[np.floating], parts: NDArray[np.uint8] | None, part: slice, names: Sequence[str]
 ) -> PartCloud:

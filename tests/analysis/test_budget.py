@@ -41,6 +41,16 @@ def test_the_parts_add_up_to_the_total():
     assert [label.get_text() for label in panel.get_yticklabels()] == ["b", "r"]
 
 
+def test_density_is_what_points_drawn_anew_take_off_the_emd():
+    table = samples_of("b", (1, 2, 3, 4, 0), (1, 2, 3, 4, 0)).assign(
+        emd=[0.6, 0.2], resampled_emd=[0.4, 0.2]
+    )
+    assert error_budget(table, PROTOCOL).loc["b", "density"] == pytest.approx(0.25)
+    earlier = samples_of("r", (1, 2, 3, 4, 0)).assign(emd=0.6)
+    both = error_budget(pd.concat([table, earlier]), PROTOCOL)["density"]
+    assert both.isna().tolist() == [False, True], "not known of an earlier version's run"
+
+
 def test_without_references_there_is_no_budget():
     with pytest.raises(DataError, match=r"evaluation\.references=true"):
         error_budget(samples_of("b", (1, 2, 3, 4, 5)).drop(columns="fitted_chamfer"), PROTOCOL)

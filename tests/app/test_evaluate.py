@@ -102,6 +102,8 @@ def test_what_is_written(copy, trained):
             assert summary[key] == pytest.approx(np.mean([float(r[key]) for r in rows]))
     assert all(float(r["floor_iou"]) == 1 for r in rows)
     assert 0 < summary["floor_chamfer"] < summary["retrieval_chamfer"]
+    assert all(r["resampled_iou"] == r["iou"] for r in rows), "the same mesh"
+    assert not any(r["resampled_emd"] == r["emd"] for r in rows), "of other points"
     assert summary["num_samples"] == len(rows)
     written = json.loads((copy.evaluation("paper") / "summary.json").read_text())
     assert written["step"] == 8
@@ -376,6 +378,7 @@ def test_the_modern_protocol(copy):
         for name in ("", "undeformed", "floor"):
             assert 0 <= summary[f"{name}_{measure.name}" if name else measure.name] < 2
     assert summary["floor_iou_128"] == summary["floor_iou_32"] == 1
+    assert "resampled_iou_32" not in summary, "its points are drawn anew as it is"
     assert summary["floor_chamfer_l1"] < summary["chamfer_l1"]
     assert summary["floor_fscore_2"] > summary["fscore_2"]
     assert 0 <= summary["folded"] <= 1 <= summary["stretch_median"] <= summary["stretch_95"]

@@ -129,7 +129,7 @@ def budget(sweep: Sweep) -> Budget | None:
             cell(sweep.labels[str(run)]),
             *(cell(number(row[name])) for name in (*names, "total")),
             cell(f"{row['regret']:.0%}"),
-            *(cell(number(QUALITY[k][2] * row[k])) for k in QUALITY if k in table),
+            *(_quality(row[k], QUALITY[k][2]) for k in QUALITY if k in table),
         ]
         for run, row in table.iterrows()
     ]
@@ -137,6 +137,11 @@ def budget(sweep: Sweep) -> Budget | None:
     told = f"What the {title} of each run is made of."
     bars = plot(plots.budget_bars(sweep.samples, sweep.protocol), told, told)
     return Budget([bars], Table("Error budget", head, rows), BUDGET_CAPTION)
+
+
+def _quality(value: float, factor: float) -> str:
+    """Return the cell of a measure, which runs that an earlier version evaluated may lack."""
+    return NOTHING if pd.isna(value) else cell(number(factor * value))
 
 
 def _medians(sweep: Sweep, samples: pd.DataFrame, measure: Measure) -> str:

@@ -6,6 +6,7 @@ from ffd_lightning.evaluation.protocols.base import (
     EvaluationProtocol,
     Measure,
     ProtocolDescription,
+    carries_points,
 )
 from ffd_lightning.evaluation.protocols.modern import ModernProtocol
 from ffd_lightning.evaluation.protocols.paper import PaperProtocol
@@ -22,6 +23,7 @@ __all__ = [
     "PartProtocol",
     "ProtocolDescription",
     "ScaledProtocol",
+    "carries_points",
 ]
 
 _BUILT_IN: tuple[EvaluationProtocol, ...] = (

@@ -72,6 +72,14 @@ class EvaluationProtocol(Protocol):
         ...
 
 
+def carries_points(protocol: EvaluationProtocol) -> bool:
+    """Tell whether a protocol compares points of templates, deformed with them.
+
+    If so, it has an attribute `carries_points` that is true. Others compare the deformed meshes.
+    """
+    return bool(getattr(protocol, "carries_points", False))
+
+
 @dataclass(frozen=True)
 class ProtocolDescription:
     """What results say of the protocol that they were measured under, which may be anyone's.

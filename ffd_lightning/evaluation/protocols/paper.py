@@ -46,6 +46,7 @@ class PaperProtocol:
     half_size: float = PAPER_HALF_SIZE
     quality: bool = False
     needs_parts: ClassVar[bool] = False
+    carries_points: ClassVar[bool] = True
 
     @property
     def note(self) -> str:

@@ -1,0 +1,217 @@
+"""Quality against seconds of training, for the recipes of `recipes.yaml`.
+
+A point of a curve is a whole run of its own length: where the learning rate fades, what a long run
+is at half of its time is not what a run of half its length becomes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from benchmarks.timing import Row
+from ffd_lightning.analysis.wording import measure_title
+from ffd_lightning.app.commands.train import train_command
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.step_time import seconds_per_step, training_device
+from ffd_lightning.evaluation.protocols import PaperProtocol
+from ffd_lightning.run_folder import RunFolder
+
+SECONDS = (60, 120, 300, 600)
+RECIPES = Path(__file__).with_name("recipes.yaml")
+QUICK = ("data.num_models=60", "templates=t4", "protocol.points=64")
+_ALWAYS = (
+    "trainer.progress_bar=false",
+    "evaluation.subset=val",  # recipes are chosen by it
+    "evaluation.references=false",
+    "callbacks.report=false",
+)
+_KEPT = ("effective_templates", "folded", "stretch_95", "bending", "num_samples")
+_MEASURES = PaperProtocol().measures
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One run: a recipe, trained for some seconds.
+
+    Attributes:
+        recipe: its name.
+        overrides: its settings, and those of all recipes.
+        asked: seconds of training that its steps should take.
+        seed: of the run.
+        folder: of the run; other overrides, another folder.
+    """
+
+    recipe: str
+    overrides: tuple[str, ...]
+    asked: int
+    seed: int
+    folder: RunFolder
+
+
+def read_recipes(file: Path = RECIPES) -> dict[str, list[str]]:
+    """Return the settings of each recipe, by its name."""
+    return dict(yaml.safe_load(file.read_text(encoding="utf-8")))
+
+
+def trials(
+    recipes: Mapping[str, Sequence[str]],
+    settings: Sequence[str],
+    seconds: Sequence[int],
+    seeds: Sequence[int],
+    out: Path,
+) -> list[Trial]:
+    """Return all runs, the short ones first, so that all recipes have a point early.
+
+    Args:
+        recipes: as `read_recipes` gives them.
+        settings: of all recipes, as `train` takes them.
+        seconds: lengths of the runs.
+        seeds: of the runs.
+        out: where their folders are.
+    """
+    found = []
+    for asked in sorted(seconds):
+        for seed in seeds:
+            for recipe, own in recipes.items():
+                overrides = (*own, *settings)
+                digest = hashlib.sha256("\n".join(overrides).encode()).hexdigest()[:6]
+                name = f"{re.sub('[^a-z0-9.]+', '_', recipe.lower())}_{digest}"
+                folder = RunFolder(out / name / f"{asked}s" / f"seed{seed}")
+                found.append(Trial(recipe, overrides, asked, seed, folder))
+    return found
+
+
+def measure(
+    recipes: Mapping[str, Sequence[str]],
+    settings: Sequence[str],
+    seconds: Sequence[int],
+    seeds: Sequence[int],
+    out: Path,
+) -> tuple[list[Row], list[Path]]:
+    """Train what is not trained yet, and write `quality.csv` and `quality.png`.
+
+    Args:
+        recipes: as `read_recipes` gives them.
+        settings: of all recipes, as `train` takes them.
+        seconds: lengths of the runs.
+        seeds: of the runs.
+        out: the folder to write to; runs go to its folder `quality`.
+
+    Returns:
+        A row for each run, and the files.
+    """
+    rows, points = [], []
+    times: dict[tuple[str, ...], float] = {}
+    for trial in trials(recipes, settings, seconds, seeds, out / "quality"):
+        if not trial.folder.finished and not _train(trial, times):
+            note = f"failed: {trial.folder.status.get('reason', 'see above')}"
+            rows.append(Row("quality", f"{trial.recipe}, {trial.asked} s", note=note))
+            continue
+        points.append(_point(trial))
+        rows.append(_row(points[-1]))
+    if not points:
+        return rows, []
+    table = pd.DataFrame(points)
+    files = [out / "quality.csv", out / "quality.png"]
+    table.to_csv(files[0], index=False)
+    _draw(table, files[1])
+    return rows, files
+
+
+def _train(trial: Trial, times: dict[tuple[str, ...], float]) -> bool:
+    """Train a run, or the rest of it; return whether it came to its end.
+
+    Args:
+        trial: the run.
+        times: seconds a step takes, by overrides; what is measured is added.
+    """
+    if trial.folder.config.is_file():  # begun: with as many steps
+        steps = int(trial.folder.settings["schedule"]["steps"])
+    else:
+        if trial.overrides not in times:
+            times[trial.overrides] = _seconds_per_step(trial.overrides)
+        steps = max(2, round(trial.asked / times[trial.overrides]))
+    command = [
+        *train_command(),
+        *_ALWAYS,
+        f"schedule.annealing_steps={max(1, steps // 2)}",  # half of the run, as in schedule=quick
+        *trial.overrides,
+        f"schedule.steps={steps}",
+        f"seed={trial.seed}",
+        f"hydra.run.dir='{trial.folder.path}'",
+    ]
+    return subprocess.run(command, check=False).returncode == 0
+
+
+def _seconds_per_step(overrides: Sequence[str]) -> float:
+    composed = compose_config("train", TrainConfig, overrides)
+    cfg = typed_config(composed, TrainConfig)
+    return seconds_per_step(cfg, training_device(cfg))
+
+
+def _point(trial: Trial) -> dict[str, Any]:
+    """Return a finished run's scores, and the seconds that its training took."""
+    status = trial.folder.status
+    summary, steps = status["summary"], int(status["steps"])
+    return {
+        "recipe": trial.recipe,
+        "category": trial.folder.settings["category"]["name"],
+        "seed": trial.seed,
+        "asked_seconds": trial.asked,
+        "steps": steps,
+        "seconds_per_step": summary["seconds_per_step"],
+        "seconds": steps * summary["seconds_per_step"],
+        **{m.name: summary[m.name] for m in _MEASURES},
+        **{name: summary[name] for name in _KEPT},
+    }
+
+
+def _row(point: Mapping[str, Any]) -> Row:
+    scores = ", ".join(f"{measure_title(m.name)} {m.factor * point[m.name]:.1f}" for m in _MEASURES)
+    name = f"{point['recipe']}, seed {point['seed']}: {point['seconds']:.0f} s"
+    return Row("quality", name, note=f"{scores} after {point['steps']:,} steps", extra=dict(point))
+
+
+def _draw(table: pd.DataFrame, file: Path) -> None:
+    """Draw each measure against seconds: a line through the means over seeds, a dot for each."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
+
+    figure, axes = pyplot.subplots(1, len(_MEASURES), figsize=(13, 5), layout="constrained")
+    for axis, shown in zip(axes, _MEASURES, strict=True):
+        for k, (recipe, runs) in enumerate(table.groupby("recipe", sort=False)):
+            values = shown.factor * runs[shown.name]
+            axis.plot(runs["seconds"], values, "o", ms=4, color=f"C{k}", alpha=0.6)
+            means = runs.assign(value=values).groupby("asked_seconds")[["seconds", "value"]].mean()
+            axis.plot(means["seconds"], means["value"], color=f"C{k}", label=str(recipe))
+        axis.set_xscale("log")
+        axis.xaxis.set_major_locator(FixedLocator(sorted(table["asked_seconds"].unique())))
+        axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.xaxis.set_minor_locator(NullLocator())
+        axis.set_title(f"{measure_title(shown.name)} x {shown.factor:g} {shown.arrow}", fontsize=10)
+        axis.set_xlabel("seconds of training")
+        axis.grid(alpha=0.3)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=9, frameon=False)
+    first, seeds = table.iloc[0], table["seed"].nunique()
+    figure.suptitle(
+        f"{first['category']}: {first['num_samples']:.0f} validation shapes, protocol paper, "
+        f"{seeds} seed{'s' * (seeds > 1)}; each dot is a run of its own",
+        fontsize=10,
+    )
+    figure.savefig(file, dpi=110)
+    pyplot.close(figure)
