@@ -31,6 +31,8 @@ from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
 
+_WARM_UP = 0.1  # of a training, to the highest rate of one_cycle
+
 
 def build_part(group: str, node: Any, **context: Any) -> Any:
     """Build what a group of the configuration chooses."""
@@ -147,6 +149,7 @@ def build_module(
         build_objective(cfg.regime, schedule.annealing_steps),
         optimizer=partial(torch.optim.Adam, lr=schedule.learning_rate, fused=True),
         scheduler=_SCHEDULERS[schedule.learning_rate_decay],
+        offset_rate=schedule.offset_rate,
         seed=cfg.seed,
         record=record,
     )
@@ -158,7 +161,9 @@ def _cosine(optimizer: Optimizer, steps: int) -> LRScheduler:
 
 def _one_cycle(optimizer: Optimizer, steps: int) -> LRScheduler:
     highest = [group["lr"] for group in optimizer.param_groups]
-    return OneCycleLR(optimizer, highest, total_steps=steps, cycle_momentum=False)
+    return OneCycleLR(
+        optimizer, highest, total_steps=steps, pct_start=_WARM_UP, cycle_momentum=False
+    )
 
 
 _SCHEDULERS = {

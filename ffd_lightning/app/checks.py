@@ -100,6 +100,7 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
         "schedule.steps": schedule.steps,
         "schedule.num_points": schedule.num_points,
         "schedule.learning_rate": schedule.learning_rate,
+        "schedule.offset_rate": schedule.offset_rate,
         "schedule.annealing_steps": schedule.annealing_steps,
         "schedule.val_every": schedule.val_every,
         "schedule.checkpoint_every": schedule.checkpoint_every,

@@ -218,7 +218,11 @@ class PreparationConfig:
 
 @dataclass
 class ScheduleConfig:
-    """How long and how fast to train. Everything that counts steps counts optimizer steps."""
+    """How long and how fast to train. Everything that counts steps counts optimizer steps.
+
+    Attributes:
+        offset_rate: factor of the learning rate for the weights that turn an image into offsets.
+    """
 
     name: str = MISSING
     steps: int = MISSING
@@ -226,6 +230,7 @@ class ScheduleConfig:
     num_points: int = MISSING
     learning_rate: float = MISSING
     learning_rate_decay: LearningRateDecay = LearningRateDecay.none
+    offset_rate: float = 1.0
     annealing_steps: float = MISSING
     val_every: int = setting(MISSING, only_where=True)
     checkpoint_every: int = setting(MISSING, only_where=True)

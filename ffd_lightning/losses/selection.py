@@ -76,20 +76,27 @@ class PosteriorTaught:
         uniform: u, the share of the weights that all templates have alike, in [0, 1].
         within_category: where one network serves several categories, only the templates of an
             image's own category are deformed for it; the logits, of all, learn the category too.
+        weight: of lambda_s in the objective.
 
     Raises:
-        ValueError: a temperature that is not above 0, or a share outside [0, 1].
+        ValueError: a temperature or weight that is not above 0, or a share outside [0, 1].
     """
 
     def __init__(
-        self, temperature: float = 0.5, uniform: float = 0.5, within_category: bool = True
+        self,
+        temperature: float = 0.5,
+        uniform: float = 0.5,
+        within_category: bool = True,
+        weight: float = 1.0,
     ) -> None:
         if not temperature > 0:
             raise ValueError(f"temperature={temperature} must be above 0")
         if not 0 <= uniform <= 1:
             raise ValueError(f"uniform={uniform} must lie in [0, 1]")
         self.temperature, self.uniform = temperature, uniform
-        self.within_category = within_category
+        if not weight > 0:
+            raise ValueError(f"weight={weight} must be above 0")
+        self.within_category, self.weight = within_category, weight
 
     def __call__(
         self, prediction: Prediction, costs: Float[Tensor, "queries templates"]
@@ -103,7 +110,7 @@ class PosteriorTaught:
         even = possible / possible.sum(1, keepdim=True)
         weights = (1 - self.uniform) * posterior + self.uniform * even
         log_probs = prediction.template_logits.log_softmax(dim=1)
-        return Teaching(weights, -(posterior * log_probs).sum())
+        return Teaching(weights, -self.weight * (posterior * log_probs).sum())
 
 
 def log_weights(weights: Float[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:

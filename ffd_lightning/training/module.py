@@ -22,7 +22,7 @@ from ffd_lightning.evaluation.template_scores import TemplateScores, TemplateSco
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
 
-MakeOptimizer = Callable[[Iterable[Tensor]], Optimizer]
+MakeOptimizer = Callable[[Iterable[Tensor] | Iterable[dict[str, Any]]], Optimizer]
 MakeScheduler = Callable[[Optimizer, int], LRScheduler]
 
 paper_optimizer: MakeOptimizer = partial(torch.optim.Adam, lr=1e-3, fused=True)
@@ -45,6 +45,10 @@ class FfdModule(LightningModule):
         optimizer: makes an optimizer of parameters.
         scheduler: makes a schedule of the learning rate, stepped every optimizer step, of an
             optimizer and the number of steps in all; None keeps the rate.
+        offset_rate: factor of the learning rate for the weights of the layer that gives offsets,
+            not for its biases. Below 1 templates first learn to be moved alike for all images: what
+            an image adds is noise at first, and the layers below learn to suppress it, and the
+            image with it.
         seed: what layers with randomness draw at a step follows from it.
         record: what checkpoints say about the training, for people: plain values by name.
 
@@ -59,12 +63,14 @@ class FfdModule(LightningModule):
         *,
         optimizer: MakeOptimizer = paper_optimizer,
         scheduler: MakeScheduler | None = None,
+        offset_rate: float = 1.0,
         seed: int = 0,
         record: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__()
         self.network, self.objective = network, objective
         self.make_optimizer, self.make_scheduler = optimizer, scheduler
+        self.offset_rate = offset_rate
         self.seed, self.record = seed, dict(record or {})
         self.scores: TemplateScores | None = None
         self.scoring = TemplateScoring()
@@ -167,7 +173,13 @@ class FfdModule(LightningModule):
 
     def configure_optimizers(self) -> OptimizerConfig | OptimizerLRSchedulerConfig:
         """Make the optimizer, and the schedule of its learning rate over all steps."""
-        optimizer = self.make_optimizer(self.parameters())
+        offsets = self.network.heads.offsets.weight
+        if self.offset_rate == 1:
+            optimizer = self.make_optimizer(self.parameters())
+        else:
+            others = [weights for weights in self.parameters() if weights is not offsets]
+            optimizer = self.make_optimizer([{"params": others}, {"params": [offsets]}])
+            optimizer.param_groups[1]["lr"] *= self.offset_rate
         if self.make_scheduler is None:
             return {"optimizer": optimizer}
         steps = int(self.trainer.estimated_stepping_batches)

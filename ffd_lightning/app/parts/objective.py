@@ -126,11 +126,13 @@ class Posterior:
         temperature: differences of costs far below it do not matter to the selection.
         uniform: share of the weights of costs that all templates have alike.
         within_category: with category=joint, images deform templates of their own category alone.
+        weight: of what the logits learn from, beside the costs.
     """
 
     temperature: float = 0.5
     uniform: float = 0.5
     within_category: bool = True
+    weight: float = 1.0
 
     def check(self) -> None:
         """Raise ConfigError where it cannot work."""
@@ -138,6 +140,8 @@ class Posterior:
             raise ConfigError(f"regime.selection.temperature={self.temperature} must be above 0")
         if not 0 <= self.uniform <= 1:
             raise ConfigError(f"regime.selection.uniform={self.uniform} must lie in [0, 1]")
+        if not self.weight > 0:
+            raise ConfigError(f"regime.selection.weight={self.weight} must be above 0")
 
 
 class_part("selection", "posterior", Posterior, "ffd_lightning.losses.selection:PosteriorTaught")
