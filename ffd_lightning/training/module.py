@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -13,6 +13,7 @@ from lightning.pytorch.utilities.types import OptimizerConfig, OptimizerLRSchedu
 from torch import Tensor
 from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LRScheduler
+from torch.optim.optimizer import ParamsT
 
 from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.data.batches import Batch
@@ -22,7 +23,7 @@ from ffd_lightning.evaluation.template_scores import TemplateScores, TemplateSco
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
 
-MakeOptimizer = Callable[[Iterable[Tensor] | Iterable[dict[str, Any]]], Optimizer]
+MakeOptimizer = Callable[[ParamsT], Optimizer]
 MakeScheduler = Callable[[Optimizer, int], LRScheduler]
 
 paper_optimizer: MakeOptimizer = partial(torch.optim.Adam, lr=1e-3, fused=True)
@@ -178,7 +179,8 @@ class FfdModule(LightningModule):
             optimizer = self.make_optimizer(self.parameters())
         else:
             others = [weights for weights in self.parameters() if weights is not offsets]
-            optimizer = self.make_optimizer([{"params": others}, {"params": [offsets]}])
+            groups: list[dict[str, Any]] = [{"params": others}, {"params": [offsets]}]
+            optimizer = self.make_optimizer(groups)
             optimizer.param_groups[1]["lr"] *= self.offset_rate
         if self.make_scheduler is None:
             return {"optimizer": optimizer}

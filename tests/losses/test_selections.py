@@ -73,3 +73,12 @@ def test_it_is_registered():
         found = registry.part("selection", "weighted", function=function).function
         assert found == function.value
     assert [function.value for function in Weighting] == list(WeightedCosts.FUNCTIONS)
+
+
+def test_the_cross_entropy_has_a_weight(unchecked):
+    costs, prediction = torch.rand(3, 4), SimpleNamespace(template_logits=torch.rand(3, 4))
+    plain, heavy = (PosteriorTaught(weight=weight)(prediction, costs) for weight in (1, 3))
+    assert torch.equal(plain.cost_weights, heavy.cost_weights)
+    torch.testing.assert_close(heavy.loss, 3 * plain.loss)
+    with pytest.raises(ValueError, match="weight=0 must be above 0"):
+        PosteriorTaught(weight=0)
