@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.data.batches import ShapeStore
+from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.strategies import ListedStrategy, diverse_templates
 from ffd_lightning.errors import DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -133,3 +134,16 @@ def test_the_templates_file_may_name_the_category(members, data_root, tmp_path):
     joint = module(data_root, num_templates=2, template_strategy=strategy)
     expected = (f"{n}/{m.ids[3]}" for n, m in zip(NAMES, members, strict=True))
     assert joint.bank.ids == tuple(expected)
+
+
+def test_each_shape_knows_the_templates_of_its_category(joined, members):
+    tables, _ = members
+    ids = [joined.ids[len(tables)], joined.ids[0], joined.ids[1], joined.ids[len(tables) + 1]]
+    rows = torch.tensor([len(tables) + 2, 2, 3])
+    points = torch.zeros(3, 5, dtype=torch.long), torch.zeros(4, 5, dtype=torch.long)
+    indices = BatchIndices(rows, torch.zeros_like(rows), *points)
+    for device in (None, torch.device("cpu")):
+        batch = ShapeStore(joined, TemplateBank.of(joined, ids), device).batch(indices)
+        assert batch.own_templates.tolist() == [[0, 3], [1, 2], [1, 2]]
+        alone = ShapeStore(tables, TemplateBank.of(tables, tables.ids[:4]), device)
+        assert alone.batch(indices._replace(rows=rows % len(tables))).own_templates is None
