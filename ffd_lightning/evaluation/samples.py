@@ -180,7 +180,7 @@ def _identity(shape: Shape) -> object:
     if isinstance(shape, TemplateShape):
         return type(shape), shape.index, None if shape.offsets is None else shape.offsets.tobytes()
     if isinstance(shape, PreparedShape):
-        return shape.row
+        return id(shape.prepared), shape.row  # the sets of truth and references may be two
     return id(shape)
 
 
