@@ -151,18 +151,15 @@ def evaluate(
     with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
         if options.restart:
             (folder / "samples.partial").unlink(missing_ok=True)
-        references = _reference_scores(evaluated, protocol, settings, options)
         journal = Journal(folder / "samples.partial", key)
         try:
-            table, prediction = _score(evaluated, protocol, journal, references, options)
+            table, prediction = _score(evaluated, protocol, journal, settings, options)
         finally:
             journal.close()
-            references.write()
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
-        ranking = template_ranking(
-            evaluated.bank, counts, prediction.weights.mean(0, dtype=np.float64)
-        )
+        mean_weights = prediction.weights.mean(0, dtype=np.float64)
+        ranking = template_ranking(evaluated.bank, counts, mean_weights)
         content = {
             **summary,
             **by_category(table),
@@ -216,12 +213,13 @@ def _score(
     evaluated: EvaluatedNetwork,
     protocol: EvaluationProtocol,
     journal: Journal,
-    references: ReferenceScores,
+    settings: dict[str, object],
     options: EvaluationOptions,
 ) -> tuple[list[Row], Predictions]:
     """Score what the journal does not hold yet, and return the rows of all samples."""
     prepared, samples = evaluated.tested_on.prepared, evaluated.tested_on.samples(options.all_views)
     prediction = predict(evaluated.network, prepared, samples, options.workers, options.progress)
+    references = _reference_scores(evaluated, protocol, settings, options)
     shapes = _shapes(evaluated, protocol, samples, prediction, references, options)
 
     def score(k: int) -> Row:
@@ -248,10 +246,13 @@ def _score(
     todo = [k for k, name in enumerate(names) if name not in journal.rows]
     done = len(samples) - len(todo)
     label = f"protocol {protocol.name}"
-    with CountProgress(label, len(samples), done, options.progress) as bar:
-        for _, result in in_threads(score, todo, options.workers):
-            journal.add(result)
-            bar.advance()
+    try:
+        with CountProgress(label, len(samples), done, options.progress) as bar:
+            for _, result in in_threads(score, todo, options.workers):
+                journal.add(result)
+                bar.advance()
+    finally:
+        references.write()
     return _aligned([journal.rows[name] for name in names]), prediction
 
 

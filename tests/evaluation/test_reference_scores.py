@@ -1,6 +1,7 @@
 import json
 import shutil
 import threading
+import time
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
@@ -271,17 +272,22 @@ def test_an_evaluation_that_was_cut_off_goes_on(sets, runs, shared, fits, only, 
     expected = case.run(next(runs))
     score = evaluator.score_shapes
 
+    def journaled():
+        return len((folder / "samples.partial").read_text().splitlines()) - 1
+
     def cut_off(*arguments):
-        if len(fits) >= 3 + 2:
-            raise KeyboardInterrupt
-        return score(*arguments)
+        if len(fits) < 3 + 2:
+            return score(*arguments)
+        end = time.monotonic() + 60
+        while journaled() < 1 and time.monotonic() < end:
+            time.sleep(0.01)
+        raise KeyboardInterrupt
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluator, "score_shapes", cut_off)
         with pytest.raises(KeyboardInterrupt):
             case.run(folder, shared)
-    done = len((folder / "samples.partial").read_text().splitlines()) - 1
-    assert done == 1
+    assert journaled() == 1
     made = len(fits)
     if killed:  # kill -9 leaves the journal alone
         shutil.rmtree(shared)
