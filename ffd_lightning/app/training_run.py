@@ -37,6 +37,7 @@ from ffd_lightning.evaluation.evaluator import (
 )
 from ffd_lightning.evaluation.figures import reconstruction_figure
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
 from ffd_lightning.files import write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
@@ -273,6 +274,7 @@ def _finish(
         seed=cfg.evaluation.seed,
         workers=cfg.evaluation.workers or torch.get_num_threads(),
         progress=cfg.trainer.progress_bar,
+        shared=data.root / SHARED_FOLDER,
     )
     run.set_data(data.record())
     _rank(cfg, run, data, evaluated.network, options.workers)

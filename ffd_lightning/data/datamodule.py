@@ -295,6 +295,11 @@ class FfdDataModule(LightningDataModule):
         """Names of the categories."""
         return tuple(preparation.category for preparation in self.preparations)
 
+    @property
+    def root(self) -> Path:
+        """Folder that prepared data is kept below."""
+        return self.preparations[0].root
+
     def prepare_data(self) -> None:
         """Build the prepared sets where they are missing (on one process)."""
         for preparation in self.preparations:

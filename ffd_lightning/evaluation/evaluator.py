@@ -16,23 +16,24 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.evaluation.capacity import fitted_template
 from ffd_lightning.evaluation.part_transfer import check_labels, labelled_rows
 from ffd_lightning.evaluation.protocols import (
     EvaluationProtocol,
     ProtocolDescription,
     carries_points,
 )
-from ffd_lightning.evaluation.references import SHAPES, ShapeRetrieval, medoid, nearest_by_feature
+from ffd_lightning.evaluation.reference_scores import ReferenceScores, bank_digest, network_free
+from ffd_lightning.evaluation.references import SHAPES, nearest_by_feature
 from ffd_lightning.evaluation.samples import (
     Journal,
     Predictions,
     Row,
     Sample,
-    best_templates,
+    Scores,
+    as_columns,
+    best_template,
     predict,
-    sample_seed,
-    score_sample,
+    score_shapes,
 )
 from ffd_lightning.evaluation.shapes import (
     PreparedShape,
@@ -101,7 +102,9 @@ class EvaluationOptions:
         seed: decides the points that are drawn.
         workers: threads; the numbers do not depend on it.
         progress: show on stderr how far it is.
-        restart: do not resume what is there.
+        restart: do not resume what is there, and read no shared scores.
+        shared: folder that evaluations on the same data share scores in, of references that no
+            network has a part in; the numbers do not depend on it. None for no sharing.
     """
 
     references: bool = True
@@ -110,6 +113,7 @@ class EvaluationOptions:
     workers: int = 1
     progress: bool = True
     restart: bool = False
+    shared: Path | None = None
 
 
 def evaluate(
@@ -149,14 +153,13 @@ def evaluate(
             (folder / "samples.partial").unlink(missing_ok=True)
         journal = Journal(folder / "samples.partial", key)
         try:
-            table, prediction = _score(evaluated, protocol, journal, options)
+            table, prediction = _score(evaluated, protocol, journal, settings, options)
         finally:
             journal.close()
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
-        ranking = template_ranking(
-            evaluated.bank, counts, prediction.weights.mean(0, dtype=np.float64)
-        )
+        mean_weights = prediction.weights.mean(0, dtype=np.float64)
+        ranking = template_ranking(evaluated.bank, counts, mean_weights)
         content = {
             **summary,
             **by_category(table),
@@ -191,16 +194,33 @@ def _settings(
     }
 
 
+def _reference_scores(
+    evaluated: EvaluatedNetwork,
+    protocol: EvaluationProtocol,
+    settings: dict[str, object],
+    options: EvaluationOptions,
+) -> ReferenceScores:
+    """Return what is known of the references' scores, where there are references."""
+    # What is drawn follows from the shape's id: its images have their references in common.
+    rest = {k: v for k, v in settings.items() if k not in ("weights", "all_views")}
+    result = ReferenceScores(options.shared, rest | {"bank": bank_digest(evaluated.bank)})
+    if options.references and not options.restart:
+        result.read(protocol, evaluated.tested_on.prepared, options.seed)
+    return result
+
+
 def _score(
     evaluated: EvaluatedNetwork,
     protocol: EvaluationProtocol,
     journal: Journal,
+    settings: dict[str, object],
     options: EvaluationOptions,
 ) -> tuple[list[Row], Predictions]:
     """Score what the journal does not hold yet, and return the rows of all samples."""
     prepared, samples = evaluated.tested_on.prepared, evaluated.tested_on.samples(options.all_views)
     prediction = predict(evaluated.network, prepared, samples, options.workers, options.progress)
-    shapes = _shapes(evaluated, protocol, samples, prediction, options)
+    references = _reference_scores(evaluated, protocol, settings, options)
+    shapes = _shapes(evaluated, protocol, samples, prediction, references, options)
 
     def score(k: int) -> Row:
         row, view = samples[k]
@@ -208,6 +228,9 @@ def _score(
         candidates = shapes(k)
         model = candidates[""]
         assert isinstance(model, TemplateShape)
+        scores = score_shapes(protocol, prepared, row, candidates, options.seed)
+        if options.references:
+            references.add(prepared.ids[row], scores)
         return {
             "id": prepared.ids[row],
             "category": prepared.category(row),
@@ -215,7 +238,7 @@ def _score(
             "view": view,
             "template": evaluated.bank.ids[t],
             "weight": float(prediction.weights[k, t]),
-            **score_sample(protocol, prepared, row, candidates, options.seed),
+            **as_columns(scores),
             **(model.quality() if protocol.quality else model.distortion()),
         }
 
@@ -223,10 +246,13 @@ def _score(
     todo = [k for k, name in enumerate(names) if name not in journal.rows]
     done = len(samples) - len(todo)
     label = f"protocol {protocol.name}"
-    with CountProgress(label, len(samples), done, options.progress) as bar:
-        for _, result in in_threads(score, todo, options.workers):
-            journal.add(result)
-            bar.advance()
+    try:
+        with CountProgress(label, len(samples), done, options.progress) as bar:
+            for _, result in in_threads(score, todo, options.workers):
+                journal.add(result)
+                bar.advance()
+    finally:
+        references.write()
     return _aligned([journal.rows[name] for name in names]), prediction
 
 
@@ -263,12 +289,16 @@ def _shapes(
     protocol: EvaluationProtocol,
     samples: Sequence[Sample],
     prediction: Predictions,
+    references: ReferenceScores,
     options: EvaluationOptions,
-) -> Callable[[int], dict[str, Shape]]:
-    """Return a function from a sample's number to the shapes that are put before its shape."""
-    bank, prepared = evaluated.bank, evaluated.tested_on.prepared
+) -> Callable[[int], dict[str, Shape | Scores]]:
+    """Return a function from a sample's number to the shapes that are put before its shape.
 
-    def scored(k: int) -> dict[str, Shape]:
+    Of references that no network has a part in it gives the scores, where those are known.
+    """
+    bank, tested_on = evaluated.bank, evaluated.tested_on
+
+    def scored(k: int) -> dict[str, Shape | Scores]:
         t = int(prediction.selected[k])
         return {
             "": TemplateShape(bank, t, prediction.offsets[k, t]),
@@ -277,31 +307,35 @@ def _shapes(
 
     if not options.references:
         return scored
-    training, among = evaluated.trained_on
+    training = evaluated.trained_on.prepared
     seen = evaluated.trained_on.samples(options.all_views)
     features = predict(
         evaluated.network, training, seen, options.workers, options.progress
     ).features
     alike = nearest_by_feature(prediction.features, features)
-    central, retrieval = medoid(training, among.tolist()), ShapeRetrieval(training, among.tolist())
+    free = network_free(
+        references.known,
+        bank,
+        (tested_on.prepared, tested_on.rows.tolist()),
+        (training, evaluated.trained_on.rows.tolist()),
+        options.seed,
+    )
 
-    def with_references(k: int) -> dict[str, Shape]:
+    def with_references(k: int) -> dict[str, Shape | Scores]:
         row, offsets = samples[k].row, prediction.offsets[k]
-        as_is, deformed = best_templates(prepared, row, bank, offsets)
-        seed = (sample_seed(prepared.ids[row]) + options.seed) % 2**64
-        fitted, own_offsets = fitted_template(bank, prepared.cloud(row), seed)
-        t = int(prediction.selected[k])
+        t, others = int(prediction.selected[k]), free(row)
+        deformed = best_template(tested_on.prepared, row, bank, offsets)
         drawn = {"resampled": ResampledTemplate(bank, t, offsets[t])}
         return {
             **scored(k),
             **(drawn if carries_points(protocol) else {}),
-            "best_undeformed": TemplateShape(bank, as_is),
+            "best_undeformed": others["best_undeformed"],
             "best_deformed": TemplateShape(bank, deformed, offsets[deformed]),
-            "fitted": TemplateShape(bank, fitted, own_offsets),
+            "fitted": others["fitted"],
             "feature_retrieval": PreparedShape(training, seen[alike[k]].row),
-            "retrieval": PreparedShape(training, retrieval.nearest(prepared.cloud(row))),
-            "medoid": PreparedShape(training, central),
-            "floor": PreparedShape(prepared, row),
+            "retrieval": others["retrieval"],
+            "medoid": others["medoid"],
+            "floor": others["floor"],
         }
 
     return with_references

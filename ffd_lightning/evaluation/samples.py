@@ -28,6 +28,9 @@ from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
 Row = dict[str, Any]
+Scores = dict[str, float]
+"""Of one shape, by the name of the measure."""
+
 _POINTS = 1024  # of each cloud, for choosing the best template knowing the truth
 
 
@@ -111,24 +114,25 @@ def predict(
 
 
 @torch.no_grad()
-def best_templates(
-    prepared: PreparedSet, row: int, bank: TemplateBank, offsets: NDArray[np.float32]
-) -> tuple[int, int]:
-    """Return the templates nearest to a shape in Chamfer distance: as they are, and deformed.
+def best_template(
+    prepared: PreparedSet,
+    row: int,
+    bank: TemplateBank,
+    offsets: NDArray[np.float32] | None = None,
+) -> int:
+    """Return the template nearest to a shape in Chamfer distance.
 
     Args:
         prepared: the shapes.
         row: the shape.
         bank: T templates.
-        offsets: of the model's image, (T, M, 3).
+        offsets: that deform them, (T, M, 3); None leaves them as they are.
     """
-    truth = torch.from_numpy(prepared.cloud(row, _POINTS))
-    matrix, points = bank.deformation_matrix[:, :_POINTS], bank.points[:, :_POINTS]
-    deformed = deform(matrix, bank.control_points, torch.from_numpy(offsets))
-    return (
-        int(chamfer_distance(points, truth, "mean").argmin()),
-        int(chamfer_distance(deformed, truth, "mean").argmin()),
-    )
+    truth, points = torch.from_numpy(prepared.cloud(row, _POINTS)), bank.points[:, :_POINTS]
+    if offsets is not None:
+        matrix = bank.deformation_matrix[:, :_POINTS]
+        points = deform(matrix, bank.control_points, torch.from_numpy(offsets))
+    return int(chamfer_distance(points, truth, "mean").argmin())
 
 
 def score_sample(
@@ -138,24 +142,62 @@ def score_sample(
     shapes: Mapping[str, Shape],
     seed: int,
 ) -> Row:
+    """Score all shapes put before one shape, as `score_shapes` does.
+
+    Returns:
+        Each measure of each shape, under `<name>_<measure>`, or `<measure>` for the name "".
+    """
+    return as_columns(score_shapes(protocol, prepared, row, shapes, seed))
+
+
+def as_columns(scores: Mapping[str, Scores]) -> Row:
+    """Name scores as the columns of a table.
+
+    >>> as_columns({"": {"iou": 0.5}, "floor": {"iou": 1.0}})
+    {'iou': 0.5, 'floor_iou': 1.0}
+    """
+    return {
+        f"{name}_{measure}" if name else measure: value
+        for name, own in scores.items()
+        for measure, value in own.items()
+    }
+
+
+def score_shapes(
+    protocol: EvaluationProtocol,
+    prepared: PreparedSet,
+    row: int,
+    shapes: Mapping[str, Shape | Scores],
+    seed: int,
+) -> dict[str, Scores]:
     """Score all shapes put before one shape.
 
     Which points are drawn follows from the model's id and the seed alone, and is the same for every
     shape. A shape that stands under several names is scored once.
 
+    Args:
+        protocol: how it is measured.
+        prepared: the set of the shape that they are put before.
+        row: of that shape.
+        shapes: by name; scores that are known already stand for their shape.
+        seed: of what is drawn.
+
     Returns:
-        Each measure of each shape, under `<name>_<measure>`, or `<measure>` for the name "".
+        Each measure of each shape, by its name.
     """
     key = sample_seed(prepared.ids[row])
     truth = protocol.truth(PreparedShape(prepared, row), np.random.default_rng([seed, key, 0]))
-    known: dict[object, dict[str, float]] = {}
-    result: Row = {}
+    known: dict[object, Scores] = {}
+    result: dict[str, Scores] = {}
     for name, shape in shapes.items():
+        if isinstance(shape, dict):
+            result[name] = shape
+            continue
         same = _identity(shape)
         if same not in known:
             scores = protocol.score(shape, truth, np.random.default_rng([seed, key, 1]))
             known[same] = _checked(protocol, scores)
-        result |= {f"{name}_{k}" if name else k: v for k, v in known[same].items()}
+        result[name] = known[same]
     return result
 
 
@@ -164,7 +206,7 @@ def sample_seed(shape_id: str) -> int:
     return int.from_bytes(hashlib.sha256(shape_id.encode()).digest()[:8], "big")
 
 
-def _checked(protocol: EvaluationProtocol, scores: Any) -> dict[str, float]:
+def _checked(protocol: EvaluationProtocol, scores: Any) -> Scores:
     """Return what a protocol's `score` gave, if it has a number for each measure."""
     for measure in protocol.measures:
         score = scores.get(measure.name) if isinstance(scores, Mapping) else None
@@ -180,7 +222,7 @@ def _identity(shape: Shape) -> object:
     if isinstance(shape, TemplateShape):
         return type(shape), shape.index, None if shape.offsets is None else shape.offsets.tobytes()
     if isinstance(shape, PreparedShape):
-        return shape.row
+        return id(shape.prepared), shape.row  # the sets of truth and references may be two
     return id(shape)
 
 

@@ -26,7 +26,7 @@ from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_weights
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation import evaluator
+from ffd_lightning.evaluation import evaluator, reference_scores
 from ffd_lightning.evaluation.protocols import (
     PROTOCOLS,
     ModernProtocol,
@@ -39,7 +39,7 @@ from ffd_lightning.evaluation.references import (
     medoid,
     nearest_by_feature,
 )
-from ffd_lightning.evaluation.samples import Journal, Sample, best_templates, predict
+from ffd_lightning.evaluation.samples import Journal, Sample, best_template, predict
 from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.files import lock_folder
 from ffd_lightning.metrics.scalings import SCALINGS
@@ -170,7 +170,7 @@ def test_nothing_but_the_checkpoint_and_the_seed_decides_the_numbers(copy):
 def test_training_ends_with_the_same_evaluation(trained, monkeypatch):
     run = trained[0]
     before = samples(run)
-    monkeypatch.setattr(evaluator, "score_sample", None)
+    monkeypatch.setattr(evaluator, "score_shapes", None)
     summary = evaluate(run, "evaluation.references=false", "protocol=paper")
     assert summary.items() <= run.status["summary"].items()
     assert samples(run) == before
@@ -226,6 +226,27 @@ def test_all_views(tiny_config, tmp_path):
     assert [r["emd"] for r in views if r["view"] == "1"] != [r["emd"] for r in rows]
     assert both["num_samples"] == 2 * one["num_samples"]
     assert both["floor_emd"] == pytest.approx(one["floor_emd"])
+
+
+def test_runs_of_other_regimes_and_seeds_share_the_scores_of_references(
+    tiny_config, tmp_path, monkeypatch
+):
+    few = ("data.num_models=10", "split.train_fraction=0.6", f"paths.data={tmp_path}/data")
+    few += ("evaluation.references=true", "protocol.points=64")
+    fit = reference_scores.fitted_template
+    train(tiny_config(*few, "regime=b", "seed=0"), RunFolder(tmp_path / "first"))
+    assert len(list((tmp_path / "data" / "references").iterdir())) == 1
+    monkeypatch.setattr(reference_scores, "fitted_template", None)
+    run = RunFolder(tmp_path / "second")
+    train(tiny_config(*few, "regime=r", "seed=1"), run)
+    shared = samples(run)
+    assert samples(RunFolder(tmp_path / "first")) != shared
+    (run.evaluation("paper") / "summary.json").unlink()
+    evaluate(run)
+    assert samples(run) == shared
+    monkeypatch.setattr(reference_scores, "fitted_template", fit)
+    evaluate(run, "restart=true")
+    assert samples(run) == shared
 
 
 def test_one_evaluation_at_a_time(copy):
@@ -317,14 +338,14 @@ def test_a_killed_evaluation_goes_on(copy, trained, data_root):
     with partial.open("a") as file:
         file.write('{"id": "table-0000')  # cut off
     scored = []
-    score = evaluator.score_sample
+    score = evaluator.score_shapes
 
     def count(*arguments):
         scored.append(arguments)
         return score(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluator, "score_sample", count)
+        patch.setattr(evaluator, "score_shapes", count)
         assert evaluate(copy, "evaluation.references=false") == undisturbed
     assert samples(copy) == expected
     assert len(scored) == len(trained[2].split.test) - done
@@ -457,8 +478,8 @@ def test_the_best_templates(trained):
         as_is = [naive(data.bank.points[t].numpy(), truth) for t in (0, 1)]
         moved = data.bank.deformation_matrix @ (data.bank.control_points + offsets)
         deformed = [naive(moved[t].numpy(), truth) for t in (0, 1)]
-        best = best_templates(data.prepared, int(row), data.bank, offsets)
-        assert best == (int(np.argmin(as_is)), int(np.argmin(deformed)))
+        best = [best_template(data.prepared, int(row), data.bank, x) for x in (None, offsets)]
+        assert best == [int(np.argmin(as_is)), int(np.argmin(deformed))]
 
 
 # --- parts --------------------------------------------------------------------------------------

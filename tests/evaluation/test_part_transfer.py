@@ -280,16 +280,16 @@ def test_an_evaluation_that_was_cut_off_goes_on(copy, monkeypatch):
     files = [copy.evaluation("parts") / name for name in ("samples.csv", "summary.json")]
     expected = [file.read_text() for file in files]
     shutil.rmtree(copy.evaluation("parts"))
-    scored, score_sample = [], evaluator.score_sample
+    scored, score_shapes = [], evaluator.score_shapes
 
     def cut_off(*arguments):
         scored.append(arguments)
         if len(scored) == 4:
             raise KeyboardInterrupt
-        return score_sample(*arguments)
+        return score_shapes(*arguments)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluator, "score_sample", cut_off)
+        patch.setattr(evaluator, "score_shapes", cut_off)
         with pytest.raises(KeyboardInterrupt):
             evaluate(copy, "evaluation.workers=1")
     done = len((copy.evaluation("parts") / "samples.partial").read_text().splitlines()) - 1

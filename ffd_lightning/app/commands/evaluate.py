@@ -53,6 +53,7 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         Shapes,
         evaluate,
     )
+    from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
     from ffd_lightning.inference.predictor import choose_device
     from ffd_lightning.parallel import available_cores
 
@@ -86,6 +87,7 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         workers=cfg.evaluation.workers or available_cores(),
         progress=cfg.progress_bar,
         restart=cfg.restart,
+        shared=data.root / SHARED_FOLDER,
     )
     protocol = build_protocol(cfg.protocol)
     return evaluate(evaluated, protocol, run.evaluation(protocol.name, shapes_name(cfg)), options)
