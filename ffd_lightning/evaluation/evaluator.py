@@ -41,8 +41,13 @@ from ffd_lightning.evaluation.shapes import (
     Shape,
     TemplateShape,
 )
+from ffd_lightning.evaluation.summaries import (
+    by_category,
+    means,
+    selection_summary,
+    template_ranking,
+)
 from ffd_lightning.files import lock_folder, write_atomic, write_csv
-from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
@@ -52,7 +57,6 @@ FORMAT_VERSION = 6
 
 TABLES = ("samples.csv", "template_ranking.csv")
 _AT_ONCE = 4096  # images
-_WORDS = frozenset(("id", "category", "family", "view", "template"))  # columns without a mean
 
 
 class Shapes(NamedTuple):
@@ -339,61 +343,6 @@ def _shapes(
         }
 
     return with_references
-
-
-def means(table: Sequence[Row]) -> dict[str, float]:
-    """Return the mean of every column of numbers, over the rows that have one.
-
-    >>> means([{"iou": 1.0, "iou_leg": 0.5}, {"iou": 0.0, "iou_leg": None}])
-    {'iou': 0.5, 'iou_leg': 0.5}
-    """
-    names = dict.fromkeys(n for row in table for n in row if n not in _WORDS)
-    numbers = {n: [row[n] for row in table if row.get(n) is not None] for n in names}
-    return {n: float(np.mean(values)) for n, values in numbers.items() if values}
-
-
-def by_category(table: Sequence[Row]) -> dict[str, Any]:
-    """Return `categories`, the means of each, and `category_mean`, in which each counts the same.
-
-    >>> rows = [{"category": c, "iou": x} for c, x in (("sofa", 0.0), ("sofa", 0.5), ("car", 1.0))]
-    >>> by_category(rows)["category_mean"]
-    {'iou': 0.625}
-    """
-    names = sorted({row["category"] for row in table})
-    categories = {name: means([r for r in table if r["category"] == name]) for name in names}
-    return {"categories": categories, "category_mean": means(list(categories.values()))}
-
-
-def selection_summary(counts: NDArray[np.int64]) -> dict[str, float]:
-    """Return how templates were selected, from how often each was, (T,)."""
-    return {
-        "entropy": selection_entropy(counts),
-        "effective_templates": effective_templates(counts),
-        "templates_used": float((counts > 0).sum()),
-    }
-
-
-def template_ranking(
-    bank: TemplateBank, counts: NDArray[np.int64], mean_weights: NDArray[np.floating]
-) -> list[Row]:
-    """Return a row per template, the most selected first; of equals the one of greater weight.
-
-    Args:
-        bank: T templates.
-        counts: how often each was selected, (T,).
-        mean_weights: of each, over the samples, (T,).
-    """
-    return [
-        {
-            "rank": rank + 1,
-            "id": bank.ids[t],
-            "family": bank.families[t],
-            "count": int(counts[t]),
-            "share": float(counts[t] / counts.sum()),
-            "mean_weight": float(mean_weights[t]),
-        }
-        for rank, t in enumerate(np.lexsort((-mean_weights, -counts)))
-    ]
 
 
 def rank_templates(

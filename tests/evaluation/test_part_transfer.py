@@ -21,7 +21,7 @@ from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.evaluator import by_category, means
+from ffd_lightning.evaluation.summaries import by_category, means
 from ffd_lightning.evaluation.part_transfer import (
     known_points,
     part_of_points,
@@ -241,7 +241,7 @@ def test_a_run_in_numbers(copy, trained):
     for row in rows:
         parts = data.prepared.point_parts(data.prepared.index(row["id"]))[:128]
         there = {data.prepared.part_names[k] for k in parts}
-        for shape in SHAPES:
+        for shape in (s for s in SHAPES if s != "resampled"):  # of protocols that carry points
             prefix = f"{shape}_" if shape else ""
             named = {p for p in data.prepared.part_names if row.get(f"{prefix}part_iou_{p}")}
             assert named == there, "empty where the query has no such part"
