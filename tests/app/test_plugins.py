@@ -341,6 +341,6 @@ def test_scripts_are_told_what_a_part_needs(register):
         ffd.part("encoder", "strict")
     with pytest.raises(ConfigError, match="rate must be at most 1"):
         ffd.part("encoder", "strict", file="a", rate=2, image_size=(48, 64))
-    with pytest.raises(ConfigError, match="no kind 'encodr' of parts: use one of encoder"):
+    with pytest.raises(ConfigError, match="no kind 'encodr' of parts: use one of augmentation"):
         ffd.part("encodr", "strict")
     assert ffd.part("encoder", "strict", file="a", image_size=(48, 64)).file == "a"

@@ -21,7 +21,6 @@ from ffd_lightning.data.sources.base import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.summaries import by_category, means
 from ffd_lightning.evaluation.part_transfer import (
     known_points,
     part_of_points,
@@ -32,6 +31,7 @@ from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
+from ffd_lightning.evaluation.summaries import by_category, means
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.run_folder import RunFolder
 
