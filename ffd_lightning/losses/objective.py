@@ -109,13 +109,12 @@ class Objective:
         for name, value in values.items():
             if name not in costs and weights[name]:
                 total = total + weights[name] * value
-        if teaching.loss is not None:
-            total = total + teaching.loss
         shown = {
             name: (teaching.cost_weights * value).sum() if name in costs else value
             for name, value in values.items()
         }
         if teaching.loss is not None:
+            total = total + teaching.loss
             shown["selection"] = teaching.loss
         shown["chamfer"] = _selected_chamfer(inputs)
         return total, {name: term.detach() for name, term in shown.items()}
