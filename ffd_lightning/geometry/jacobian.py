@@ -71,11 +71,51 @@ def deformation_jacobian(
         return torch.eye(3).to(moved) + moved @ per_unit.mT[..., None, :, :]
 
 
+def lattice_determinants(
+    offsets: Float[Tensor, "*queries_batch num_control_points 3"],
+    control_points: Float[Tensor, "*batch num_control_points 3"],
+    degrees: Degrees,
+) -> Float[Tensor, "*queries_batch num_control_points"]:
+    r"""Return :math:`\det J` at the places of the control points of lattices along the axes.
+
+    Cheaper than `deformation_jacobian`, since all such lattices have one matrix of derivatives.
+
+    Args:
+        offsets: of the control points, (*queries, *batch, M, 3), numbered as `Lattice` does.
+        control_points: (*batch, M, 3); along an axis without extent nothing changes.
+        degrees: of the lattices.
+
+    Raises:
+        ValueError: M is not that of the degrees.
+
+    >>> cube = torch.tensor([[x, y, z] for x in (0.0, 1) for y in (0.0, 1) for z in (0.0, 1)])
+    >>> lattice_determinants(cube * torch.tensor([2.0, 0, -3]), cube, (1, 1, 1)).unique()
+    tensor([-6.])
+    """
+    count = num_control_points(degrees)
+    if not offsets.shape[-2] == control_points.shape[-2] == count:
+        raise ValueError(
+            f"degrees {degrees} make {count} control points, not {offsets.shape[-2]} offsets and "
+            f"{control_points.shape[-2]} control points"
+        )
+    with torch.autocast(offsets.device.type, enabled=False):
+        grid = [torch.arange(degree + 1).to(offsets) / degree for degree in degrees]
+        places = torch.cartesian_prod(*grid)
+        identity = torch.eye(count).to(offsets)
+        matrix = _change(places, degrees, identity)  # (M, M, 3): place, control point, axis
+        extent = control_points.amax(-2) - control_points.amin(-2)
+        per_unit = torch.where(extent > 0, 1 / extent, 0)
+        moved = offsets.mT @ matrix.transpose(0, 1).flatten(1)
+        moved = moved.unflatten(-1, (count, 3)).transpose(-3, -2) * per_unit[..., None, None, :]
+        first, second, third = (torch.eye(3).to(moved) + moved).unbind(-1)
+        return (torch.linalg.cross(first, second) * third).sum(-1)
+
+
 def _change(
     stu: Float[Tensor, "*batch num_points 3"],
     degrees: Degrees,
-    offsets: Float[Tensor, "*queries_batch num_control_points 3"],
-) -> Float[Tensor, "*queries_batch num_points 3 3"]:
+    offsets: Float[Tensor, "*queries_batch num_control_points values"],
+) -> Float[Tensor, "*queries_batch num_points values 3"]:
     """Derivatives of the displacement (rows) along s, t and u (columns)."""
     basis = [bernstein_basis(stu[..., k], degree) for k, degree in enumerate(degrees)]
     slope = [_slope(stu[..., k], degree) for k, degree in enumerate(degrees)]

@@ -14,6 +14,8 @@ from torch import Tensor
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample, bending_energy, deform
+from ffd_lightning.geometry.jacobian import lattice_determinants
+from ffd_lightning.geometry.lattice import Degrees
 
 
 @runtime_checkable
@@ -88,8 +90,8 @@ def mean_chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
     return inputs.chamfer * (1000 / count)
 
 
-class LatticeBending:
-    """What bends each template: the bending energy of its offsets; see `bending_energy`.
+class _OnLattice:
+    """A cost of each template's lattice.
 
     Args:
         degrees: of the lattices; None where they are the same along all axes.
@@ -99,18 +101,42 @@ class LatticeBending:
         self.degrees = degrees
 
     def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
-        """Return the energies, (q, T).
+        """Return the costs, (q, T).
 
         Raises:
             ConfigError: the degrees are not those of the offsets, or must be given.
         """
-        offsets = inputs.prediction.offsets
-        along = round(offsets.shape[-2] ** (1 / 3)) - 1
+        along = round(inputs.prediction.offsets.shape[-2] ** (1 / 3)) - 1
         first, second, third = self.degrees or (along, along, along)
         try:
-            return bending_energy(offsets, (first, second, third))
+            return self._cost(inputs, (first, second, third))
         except ValueError as error:
             raise ConfigError(f"{error}: set the term's degrees to network.degrees") from None
+
+    def _cost(self, inputs: StepInput, degrees: Degrees) -> Tensor:
+        raise NotImplementedError
+
+
+class LatticeBending(_OnLattice):
+    """What bends each template: the bending energy of its offsets; see `bending_energy`."""
+
+    def _cost(self, inputs: StepInput, degrees: Degrees) -> Tensor:
+        return bending_energy(inputs.prediction.offsets, degrees)
+
+
+class LatticeFolding(_OnLattice):
+    r"""What turns each template inside out, at the places of the lattice's control points.
+
+    .. math:: \frac 1 M \sum_m \max(0, -\det J(P_m))^2
+
+    J is the Jacobian of the deformation, see `lattice_determinants`. Whatever is not folded over
+    costs nothing, however it is bent or stretched.
+    """
+
+    def _cost(self, inputs: StepInput, degrees: Degrees) -> Tensor:
+        control_points = inputs.templates.control_points
+        turned = -lattice_determinants(inputs.prediction.offsets, control_points, degrees)
+        return turned.relu().square().mean(-1)
 
 
 def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:

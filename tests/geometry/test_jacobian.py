@@ -7,7 +7,7 @@ import torch
 
 from ffd_lightning.geometry import jacobian
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
-from ffd_lightning.geometry.jacobian import deformation_jacobian
+from ffd_lightning.geometry.jacobian import deformation_jacobian, lattice_determinants
 from ffd_lightning.geometry.lattice import Lattice, num_control_points
 
 DEGREES = [(3, 3, 3), (1, 2, 4), (1, 1, 1)]
@@ -133,3 +133,22 @@ def test_refuses_offsets_of_another_lattice():
             deformation_jacobian(points, lattice, wrong)
     with pytest.raises(ValueError, match="go together"):
         deformation_jacobian(points[None], lattice, offsets)
+
+
+@pytest.mark.parametrize("degrees", DEGREES)
+def test_determinants_on_a_lattice_are_those_of_the_jacobian_there(degrees):
+    generator = torch.Generator().manual_seed(0)
+    count = num_control_points(degrees)
+    boxes = torch.rand(4, 2, 3, dtype=torch.float64, generator=generator)
+    boxes[3, :, 1] = 0.5  # flat
+    lattice = Lattice.bounding(boxes, degrees)
+    places = lattice.control_points()
+    offsets = torch.randn(2, 4, count, 3, dtype=torch.float64, generator=generator)
+    layers = offsets.unflatten(-2, [degree + 1 for degree in degrees])
+    layers[:, 3] = layers[:, 3, :, :1]  # all layers of the flat one alike: see `Lattice`
+    expected = torch.linalg.det(deformation_jacobian(places, lattice, offsets))
+    found = lattice_determinants(offsets, places, degrees)
+    torch.testing.assert_close(found, expected)
+    assert (found < 0).any(), "else nothing was folded"
+    with pytest.raises(ValueError, match=r"make 64 control points, not"):
+        lattice_determinants(offsets[..., 1:, :], places[..., 1:, :], (3, 3, 3))

@@ -10,6 +10,7 @@ from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample, bending_energy
 from ffd_lightning.losses.terms import (
     LatticeBending,
+    LatticeFolding,
     StepInput,
     chamfer,
     mean_chamfer,
@@ -71,6 +72,22 @@ def test_bending_is_that_of_each_templates_offsets():
     assert LatticeBending()(cube).shape == (2, 3)
     with pytest.raises(ConfigError, match=r"set the term's degrees to network\.degrees"):
         LatticeBending()(inputs)
+
+
+def test_folding_is_what_is_turned_inside_out():
+    cube = torch.stack(torch.meshgrid(*[torch.linspace(0, 1, 4)] * 3, indexing="ij"), -1)
+    control_points = torch.stack([cube.reshape(-1, 3), cube.reshape(-1, 3) * torch.rand(3)])
+    stretch = torch.tensor([[4.0, 1, 1], [-0.5, 1, 1], [-2.0, -1, -1], [-1, -1, 1]])
+    offsets = (control_points[None] * (stretch[:, None, None] - 1)).requires_grad_()
+    weights = torch.full((4, 2), 0.5)
+    sample = TemplateSample(torch.rand(2, 5, 64), control_points)
+    prediction = Prediction(weights, offsets, weights)
+    found = LatticeFolding()(StepInput(prediction, torch.rand(4, 5, 3), sample, 0, weights))
+    # Stretched and turned by half a turn: nothing; through itself: the square of what is turned.
+    expected = torch.tensor([0.0, 0.25, 4.0, 0.0])[:, None].expand(4, 2)
+    torch.testing.assert_close(found, expected)
+    (gradient,) = torch.autograd.grad(found.sum(), offsets)
+    assert (gradient.abs().amax((1, 2, 3)) > 0).tolist() == [False, True, True, False]
 
 
 def test_what_is_costly_is_computed_once():

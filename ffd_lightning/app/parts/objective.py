@@ -50,6 +50,20 @@ class_part("term", "lattice_bending", LatticeBending, f"{_TERMS}:LatticeBending"
 
 
 @dataclass
+class LatticeFolding:
+    """What each template's deformation turns inside out, at the places of the control points.
+
+    Attributes:
+        degrees: of the lattices, `network.degrees`; null where these are the same along all axes.
+    """
+
+    degrees: list[int] | None = None
+
+
+class_part("term", "lattice_folding", LatticeFolding, f"{_TERMS}:LatticeFolding")
+
+
+@dataclass
 class SlicedWasserstein:
     """Sliced Wasserstein distance of each deformed template: what uneven density costs.
 
