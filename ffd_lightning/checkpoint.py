@@ -21,7 +21,7 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.appearance import TrainingAppearance
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 from ffd_lightning.registry import Part
 
 if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
@@ -146,7 +146,8 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
 def rebuild_network(encoder: Part, sizes: dict[str, Any]) -> TemplateFfdNetwork:
     """Build the network that `TemplateFfdNetwork.description` describes, for trained weights."""
     height, width = sizes["image_size"]
-    built = encoder.build(image_size=(height, width), batch_norm_momentum=0.1)
+    seen = shrunk_size((height, width), sizes.get("shrink", 1))
+    built = encoder.build(image_size=seen, batch_norm_momentum=0.1)
     return TemplateFfdNetwork(built, **{**sizes, "image_size": (height, width)})
 
 

@@ -53,7 +53,7 @@ def setting(
     factory: Any = dataclasses.MISSING,
     only_where: bool = False,
     only_start: bool = False,
-    meaning: Callable[[Any], Any] | None = None,
+    meaning: Callable[[Any, Any], Any] | None = None,
 ) -> Any:
     """Return a dataclass field that says more about a setting than its type and default.
 
@@ -63,8 +63,9 @@ def setting(
         only_where: it decides where or how fast something is computed, and not what comes out:
             runs that differ in nothing else are the same run.
         only_start: it decides the first weights: a checkpoint brings its own.
-        meaning: returns what a value stands for, where there are words for values, "none" for
-            None, say: runs of one meaning are the same run, and parts are built with it.
+        meaning: returns what a value stands for, of the value and all settings beside it, where
+            there are words for values, "none" for None, say, or a default follows from another
+            setting: runs of one meaning are the same run, and parts are built with it.
     """
     metadata = {_WHERE: only_where, _START: only_start, _MEANING: meaning}
     if factory is not dataclasses.MISSING:
@@ -77,10 +78,10 @@ def is_only_where(field: dataclasses.Field[Any]) -> bool:
     return bool(field.metadata.get(_WHERE))
 
 
-def meant(field: dataclasses.Field[Any], value: Any) -> Any:
-    """Return what a setting's value stands for; see `setting`."""
-    meaning = field.metadata.get(_MEANING)
-    return value if meaning is None else meaning(value)
+def meant(settings: Any, field: dataclasses.Field[Any]) -> Any:
+    """Return what the value of a field of some settings stands for; see `setting`."""
+    value, meaning = getattr(settings, field.name), field.metadata.get(_MEANING)
+    return value if meaning is None else meaning(value, settings)
 
 
 def plain(value: Any) -> Any:
@@ -173,7 +174,7 @@ class Entry:
     def own_settings(self, settings: Any) -> Any:
         """Return an instance of `self.settings` with what another object has of its fields."""
         fields = dataclasses.fields(self.settings)
-        own = {f.name: meant(f, getattr(settings, f.name)) for f in fields}
+        own = {f.name: meant(settings, f) for f in fields}
         return self.settings(**own)
 
     def make(self, settings: Any, **context: Any) -> Any:

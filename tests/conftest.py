@@ -28,6 +28,7 @@ TINY = (
     "data.render.height=48",
     "data.render.width=64",
     "data.render.samples=1",
+    "encoder.weights=none",
     "network.hidden=32",
     "network.bottleneck=8",
     "schedule.steps=8",

@@ -28,7 +28,7 @@ from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.losses.annealing import make_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.nn.encoders.base import ImageEncoder
-from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 from ffd_lightning.training.module import FfdModule
 
 _WARM_UP = 0.1  # of a training, to the highest rate of one_cycle
@@ -106,11 +106,11 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     """Return the network, weights drawn from torch's global seed."""
     image_size = (cfg.data.render.height, cfg.data.render.width)
     momentum = cfg.network.batch_norm_momentum
-    encoder = build_part(
-        "encoder", cfg.encoder, image_size=image_size, batch_norm_momentum=momentum
-    )
+    shrink = max(1, image_size[0] // (cfg.network.seen_height or image_size[0]))
+    seen = shrunk_size(image_size, shrink)
+    encoder = build_part("encoder", cfg.encoder, image_size=seen, batch_norm_momentum=momentum)
     _expect(encoder, ImageEncoder, f"encoder={cfg.encoder.name}")
-    _check_feature_map(encoder, image_size, f"encoder={cfg.encoder.name}")
+    _check_feature_map(encoder, seen, f"encoder={cfg.encoder.name}")
     mirrored = cfg.regime.mirror_offsets and cfg.category.symmetric
     return TemplateFfdNetwork(
         encoder,
@@ -122,6 +122,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
         min_weight=cfg.regime.min_weight,
         offset_std=cfg.network.offset_std,
         batch_norm_momentum=momentum,
+        shrink=shrink,
         mirror_degrees=cfg.network.degrees if mirrored else None,
     )
 

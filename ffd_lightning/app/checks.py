@@ -121,6 +121,10 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
             f"schedule.num_points={schedule.num_points} is more than "
             f"data.num_points={cfg.data.num_points}, the points kept per shape",
         ),
+        (
+            network.seen_height is not None and network.seen_height < 32,
+            f"network.seen_height={network.seen_height} must be 32 or more, or null",
+        ),
         (min(network.degrees) < 1, f"network.degrees={list(network.degrees)} must be 1 or more"),
         (
             not 0 < network.batch_norm_momentum <= 1,

@@ -192,6 +192,8 @@ class NetworkConfig:
         degrees: of the lattices, one per axis.
         offset_std: deviation of the offset layer's first weights.
         batch_norm_momentum: share of a new batch in moving statistics.
+        seen_height: of the images as the encoder sees them: higher ones are shrunk, by the largest
+            whole factor that leaves so many pixels; null takes them as they are.
     """
 
     bottleneck: int = 64
@@ -199,6 +201,7 @@ class NetworkConfig:
     degrees: tuple[int, int, int] = (3, 3, 3)
     offset_std: float = 1e-4
     batch_norm_momentum: float = 0.1
+    seen_height: int | None = None
 
 
 @dataclass

@@ -48,7 +48,7 @@ def _flat(node: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
     if dataclasses.is_dataclass(node):
         for f in dataclasses.fields(node):
             if not is_only_where(f):
-                yield from _flat(meant(f, getattr(node, f.name)), f"{prefix}{f.name}.")
+                yield from _flat(meant(node, f), f"{prefix}{f.name}.")
     elif isinstance(node, Mapping):
         for key, value in node.items():
             yield from _flat(value, f"{prefix}{key}.")
@@ -94,7 +94,7 @@ def to_yaml(cfg: TrainConfig) -> str:
 
 def _container(node: Any) -> Any:
     if dataclasses.is_dataclass(node):
-        values = {f.name: meant(f, getattr(node, f.name)) for f in dataclasses.fields(node)}
+        values = {f.name: meant(node, f) for f in dataclasses.fields(node)}
         return {name: _container(value) for name, value in values.items()}
     if isinstance(node, Mapping):
         return {key: _container(value) for key, value in node.items()}

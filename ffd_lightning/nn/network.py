@@ -88,6 +88,8 @@ class TemplateFfdNetwork(nn.Module):
         min_weight: the floor of the weights, shared out among all templates, in [0, 1].
         offset_std: deviation of the offset layer's first weights.
         batch_norm_momentum: share of a new batch in moving statistics, of the heads alone.
+        shrink: images are averaged over squares of so many pixels along each side, before the
+            encoder sees them.
         mirror_degrees: of the lattices, where offsets are to be averaged with their mirror image
             at the plane x = 0, which keeps symmetric templates symmetric; None leaves them free.
 
@@ -108,6 +110,7 @@ class TemplateFfdNetwork(nn.Module):
         min_weight: float = 0.1,
         offset_std: float = 1e-4,
         batch_norm_momentum: float = 0.1,
+        shrink: int = 1,
         mirror_degrees: Degrees | None = None,
     ) -> None:
         super().__init__()
@@ -115,14 +118,16 @@ class TemplateFfdNetwork(nn.Module):
             raise ConfigError(f"the network needs one template or more, got {num_templates}")
         if not 0 <= min_weight <= 1:
             raise ConfigError(f"regime.min_weight must lie in [0, 1], got {min_weight}")
+        if shrink < 1:
+            raise ConfigError(f"images cannot be shrunk by {shrink}: 1 takes them as they are")
         self.mirror_degrees = mirror_degrees
-        self.image_size = tuple(image_size)
+        self.image_size, self.shrink = tuple(image_size), shrink
         self.num_templates, self.num_control_points = num_templates, num_control_points
         self.bottleneck, self.hidden, self.min_weight = bottleneck, hidden, min_weight
         self.encoder = encoder
         self.heads = TemplateHeads(
             encoder.out_channels,
-            encoder.output_size(image_size),
+            encoder.output_size(shrunk_size(image_size, shrink)),
             num_templates,
             num_control_points,
             bottleneck,
@@ -140,6 +145,7 @@ class TemplateFfdNetwork(nn.Module):
             "bottleneck": self.bottleneck,
             "hidden": self.hidden,
             "min_weight": self.min_weight,
+            "shrink": self.shrink,
             "mirror_degrees": self.mirror_degrees,
         }
 
@@ -155,6 +161,9 @@ class TemplateFfdNetwork(nn.Module):
         if images.shape[2:] != self.image_size:
             got, need = ("x".join(map(str, size)) for size in (images.shape[2:], self.image_size))
             raise DataError(f"images are {got} pixels, the network takes {need}: resize them")
+        if self.shrink > 1:
+            exact = torch.promote_types(images.dtype, torch.float32)
+            images = nn.functional.avg_pool2d(images.to(exact), self.shrink)
         # Channels last: batch norm and depthwise convolutions are faster so; it carries through.
         inputs = standardize(images).to(
             dtype=self.heads.logits.weight.dtype, memory_format=torch.channels_last
@@ -169,6 +178,15 @@ class TemplateFfdNetwork(nn.Module):
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
         return FfdPrediction(probs, weights, offsets, logits)
+
+
+def shrunk_size(image_size: tuple[int, int], shrink: int) -> tuple[int, int]:
+    """Return (height, width) of what the encoder sees of images of (height, width) pixels.
+
+    >>> shrunk_size((192, 256), 2)
+    (96, 128)
+    """
+    return image_size[0] // shrink, image_size[1] // shrink
 
 
 def compile_encoder(network: TemplateFfdNetwork) -> None:

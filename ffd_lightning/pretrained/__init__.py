@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 
 from ffd_lightning.errors import ConfigError
@@ -34,4 +35,10 @@ def pretrained_digest() -> str:
     Raises:
         ConfigError: see `pretrained_model`.
     """
-    return hashlib.sha256(pretrained_model().read_bytes()).hexdigest()[:8]
+    model = pretrained_model()
+    return _digest(model, model.stat().st_mtime_ns, model.stat().st_size)
+
+
+@lru_cache(maxsize=1)
+def _digest(model: Path, changed: int, size: int) -> str:
+    return hashlib.sha256(model.read_bytes()).hexdigest()[:8]

@@ -9,7 +9,7 @@ import pytest
 from omegaconf import OmegaConf
 
 from ffd_lightning import registry
-from ffd_lightning.app.build import build_objective
+from ffd_lightning.app.build import build_network, build_objective
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import (
     Annealing,
@@ -110,6 +110,24 @@ def test_the_paper_schedule_asks_for_the_papers_weights(width, words):
 )
 def test_the_paper_schedule_takes_an_answer_and_others_do_not_ask(overrides):
     validate(typed(*overrides))
+
+
+@pytest.mark.parametrize(
+    ("overrides", "shrink"),
+    [
+        (["schedule=quick"], 2),
+        (["schedule=paper"], 1),
+        (["schedule=quick", "network.seen_height=null"], 1),
+        (["schedule=quick", "data.render.height=96", "data.render.width=128"], 1),
+        (["schedule=quick", "data.render.height=400", "data.render.width=400"], 4),
+        (["schedule=quick", "data.render.height=48"], 1),
+    ],
+)
+def test_images_are_shrunk_by_the_largest_whole_factor(overrides, shrink):
+    cfg = typed(*overrides, "encoder.weights=none")
+    network = build_network(cfg)
+    assert network.image_size == (cfg.data.render.height, cfg.data.render.width)
+    assert network.shrink == shrink
 
 
 def test_weights_that_cannot_be_read_are_refused_at_once(monkeypatch):
@@ -321,6 +339,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
         (["data.num_models=0"], "data.num_models=0 must be above 0"),
         (["data.render.height=31"], "height and width must be 32 or more"),
         (["data.render.azimuths=[]"], "at least one angle"),
+        (["network.seen_height=16"], "network.seen_height=16 must be 32 or more, or null"),
         (["network.degrees=[3,0,3]"], r"network.degrees=\[3, 0, 3\] must be 1 or more"),
         (["encoder.weights=/no/such.h5"], "encoder.weights=/no/such.h5 is not a file"),
         (["encoder.width=0"], "encoder.width=0.0 must be above 0"),
@@ -415,7 +434,7 @@ def test_the_other_configurations_have_their_schema(name, schema):
 def test_a_folder_of_ones_own_brings_options(tmp_path):
     (tmp_path / "schedule").mkdir()
     text = (ROOT / "conf" / "schedule" / "quick.yaml").read_text()
-    (tmp_path / "schedule" / "blink.yaml").write_text(text.replace("steps: 300", "steps: 3"))
+    (tmp_path / "schedule" / "blink.yaml").write_text(text.replace("steps: 600", "steps: 3"))
     cfg = compose_config("train", TrainConfig, ["schedule=blink"], str(tmp_path))
     assert typed_config(cfg, TrainConfig).schedule.steps == 3
     done = subprocess.run(

@@ -68,6 +68,24 @@ def test_a_model_that_is_said_and_is_not_here_is_refused(shipped, tiny_config):
 
 
 @pytest.mark.usefixtures("shipped")
+@pytest.mark.parametrize(
+    ("settings", "embedded"), [({}, True), ({"weights": "none"}, False), ({"width": 0.5}, False)]
+)
+def test_it_is_what_is_meant_where_nothing_is_said(settings, embedded):
+    torch.manual_seed(0)
+    encoder = part("encoder", "mobilenet", image_size=(48, 64), **settings)
+    told = f"embedded-{pretrained_digest()}" if embedded else "none"
+    assert encoder.part.settings["weights"] == told
+    assert bool(encoder.layers.conv1_bn.running_mean.any()) == embedded, "scratch starts at 0"
+
+
+@pytest.mark.usefixtures("nothing_shipped")
+def test_where_nothing_is_said_and_nothing_is_there_it_starts_from_scratch():
+    encoder = part("encoder", "mobilenet", image_size=(48, 64))
+    assert encoder.part.settings["weights"] == "none"
+
+
+@pytest.mark.usefixtures("shipped")
 def test_another_width_is_refused(tiny_config):
     with pytest.raises(ConfigError, match=r"encoder=mobilenet of width 0.25, not of 0.5: leave"):
         validate(tiny_config(EMBEDDED, "encoder.width=0.5"))

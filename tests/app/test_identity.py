@@ -119,7 +119,7 @@ def test_a_setting_that_an_older_file_does_not_have_had_its_default(tiny_config,
     run = written(tiny_config(), tmp_path)
     content = yaml.safe_load(run.config.read_text())
     del content["trainer"]["precision"], content["split"]["val_fraction"]
-    del content["network"]["batch_norm_momentum"], content["encoder"]["weights"], content["base"]
+    del content["network"]["batch_norm_momentum"], content["base"]
     run.config.write_text(yaml.safe_dump(content))
     checked(tiny_config(), run)
     assert yaml.safe_load(run.config.read_text())["trainer"]["precision"] == "32-true"
@@ -179,9 +179,14 @@ def folder(*overrides):
         (["schedule.steps=50"], "chair/b/t16/seed0_steps-50"),
         (["schedule=paper"], "chair/b/t16/seed0_paper"),
         (["schedule=paper", "schedule.steps=50"], "chair/b/t16/seed0_paper_steps-50"),
-        (["schedule.steps=300"], "chair/b/t16/seed0"),  # the default
-        (["encoder.weights=none"], "chair/b/t16/seed0"),  # the default, said
-        (["schedule=paper", "encoder.weights=none"], "chair/b/t16/seed0_paper"),
+        (["schedule.steps=600"], "chair/b/t16/seed0"),  # the default
+        (["encoder.weights=embedded"], "chair/b/t16/seed0"),  # the default, said
+        (
+            ["encoder.width=0.5", "encoder.weights=none"],
+            "chair/b/t16/seed0_weights-none_encoder.width-0.5",
+        ),
+        (["encoder.weights=none"], "chair/b/t16/seed0_weights-none"),
+        (["schedule=paper", "encoder.weights=none"], "chair/b/t16/seed0_paper_weights-none"),
         (
             ["schedule=paper", "network.batch_norm_momentum=0.1"],
             "chair/b/t16/seed0_paper_batch_norm_momentum-0.1",

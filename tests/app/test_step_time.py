@@ -39,7 +39,7 @@ def test_runs_and_the_papers_table_are_reckoned_from_a_step(monkeypatch, categor
     assert seen == [("paper", "t30", 64), ("quick", "t16", 64)]
     assert "32 images of 64 x 64" in head
     assert "0.5 s a step, 100,000 steps take 13.9 h" in paper
-    assert "300 steps take 3 min" in quick
+    assert "600 steps take 5 min" in quick
     if runs:
         days = runs * 100_000 * 0.5 / 86400
         assert f"paper_table, {runs} such runs, {days:.1f} days" in paper

@@ -122,7 +122,7 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
     before = run.checkpoint.stat().st_mtime_ns
     assert train(tiny_config(), run) == summary
     assert run.checkpoint.stat().st_mtime_ns == before
-    with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.001, now 0.002"):
+    with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.003, now 0.002"):
         train(tiny_config("schedule.learning_rate=2e-3"), run)
     assert run.finished
 

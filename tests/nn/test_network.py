@@ -156,6 +156,23 @@ def test_state_dict_round_trip():
     assert all(torch.equal(x, y) for x, y in zip(a, b, strict=True))
 
 
+def test_a_shrunk_image_is_the_mean_of_its_squares():
+    whole = build_telling()
+    small, large = random_images(2), random_images(2).repeat_interleave(2, 2)
+    encoder, heads = whole.encoder, whole.heads
+    shrinking = TemplateFfdNetwork(encoder, (128, 192), 5, 8, hidden=32, shrink=2)
+    shrinking.heads = heads
+    with torch.no_grad():
+        expected = whole(small)
+        found = shrinking.eval()(large.repeat_interleave(2, 3))
+    torch.testing.assert_close(found.template_logits, expected.template_logits)
+    torch.testing.assert_close(found.offsets, expected.offsets)
+    assert found.template_logits.std(0).max() > 10 * ROUNDING, "else nothing was compared"
+    assert not torch.equal(*found.template_logits)
+    with pytest.raises(DataError, match="images are 64x96 pixels, the network takes 128x192"):
+        shrinking(small)
+
+
 def test_lower_precision_keeps_float32_outputs():
     images = random_images()
     reference = build().eval()(images).template_logits
@@ -179,6 +196,8 @@ def test_bad_input_and_settings_say_so():
         build(min_weight=1.5)
     with pytest.raises(ConfigError, match="one template or more, got 0"):
         build(num_templates=0)
+    with pytest.raises(ConfigError, match="images cannot be shrunk by 0"):
+        build(shrink=0)
 
 
 def test_encoders_by_name():
@@ -197,7 +216,7 @@ def test_encoders_by_name():
 
 def test_an_encoder_is_built_again_without_the_file_of_its_first_weights(tmp_path):
     encoder = registry.part("encoder", "mobilenet", width=0.5, image_size=SIZE)
-    assert encoder.part.settings == {"width": 0.5, "weights": None}
+    assert encoder.part.settings == {"width": 0.5, "weights": "none"}
     same = registry.part("encoder", "mobilenet", width=0.5, image_size=SIZE, weights="none")
     assert same.part == encoder.part
     gone = replace(encoder.part, settings={"width": 0.5, "weights": str(tmp_path / "gone.h5")})

@@ -30,7 +30,13 @@ from ffd_lightning.training.tensorboard import (
 )
 
 STEPS, EXAMPLES, SHOWN, TIMES = 8, 3, 2, 2
-SETTINGS = ("regime=e", "schedule.annealing_steps=10", "split.val_fraction=0.3")
+SETTINGS = (
+    "regime=e",
+    "schedule.annealing_steps=10",
+    "schedule.learning_rate=1e-3",
+    "schedule.learning_rate_decay=cosine",
+    "split.val_fraction=0.3",
+)
 
 
 class Session:

@@ -26,14 +26,20 @@ KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/downl
 """Where they are; a file's name follows."""
 
 
-def meant_weights(said: str | None) -> str | None:
-    """Return what first weights a word stands for; `embedded` is followed by which those are."""
-    if said == "embedded":
-        try:
-            return f"embedded-{pretrained_digest()}"
-        except ConfigError:
-            return said  # `check` says so
-    return None if said == "none" else said
+EMBEDDED_WIDTH = 0.25
+"""Of the encoder that comes with the package."""
+
+
+def meant_weights(said: str | None, settings: Any) -> str:
+    """Return what first weights are meant; `embedded` is followed by which those are."""
+    if said not in (None, "embedded"):
+        return str(said)
+    if said is None and settings.width != EMBEDDED_WIDTH:
+        return "none"
+    try:
+        return f"embedded-{pretrained_digest()}"
+    except ConfigError:
+        return said or "none"  # what is said and cannot be had, `check` refuses
 
 
 @dataclass
@@ -44,8 +50,8 @@ class MobileNet:
         width: the width multiplier.
         weights: a Keras .h5 file, such as mobilenet_2_5_192_tf_no_top.h5; embedded, the encoder of
             the trained model that comes with the package, which was trained on 13 categories of the
-            embedded dataset, its shapes to test on left out; none trains from scratch, and is what
-            is meant where nothing is said, but under schedule=paper, which asks.
+            embedded dataset, its shapes to test on left out; none trains from scratch. Where
+            nothing is said, embedded is meant, of another width none; schedule=paper asks.
     """
 
     width: float = 0.25
@@ -58,9 +64,11 @@ class MobileNet:
         if _is_embedded(self.weights):
             _embedded_weights(self)
             return
-        if self.weights is not None and not Path(self.weights).expanduser().is_file():
+        if self.weights in (None, "none"):
+            return
+        if not Path(self.weights).expanduser().is_file():
             raise ConfigError(f"encoder.weights={self.weights} is not a file")
-        if self.weights is not None and find_spec("h5py") is None:
+        if find_spec("h5py") is None:
             raise ConfigError(
                 "encoder.weights: Keras' files need h5py: pip install 'ffd_lightning[keras]'"
             )
@@ -76,7 +84,7 @@ def mobilenet(
     encoder = MobileNetV1(settings.width, batch_norm_momentum)
     if _is_embedded(settings.weights):
         encoder.load_state_dict(_embedded_weights(settings))
-    elif settings.weights is not None:
+    elif settings.weights not in (None, "none"):
         from ffd_lightning.nn.encoders.keras_weights import load_keras_weights
 
         load_keras_weights(encoder, Path(settings.weights).expanduser())
@@ -95,7 +103,7 @@ def _embedded_weights(settings: MobileNet) -> dict[str, Any]:
     """
     from ffd_lightning.checkpoint import read_checkpoint
 
-    here = meant_weights("embedded")
+    here = meant_weights("embedded", settings)
     if here == "embedded":
         raise ConfigError(
             "encoder.weights=embedded: this installation has no trained model: leave it out"
