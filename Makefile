@@ -10,14 +10,14 @@ PEERS := pykdtree point-cloud-utils pykeops faiss-cpu
 .DEFAULT_GOAL := help
 
 help:
-	@echo "make demo   set up, build the embedded tables, train and compare four regimes (CPU, minutes)"
+	@echo "make demo   set up, build the embedded tables, train and compare five regimes (CPU, a quarter of an hour)"
 	@echo "make test   set up, run the tests"
 	@echo "make bench  set up, compare speed with other libraries (a quarter of an hour)"
 	@echo "make lint   set up, run ruff and mypy"
 	@echo "make clean  remove the environment"
 
 demo: $(VENV)/.installed
-	$(BIN)/python train.py -m regime=b,w,e,r category=table name=demo
+	$(BIN)/python train.py -m regime=b,w,e,r,posterior category=table name=demo
 
 test: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -n 2

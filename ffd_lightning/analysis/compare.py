@@ -167,6 +167,32 @@ def compare_runs(
     return pd.DataFrame(rows)
 
 
+def compare_with_retrieval(
+    samples: pd.DataFrame, protocol: ProtocolDescription, measure: str
+) -> pd.DataFrame:
+    """Compare runs with the training shapes that their own encoders retrieve for the same images.
+
+    Args:
+        samples: as `load_samples` gives them.
+        protocol: that they were measured under.
+        measure: of the protocol.
+
+    Returns:
+        As `compare_runs` gives it: `a` is the network, `b` what is retrieved, for each category,
+        regime and number of templates.
+
+    Raises:
+        DataError: the evaluations have no references; or see `compare_runs`.
+    """
+    column = f"feature_retrieval_{measure}"
+    require_columns(samples, [column])
+    _check_values(samples, column)
+    retrieved = samples.assign(**{measure: samples[column]}, run=samples["run"] + ", retrieved")
+    named = {"the network": samples, "retrieval": retrieved}
+    both = pd.concat([part.assign(shape=name) for name, part in named.items()], ignore_index=True)
+    return compare_runs(both, protocol, measure, by="shape")
+
+
 def measure_of(column: str, protocol: ProtocolDescription) -> Measure:
     """Return the measure of a protocol that a column of samples holds, of whatever shape.
 

@@ -62,5 +62,5 @@ def statement(
 
 def group_label(names: Sequence[str], values: Sequence[Any]) -> str:
     """Return what a group is called: "w T=16"."""
-    short = {"regime": "", "run": "", "setup": "", "templates": "T=", "seed": "seed "}
+    short = {"regime": "", "run": "", "setup": "", "shape": "", "templates": "T=", "seed": "seed "}
     return " ".join(f"{short.get(n, f'{n}=')}{v}" for n, v in zip(names, values, strict=True))

@@ -7,7 +7,12 @@ import pytest
 from scipy import stats
 
 from ffd_lightning.analysis import paired
-from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs, measure_of
+from ffd_lightning.analysis.compare import (
+    aggregate_seeds,
+    compare_runs,
+    compare_with_retrieval,
+    measure_of,
+)
 from ffd_lightning.analysis.paired import holm
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
@@ -504,3 +509,27 @@ def test_seeds_of_a_setup_are_averaged():
     (row,) = compare_runs(joined(*seeds, other), PAPER, "chamfer", by="setup").to_dict("records")
     assert (row["seeds_a"], row["seeds_b"]) == (1, 2)
     assert row["difference"] == pytest.approx(-0.5)
+
+
+def test_a_network_is_held_against_what_it_retrieves():
+    rng = np.random.default_rng(0)
+    network, retrieved = rng.random((2, 2, 30))
+    runs = [
+        run_samples(network[k], "e", seed=k, feature_retrieval_chamfer=retrieved[k] + 0.5)
+        for k in range(2)
+    ]
+    other = run_samples(network[0], "r", feature_retrieval_chamfer=network[0])
+    table = compare_with_retrieval(joined(*runs, other), PAPER, "chamfer")
+    assert table[["a", "b"]].drop_duplicates().to_numpy().tolist() == [["the network", "retrieval"]]
+    row, same = (table[table["regime"] == name].iloc[0] for name in "er")
+    differences = network.mean(0) - retrieved.mean(0) - 0.5
+    assert row["difference"] == pytest.approx(differences.mean())
+    assert row["low"] < differences.mean() < row["high"] < 0
+    assert (row["num_samples"], row["seeds_a"], row["seeds_b"]) == (30, 2, 2)
+    assert row["statement"].startswith("the network beats retrieval on table (e T=16): Chamfer")
+    assert "no difference between the network and retrieval" in same["statement"]
+    with pytest.raises(DataError, match="no column feature_retrieval_emd"):
+        compare_with_retrieval(joined(*runs), PAPER, "emd")
+    half = joined(runs[0], run_samples(network[1], "e", seed=1))
+    with pytest.raises(DataError, match="samples without feature_retrieval_chamfer: ffd evaluate"):
+        compare_with_retrieval(half, PAPER, "chamfer")

@@ -48,7 +48,7 @@ PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 CHAMFER, IOU = Measure("chamfer", ""), Measure("iou", "", higher_is_better=True)
 
 
-def make_run(folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8):
+def make_run(folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8, retrieved=()):
     """Write a finished run by hand, without a checkpoint."""
     run = RunFolder(folder)
     run.path.mkdir(parents=True)
@@ -61,6 +61,7 @@ def make_run(folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8):
         {"id": f"m{k}", "category": "table", "family": "", "view": 0, "template": f"t{k % 3}"}
         | {"weight": 0.5}
         | {f"{p}{m}": float(rng.random()) for p in ("", "undeformed_", "floor_") for m in MEASURES}
+        | {f"feature_retrieval_{m}": 2 + float(rng.random()) for m in retrieved}
         for k in range(count)
     ]
     path = run.evaluation(protocol.name) / "samples.csv"
@@ -325,6 +326,23 @@ def test_regimes_and_numbers_of_templates_are_compared(tmp_path):
     assert "Numbers of templates, by Chamfer" in page.text
     alts = [v for t, k, v in page.attributes if (t, k) == ("img", "alt")]
     assert "Chamfer against T" in alts
+
+
+def test_each_run_is_held_against_what_it_retrieves(tmp_path, blank):
+    for regime in "be":
+        make_run(tmp_path / regime, regime, count=12, retrieved=MEASURES)
+    text = Page(write_report(tmp_path, open_run)).text
+    assert "what its encoder retrieves among the training shapes, by EMD" in text
+    for regime in "be":
+        assert f"the network beats retrieval on table ({regime} T=4) : Chamfer lower by" in text
+        assert f"retrieval beats the network on table ({regime} T=4) : IoU higher by" in text
+
+
+def test_a_run_alone_is_held_against_what_it_retrieves(tmp_path, blank):
+    make_run(tmp_path / "b", count=12, retrieved=MEASURES)
+    text = Page(write_report(tmp_path, open_run)).text
+    assert "the network beats retrieval on table (b T=4)" in text
+    assert "Regimes, by" not in text
 
 
 def test_the_study_s_question_is_asked(sweep, tmp_path):

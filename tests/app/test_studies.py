@@ -42,7 +42,12 @@ def first_values(overrides):
     return result
 
 
-SHORT = ("beyond", "photographs", "search")  # studies that train on the schedule quick
+SHORT = (
+    "beyond",
+    "categories",
+    "photographs",
+    "search",
+)  # under schedule=quick
 
 
 @pytest.mark.parametrize("quick", [False, True])
@@ -280,10 +285,13 @@ def test_a_dry_run_only_prints(trained, tmp_path, capsys):
     [
         (["--quik"], "no option --quik: --quick, --dry-run, --config-dir"),
         (["regimes", "joint"], "two studies: regimes and joint"),
-        (["--quick"], "name a study: beyond, joint, joint_views, paper_table, photographs"),
+        (
+            ["--quick"],
+            "name a study: beyond, categories, joint, joint_views, paper_table",
+        ),
         (
             ["regime"],
-            "no study 'regime': .* has beyond, joint, joint_views, paper_table, ph",
+            "no study 'regime': .* has beyond, categories, joint, joint_views, paper_tab",
         ),
     ],
 )

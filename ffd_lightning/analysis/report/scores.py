@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, ClassVar
 
 import pandas as pd
 
-from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs
+from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs, compare_with_retrieval
 from ffd_lightning.analysis.report.elements import NOTHING, Statement, Table, cell, statements
 from ffd_lightning.analysis.report.sweep import Sweep, plain, told_apart, varying
 from ffd_lightning.analysis.wording import measure_title, number
@@ -27,6 +28,7 @@ _BESIDE = {
     "feature_retrieval": "retrieved",
 }  # what stands beside the model: prefix of its columns, heading
 _COMPARED = {"regime": "Regimes", "templates": "Numbers of templates", "setup": "Runs"}
+_RETRIEVAL = "The network and what its encoder retrieves among the training shapes"
 _MANY_SETUPS = 8
 _MANY = 12  # comparisons that are shown unasked
 
@@ -78,7 +80,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What can be said of differences; nothing where there are `too_many` groups."""
+    """What can be said of differences; not of groups of runs where there are `too_many`."""
 
     key: ClassVar[str] = "comparison"
     title: ClassVar[str] = "What differs"
@@ -156,32 +158,39 @@ def _over_seeds(row: dict[Any, Any], name: str, factor: float) -> str:
 
 
 def comparisons(sweep: Sweep) -> Comparison | None:
-    """Return what can be said of differences between regimes, and between numbers of templates.
+    """Return what can be said of differences: of regimes, of numbers of templates, of retrieval.
 
     Where runs differ in other settings too, all that they differ in is compared at once. None where
     there is nothing to compare.
     """
-    scored = sweep.scored
+    scored, protocol = sweep.scored, sweep.protocol
     if scored.empty:
         return None
     compared = varying(scored, ["setup"] if "setup" in sweep.keys else ["regime", "templates"])
-    if compared == ["setup"] and scored["setup"].nunique() > _MANY_SETUPS:
-        return Comparison(too_many=True)
+    too_many = compared == ["setup"] and scored["setup"].nunique() > _MANY_SETUPS
     samples = sweep.samples.merge(scored[["run", "setup"]], on="run")
-    blocks = [block for by in compared for block in _blocks(sweep, samples, by)]
-    return Comparison(blocks) if blocks else None
+    blocks: list[Block] = []
+    for by in () if too_many else compared:
+        compare = partial(compare_runs, samples, protocol, by=by, settings=sweep.settings)
+        blocks += _blocks(_COMPARED[by], protocol, compare)
+    if any(f"feature_retrieval_{m.name}" in samples for m in protocol.measures):
+        if "setup" in sweep.keys:  # what tells runs apart is all that they differ in
+            samples = samples.assign(regime=samples["setup"])
+        blocks += _blocks(_RETRIEVAL, protocol, partial(compare_with_retrieval, samples, protocol))
+    return Comparison(blocks, too_many) if blocks or too_many else None
 
 
-def _blocks(sweep: Sweep, samples: pd.DataFrame, by: str) -> list[Block]:
+def _blocks(
+    title: str, protocol: ProtocolDescription, compare: Callable[[str], pd.DataFrame]
+) -> list[Block]:
     """Return a block for each measure, up to one that cannot be compared."""
     blocks: list[Block] = []
-    for measure in sweep.protocol.measures:
+    for measure in protocol.measures:
         try:
-            table = compare_runs(samples, sweep.protocol, measure.name, by, settings=sweep.settings)
+            table = compare(measure.name)
         except DataError as error:
-            return [*blocks, Block(_COMPARED[by], error=str(error))]
-        title = f"{_COMPARED[by]}, by {measure_title(measure.name)}"
-        blocks.append(_block(title, not blocks, table))
+            return [*blocks, Block(title, error=str(error))]
+        blocks.append(_block(f"{title}, by {measure_title(measure.name)}", not blocks, table))
     return blocks
 
 
