@@ -85,6 +85,9 @@ def lattice_determinants(
         control_points: (*batch, M, 3); along an axis without extent nothing changes.
         degrees: of the lattices.
 
+    Returns:
+        (*queries, *batch, M), without unit: below 0 where space is turned inside out.
+
     Raises:
         ValueError: M is not that of the degrees.
 

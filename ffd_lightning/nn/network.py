@@ -94,7 +94,8 @@ class TemplateFfdNetwork(nn.Module):
             at the plane x = 0, which keeps symmetric templates symmetric; None leaves them free.
 
     Raises:
-        ConfigError: no template, a floor outside [0, 1], or images too small for the encoder.
+        ConfigError: no template, a floor outside [0, 1], a shrink below 1, or images too small for
+            the encoder.
 
     Source: the paper's Table 1; equation 8 for the floor :math:`\epsilon_\gamma`.
     """
