@@ -10,6 +10,7 @@ import ffd_lightning
 ROOT = Path(ffd_lightning.__file__).parent
 RANK = {
     "errors": 0,
+    "palette": 0,
     "files": 0,
     "parallel": 0,
     "pretrained": 0,

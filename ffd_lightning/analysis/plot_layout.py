@@ -16,17 +16,8 @@ from matplotlib.lines import Line2D
 
 from ffd_lightning.analysis.wording import measure_title
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.palette import COLORS, REGIME_COLORS
 
-# Okabe and Ito's palette, told apart by all kinds of colour vision; without its yellow, which is
-# lost on white. Regimes keep their colour in every figure.
-_REGIMES = {
-    "b": "#0072B2",
-    "w": "#D55E00",
-    "e": "#009E73",
-    "r": "#CC79A7",
-    "posterior": "#000000",
-}
-_PALETTE = (*_REGIMES.values(), "#E69F00", "#56B4E9")
 STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -98,11 +89,11 @@ def series_of(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
 
 def colors_of(names: Sequence[str]) -> dict[str, str]:
     """Return a colour for each name; a regime's own where all are regimes."""
-    if set(names) <= set(_REGIMES):
-        return {name: _REGIMES[name] for name in names}
-    if len(names) > len(_PALETTE):
+    if set(names) <= set(REGIME_COLORS):
+        return {name: REGIME_COLORS[name] for name in names}
+    if len(names) > len(COLORS):
         return _scale(names)
-    return dict(zip(names, _PALETTE, strict=False))
+    return dict(zip(names, COLORS, strict=False))
 
 
 def _scale(names: Sequence[str]) -> dict[str, str]:
