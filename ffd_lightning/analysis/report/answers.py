@@ -133,7 +133,7 @@ def _verdict(ranking: Ranking) -> str:
 
 def _over(ranking: Ranking) -> str:
     """Return over what a ranking holds: categories, test shapes, trainings."""
-    several = f"{ranking.category} categories, " if ranking.over_all else ""
+    several = f"the {ranking.category} categories, " if ranking.over_all else ""
     counts = [ranking.seeds[label] for label in (ranking.best, ranking.second)]
     trained = (
         f"{counts[0]} seeds each" if len(set(counts)) == 1 else f"{counts[0]} and {counts[1]} seeds"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -132,14 +131,19 @@ def _numbers(sweep: Sweep) -> tuple[pd.DataFrame, list[Column]]:
     columns = [_measure_column(m, m.name, "", protocol) for m in protocol.measures]
     columns += [_measure_column(main, f"undeformed_{main.name}", "undeformed ", protocol)]
     columns += [Column("effective_templates", "effective\ntemplates")]
-    with suppress(DataError):  # no run has its references
-        runs = runs.join(error_budget(sweep.samples, protocol), on="run")
+    try:
+        told = error_budget(sweep.samples, protocol)
+    except DataError:  # no run has its references
+        quality = [name for name in QUALITY if name in sweep.samples]
+        told = sweep.samples.groupby("run")[quality].mean()
+    runs = runs.join(told, on="run")
     group = f"parts of {measure_title(main.name)}"
     columns += [Column(s.name, s.name, 1.0, -1, group) for s in SHARES[1:]]
     columns += [Column("regret", "regret\n%", 100.0, -1, group)]
     for name, (heading, _, factor) in QUALITY.items():
         unit = "\n%" if factor == 100 else ""
-        columns.append(Column(name, heading + unit, factor, -1, "deformed mesh"))
+        better = 0 if name == "density" else -1  # which tells why a score is high, not a fault
+        columns.append(Column(name, heading + unit, factor, better, "deformed mesh"))
     known = [c for c in columns if c.name in runs and bool(runs[c.name].notna().any())]
     return runs, known
 
