@@ -11,7 +11,7 @@ import pandas as pd
 from ffd_lightning.analysis import plots
 from ffd_lightning.analysis.budget import SHARES, error_budget
 from ffd_lightning.analysis.report.elements import NOTHING, Plot, Table, cell, plot
-from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, plain, told_apart, varying
+from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, named, plain, told_apart, varying
 from ffd_lightning.analysis.report.templates import Heat, heat_maps
 from ffd_lightning.analysis.selection import (
     Families,
@@ -156,7 +156,7 @@ def selection(sweep: Sweep) -> Selection | None:
     table = table.merge(sweep.table[["run", "setup"]], on="run")
     keys, same = told_apart(table, [*sweep.keys, "seed"])
     rows = [
-        [*(str(row[key]) for key in keys), *(_cell(row[k], k, main) for k in columns)]
+        [*(named(key, row[key]) for key in keys), *(_cell(row[k], k, main) for k in columns)]
         for row in table.to_dict("records")
     ]
     seeds, same_of_seeds, not_held = None, "", ""
@@ -198,7 +198,7 @@ def _stability(sweep: Sweep) -> tuple[Table | None, str]:
     keys, same = told_apart(table, SETTINGS)
     rows = [
         [
-            *(str(row[key]) for key in keys),
+            *(named(key, row[key]) for key in keys),
             *(cell(row[key]) for key in ("num_seeds", "num_samples")),
             f"{row['adjusted_rand']:.2f}",
             f"{row['same_template']:.0%}",

@@ -39,6 +39,7 @@ class Settings:
     Attributes:
         different: names of those in which runs differ.
         table: of those, by run.
+        runs: how many there are.
         many: so many rows that they are shown when they are asked for.
         shared: the others, as on the command line.
     """
@@ -48,6 +49,7 @@ class Settings:
 
     different: Sequence[str]
     table: Table
+    runs: int
     many: bool
     shared: Sequence[str]
 
@@ -78,6 +80,7 @@ def settings(sweep: Sweep) -> Settings:
     return Settings(
         different,
         Table("Settings that differ", head, rows, text=head),
+        len(names),
         len(rows) > _MANY,
         [f"{key}={shown[key].iloc[0]}" for key in sorted(set(kept) - set(different))],
     )

@@ -99,18 +99,19 @@ def matrix(sweep: Sweep, standing: Standing) -> Matrix:
     shown, same = told_apart(means if several else runs, sweep.keys + ["seed"] * (not several))
     if not several:
         means["seed"] = runs["seed"].to_numpy()  # a row per run, in the same order
+    alike = runs["num_samples"].nunique() == 1  # then the top of the page has it
     cells = [_column(sweep, standing, means, column) for column in columns]
     rows = [
         [
             *(_key_cell(row, key) for key in shown),
             *([str(row["num_seeds"])] if several else []),
             *(column[place] for column in cells),
-            cell(row["num_samples"]),
+            *([] if alike else [cell(row["num_samples"])]),
         ]
         for place, row in enumerate(means.to_dict("records"))
     ]
     keys = [*map(plain, shown), *(["seeds"] if several else [])]
-    head = [*keys, *(c.heading for c in columns), "test\nshapes"]
+    head = [*keys, *(c.heading for c in columns), *([] if alike else ["test\nshapes"])]
     over = ", mean ± standard deviation over seeds" if several else ""
     return Matrix(
         sweep.protocol,
@@ -228,7 +229,7 @@ def _below(sweep: Sweep, width: int, keys: int) -> list[list[Cell]]:
 def _span(sweep: Sweep, name: str, factor: float) -> Cell:
     values = sweep.scored.groupby("category")[name]
     low, high = (number(factor * ends.mean()) for ends in (values.min(), values.max()))
-    return Cell(low if low == high else f"{low} to {high}")
+    return Cell(low if low == high else f"{low}\u2013{high}")
 
 
 def _groups(columns: Sequence[Column], keys: int) -> list[tuple[str, int]]:
@@ -240,7 +241,7 @@ def _groups(columns: Sequence[Column], keys: int) -> list[tuple[str, int]]:
             found[-1] = words, count + 1
         else:
             found.append((column.group, 1))
-    return [*found, ("", 1)] if any(words for words, _ in found) else []
+    return found if any(words for words, _ in found) else []
 
 
 def _meanings(protocol: ProtocolDescription, columns: Sequence[Column]) -> list[tuple[str, str]]:

@@ -182,6 +182,11 @@ def plain(name: str) -> str:
     return "T" if name == "templates" else name
 
 
+def named(name: str, value: object) -> str:
+    """Return a setting's value for people."""
+    return regime_title(str(value)) if name == "regime" else str(value)
+
+
 def _in_order(column: pd.Series) -> pd.Series:
     """Return what sorts a column: regimes as in the paper, numbers by size."""
     if column.name != "regime":
