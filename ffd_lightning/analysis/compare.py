@@ -117,10 +117,11 @@ def compare_runs(
     Returns:
         A row per category and pair, and per pair one for the `mean of <k>` categories that have
         it. Columns: `category`; of `regime` and `templates` what is held; `a`, `b`, `measure`;
-        `difference`, the mean of a - b in the measure's own unit, and its interval `low`, `high`;
+        `mean_a`, `mean_b`, of both on the shapes they share; `difference`, the mean of a - b in
+        the measure's own unit, and its interval `low`, `high`;
         `p`, and `p_corrected` for all rows together (Holm); `num_samples`, shapes; `seeds_a`,
         `seeds_b`; `agreement`, the share of pairs of runs, one of each group, whose difference has
-        this sign; `statement`, a sentence.
+        this sign; `shown`, whether mean and ranks both show it; `statement`, a sentence.
 
     Raises:
         DataError: no groups to compare, fewer than two shapes in common, a measure that is missing,
@@ -151,6 +152,8 @@ def compare_runs(
             "a": c.a,
             "b": c.b,
             "measure": measure,
+            "mean_a": c.means[0],
+            "mean_b": c.means[1],
             "difference": c.difference,
             "low": c.interval[0],
             "high": c.interval[1],
@@ -160,6 +163,7 @@ def compare_runs(
             "seeds_a": c.seeds[0],
             "seeds_b": c.seeds[1],
             "agreement": c.agreement,
+            "shown": c.shown(p),
             "statement": statement(c, held, judged, measure, p, len(found)),
         }
         for c, p in zip(found, corrected, strict=True)
@@ -273,6 +277,7 @@ def _compare(
             resampled[:, k],
             np.subtract.outer(of_run[groups[a]].to_numpy(), of_run[groups[b]].to_numpy()).ravel(),
             (len(groups[a]), len(groups[b])),
+            (float(scores[a].mean()), float(scores[b].mean())),
         )
         for k, (a, b) in enumerate(pairs)
     ]
@@ -293,6 +298,10 @@ def _over_categories(found: list[Comparison]) -> list[Comparison]:
             np.mean([c.resampled for c in parts], 0),
             np.concatenate([c.of_runs for c in parts]),
             (min(c.seeds[0] for c in parts), min(c.seeds[1] for c in parts)),
+            (
+                float(np.mean([c.means[0] for c in parts])),
+                float(np.mean([c.means[1] for c in parts])),
+            ),
         )
         for (held, a, b), parts in same.items()
         if len(parts) > 1

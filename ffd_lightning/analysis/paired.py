@@ -48,6 +48,7 @@ class Comparison:
         resampled: means of those over resampled shapes, (RESAMPLES,).
         of_runs: differences of the means of single runs, all pairs.
         seeds: runs in a and in b.
+        means: of a and of b, over shapes and categories.
     """
 
     category: str
@@ -58,6 +59,7 @@ class Comparison:
     resampled: Array
     of_runs: Array
     seeds: tuple[int, int]
+    means: tuple[float, float] = (float("nan"), float("nan"))
 
     @cached_property
     def difference(self) -> float:
@@ -87,22 +89,49 @@ class Comparison:
 
     @cached_property
     def interval(self) -> tuple[float, float]:
-        """Bias-corrected and accelerated interval (Efron 1987), categories as strata."""
-        estimate = self.difference
-        # Of each shape on the mean, but for a factor that cancels out.
-        influence = np.concatenate([(d - d.mean()) / len(d) for d in self.differences])
-        spread = float((influence**2).sum())
-        tiny = 1e-12 * max(float(np.abs(d).max()) for d in self.differences)
-        if spread == 0 or np.sqrt(spread) <= tiny:
-            return estimate, estimate
-        below = np.mean(self.resampled < estimate - tiny)
-        equal = np.mean(np.abs(self.resampled - estimate) <= tiny)
-        bias = stats.norm.ppf(below + equal / 2)
-        acceleration = (influence**3).sum() / (6 * spread**1.5)
-        wanted = bias + stats.norm.ppf([LEVEL / 2, 1 - LEVEL / 2])
-        levels = stats.norm.cdf(bias + wanted / (1 - acceleration * wanted))
-        low, high = np.quantile(self.resampled, levels)
-        return float(low), float(high)
+        """The difference's interval, see `interval_of_mean`; categories are strata."""
+        return interval_of_mean(self.differences, self.resampled)
+
+    def shown(self, p: float) -> bool:
+        """Tell whether mean and ranks both show a difference, in one direction.
+
+        Args:
+            p: the comparison's own, corrected for the number of comparisons.
+        """
+        sign = 1 if self.difference > 0 else -1
+        return min(sign * x for x in self.interval) > 0 and p < LEVEL and sign * self.z > 0
+
+    @property
+    def trained_again(self) -> bool:
+        """Tell whether both groups have several seeds, and all their pairs agree."""
+        return min(self.seeds) > 1 and self.agreement == 1
+
+
+def interval_of_mean(strata: Sequence[Array], resampled: Array) -> tuple[float, float]:
+    """Return the bias-corrected and accelerated interval of a mean (Efron 1987).
+
+    Args:
+        strata: values of the test shapes, (n,) each; the mean is that of their means.
+        resampled: that mean over resampled shapes, (RESAMPLES,), see `resampled_means`.
+
+    Returns:
+        Both ends, at 95%.
+    """
+    estimate = float(np.mean([v.mean() for v in strata]))
+    # Of each shape on the mean, but for a factor that cancels out.
+    influence = np.concatenate([(v - v.mean()) / len(v) for v in strata])
+    spread = float((influence**2).sum())
+    tiny = 1e-12 * max(float(np.abs(v).max()) for v in strata)
+    if spread == 0 or np.sqrt(spread) <= tiny:
+        return estimate, estimate
+    below = np.mean(resampled < estimate - tiny)
+    equal = np.mean(np.abs(resampled - estimate) <= tiny)
+    bias = stats.norm.ppf(below + equal / 2)
+    acceleration = (influence**3).sum() / (6 * spread**1.5)
+    wanted = bias + stats.norm.ppf([LEVEL / 2, 1 - LEVEL / 2])
+    levels = stats.norm.cdf(bias + wanted / (1 - acceleration * wanted))
+    low, high = np.quantile(resampled, levels)
+    return float(low), float(high)
 
 
 def rank_score(differences: Array) -> float:

@@ -15,6 +15,9 @@ def statement(
 ) -> str:
     """Say in a sentence what a comparison shows.
 
+    One group "beats" another only where both were trained several times, and every pair of their
+    runs agrees: of a single training, only its scores can be said to be better.
+
     Args:
         c: two groups of runs.
         held: names of the settings that both have.
@@ -32,14 +35,13 @@ def statement(
     if not any(d.any() for d in c.differences):
         return f"no difference between {c.a} and {c.b} on {where}: same {title} on all {models}"
     corrected = f", Holm over {count} comparisons" if count > 1 else ""
-    seeds = "one training each: says nothing of other seeds"
+    seeds = "one training each: another seed may give another order"
     if max(c.seeds) > 1:
         seeds = f"{c.seeds[0]} and {c.seeds[1]} seeds, {c.agreement:.0%} of their pairs agree"
     chance = "p < 0.001" if p < 0.001 else f"p = {p:.2g}"
     facts = f"({models}, {chance}{corrected}; {seeds})"
     sign = 1 if c.difference > 0 else -1
-    apart, low_p, one_way = min(sign * x for x in c.interval) > 0, p < LEVEL, sign * c.z > 0
-    shown = apart and low_p and one_way
+    apart, low_p = min(sign * x for x in c.interval) > 0, p < LEVEL
 
     def size(sign: int) -> str:
         low, high = sorted(sign * judged.factor * x for x in c.interval)
@@ -47,10 +49,11 @@ def statement(
         mean = number(sign * judged.factor * c.difference)
         return f"{mean} [{number(low)}, {number(high)}]{unit}"
 
-    if shown:
+    if c.shown(p):
         winner, loser = (c.a, c.b) if (sign > 0) == judged.higher_is_better else (c.b, c.a)
         word = "higher" if judged.higher_is_better else "lower"
-        return f"{winner} beats {loser} on {where}: {title} {word} by {size(sign)} {facts}"
+        verb = "beats" if c.trained_again else "scores better than"
+        return f"{winner} {verb} {loser} on {where}: {title} {word} by {size(sign)} {facts}"
     why = ""
     if apart and low_p:
         why = ", mean and ranks disagree"

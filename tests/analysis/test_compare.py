@@ -97,7 +97,7 @@ def test_fewer_than_six_models_never_show_a_difference():
     x = np.array([1.0, 1.1, 1.3, 1.6, 2.0])
     assert sentence(0 * x, x).startswith("no difference shown")
     x = np.array([1.0, 1.1, 1.3, 1.6, 2.0, 2.5])
-    assert sentence(0 * x, x).startswith("b beats w")
+    assert sentence(0 * x, x).startswith("b scores better than w")
 
 
 def test_the_interval_leans_to_the_long_tail():
@@ -366,13 +366,36 @@ def test_the_better_one_wins_whichever_way_is_better():
     x = np.linspace(0, 1, 30)
     low = 0.1 + 0.01 * x
     lower, higher = low + 0.1 * x**2, low + 0.1 * x**2 + 0.05 + 0.01 * x
-    assert sentence(higher, lower).startswith("w beats b on table (T=16): Chamfer lower by 55.0 [")
-    assert sentence(lower, higher).startswith("b beats w on table (T=16): Chamfer lower by 55.0 [")
-    assert "w beats b on table (T=16): IoU higher by 55.0 [" in sentence(lower, higher, "iou")
-    assert "b beats w on table (T=16): IoU higher by 55.0 [" in sentence(higher, lower, "iou")
+    assert sentence(higher, lower).startswith(
+        "w scores better than b on table (T=16): Chamfer lower by 55.0 ["
+    )
+    assert sentence(lower, higher).startswith(
+        "b scores better than w on table (T=16): Chamfer lower by 55.0 ["
+    )
+    assert "w scores better than b on table (T=16): IoU higher by 55.0 [" in sentence(
+        lower, higher, "iou"
+    )
+    assert "b scores better than w on table (T=16): IoU higher by 55.0 [" in sentence(
+        higher, lower, "iou"
+    )
     text = sentence(lower, higher, "undeformed_chamfer")
     assert "undeformed Chamfer lower by 55.0 [" in text
     assert "] x 1000 (30 shapes, p < 0.001; one training each" in text
+
+
+@pytest.mark.parametrize(
+    ("seeds", "spread", "verb"),
+    [(1, 0.0, "scores better than"), (2, 0.0, "beats"), (2, 3.0, "scores better than")],
+)
+def test_only_runs_trained_again_that_agree_beat_others(seeds, spread, verb):
+    x = np.linspace(1, 2, 30) ** 2
+    parts = [run_samples(x + spread * s, "b", seed=s) for s in range(seeds)]
+    parts += [run_samples(x + spread * s - 0.5, "w", seed=s) for s in range(seeds)]
+    row = compare_runs(joined(*parts), PAPER, "chamfer").iloc[0]
+    assert row["statement"].startswith(f"w {verb} b on table (T=16): Chamfer lower by 500.0")
+    assert row["shown"]
+    assert row["mean_a"] - row["mean_b"] == pytest.approx(row["difference"])
+    assert row["mean_b"] == pytest.approx((x + spread * np.arange(seeds)[:, None]).mean())
 
 
 def test_no_difference_is_no_win():
@@ -400,7 +423,7 @@ def test_equal_shifts_of_all_models_have_no_interval():
         "chamfer",
     ).iloc[0]
     assert (row["low"], row["high"]) == (0.5, 0.5)
-    assert row["statement"].startswith("b beats w")
+    assert row["statement"].startswith("b scores better than w")
 
 
 def test_seeds_and_comparisons_are_told():

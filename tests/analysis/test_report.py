@@ -21,8 +21,17 @@ from PIL import Image
 from scipy.spatial import cKDTree
 
 from ffd_lightning.analysis.report import elements
-from ffd_lightning.analysis.report.gallery import choose_examples, choose_runs, make_examples
+from ffd_lightning.analysis.report.gallery import (
+    choose_images,
+    choose_runs,
+    fit_of,
+    read_input,
+    reconstruct,
+)
 from ffd_lightning.analysis.report.meshes import lighten, pack, size
+from ffd_lightning.analysis.report.stills import DEFORMED, still
+from ffd_lightning.analysis.report.sweep import Sweep
+from ffd_lightning.analysis.report.templates import heat_maps, percents
 from ffd_lightning.analysis.report.write import write_report
 from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.app.build import build_data, build_network
@@ -40,6 +49,7 @@ from ffd_lightning.evaluation.protocols import (
 )
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import TemplateShape
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.run_folder import RunFolder
 
 EVIL = "<script>alert('x')</script>&"
@@ -48,8 +58,10 @@ PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 CHAMFER, IOU = Measure("chamfer", ""), Measure("iou", "", higher_is_better=True)
 
 
-def make_run(folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8, retrieved=()):
-    """Write a finished run by hand, without a checkpoint."""
+def make_run(
+    folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8, retrieved=(), **columns
+):
+    """Write a finished run by hand, without a checkpoint; columns are functions of the row."""
     run = RunFolder(folder)
     run.path.mkdir(parents=True)
     run.config.write_text(
@@ -64,6 +76,8 @@ def make_run(folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8, r
         | {f"feature_retrieval_{m}": 2 + float(rng.random()) for m in retrieved}
         for k in range(count)
     ]
+    for k, row in enumerate(rows):
+        row |= {name: value(k) for name, value in columns.items()}
     path = run.evaluation(protocol.name) / "samples.csv"
     path.parent.mkdir(parents=True)
     (path.parent / "summary.json").write_text(json.dumps({"protocol": protocol.to_json()}))
@@ -83,7 +97,7 @@ def read_rows(run, protocol="paper"):
 class Page(HTMLParser):
     """What a page holds: text, attributes, tables; and whether its tags are nested well."""
 
-    VOID = frozenset(("meta", "link", "img", "br"))
+    VOID = frozenset(("meta", "link", "img", "br", "wbr"))
 
     def __init__(self, path):
         super().__init__()
@@ -118,6 +132,11 @@ class Page(HTMLParser):
         return " ".join(" ".join(self.said).split()).replace(" ,", ",")
 
 
+def number_in(cell):
+    """The first number of a cell: its value, before a mark and an interval."""
+    return float(re.match(r"-?[\d.]+", cell)[0])
+
+
 def two_regimes(folder):
     return [make_run(folder / regime, regime) for regime in "wb"]
 
@@ -145,35 +164,152 @@ def test_the_table_holds_the_means_in_the_paper_s_order(written):
     sweep, path = written
     page = Page(path)
     head, *rows = page.tables[0]
-    assert head[:4] == ["regime", "Chamfer ↓ x 1000", "EMD ↓ x 1000", "IoU ↑ x 1000"]
-    assert [row[0] for row in rows] == ["b", "w", "truth again"]
+    assert head[:4] == ["regime", "Chamfer ↓", "EMD ↓", "IoU ↑"]
+    assert head[4:] == ["undeformed Chamfer ↓", "effective templates"]
+    assert [row[0] for row in rows] == ["b, base", "w, log-weighted", "undeformed", "truth again"]
     for row, run in zip(rows, sweep[::-1], strict=False):
         for cell, name in zip(row[1:5], (*MEASURES, "undeformed_chamfer"), strict=True):
             expected = mean(1000 * float(r[name]) for r in read_rows(run))
-            assert float(cell) == pytest.approx(expected, rel=0.01)
-        assert row[-1] == "8"
+            assert number_in(cell) == pytest.approx(expected, rel=0.01)
     floors = [float(r["floor_emd"]) for run in sweep for r in read_rows(run)]
-    assert float(rows[2][2]) == pytest.approx(1000 * mean(floors), rel=0.01)
-    for words in ("2 finished", "1,024 points, hemisphere of radius 3.2", "(table, T = 4, seed 0)"):
+    low, high = (float(x) for x in rows[3][2].split("\u2013"))
+    assert low <= 1000 * mean(floors) <= high, "runs have floors of their own here"
+    for words in (
+        "2 finished",
+        "1,024 points, hemisphere of radius 3.2",
+        "(table, T = 4, seed 0); scores x 1000",
+    ):
         assert words in page.text
 
 
 def test_one_run_with_scores_among_runs_of_several_setups(tmp_path, blank):
     make_run(tmp_path / "a")
     make_run(tmp_path / "b").set_status("failed", reason="no")
-    assert Page(write_report(tmp_path, open_run)).tables[0][1][0] == "b"
+    assert Page(write_report(tmp_path, open_run)).tables[0][1][0] == "b, base"
 
 
 def test_seeds_become_a_mean_and_a_deviation(tmp_path, blank):
     runs = [make_run(tmp_path / str(seed), seed=seed) for seed in range(3)]
     page = Page(write_report(tmp_path, open_run))
     head, row = page.tables[0][:2]
-    assert row[:2] == ["b", "3"]
+    assert row[:2] == ["b, base", "3"]
     assert head[1] == "seeds"
     means = [mean(1000 * float(r["chamfer"]) for r in read_rows(run)) for run in runs]
-    shown = [float(number) for number in row[2].split(" ± ")]
+    shown = [number_in(number) for number in row[2].split(" ± ")]
     assert shown == pytest.approx([mean(means), stdev(means)], rel=0.01)
     assert "Agreement of seeds" in page.text
+
+
+# --- which is best -------------------------------------------------------------------------------
+
+
+def scores_of(**shifts):
+    """Columns of scores: the same shapes, shifted by a constant for each measure."""
+    return {m: lambda k, s=s: 0.3 + s + 0.01 * (k % 7) * (1 + s) for m, s in shifts.items()}
+
+
+def regimes(folder, seeds=(0,), **shifts):
+    """Runs of regimes whose scores are shifted against each other."""
+    for regime, shift in shifts.items():
+        for seed in seeds:
+            columns = scores_of(chamfer=shift, emd=shift, iou=-shift)
+            make_run(folder / f"{regime}{seed}", regime, seed=seed, count=12, **columns)
+    return Page(write_report(folder, open_run)).text
+
+
+def test_one_training_each_never_beats_another(tmp_path, blank):
+    text = regimes(tmp_path, b=0.05, w=0.0, posterior=0.1)
+    assert "Best Chamfer, EMD and IoU: w, log-weighted." in text
+    assert "Shown on these test shapes: 3 of 3 leads. One training each: another seed may" in text
+    assert "lowest: w, log-weighted 325.8 b, base 377.1 next, difference 51.3 [" in text
+    assert "shown for these trained networks ; over 12 test shapes, one training each" in text
+    assert "highest: w, log-weighted" in text
+    assert "beats" not in text
+    assert "w scores better than b on table" in text
+
+
+def test_seeds_that_agree_are_said_to(tmp_path, blank):
+    text = regimes(tmp_path, (0, 1), b=0.05, w=0.0)
+    assert "shown, and all pairs of seeds agree ; over 12 test shapes, 2 seeds each" in text
+    assert "w beats b on table" in text
+    assert "another seed may" not in text
+
+
+def test_a_lead_that_is_not_shown_is_no_answer(tmp_path, blank):
+    for regime in "be":
+        make_run(tmp_path / regime, regime, count=12)
+    text = Page(write_report(tmp_path, open_run)).text
+    assert "not shown ; over 12 test shapes" in text
+
+
+def test_the_marked_best_is_the_best_of_the_samples(tmp_path, blank):
+    runs = {r: make_run(tmp_path / r, r, count=12, folded=lambda k: 0.1) for r in "bwer"}
+    table = Page(write_report(tmp_path, open_run)).tables[0]
+    by_regime = {row[0][0]: row for row in table if row[0][1:2] == ","}
+    names = [*MEASURES, "undeformed_chamfer"]
+    for place, name in enumerate(names, start=1):
+        means = {r: mean(float(x[name]) for x in read_rows(run)) for r, run in runs.items()}
+        best = (max if name == "iou" else min)(means, key=means.get)
+        marked = {r for r, row in by_regime.items() if "▲" in row[place]}
+        assert marked == {best}, name
+    assert not any("▲" in row[6] for row in by_regime.values()), "folded alike, none is best"
+
+
+def test_categories_have_each_their_best_and_the_mean_speaks_for_all(tmp_path, blank):
+    for category in ("table", "chair"):
+        for regime, shift in (("b", 0.05), ("e", 0.0)):
+            columns = scores_of(chamfer=shift, emd=shift, iou=shift)
+            run = make_run(tmp_path / category / regime, regime, count=12, **columns)
+            run.config.write_text(
+                run.config.read_text().replace("name: table", f"name: {category}")
+            )
+            file = run.evaluation("paper") / "samples.csv"
+            pd.read_csv(file).assign(category=category).to_csv(file, index=False)
+    page = Page(write_report(tmp_path, open_run))
+    assert "over the mean of 2 categories, 24 test shapes" in page.text
+    assert "Best Chamfer and EMD: e, entropy. Best IoU: b, base." in page.text
+    head, *rows = page.tables[0]
+    assert head[:2] == ["category", "Chamfer x 1000, lower is better"]
+    assert {row[0] for row in rows} == {"table", "chair"}
+    assert all(row[1].startswith("e, entropy 325.8") and ", shown" in row[1] for row in rows)
+
+
+def test_a_run_alone_says_that_there_is_nothing_beside_it(tmp_path, blank):
+    make_run(tmp_path / "a", count=12)
+    text = Page(write_report(tmp_path, open_run)).text
+    assert "One run: there is nothing to compare it with." in text
+    assert "95% interval over test shapes [" in text
+
+
+# --- templates -----------------------------------------------------------------------------------
+
+
+def test_shares_of_templates_add_up_in_one_order(tmp_path, blank):
+    make_run(tmp_path / "b", count=9, template=lambda k: f"t{k % 3}")
+    make_run(tmp_path / "w", "w", count=9, template=lambda k: "t2" if k else "t0")
+    run = make_run(tmp_path / "e", "e", templates=40, count=80, template=lambda k: f"x{k % 40}")
+    run.templates.write_text("id\n" + "\n".join(f"x{k}" for k in range(40)))
+    (heat,) = heat_maps(Sweep.read(tmp_path))
+    assert heat.templates[:2] == ["t2", "t0"], "the most selected first"
+    assert heat.templates[-1] == "others"
+    for setting in heat.settings:
+        assert [share.template for share in setting.heat] == list(heat.templates)
+        for row in (setting.heat, setting.bars):
+            assert sum(share.value or 0 for share in row) == pytest.approx(1)
+            assert sum(int(share.text or 0) for share in row) == 100
+    b, w, e = heat.settings
+    assert [share.value for share in e.heat[:2]] == [None, None], "which it does not have"
+    assert e.effective == "40.0 of 40"
+    assert [share.template for share in w.bars] == ["t2", "t0"]
+    assert [share.text for share in b.bars] == ["34", "33", "33"]
+
+
+@pytest.mark.parametrize("count", [1, 3, 7, 30, 300])
+def test_percents_add_up_and_are_near(count):
+    shares = np.random.default_rng(count).dirichlet(np.ones(count))
+    found = np.array(list(map(int, percents(shares))))
+    assert found.sum() == 100
+    assert np.abs(found - 100 * shares).max() < 1
 
 
 def test_the_page_needs_nothing_from_elsewhere(written):
@@ -197,7 +333,7 @@ def test_pictures_say_what_they_show(written):
     sweep, path = written
     page = Page(path)
     alts = [v for t, k, v in page.attributes if (t, k) == ("img", "alt")]
-    assert len(alts) == page.tags["img"] == 3
+    assert len(alts) == page.tags["img"] == 2
     medians = sorted(1000 * float(r["chamfer"]) for r in read_rows(sweep[0]))[3:5]
     assert f"w {mean(medians):.1f}" in alts[0]
     assert [t for t, k, _ in page.attributes if k == "lang"] == ["html"]
@@ -215,7 +351,7 @@ def test_what_comes_from_outside_is_escaped(tmp_path, blank):
     path = write_report(tmp_path, open_run)
     assert EVIL not in path.read_text()
     page = Page(path)
-    assert page.text.count(EVIL) == 5, "title twice, question, command, reason"
+    assert page.text.count(EVIL) == 7, "title twice, question, command, reason, a template twice"
     assert page.tags["script"] == 2
 
 
@@ -265,7 +401,7 @@ def test_runs_without_results_are_told_and_break_nothing(sweep, tmp_path):
         assert reason in found[name][1], name
     assert found["busy"][0] == "running"
     assert "it is at work" in found["busy"][1]
-    assert [row[0] for row in page.tables[0][1:3]] == ["b", "w"]
+    assert [row[0][:1] for row in page.tables[0][1:3]] == ["b", "w"]
     for words in ("2 damaged, 1 failed, 6 finished, 2 interrupted, 1 running", "10 more runs have"):
         assert words in page.text
 
@@ -290,11 +426,12 @@ def test_the_protocol_is_that_of_most_runs_unless_it_is_named(tmp_path, blank):
         pd.read_csv(file).assign(warmth=20.5, weight_of=0.3).to_csv(file, index=False)
     make_run(tmp_path / "r", "r")
     page = Page(write_report(tmp_path, open_run))
-    assert "a protocol that is not installed here. warmth: of the shape;" in page.text
+    assert "Protocol own: a protocol that is not installed here." in page.text
+    assert "warmth of the shape" in page.text
     assert page.tables[0][0][:3] == ["regime", "warmth ↑", "weight_of ↓ x 1000"]
-    assert page.tables[0][1][:3] == ["b", "20.5", "300.0"]
+    assert [page.tables[0][1][0], *map(number_in, page.tables[0][1][1:3])] == ["b, base", 20.5, 300]
     page = Page(write_report(tmp_path, open_run, "paper"))
-    assert [row[0] for row in page.tables[0][1:-1]] == ["r"]
+    assert [row[0] for row in page.tables[0][1:-2]] == ["r, regularized"]
     assert "3 more runs have no results" in page.text
 
 
@@ -303,7 +440,7 @@ def test_another_protocol_of_the_same_name_is_told_apart(sweep, tmp_path):
     few = ProtocolDescription.of(PaperProtocol(points=64))
     file.write_text(json.dumps({"protocol": few.to_json()}))
     page = Page(write_report(tmp_path, open_run))
-    assert [row[0] for row in page.tables[0][1:3]] == ["b", "w"]
+    assert [row[0][:1] for row in page.tables[0][1:3]] == ["b", "w"]
     assert "evaluated under another protocol of this name" in page.text
 
 
@@ -334,14 +471,20 @@ def test_each_run_is_held_against_what_it_retrieves(tmp_path, blank):
     text = Page(write_report(tmp_path, open_run)).text
     assert "what its encoder retrieves among the training shapes, by EMD" in text
     for regime in "be":
-        assert f"the network beats retrieval on table ({regime} T=4) : Chamfer lower by" in text
-        assert f"retrieval beats the network on table ({regime} T=4) : IoU higher by" in text
+        assert (
+            f"the network scores better than retrieval on table ({regime} T=4) : Chamfer lower by"
+            in text
+        )
+        assert (
+            f"retrieval scores better than the network on table ({regime} T=4) : IoU higher by"
+            in text
+        )
 
 
 def test_a_run_alone_is_held_against_what_it_retrieves(tmp_path, blank):
     make_run(tmp_path / "b", count=12, retrieved=MEASURES)
     text = Page(write_report(tmp_path, open_run)).text
-    assert "the network beats retrieval on table (b T=4)" in text
+    assert "the network scores better than retrieval on table (b T=4)" in text
     assert "Regimes, by" not in text
 
 
@@ -428,10 +571,27 @@ def table(values, name="chamfer"):
     ],
 )
 def test_best_median_and_worst(values, expected):
-    assert [row["id"] for _, row in choose_examples(table(values), CHAMFER)] == expected
-    chosen = choose_examples(table([-v for v in values], "iou"), IOU)
-    assert [row["id"] for _, row in chosen] == expected
-    assert next(rank for rank, _ in chosen) == "best"
+    chosen = choose_images(table(values).assign(run="a"), CHAMFER)
+    assert [image["id"] for image in chosen.values()] == expected
+    chosen = choose_images(table([-v for v in values], "iou").assign(run="a"), IOU)
+    assert [image["id"] for image in chosen.values()] == expected
+    assert next(iter(chosen)) == "best"
+
+
+def test_images_are_chosen_by_all_runs_together():
+    runs = [table([1, 2, 3, 9, 5.0]), table([1, 2, 9, 3, 5.1]), table([1, 3, 2, 8])]
+    samples = pd.concat(part.assign(run=str(k)) for k, part in enumerate(runs))
+    chosen = {rank: image["id"] for rank, image in choose_images(samples, CHAMFER).items()}
+    assert chosen == {
+        "best": "m0", "median": "m1", "worst": "m3", "where runs differ most": "m2"
+    }  # fmt: skip
+    assert list(choose_images(samples, CHAMFER, 1)) == ["median"]
+    assert (
+        choose_images(
+            pd.concat([runs[0].assign(run="a"), table([1]).assign(id="x", run="b")]), CHAMFER
+        )
+        == {}
+    )
 
 
 def test_of_many_runs_some_are_shown():
@@ -508,24 +668,26 @@ def trained(tiny_config, tmp_path_factory):
 def test_examples_are_the_network_s_own(trained):
     folder, cfg, _ = trained
     run = RunFolder(folder / "run")
+    opened = open_run(run)
     samples = load_samples([run])
-    examples = make_examples(open_run(run), samples, CHAMFER)
     order = sorted(read_rows(run), key=lambda row: float(row["chamfer"]))
     expected = [order[0], order[(len(order) - 1) // 2], order[-1]]
-    assert [e.rank for e in examples] == ["best", "median", "worst"]
-    assert [e.row["id"] for e in examples] == [row["id"] for row in expected]
+    chosen = choose_images(samples, CHAMFER)
+    assert [image["id"] for image in chosen.values()] == [row["id"] for row in expected]
+    rows = [samples[samples["id"] == image["id"]].iloc[0] for image in chosen.values()]
     data = build_data(cfg)
     data.setup()
     network = build_network(cfg)
     load_weights(network, run.checkpoint)
-    for example, row in zip(examples, expected, strict=True):
+    for output, row in zip(reconstruct(opened, rows), expected, strict=True):
         place, t = data.prepared.index(row["id"]), data.bank.ids.index(row["template"])
-        shown = np.asarray(Image.open(io.BytesIO(example.image)).convert("RGB"), int)
+        seen = read_input(opened, row)
+        shown = np.asarray(Image.open(io.BytesIO(seen.image)).convert("RGB"), int)
         assert np.abs(shown - data.prepared.image(place)[..., :3]).mean() < 3, "128 colours"
         offsets = predict(network, data.prepared, [Sample(place)]).offsets[0, t]
         dense, _ = TemplateShape(data.bank, t, offsets).mesh()
         truth = data.prepared.mesh(place)
-        for packed, points in ((example.deformed, dense), (example.truth, truth.vertices)):
+        for packed, points in ((output.deformed, dense), (seen.truth, truth.vertices)):
             places = packed.vertices / 32767 * packed.scale
             assert cKDTree(points).query(places)[0].max() < 0.02, "the edge length of evaluation"
             used = points[np.unique(truth.faces)] if points is truth.vertices else points
@@ -535,14 +697,39 @@ def test_examples_are_the_network_s_own(trained):
 def test_the_page_shows_them(trained):
     folder, _, path = trained
     page, text = Page(path), path.read_text()
-    assert page.tags["canvas"] == 3
+    assert page.tags["canvas"] == 6, "three images: the network, and what is true"
     meshes = json.loads(re.search(r'id="meshes">(.*?)</script>', text, re.S)[1])
-    named = {v for t, k, v in page.attributes if k in ("data-left", "data-right")}
-    assert named == set(meshes)
-    for row in read_rows(RunFolder(folder / "run"))[:1]:
-        assert row["template"] in page.text
+    assert {v for t, k, v in page.attributes if k == "data-mesh"} == set(meshes)
+    row = read_rows(RunFolder(folder / "run"))[0]
+    assert row["template"] in page.text, "named where its picture stands"
+    assert page.tags["use"] > 3
     assert len(text) < 1_000_000
     assert write_report(folder, open_run).read_text() == text
+
+
+def test_each_canvas_lies_over_a_still_of_the_same_mesh(trained):
+    text = trained[2].read_text()
+    stages = re.findall(r'<div class="stage"><img src="([^"]+)" alt="([^"]+)">\s*<canvas', text)
+    assert len(stages) == text.count("<canvas") == 6
+    for source, described in stages:
+        assert described
+        image = Image.open(io.BytesIO(base64.b64decode(source.partition(",")[2]))).convert("RGBA")
+        shown = np.asarray(image)[..., 3] > 127
+        assert 0.02 < shown.mean() < 0.9
+
+
+def test_a_still_is_the_mesh_in_its_color_and_never_cut_off():
+    vertices, faces = sphere(24)
+    mesh = pack(*lighten(3 * vertices, faces))
+    assert fit_of([mesh, pack(*lighten(vertices, faces))]) == pytest.approx(1 / 3, rel=1e-3)
+    assert fit_of([pack(*lighten(0.5 * vertices, faces))]) == 1
+    image = Image.open(io.BytesIO(still(mesh, DEFORMED, Camera(), fit_of([mesh])))).convert("RGBA")
+    pixels = np.asarray(image).astype(int)
+    shown = pixels[..., 3] > 127
+    assert shown.any(0).sum() == pytest.approx(shown.any(1).sum(), abs=2), "it is round"
+    assert shown.any(1).sum() == pytest.approx(len(pixels), abs=8), "and as high as the picture"
+    red, green, blue = (pixels[..., k][shown].mean() for k in range(3))
+    assert red < green < blue
 
 
 @pytest.mark.parametrize(
@@ -695,24 +882,27 @@ def browser(tmp_path_factory):
     browser.close()
 
 
-# How much of each half of the first 3D picture is drawn on, and a number that stands for it.
+# How much of the first two 3D pictures is drawn on, and a number that stands for both.
 PIXELS = """new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => {
-  const c = document.querySelector("canvas[data-left]"), {width, height} = c;
-  const d = c.getContext("2d").getImageData(0, 0, width, height).data;
-  const drawn = [0, 0];
+  const drawn = [];
   let hash = 0;
-  for (let i = 0; i < d.length; i += 4) {
-    if (d[i + 3]) drawn[(i / 4) % width < width / 2 ? 0 : 1] += 2 / (width * height);
-    hash = (hash * 31 + d[i] + 7 * d[i + 3]) >>> 0;
+  for (const c of [...document.querySelectorAll("canvas[data-mesh]")].slice(0, 2)) {
+    const {width, height} = c, d = c.getContext("2d").getImageData(0, 0, width, height).data;
+    let on = 0;
+    for (let i = 0; i < d.length; i += 4) {
+      if (d[i + 3]) on += 1 / (width * height);
+      hash = (hash * 31 + d[i] + 7 * d[i + 3]) >>> 0;
+    }
+    drawn.push(on, hash);
   }
-  done([...drawn, hash]);
+  done(drawn);
 })))"""
 
 
 @contextmanager
 def opened(browser, path, width):
     browser.open(path, width)
-    browser.ask("document.querySelector('canvas[data-left]').scrollIntoView({block: 'center'})")
+    browser.ask("document.querySelector('canvas[data-mesh]').scrollIntoView({block: 'center'})")
     end = time.monotonic() + 30
     while not browser.ask(PIXELS)[0] and time.monotonic() < end:
         time.sleep(0.1)
@@ -726,7 +916,7 @@ def test_a_browser_shows_it_without_a_word(browser, trained, width):
     assert browser.ask("innerWidth") == width
     assert browser.ask("document.documentElement.scrollWidth") <= width
     time.sleep(0.5)  # pictures are drawn after the page is there
-    assert browser.ask("document.querySelectorAll('canvas[data-left]').length") == 3
+    assert browser.ask("document.querySelectorAll('canvas[data-mesh]').length") == 6
     assert browser.complaints() == []
     assert [u for u in browser.requests() if not u.startswith("data:")] == [path.as_uri()]
 
@@ -736,11 +926,11 @@ def key(browser, name, code):
         browser.call("Input.dispatchKeyEvent", type=kind, key=name, windowsVirtualKeyCode=code)
 
 
-def test_meshes_are_drawn_and_can_be_turned(browser, trained):
+def test_meshes_are_drawn_and_turn_together(browser, trained):
     with opened(browser, trained[2], 1000):
-        left, right, first = browser.ask(PIXELS)
-        assert 0.02 < left < 0.9
-        assert 0.02 < right < 0.9
+        first = browser.ask(PIXELS)
+        for share in first[::2]:
+            assert 0.02 < share < 0.9
         box = browser.ask(
             "(({x, y}) => [x, y])(document.querySelector('canvas').getBoundingClientRect())"
         )
@@ -749,13 +939,45 @@ def test_meshes_are_drawn_and_can_be_turned(browser, trained):
         for kind, dx in (("mousePressed", 0), ("mouseMoved", 60), ("mouseReleased", 60)):
             browser.call("Input.dispatchMouseEvent", type=kind, x=x + dx, y=y, buttons=1, **mouse)
         turned = browser.ask(PIXELS)
-        assert turned[2] != first
+        assert turned[1] != first[1]
+        assert turned[3] != first[3], "the other one turns with it"
         key(browser, "ArrowLeft", 37)
-        assert browser.ask(PIXELS)[2] != turned[2]
+        assert browser.ask(PIXELS)[1] != turned[1]
         browser.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-200)
         assert browser.ask(PIXELS)[0] > turned[0], "nearer"
         key(browser, "0", 48)
-        assert browser.ask(PIXELS)[2] == first
+        assert browser.ask(PIXELS) == first
+
+
+VISIBLE = """[...document.querySelectorAll(".stage")].map(stage => [...stage.children].map(
+  e => getComputedStyle(e).visibility == "visible" && getComputedStyle(e).display != "none"))"""
+
+
+def test_stills_show_where_nothing_can_be_drawn(browser, trained):
+    path = trained[2]
+    with opened(browser, path, 1000):
+        assert browser.ask(VISIBLE)[0] == [False, True]
+        browser.call("Emulation.setEmulatedMedia", media="print")
+        assert browser.ask(VISIBLE) == [[True, False]] * 6
+        browser.call("Emulation.setEmulatedMedia", media="")
+    browser.call("Emulation.setScriptExecutionDisabled", value=True)
+    try:
+        browser.call("Page.navigate", url=path.as_uri())
+        time.sleep(1)
+        assert browser.ask(VISIBLE) == [[True, False]] * 6
+    finally:
+        browser.call("Emulation.setScriptExecutionDisabled", value=False)
+
+
+def test_nothing_is_cut_off_on_paper(browser, trained):
+    browser.open(trained[2], 1040)  # a landscape A4 page within its margins
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    wide = browser.ask(
+        "[...document.querySelectorAll('main *')].filter(e => "
+        "e.getBoundingClientRect().right > innerWidth + 1).map(e => e.outerHTML.slice(0, 80))"
+    )
+    browser.call("Emulation.setEmulatedMedia", media="")
+    assert wide == []
 
 
 def test_fingers_turn_and_pinch(browser, trained):
@@ -776,4 +998,4 @@ def test_fingers_turn_and_pinch(browser, trained):
             points = [{"x": x + 40 + 25 * k, "y": y + 40, "id": 0}]
             browser.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
         browser.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
-        assert browser.ask(PIXELS)[2] != pinched[2]
+        assert browser.ask(PIXELS)[1] != pinched[1]

@@ -9,9 +9,10 @@ from typing import ClassVar
 import pandas as pd
 
 from ffd_lightning.analysis import plots
-from ffd_lightning.analysis.budget import BUDGET_CAPTION, QUALITY, SHARES, error_budget
+from ffd_lightning.analysis.budget import SHARES, error_budget
 from ffd_lightning.analysis.report.elements import NOTHING, Plot, Table, cell, plot
-from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, plain, told_apart, varying
+from ffd_lightning.analysis.report.sweep import SETTINGS, Sweep, named, plain, told_apart, varying
+from ffd_lightning.analysis.report.templates import Heat, heat_maps
 from ffd_lightning.analysis.selection import (
     Families,
     run_families,
@@ -49,13 +50,12 @@ class Curves:
 
 @dataclass(frozen=True)
 class Budget:
-    """Where errors come from, and what the deformed meshes are like."""
+    """Where errors come from."""
 
     key: ClassVar[str] = "budget"
     title: ClassVar[str] = "Error budget"
 
     plots: Sequence[Plot]
-    table: Table
     note: str
 
 
@@ -64,7 +64,8 @@ class Selection:
     """Which templates are selected.
 
     Attributes:
-        plots: histograms.
+        heats: how the settings of each category select.
+        highest: the greatest share, which all bars are drawn to.
         table: a row per run.
         same: the settings that all rows have.
         measure: of the regret.
@@ -77,7 +78,8 @@ class Selection:
     key: ClassVar[str] = "selection"
     title: ClassVar[str] = "Template selection"
 
-    plots: Sequence[Plot]
+    heats: Sequence[Heat]
+    highest: float
     table: Table
     same: str
     measure: Measure
@@ -119,29 +121,14 @@ def budget(sweep: Sweep) -> Budget | None:
     if sweep.samples.empty:
         return None
     try:
-        table = error_budget(sweep.samples, sweep.protocol)
+        error_budget(sweep.samples, sweep.protocol)
     except DataError:
         return None
-    names = [share.name for share in SHARES]
-    head = ["run", *names, "total", "regret", *(QUALITY[k][0] for k in QUALITY if k in table)]
-    rows = [
-        [
-            cell(sweep.labels[str(run)]),
-            *(cell(number(row[name])) for name in (*names, "total")),
-            cell(f"{row['regret']:.0%}"),
-            *(_quality(row[k], QUALITY[k][2]) for k in QUALITY if k in table),
-        ]
-        for run, row in table.iterrows()
-    ]
     title = measure_title(sweep.protocol.main_measure.name)
     told = f"What the {title} of each run is made of."
     bars = plot(plots.budget_bars(sweep.samples, sweep.protocol), told, told)
-    return Budget([bars], Table("Error budget", head, rows), BUDGET_CAPTION)
-
-
-def _quality(value: float, factor: float) -> str:
-    """Return the cell of a measure, which runs that an earlier version evaluated may lack."""
-    return NOTHING if pd.isna(value) else cell(number(factor * value))
+    shares = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
+    return Budget([bars], shares)
 
 
 def _medians(sweep: Sweep, samples: pd.DataFrame, measure: Measure) -> str:
@@ -154,7 +141,7 @@ def _medians(sweep: Sweep, samples: pd.DataFrame, measure: Measure) -> str:
 
 
 def selection(sweep: Sweep) -> Selection | None:
-    """Return which templates are selected: histograms, metrics, agreement between seeds."""
+    """Return which templates are selected: shares, metrics, agreement between seeds."""
     if sweep.samples.empty:
         return None
     main = sweep.protocol.main_measure
@@ -169,7 +156,7 @@ def selection(sweep: Sweep) -> Selection | None:
     table = table.merge(sweep.table[["run", "setup"]], on="run")
     keys, same = told_apart(table, [*sweep.keys, "seed"])
     rows = [
-        [*(str(row[key]) for key in keys), *(_cell(row[k], k, main) for k in columns)]
+        [*(named(key, row[key]) for key in keys), *(_cell(row[k], k, main) for k in columns)]
         for row in table.to_dict("records")
     ]
     seeds, same_of_seeds, not_held = None, "", ""
@@ -178,8 +165,10 @@ def selection(sweep: Sweep) -> Selection | None:
             seeds, same_of_seeds = _stability(sweep)
         except DataError as error:
             not_held = str(error)
+    heats = heat_maps(sweep)
     return Selection(
-        _histograms(sweep, table),
+        heats,
+        max(float(bar.value or 0) for heat in heats for s in heat.settings for bar in s.bars),
         Table("Template selection", [*map(plain, keys), *columns.values()], rows),
         same,
         main,
@@ -188,23 +177,6 @@ def selection(sweep: Sweep) -> Selection | None:
         same_of_seeds,
         not_held,
     )
-
-
-def _histograms(sweep: Sweep, table: pd.DataFrame) -> list[Plot]:
-    """Return a figure per category, of how often each template was selected."""
-    found = []
-    for category, samples in sweep.samples.groupby("category", sort=False):
-        of_category = table[table["run"].isin(samples["run"])]
-        numbers = zip(of_category["run"], of_category["effective_templates"], strict=True)
-        effective = "; ".join(f"{sweep.labels[run]} {value:.1f}" for run, value in numbers)
-        found.append(
-            plot(
-                plots.selection_histograms(samples),
-                f"Selection histograms of {category}. Effective templates: {effective}.",
-                f"How often each template was selected on category {category}. Dotted: all alike.",
-            )
-        )
-    return found
 
 
 def _cell(value: float, column: str, measure: Measure) -> str:
@@ -226,7 +198,7 @@ def _stability(sweep: Sweep) -> tuple[Table | None, str]:
     keys, same = told_apart(table, SETTINGS)
     rows = [
         [
-            *(str(row[key]) for key in keys),
+            *(named(key, row[key]) for key in keys),
             *(cell(row[key]) for key in ("num_seeds", "num_samples")),
             f"{row['adjusted_rand']:.2f}",
             f"{row['same_template']:.0%}",

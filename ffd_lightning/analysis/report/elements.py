@@ -19,6 +19,39 @@ NOTHING = "-"
 """What stands in a table where there is no value."""
 
 
+class Cell(str):
+    """A cell with more than its text.
+
+    Attributes:
+        note: in small letters below the text.
+        best: it is the best of its column.
+        level: it is not shown to be worse than the best.
+        color: of the regime that it names.
+        span: how many columns it takes.
+    """
+
+    note: str
+    best: bool
+    level: bool
+    color: str
+    span: int
+
+    def __new__(
+        cls,
+        text: str,
+        note: str = "",
+        best: bool = False,
+        level: bool = False,
+        color: str = "",
+        span: int = 1,
+    ) -> Cell:
+        """Make a cell."""
+        self = super().__new__(cls, text)
+        self.note, self.best, self.level = note, best, level
+        self.color, self.span = color, span
+        return self
+
+
 @dataclass(frozen=True)
 class Table:
     """A table that scrolls within itself where it is wider than the page.
@@ -29,6 +62,7 @@ class Table:
         rows: as many cells each.
         below: more rows, set apart; the first cell of a shorter one spans the columns it lacks.
         text: headings of columns that may wrap.
+        groups: what stands above the headings: words and over how many columns, "" for nothing.
     """
 
     label: str
@@ -36,6 +70,7 @@ class Table:
     rows: Sequence[Sequence[str]]
     below: Sequence[Sequence[str]] = ()
     text: Sequence[str] = ()
+    groups: Sequence[tuple[str, int]] = ()
 
     @property
     def kinds(self) -> list[str]:
@@ -68,12 +103,19 @@ class Plot(NamedTuple):
 
 
 def statements(lines: Iterable[str]) -> list[Statement]:
-    """Take sentences apart: "w beats b: Chamfer lower by 3 (9 shapes)", say."""
+    """Take sentences apart: "w beats b: Chamfer lower by 3 (9 shapes)", say.
+
+    Those that show no difference are known by their first words.
+    """
     result = []
     for line in lines:
         claim, bracket, sure = line.rpartition(" (") if line.endswith(")") else (line, "", "")
         who, colon, how_much = claim.partition(": ")
-        result.append(Statement(who, colon + how_much, bracket.strip() + sure, " beats " in who))
+        result.append(
+            Statement(
+                who, colon + how_much, bracket.strip() + sure, not who.startswith("no difference")
+            )
+        )
     return result
 
 

@@ -1,9 +1,9 @@
-"""Best, median and worst test samples of runs, with meshes light enough to travel in a page."""
+"""The same test images through several runs, with meshes light enough to travel in a page."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,52 +22,71 @@ from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.opened import OpenRun
 from ffd_lightning.evaluation.protocols import Measure
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.imaging.rendering import render
+from ffd_lightning.imaging.camera import Camera
 
 _COLORS = 128  # of a picture's palette: a third of the bytes, and no difference to the eye
 
 
 @dataclass(frozen=True)
-class Example:
-    """One test sample, to be looked at.
+class Input:
+    """One test image, and what it shows.
 
     Attributes:
-        rank: best, median or worst.
-        row: its row of `samples.csv`.
-        image: what the network saw, PNG.
-        template_image: the selected template seen from the same side, PNG.
-        deformed: the reconstruction: that template, deformed.
+        image: what the networks see, PNG.
         truth: the ground truth.
-        elevation, azimuth: of the camera, degrees; see `imaging.camera`.
+        camera: that meshes are seen by: from the image's side, at the page's own distance.
     """
 
-    rank: str
-    row: pd.Series
     image: bytes
-    template_image: bytes
-    deformed: PackedMesh
     truth: PackedMesh
-    elevation: float
-    azimuth: float
+    camera: Camera
 
 
-def choose_examples(samples: pd.DataFrame, measure: Measure) -> list[tuple[str, pd.Series]]:
-    """Return the best, the median and the worst of a run's samples, fewer where there are fewer.
+@dataclass(frozen=True)
+class Output:
+    """What a run makes of an image.
 
-    Of an even number the better of the two in the middle is taken; of equals the first by id.
+    Attributes:
+        row: its row of `samples.csv`.
+        deformed: the reconstruction: the selected template, deformed.
+    """
+
+    row: pd.Series
+    deformed: PackedMesh
+
+
+def choose_images(samples: pd.DataFrame, measure: Measure, count: int = 4) -> dict[str, pd.Series]:
+    """Return the images that are shown: the best, the median, the worst, and where runs differ.
+
+    Images are ordered by the mean over the runs, of those that all runs were tested on. Of an even
+    number the better of the two in the middle is taken; of equals the first by id.
 
     Args:
-        samples: of one run, at least one.
+        samples: of one run or several, of one category.
         measure: that orders them.
+        count: of images at most; of fewer than three the median, then the worst.
+
+    Returns:
+        What each is, and its id and view: a row of a table of the images.
     """
-    order = samples.sort_values(["id", "view"]).sort_values(
-        measure.name, ascending=not measure.higher_is_better, kind="stable"
-    )
+    scores = samples.pivot(index=["id", "view"], columns="run", values=measure.name).dropna()
+    sign = -1 if measure.higher_is_better else 1
+    order = (sign * scores.mean(1)).sort_index().sort_values(kind="stable").index
+    if not len(order):
+        return {}
     last = len(order) - 1
     places = {"best": 0, "median": last // 2, "worst": last}
     if last < 2:
         places = {"best": 0, "worst": last} if last else {"best": 0}
-    return [(rank, order.iloc[place]) for rank, place in places.items()]
+    wanted = [name for name in ("median", "worst", "best") if name in places][:count]
+    chosen: dict[str, tuple[str, int]] = {}
+    for name, place in places.items():
+        if name in wanted:
+            chosen[name] = order[place]
+    spread = (scores.max(axis=1) - scores.min(axis=1)).drop(list(chosen.values()))
+    if len(scores.columns) > 1 and len(chosen) < count and spread.max() > 0:
+        chosen["where runs differ most"] = spread.idxmax()
+    return {name: pd.Series({"id": i, "view": v}) for name, (i, v) in chosen.items()}
 
 
 def choose_runs(
@@ -90,58 +109,64 @@ def choose_runs(
     return [firsts[place] for place in places]
 
 
-def make_examples(
-    run: OpenRun, samples: pd.DataFrame, measure: Measure, max_bytes: int = MAX_BYTES
-) -> list[Example]:
-    """Return the best, median and worst test sample of a run.
+def read_input(run: OpenRun, row: Mapping[str, object], max_bytes: int = MAX_BYTES) -> Input:
+    """Return a test image of a run's data.
 
     Args:
-        run: with the weights that the samples are of.
-        samples: of this run.
-        measure: that orders them.
+        run: with the data.
+        row: with the image's `id` and `view`.
+        max_bytes: of the mesh, before base64.
+    """
+    prepared = run.data.prepared
+    query = Sample(prepared.index(str(row["id"])), int(str(row["view"])))
+    seen, truth = prepared.camera(*query), prepared.mesh(query.row)
+    return Input(
+        _png(prepared.image(query.row, query.view)),
+        pack(*lighten(truth.vertices, truth.faces, min(max_bytes, MAX_BYTES))),
+        Camera(seen.azimuth, seen.elevation),
+    )
+
+
+def reconstruct(
+    run: OpenRun, rows: Sequence[pd.Series], max_bytes: int = MAX_BYTES
+) -> list[Output]:
+    """Return what a run makes of test images.
+
+    Args:
+        run: with the weights that its samples are of.
+        rows: of its `samples.csv`.
         max_bytes: of a mesh, before base64.
 
     Raises:
         DataError: the samples are of other weights, or of other data.
     """
-    data, chosen = run.data, choose_examples(samples, measure)
-    queries = [Sample(data.prepared.index(row["id"]), int(row["view"])) for _, row in chosen]
+    data = run.data
+    queries = [Sample(data.prepared.index(row["id"]), int(row["view"])) for row in rows]
     prediction = predict(run.network, data.prepared, queries)
     result = []
-    for k, (rank, row) in enumerate(chosen):
-        t, query = int(prediction.selected[k]), queries[k]
+    for k, row in enumerate(rows):
+        t = int(prediction.selected[k])
         if data.bank.ids[t] != row["template"]:
             raise DataError(
                 f"the checkpoint selects template {data.bank.ids[t]} for {row['id']}, "
                 f"samples.csv says {row['template']}: evaluate the run again (ffd evaluate)"
             )
-        camera = data.prepared.camera(*query)
-        _, height, width, _ = data.prepared.image_shape
-        template = render(data.bank.meshes[t], camera, height=height, width=width, samples=2)
-        truth = data.prepared.mesh(query.row)
         size = min(max_bytes, MAX_BYTES)
-        result.append(
-            Example(
-                rank,
-                row,
-                _png(data.prepared.image(query.row, query.view)),
-                _png(template),
-                pack(*light_template(data.bank, t, prediction.offsets[k, t], size)),
-                pack(*lighten(truth.vertices, truth.faces, size)),
-                camera.elevation,
-                camera.azimuth,
-            )
-        )
+        deformed = light_template(data.bank, t, prediction.offsets[k, t], size)
+        result.append(Output(row, pack(*deformed)))
     return result
+
+
+def fit_of(meshes: Sequence[PackedMesh]) -> float:
+    """Return by how much meshes are shrunk so that all are seen whole, 1 or less."""
+    reach = [
+        m.scale / 32767 * float(np.linalg.norm(m.vertices.astype(float), axis=1).max())
+        for m in meshes
+    ]
+    return min(1.0, 0.5 / max(reach))
 
 
 def _png(image: NDArray[np.uint8]) -> bytes:
     buffer = io.BytesIO()
     Image.fromarray(image[..., :3]).quantize(_COLORS).save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
-
-
-def meshes_json(examples: Sequence[Example]) -> dict[str, dict[str, str | float]]:
-    """Return all meshes of examples by their names, each once."""
-    meshes = [mesh for example in examples for mesh in (example.deformed, example.truth)]
-    return {mesh.name: mesh.as_json() for mesh in meshes}

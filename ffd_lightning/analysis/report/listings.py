@@ -38,7 +38,8 @@ class Settings:
 
     Attributes:
         different: names of those in which runs differ.
-        table: of those, a row per run.
+        table: of those, by run.
+        runs: how many there are.
         many: so many rows that they are shown when they are asked for.
         shared: the others, as on the command line.
     """
@@ -48,6 +49,7 @@ class Settings:
 
     different: Sequence[str]
     table: Table
+    runs: int
     many: bool
     shared: Sequence[str]
 
@@ -68,12 +70,17 @@ def settings(sweep: Sweep) -> Settings:
     kept = [k for k in table if k in _COUNTS or not k.startswith(_MACHINE)]
     shown = table[kept].map(cell)
     different = varying(shown, kept)
-    rows = [
-        [sweep.name(str(run)), *(row[key] for key in different)] for run, row in shown.iterrows()
-    ]
+    names = [sweep.name(str(run)) for run in shown.index]
+    if len(different) > len(names):  # a row per setting, so that the table is not too wide
+        head, rows = ["setting", *names], [[key, *shown[key]] for key in different]
+    else:
+        head = ["run", *different]
+        values = shown[different].to_numpy().tolist()
+        rows = [[name, *row] for name, row in zip(names, values, strict=True)]
     return Settings(
         different,
-        Table("Settings that differ", ["run", *different], rows),
+        Table("Settings that differ", head, rows, text=head),
+        len(names),
         len(rows) > _MANY,
         [f"{key}={shown[key].iloc[0]}" for key in sorted(set(kept) - set(different))],
     )

@@ -27,6 +27,7 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.metrics.selection import effective_templates
+from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder
 
 SETTINGS = ["category", "regime", "templates"]
@@ -120,10 +121,16 @@ class Sweep:
         twice = self.table.duplicated([*SETTINGS, "seed"]).any()
         return ["setup", *SETTINGS] if twice else SETTINGS
 
+    @cached_property
+    def told_apart_by(self) -> list[str]:
+        """What settings with scores are told apart by, but for category and seed."""
+        names = ["setup"] if "setup" in self.keys else ["regime", "templates"]
+        return varying(self.scored, names)
+
     def title(self, run: str) -> str:
         """Return all that tells a run apart, in words."""
         row = self.table[self.table["run"] == run].iloc[0]
-        words = f"{row['category']}, regime {row['regime']}, T = {row['templates']}"
+        words = f"{row['category']}, {regime_title(row['regime'])}, T = {row['templates']}"
         setup = f"{row['setup']}: " if "setup" in self.keys else ""
         return f"{setup}{words}, seed {row['seed']}"
 
@@ -175,11 +182,17 @@ def plain(name: str) -> str:
     return "T" if name == "templates" else name
 
 
+def named(name: str, value: object) -> str:
+    """Return a setting's value for people."""
+    return regime_title(str(value)) if name == "regime" else str(value)
+
+
 def _in_order(column: pd.Series) -> pd.Series:
     """Return what sorts a column: regimes as in the paper, numbers by size."""
     if column.name != "regime":
         return column
-    return column.map(lambda regime: ("bwer".find(regime) % 5, str(regime)))
+    places = {name: place for place, name in enumerate(REGIME_COLORS)}
+    return column.map(lambda regime: (places.get(regime, len(places)), str(regime)))
 
 
 def _damage(run: RunFolder) -> str:

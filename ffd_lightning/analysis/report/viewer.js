@@ -1,21 +1,14 @@
-// Meshes that can be turned, in WebGL 2 and nothing else. One context draws for all canvases, since
-// browsers allow only some sixteen; each canvas receives a copy of its picture.
+// Meshes that can be turned, all together, in WebGL 2 and nothing else. One context draws for all
+// canvases, since browsers allow only some sixteen; each canvas receives a copy of its picture. It
+// covers a still picture, which remains where nothing can be drawn.
 "use strict";
 (() => {
-  const canvases = [...document.querySelectorAll("canvas[data-left]")];
+  const canvases = [...document.querySelectorAll("canvas[data-mesh]")];
   if (!canvases.length) return;
   const packed = JSON.parse(document.getElementById("meshes").textContent);
   const stage = document.createElement("canvas");
   const gl = stage.getContext("webgl2");
-  if (!gl) {
-    for (const canvas of canvases) {
-      const note = document.createElement("p");
-      note.className = "note missing";
-      note.textContent = "This browser shows no 3D pictures: they need WebGL 2.";
-      canvas.replaceWith(note);
-    }
-    return;
-  }
+  if (!gl) return;
 
   const HALF_VIEW = Math.PI / 9; // the renderer's field of view is 40 degrees
   const DISTANCE = 0.5 / Math.sin(HALF_VIEW);
@@ -105,7 +98,7 @@
   function draw(view) {
     const { canvas } = view;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
-    const width = 2 * Math.max(1, Math.round((canvas.clientWidth * ratio) / 2));
+    const width = Math.max(1, Math.round(canvas.clientWidth * ratio));
     const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width || canvas.height !== height)
       [canvas.width, canvas.height] = [width, height];
@@ -113,22 +106,20 @@
       [stage.width, stage.height] = [width, height];
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    const meshes = [canvas.dataset.left, canvas.dataset.right].map(upload);
-    // A prediction that has grown out of the frame is shown whole, and the truth as small.
-    const fit = Math.min(1, 0.5 / Math.max(...meshes.map((mesh) => mesh.scale)));
-    const aspect = width / 2 / height;
+    const mesh = upload(canvas.dataset.mesh);
+    const aspect = width / height;
     const focal = (view.zoom * Math.min(1, aspect)) / Math.tan(HALF_VIEW);
     gl.uniformMatrix3fv(uniforms.toCamera, false, axes(view.azimuth, view.elevation));
     gl.uniform2f(uniforms.focal, focal / aspect, focal);
-    meshes.forEach((mesh, k) => {
-      gl.viewport((k * width) / 2, 0, width / 2, height);
-      gl.uniform3fv(uniforms.color, COLORS[k]);
-      gl.uniform1f(uniforms.scale, mesh.scale * fit);
-      gl.bindVertexArray(mesh.array);
-      gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_SHORT, 0);
-    });
+    gl.viewport(0, 0, width, height);
+    gl.uniform3fv(uniforms.color, COLORS["true" in canvas.dataset ? 1 : 0]);
+    // A prediction that has grown out of the frame is shown whole, and the row beside it as small.
+    gl.uniform1f(uniforms.scale, mesh.scale * canvas.dataset.fit);
+    gl.bindVertexArray(mesh.array);
+    gl.drawElements(gl.TRIANGLES, mesh.count, gl.UNSIGNED_SHORT, 0);
     view.paper.clearRect(0, 0, width, height);
     view.paper.drawImage(stage, 0, 0);
+    canvas.parentElement.classList.add("live");
   }
 
   const waiting = new Set();
@@ -142,15 +133,20 @@
     waiting.add(view);
   }
 
-  function turn(view, right, up) {
-    view.azimuth += right;
-    view.elevation = clamp(view.elevation + up, -Math.PI / 2, Math.PI / 2);
-    redraw(view);
+  // Whichever is taken hold of, all turn: the same shape is compared from the same side.
+  function turn(right, up) {
+    for (const view of views.values()) {
+      view.azimuth += right;
+      view.elevation = clamp(view.elevation + up, -Math.PI / 2, Math.PI / 2);
+      redraw(view);
+    }
   }
 
-  function zoom(view, factor) {
-    view.zoom = clamp(view.zoom * factor, 0.4, 8);
-    redraw(view);
+  function zoom(factor) {
+    for (const view of views.values()) {
+      view.zoom = clamp(view.zoom * factor, 0.4, 8);
+      redraw(view);
+    }
   }
 
   function reset(view) {
@@ -179,8 +175,8 @@
       const [dx, dy] = [event.clientX - last.x, event.clientY - last.y];
       [last.x, last.y] = [event.clientX, event.clientY];
       const angle = 3 / canvas.clientHeight / pointers.size;
-      turn(view, dx * angle, dy * angle);
-      if (before > 0) zoom(view, spread() / before);
+      turn(dx * angle, dy * angle);
+      if (before > 0) zoom(spread() / before);
     });
     for (const name of ["pointerup", "pointercancel"])
       canvas.addEventListener(name, (event) => pointers.delete(event.pointerId));
@@ -190,20 +186,20 @@
         // The page must scroll past a picture that nobody has taken hold of.
         if (document.activeElement !== canvas && !event.ctrlKey) return;
         event.preventDefault();
-        zoom(view, Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.002)));
+        zoom(Math.exp(-event.deltaY * (event.deltaMode ? 0.05 : 0.002)));
       },
       { passive: false },
     );
-    canvas.addEventListener("dblclick", () => reset(view));
+    canvas.addEventListener("dblclick", () => views.forEach(reset));
     const keys = {
-      ArrowLeft: () => turn(view, -0.15, 0),
-      ArrowRight: () => turn(view, 0.15, 0),
-      ArrowUp: () => turn(view, 0, -0.15),
-      ArrowDown: () => turn(view, 0, 0.15),
-      "+": () => zoom(view, 1.2),
-      "=": () => zoom(view, 1.2),
-      "-": () => zoom(view, 1 / 1.2),
-      0: () => reset(view),
+      ArrowLeft: () => turn(-0.15, 0),
+      ArrowRight: () => turn(0.15, 0),
+      ArrowUp: () => turn(0, -0.15),
+      ArrowDown: () => turn(0, 0.15),
+      "+": () => zoom(1.2),
+      "=": () => zoom(1.2),
+      "-": () => zoom(1 / 1.2),
+      0: () => views.forEach(reset),
     };
     canvas.addEventListener("keydown", (event) => {
       if (event.ctrlKey || event.metaKey || event.altKey || !keys[event.key]) return;
@@ -212,8 +208,8 @@
     });
   }
 
-  setUp();
   const views = new Map();
+  setUp();
   for (const canvas of canvases) {
     const view = { canvas, paper: canvas.getContext("2d"), visible: false };
     views.set(canvas, view);
@@ -236,7 +232,11 @@
     seen.observe(canvas);
     resized.observe(canvas);
   }
-  stage.addEventListener("webglcontextlost", (event) => event.preventDefault());
+  document.documentElement.classList.add("turning");
+  stage.addEventListener("webglcontextlost", (event) => {
+    event.preventDefault();
+    for (const canvas of canvases) canvas.parentElement.classList.remove("live");
+  });
   stage.addEventListener("webglcontextrestored", () => {
     setUp();
     views.forEach(redraw);

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from datetime import datetime
 from importlib.resources import files
 from pathlib import Path
@@ -9,11 +10,18 @@ from typing import Any
 
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined, Template
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
-from ffd_lightning.analysis.report import distributions, examples, listings, scores
+from ffd_lightning.analysis.report import distributions, listings
+from ffd_lightning.analysis.report.answers import answers
 from ffd_lightning.analysis.report.beside_paper import beside_paper
+from ffd_lightning.analysis.report.comparisons import comparisons
+from ffd_lightning.analysis.report.examples import examples
+from ffd_lightning.analysis.report.matrix import matrix
+from ffd_lightning.analysis.report.opened import open_runs
+from ffd_lightning.analysis.report.standing import standing
 from ffd_lightning.analysis.report.sweep import Sweep
+from ffd_lightning.analysis.report.templates import pictures
 from ffd_lightning.analysis.wording import measure_title
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import RunOpener
@@ -35,7 +43,8 @@ def write_report(
             `command`, and says whether to set the results `beside_paper`.
         open_run: opens the runs whose examples are shown.
         protocol: whose scores are shown; that of most runs where it is None.
-        gallery_runs: of how many runs examples are shown, see `gallery.choose_runs`.
+        gallery_runs: of how many runs examples are shown, see `gallery.choose_runs`; also
+            whose templates have pictures.
 
     Returns:
         The page's path.
@@ -46,15 +55,18 @@ def write_report(
     """
     sweep = Sweep.read(folder, protocol)
     study = _study(folder)
-    gallery = examples.gallery(sweep, open_run, gallery_runs)
+    opened = open_runs(sweep, open_run, gallery_runs)
+    shown = examples(sweep, opened, gallery_runs)
+    ranked = standing(sweep)
     sections = [
-        scores.results(sweep),
+        answers(sweep, ranked),
+        matrix(sweep, ranked),
+        comparisons(sweep),
         beside_paper(sweep) if study.get("beside_paper") else None,
-        scores.comparisons(sweep),
+        shown,
+        distributions.selection(sweep),
         distributions.budget(sweep),
         distributions.curves(sweep),
-        distributions.selection(sweep),
-        gallery,
         listings.settings(sweep),
         listings.missing(sweep),
     ]
@@ -65,7 +77,8 @@ def write_report(
         states=_states(sweep),
         facts=_facts(sweep),
         sections=[section for section in sections if section is not None],
-        meshes={} if gallery is None else gallery.meshes,
+        meshes={} if shown is None else shown.meshes,
+        pictures=pictures(sweep, opened),
     )
     path = folder / "report.html"
     try:
@@ -85,9 +98,15 @@ def _template() -> Template:
         keep_trailing_newline=True,
     )
     environment.filters["measure_title"] = measure_title
+    environment.filters["breakable"] = _breakable
     for name, file in (("style", "page.css"), ("script", "viewer.js")):
         environment.globals[name] = Markup(files(_PACKAGE).joinpath(file).read_text("utf-8"))
     return environment.get_template("page.html")
+
+
+def _breakable(name: str) -> Markup:
+    """Return a name that may be broken into lines where its words end."""
+    return Markup(re.sub(r"([._/])", r"\1<wbr>", str(escape(name))))
 
 
 def _study(folder: Path) -> dict[str, Any]:
