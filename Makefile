@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip install --disable-pip-version-check -q --use-pep517 
 # Libraries that the benchmarks compare with; those that cannot be had are named as absent.
 PEERS := pykdtree point-cloud-utils pykeops faiss-cpu
 
-.PHONY: help demo test bench docs lint clean
+.PHONY: help demo test bench docs pictures lint clean
 .DEFAULT_GOAL := help
 
 help:
@@ -14,6 +14,7 @@ help:
 	@echo "make test   set up, run the tests"
 	@echo "make bench  set up, compare speed with other libraries (a quarter of an hour)"
 	@echo "make docs   set up, build the documentation into site/"
+	@echo "make pictures   set up, make the pictures in docs/ anew (two hours)"
 	@echo "make lint   set up, run ruff and mypy"
 	@echo "make clean  remove the environment"
 
@@ -30,6 +31,10 @@ bench: $(VENV)/.installed
 docs: $(VENV)/.installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
 	@echo "site/index.html; to search it: $(BIN)/python -m http.server -d site"
+
+pictures: $(VENV)/.installed
+	$(PIP) -e '.[pictures]'
+	$(BIN)/python docs/tools/pictures.py
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
