@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterable
@@ -144,6 +145,12 @@ def _contact_sheet(place: Place, file: Path) -> None:
     place.ffd("shapes", f"out={file.parent}", f"categories=[{file.stem}]")
 
 
+def _scaling(place: Place, file: Path) -> None:
+    results = ["--only", "scaling", "--out", str(place.runs / "benchmarks")]
+    subprocess.run([sys.executable, "-m", "benchmarks", *results], cwd=ROOT, check=True)
+    shutil.copy(place.runs / "benchmarks" / "scaling.png", file)
+
+
 def _notebook(place: Place, file: Path) -> None:
     from notebook_pages import write_page
 
@@ -179,6 +186,7 @@ def _pictures() -> dict[str, Picture]:
         "overview.jpg": Picture("demo", drawn, _overview),
         "posterior.jpg": Picture("categories", drawn, _by_category),
         "deforming.gif": Picture("categories", drawn, _deforming),
+        "scaling.png": Picture(None, ("geometry/nearest", "../benchmarks"), _scaling),
         "report.png": Picture("demo", report, partial(_screenshot, "report")),
         "viewer.png": Picture("demo", viewer, partial(_screenshot, "viewer")),
     }

@@ -37,4 +37,4 @@ def commands(path):
             if called:
                 words = shlex.split(called[3], comments=True)
                 found.append((called[1] or called[2], words))
-    return [(command, rest) for command, rest in found if "..." not in rest]
+    return [(command, rest) for command, rest in found if not {"...", "->"} & set(rest)]
