@@ -127,16 +127,18 @@ class LatticeBending(_OnLattice):
 class LatticeFolding(_OnLattice):
     r"""What turns each template inside out, at the places of the lattice's control points.
 
-    .. math:: \frac 1 M \sum_m \max(0, -\det J(P_m))^2
+    .. math:: \frac 1 M \sum_m \log\left(1 + \max(0, -\det J(P_m))^2\right)
 
     J is the Jacobian of the deformation, see `lattice_determinants`. Whatever is not folded over
-    costs nothing, however it is bent or stretched.
+    costs nothing, however it is bent or stretched. A determinant is a product of three
+    displacements, each relative to the lattice's size, which is small for thin templates: without
+    the logarithm one bad step of a training outweighs all others.
     """
 
     def _cost(self, inputs: StepInput, degrees: Degrees) -> Tensor:
         control_points = inputs.templates.control_points
         turned = -lattice_determinants(inputs.prediction.offsets, control_points, degrees)
-        return turned.relu().square().mean(-1)
+        return turned.relu().square().log1p().mean(-1)
 
 
 def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
