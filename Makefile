@@ -6,13 +6,15 @@ PIP := $(BIN)/python -m pip install --disable-pip-version-check -q --use-pep517 
 # Libraries that the benchmarks compare with; those that cannot be had are named as absent.
 PEERS := pykdtree point-cloud-utils pykeops faiss-cpu
 
-.PHONY: help demo test bench lint clean
+.PHONY: help demo test bench docs pictures lint clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo   set up, build the embedded tables, train and compare five regimes (CPU, a quarter of an hour)"
 	@echo "make test   set up, run the tests"
 	@echo "make bench  set up, compare speed with other libraries (a quarter of an hour)"
+	@echo "make docs   set up, build the documentation into site/"
+	@echo "make pictures   set up, make the pictures in docs/ anew (two hours)"
 	@echo "make lint   set up, run ruff and mypy"
 	@echo "make clean  remove the environment"
 
@@ -25,6 +27,14 @@ test: $(VENV)/.installed-dev
 bench: $(VENV)/.installed
 	@for peer in $(PEERS); do $(PIP) $$peer || echo "$$peer cannot be installed here"; done
 	$(BIN)/python -m benchmarks
+
+docs: $(VENV)/.installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+	@echo "site/index.html; to search it: $(BIN)/python -m http.server -d site"
+
+pictures: $(VENV)/.installed
+	$(PIP) -e '.[pictures]'
+	$(BIN)/python docs/tools/pictures.py
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .
@@ -48,4 +58,9 @@ $(VENV)/.installed: $(VENV)/.created pyproject.toml constraints.txt
 $(VENV)/.installed-dev: $(VENV)/.installed
 	@echo "Installing the packages for the tests ..."
 	$(PIP) -e '.[dev]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@echo "Installing the packages for the documentation ..."
+	$(PIP) -e '.[docs]'
 	@touch $@

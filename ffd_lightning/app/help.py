@@ -43,7 +43,7 @@ def command_help(name: str, config: type[Any], folder: Path, extra: str | None =
         for group in _groups(fields, folders)
     ]
     told = {*sections, *_NOT_GIVEN, *(group.split(".")[0] for group in GROUPS)}
-    further = [_line(f"{n}.", _told(s, n)) for n, s in sections.items() if not _files(n, folders)]
+    further = [_line(f"{n}.", _told(s, n)) for n, s in sections.items() if not option_files(n, folders)]
     choices = [
         "Choices (group=option; here the default) and what each can be told (group.setting=value):",
         *(g for g in groups if g),
@@ -82,7 +82,7 @@ def _sections(config: type[Any]) -> dict[str, type[Any]]:
     return found
 
 
-def _files(group: str, folders: list[Path]) -> list[Path]:
+def option_files(group: str, folders: list[Path]) -> list[Path]:
     """Return the files of a group's options, t2 before t16."""
     files = [p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml")]
     return sorted(files, key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
@@ -90,7 +90,7 @@ def _files(group: str, folders: list[Path]) -> list[Path]:
 
 def _group(group: str, folders: list[Path], sections: dict[str, type[Any]], default: str) -> str:
     kind = "term" if group == "regime.terms" else GROUPS.get(group)
-    lines = [_line(p.stem, _first_comment(p)) for p in _files(group, folders)]
+    lines = [_line(p.stem, first_comment(p)) for p in option_files(group, folders)]
     meaning = ""
     if kind is not None:
         meaning = registry.KINDS[kind]
@@ -117,7 +117,7 @@ def _told(settings: type[Any], group: str = "") -> str:
     """Return settings with their defaults; those that are groups themselves are left out."""
     own = [f for f in dataclasses.fields(settings) if f.default_factory is not dict]
     shown = [f for f in own if f"{group}.{f.name}" not in GROUPS]
-    return " ".join(f"{f.name}={_value(f)}" for f in shown)
+    return " ".join(f"{f.name}={default_text(f)}" for f in shown)
 
 
 def _line(name: str, text: str) -> str:
@@ -127,7 +127,8 @@ def _line(name: str, text: str) -> str:
     return "\n".join([first, *(indent + line for line in wrapped[1:])])
 
 
-def _value(f: dataclasses.Field[Any]) -> str:
+def default_text(f: dataclasses.Field[Any]) -> str:
+    """Return a setting's default as it is written on the command line, and what else it may be."""
     value = f.default
     if value is dataclasses.MISSING:
         value = f.default_factory() if f.default_factory is not dataclasses.MISSING else MISSING
@@ -140,13 +141,14 @@ def _value(f: dataclasses.Field[Any]) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if dataclasses.is_dataclass(value):
-        return "(" + " ".join(f"{x.name}={_value(x)}" for x in dataclasses.fields(value)) + ")"
+        return "(" + " ".join(f"{x.name}={default_text(x)}" for x in dataclasses.fields(value)) + ")"
     if isinstance(value, tuple):
         value = list(value)  # as it is written
     return str(value).replace("'", "").replace(" ", "")
 
 
-def _first_comment(file: Path) -> str:
+def first_comment(file: Path) -> str:
+    """Return what an option's file says of itself, in its first lines."""
     lines = takewhile(lambda x: x.startswith("#"), file.read_text("utf-8").splitlines())
     # A line such as `# @package _global_` is for Hydra.
     return " ".join(line.lstrip("# ") for line in lines if not line.startswith("# @"))

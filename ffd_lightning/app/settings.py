@@ -80,9 +80,7 @@ def settings_help(schema: type[object], leave_out: Collection[str] = ()) -> str:
         schema: the dataclass; its docstring's `Attributes:` section says what each setting is.
         leave_out: settings that are told elsewhere.
     """
-    meanings: dict[str, str] = {}
-    for each in reversed(schema.__mro__):  # what is inherited is told there
-        meanings |= _attributes(inspect.getdoc(each) or "")
+    meanings = setting_meanings(schema)
     lines = []
     defaults = OmegaConf.structured(schema)
     for f in fields(schema):  # type: ignore[arg-type]
@@ -99,6 +97,14 @@ def settings_help(schema: type[object], leave_out: Collection[str] = ()) -> str:
             lines += [head, f"{'':<22}{body[0]}".rstrip()]
         lines += [f"{'':<22}{line}" for line in body[1:]]
     return "\n".join(lines)
+
+
+def setting_meanings(schema: type[object]) -> dict[str, str]:
+    """Return what each setting is, by name, from the docstring of its dataclass."""
+    found: dict[str, str] = {}
+    for each in reversed(schema.__mro__):  # what is inherited is told there
+        found |= _attributes(inspect.getdoc(each) or "")
+    return found
 
 
 def _shown(value: object) -> str:
@@ -127,4 +133,4 @@ def _attributes(doc: str) -> dict[str, str]:
     return {n.strip(): text for names, text in found.items() for n in names.split(",")}
 
 
-__all__ = ["MISSING", "read_settings", "settings_help"]
+__all__ = ["MISSING", "read_settings", "setting_meanings", "settings_help"]

@@ -78,7 +78,8 @@ class TrainingIndices(Dataset[BatchIndices]):
         batch_size: queries a step, over all devices.
         num_points: points per cloud.
         seed: decides order, views and points.
-        rank, world_size: this device takes every `world_size`-th query of the batch.
+        rank: of this device, which takes every `world_size`-th query of the batch.
+        world_size: number of devices.
 
     Raises:
         ConfigError: a batch that cannot be split evenly.
@@ -220,7 +221,8 @@ class FfdDataModule(LightningDataModule):
             used: networks of different T then see the same shapes.
         split: assigns shapes to subsets, by the hash of their id unless told otherwise.
         val_fraction: share of the training shapes to validate on, where the split names none.
-        degrees, max_edge: see `TemplateBank`.
+        degrees: of the lattices, see `TemplateBank`.
+        max_edge: of the templates' meshes, see `TemplateBank`.
         batch_size: queries a step, over all devices.
         num_points: points per cloud and step.
         seed: decides what each step sees.
@@ -230,7 +232,9 @@ class FfdDataModule(LightningDataModule):
         augmentation: changes the images that are trained on, and no others.
         residency: where images and clouds are kept while training.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
-        prepare_workers, prepare_timeout, progress: see `Preparation`.
+        prepare_workers: see `Preparation`.
+        prepare_timeout: see `Preparation`.
+        progress: see `Preparation`.
 
     Attributes:
         prepared: the prepared set, after `setup`.

@@ -33,7 +33,8 @@ class RenderSettings:
         from +x, the object's own right.
 
     Attributes:
-        height, width: in pixels.
+        height: in pixels.
+        width: in pixels.
         camera: `framed` stands where every shape is whole in the image; `authors`, the paper's, is
             nearer and cuts tall shapes off.
         elevation: of the camera above the horizon; by default 30, and the authors' own 30.96.

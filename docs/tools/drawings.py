@@ -1,0 +1,151 @@
+"""Pictures in docs/ that no command of `ffd` draws: reconstructions side by side, and moving."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from matplotlib import font_manager
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageFont
+
+from ffd_lightning.analysis.figures.drawing import View, draw_row
+from ffd_lightning.app.open_run import open_run
+from ffd_lightning.evaluation.opened import OpenRun
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.palette import regime_title
+from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.training.callbacks import example_rows
+
+Picture = NDArray[np.uint8]
+_STEPS = 16  # pictures from the template as it is to the deformed one
+_HOLD = 900  # milliseconds at either end
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A validation shape and what a run makes of it."""
+
+    run: OpenRun
+    row: int
+    template: int
+    offsets: torch.Tensor
+
+    def mesh(self, share: float) -> Mesh:
+        """Return the selected template, moved by a share of its offsets."""
+        return self.run.data.bank.deformed_mesh(self.template, share * self.offsets)
+
+    def input(self, view: View) -> Picture:
+        """Return the image that the network saw."""
+        image = Image.fromarray(self.run.data.prepared.image(self.row)[..., :3])
+        return np.asarray(image.resize((view.width, view.height), Image.Resampling.LANCZOS))
+
+    def view(self, width: int) -> View:
+        """Return the camera of the image."""
+        _, height, columns, _ = self.run.data.prepared.image_shape
+        return View(self.run.data.prepared.camera(self.row), round(width * height / columns), width)
+
+
+def shown(folder: Path, count: int) -> list[Shown]:
+    """Return validation shapes of a run, evenly spread: nobody has chosen them."""
+    run = open_run(RunFolder(folder))
+    rows = example_rows(run.data, count)
+    images = np.stack([run.data.prepared.image(row)[..., :3] for row in rows])
+    with torch.no_grad():
+        prediction = run.network.eval()(torch.from_numpy(images).permute(0, 3, 1, 2))
+    return [
+        Shown(run, row, int(t), prediction.offsets[k, t])
+        for k, (row, t) in enumerate(zip(rows, prediction.template_index, strict=True))
+    ]
+
+
+def overview(runs: dict[str, Path], count: int = 6, width: int = 150) -> Picture:
+    """Draw the same inputs under several regimes: a row an input, the truth last."""
+    columns = [shown(folder, count) for folder in runs.values()]
+    first = columns[0]
+    view = first[0].view(width)
+    rows = []
+    for k, shape in enumerate(first):
+        truth = shape.run.data.prepared.mesh(shape.row)
+        meshes = [column[k].mesh(1) for column in columns]
+        rows.append([shape.input(view), *draw_row([*meshes, truth], shape.view(width))])
+    heads = ["input", *(regime_title(name) for name in runs), "ground truth"]
+    return np.concatenate([_heads(heads, width), *(np.concatenate(row, axis=1) for row in rows)])
+
+
+def by_category(runs: dict[str, Path], count: int = 3, width: int = 120) -> Picture:
+    """Draw inputs, selected templates, reconstructions and truths of several categories."""
+    rows, view = [], None
+    for folder in runs.values():
+        for shape in shown(folder, count):
+            view = view or shape.view(width)
+            truth = shape.run.data.prepared.mesh(shape.row)
+            meshes = [shape.mesh(0), shape.mesh(1), truth]
+            rows.append([shape.input(view), *draw_row(meshes, shape.view(width))])
+    heads = ["input", "template", "deformed", "ground truth"]
+    half = -(-len(rows) // 2)
+    blocks = []
+    for part in (rows[:half], rows[half:]):
+        block = [_heads(heads, width), *(np.concatenate(row, axis=1) for row in part)]
+        blocks.append(np.concatenate(block))
+    missing = blocks[0].shape[0] - blocks[1].shape[0]
+    blocks[1] = np.pad(blocks[1], ((0, missing), (0, 0), (0, 0)), constant_values=255)
+    gap = np.full((len(blocks[0]), 24, 3), 255, np.uint8)
+    return np.concatenate([blocks[0], gap, blocks[1]], axis=1)
+
+
+def deforming(runs: dict[str, Path], width: int = 150) -> list[Picture]:
+    """Draw a shape of each run as its template deforms: inputs above, truths below."""
+    shapes = [shown(folder, 1)[0] for folder in runs.values()]
+    view = shapes[0].view(width)
+    shares = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, _STEPS))
+    inputs = np.concatenate([shape.input(view) for shape in shapes], axis=1)
+    drawn = []  # a shape's pictures have one scale, so that it does not jump
+    for shape in shapes:
+        truth = shape.run.data.prepared.mesh(shape.row)
+        drawn.append(draw_row([truth, *map(shape.mesh, shares)], shape.view(width)))
+    truths = np.concatenate([pictures[0] for pictures in drawn], axis=1)
+    frames = []
+    for k in range(_STEPS):
+        middle = np.concatenate([pictures[k + 1] for pictures in drawn], axis=1)
+        frames.append(_beside(["image", "mesh", "truth"], [inputs, middle, truths]))
+    return frames
+
+
+def write_animation(frames: Sequence[Picture], file: Path) -> None:
+    """Write frames forth and back as a GIF, with one palette so that nothing flickers."""
+    together = np.concatenate([frames[0], frames[len(frames) // 2], frames[-1]])
+    palette = Image.fromarray(together).quantize(64)
+    forth = [Image.fromarray(f).quantize(palette=palette, dither=Image.Dither.NONE) for f in frames]
+    order = [*forth, *forth[-2:0:-1]]
+    pause = [60] * len(order)
+    pause[0] = pause[len(forth) - 1] = _HOLD
+    order[0].save(file, save_all=True, append_images=order[1:], duration=pause, loop=0)
+
+
+def _font(size: int) -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(font_manager.findfont("DejaVu Sans"), size)
+
+
+def _heads(words: Sequence[str], width: int) -> Picture:
+    """Return a strip with a word above the middle of each column."""
+    strip = Image.new("RGB", (width * len(words), 26), "white")
+    draw = ImageDraw.Draw(strip)
+    for k, word in enumerate(words):
+        draw.text(((k + 0.5) * width, 13), word, fill="black", font=_font(13), anchor="mm")
+    return np.asarray(strip)
+
+
+def _beside(words: Sequence[str], rows: Sequence[Picture]) -> Picture:
+    """Return rows of pictures with a word to the left of each."""
+    named = []
+    for word, row in zip(words, rows, strict=True):
+        side = Image.new("RGB", (60, len(row)), "white")
+        ImageDraw.Draw(side).text(
+            (6, len(row) / 2), word, fill="black", font=_font(13), anchor="lm"
+        )
+        named.append(np.concatenate([np.asarray(side), row], axis=1))
+    return np.concatenate(named)

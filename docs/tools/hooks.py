@@ -1,0 +1,60 @@
+"""What `make docs` adds to the pages in this folder: see https://www.mkdocs.org/dev-guide/plugins.
+
+Pages that lie elsewhere in the project (ARCHITECTURE.md and others) or that are made of the code
+(settings, commands); and equations as MathML, which browsers draw without a script.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+from latex2mathml.converter import convert
+from mkdocs.structure.files import File, Files
+
+sys.path.insert(0, str(Path(__file__).parent))
+from reference import commands_page, settings_page
+
+ROOT = Path(__file__).parents[2]
+ELSEWHERE = {
+    "architecture.md": "ARCHITECTURE.md",
+    "changelog.md": "CHANGELOG.md",
+    "contributing.md": "CONTRIBUTING.md",
+    "benchmarks.md": "benchmarks/README.md",
+    "model-card.md": "ffd_lightning/pretrained/README.md",
+}
+MADE = {"configuration.md": settings_page, "commands.md": commands_page}
+
+_MATH = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the pages that are not in this folder."""
+    for page, source in ELSEWHERE.items():
+        text = (ROOT / source).read_text(encoding="utf-8")
+        files.append(File.generated(config, page, content=_relinked(text)))
+    for page, make in MADE.items():
+        files.append(File.generated(config, page, content=make()))
+    return files
+
+
+def on_page_content(html: str, **_: Any) -> str:
+    """Write equations as MathML."""
+    return _MATH.sub(
+        lambda m: convert(_plain(m[3]), display="block" if m[2] == "[" else "inline"), html
+    )
+
+
+def _relinked(text: str) -> str:
+    """Return a page with links into docs/ as they are from there; other links lose their target."""
+    text = re.sub(r"\]\((?:\.\./)*docs/", "](", text)
+    pages = {Path(source).name: page for page, source in ELSEWHERE.items() if "/" not in source}
+    for name, page in pages.items():
+        text = text.replace(f"]({name})", f"]({page})")
+    return text
+
+
+def _plain(latex: str) -> str:
+    return latex.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">")

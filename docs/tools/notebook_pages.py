@@ -1,0 +1,19 @@
+"""A notebook, run, as a page with its pictures."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+
+def write_page(notebook: Path, page: Path, sweep: Path) -> None:
+    """Run a notebook on the runs of a sweep, and write what it shows as Markdown."""
+    environment = os.environ | {"SWEEP": str(sweep)}
+    pictures = page.with_name(f"{page.stem}_files")
+    shutil.rmtree(pictures, ignore_errors=True)
+    command = ["nbconvert", "--execute", "--no-input", "--to", "markdown", str(notebook)]
+    command += [f"--output-dir={page.parent}", f"--output={page.stem}"]
+    subprocess.run([sys.executable, "-m", "jupyter", *command], env=environment, check=True)

@@ -1,0 +1,246 @@
+"""Makes the pictures in docs/ from runs of the present code, training what is not there yet.
+
+    python docs/tools/pictures.py                     # all of them: two hours on two cores
+    python docs/tools/pictures.py overview.jpg figures/method.png
+    python docs/tools/pictures.py --list              # which are older than the code
+
+`--runs` and `--data` name folders, by default `runs` and `data`. Screenshots and notebooks need the
+extra `pictures`, and a Chromium on the path.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+TOOLS = Path(__file__).parent
+DOCS, ROOT = TOOLS.parent, TOOLS.parents[1]
+PACKAGE = ROOT / "ffd_lightning"
+RECORD = DOCS / "pictures.json"
+"""Of which code each picture is."""
+
+REGIMES = ("b", "w", "e", "r", "posterior")
+SHOWN = ("chair", "plane", "table", "bench", "car")
+FIGURES = ("method", "overview", "subdivision", "voxels", "labels", "candidates")
+NOTEBOOKS = {
+    "cumulative_chamfer": "demo",
+    "template_selection": "demo",
+    "label_transfer": "demo",
+    "deformation": "demo",
+    "limited_templates": "template_counts-quick",
+}
+SWEEPS = {
+    "demo": ("train", "-m", f"regime={','.join(REGIMES)}", "category=table", "name=demo"),
+    "categories": ("sweep", "categories", f"category={','.join(SHOWN)}"),
+    "template_counts-quick": ("sweep", "template_counts", "--quick", "category=table"),
+}
+"""Commands that give the runs; what is finished is not trained again."""
+
+TRAINING = (
+    "geometry",
+    "imaging",
+    "losses",
+    "nn",
+    "shapes",
+    "data",
+    "training/module.py",
+    "../conf",
+)
+"""What decides the weights of a run, in the package."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where runs and prepared data are."""
+
+    runs: Path
+    data: Path
+
+    def run(self, sweep: str, category: str, regime: str) -> Path:
+        """Return the folder of a sweep's run."""
+        found = sorted((self.runs / sweep / category / regime / "t16").glob("seed0*"))
+        if not found:
+            sys.exit(f"{self.runs / sweep}: no run of category {category}, regime {regime}")
+        return found[0]
+
+    def ffd(self, *arguments: str) -> None:
+        """Run a command of the project."""
+        print("ffd", *arguments, flush=True)
+        subprocess.run([sys.executable, "-m", "ffd_lightning", *arguments], cwd=ROOT, check=True)
+
+    def train(self, sweep: str) -> None:
+        """Train the runs of a sweep, as far as they are not finished."""
+        self.ffd(*SWEEPS[sweep], f"paths.runs={self.runs}", f"paths.data={self.data}")
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture of docs/.
+
+    Attributes:
+        sweep: whose runs it shows; None for none.
+        drawn_by: files and folders of the package that draw it.
+        make: writes it.
+    """
+
+    sweep: str | None
+    drawn_by: tuple[str, ...]
+    make: Callable[[Place, Path], None]
+
+    def code(self) -> str:
+        """Return a digest of the code that it depends on."""
+        own = ["shapes", "imaging"] if self.sweep is None else TRAINING
+        return digest(PACKAGE / name for name in (*own, *self.drawn_by))
+
+
+def digest(places: Iterable[Path]) -> str:
+    """Return a digest of source files, and of those in folders."""
+    found = hashlib.sha256()
+    files = {f for place in places for f in ([place] if place.is_file() else place.rglob("*"))}
+    for path in sorted(files):
+        if path.suffix in (".py", ".yaml", ".html", ".css", ".js", ".ipynb"):
+            found.update(path.name.encode() + b"\0" + path.read_bytes())
+    return found.hexdigest()[:12]
+
+
+def _overview(place: Place, file: Path) -> None:
+    from drawings import overview
+
+    _save(overview({r: place.run("demo", "table", r) for r in REGIMES}), file)
+
+
+def _by_category(place: Place, file: Path) -> None:
+    from drawings import by_category
+
+    _save(by_category({c: place.run("categories", c, "posterior") for c in SHOWN}), file)
+
+
+def _deforming(place: Place, file: Path) -> None:
+    from drawings import deforming, write_animation
+
+    runs = {c: place.run("categories", c, "posterior") for c in SHOWN}
+    write_animation(deforming(runs), file)
+
+
+def _figure(place: Place, file: Path) -> None:
+    regimes = ("posterior",) if file.stem == "method" else ("r", "posterior")
+    runs = ",".join(str(place.run("demo", "table", regime)) for regime in regimes)
+    place.ffd("figures", f"figure={file.stem}", f"runs=[{runs}]", f"out={file}", "number=4")
+    _fewer_colors(file)
+
+
+def _contact_sheet(place: Place, file: Path) -> None:
+    place.ffd("shapes", f"out={file.parent}", f"categories=[{file.stem}]")
+
+
+def _scaling(place: Place, file: Path) -> None:
+    results = ["--only", "scaling", "--out", str(place.runs / "benchmarks")]
+    subprocess.run([sys.executable, "-m", "benchmarks", *results], cwd=ROOT, check=True)
+    shutil.copy(place.runs / "benchmarks" / "scaling.png", file)
+
+
+def _notebook(place: Place, file: Path) -> None:
+    from notebook_pages import write_page
+
+    write_page(ROOT / "notebooks" / f"{file.stem}.ipynb", file, place.runs / NOTEBOOKS[file.stem])
+
+
+def _screenshot(what: str, place: Place, file: Path) -> None:
+    import screenshots
+
+    getattr(screenshots, what)(place, file)
+    _fewer_colors(file)
+
+
+def _save(picture: NDArray[np.uint8], file: Path) -> None:
+    Image.fromarray(picture).save(file, quality=85)
+
+
+def _fewer_colors(file: Path) -> None:
+    """Write a PNG again with 128 colours: a third of the bytes, and no difference to the eye."""
+    Image.open(file).convert("RGB").quantize(128).save(file, optimize=True)
+
+
+def _pictures() -> dict[str, Picture]:
+    from ffd_lightning.shapes import categories
+
+    tools = "../docs/tools"
+    drawn = (f"{tools}/drawings.py", "palette.py")
+    figures = ("analysis/figures", "imaging", "palette.py")
+    board = ("training", "evaluation/figures.py", f"{tools}/screenshots.py")
+    report = ("analysis/report", "analysis/compare.py", "palette.py", f"{tools}/screenshots.py")
+    viewer = ("inference/viewer", f"{tools}/screenshots.py")
+    found = {
+        "overview.jpg": Picture("demo", drawn, _overview),
+        "posterior.jpg": Picture("categories", drawn, _by_category),
+        "deforming.gif": Picture("categories", drawn, _deforming),
+        "scaling.png": Picture(None, ("geometry/nearest", "../benchmarks"), _scaling),
+        "report.png": Picture("demo", report, partial(_screenshot, "report")),
+        "viewer.png": Picture("demo", viewer, partial(_screenshot, "viewer")),
+    }
+    for name in ("scalars", "selection", "clouds", "hparams"):
+        found[f"tensorboard-{name}.png"] = Picture(
+            "demo", board, partial(_screenshot, f"tensorboard_{name}")
+        )
+    found |= {f"figures/{name}.png": Picture("demo", figures, _figure) for name in FIGURES}
+    for name, sweep in NOTEBOOKS.items():
+        plots = ("analysis", "palette.py", f"../notebooks/{name}.ipynb")
+        found[f"notebooks/{name}.md"] = Picture(sweep, plots, _notebook)
+    sheets = ("app/commands/shapes.py",)
+    return found | {
+        f"categories/{c}.jpg": Picture(None, sheets, _contact_sheet) for c in categories()
+    }
+
+
+PICTURES = _pictures()
+
+
+def record() -> dict[str, str]:
+    """Return the code that each picture is of."""
+    return json.loads(RECORD.read_text("utf-8")) if RECORD.exists() else {}
+
+
+def outdated() -> list[str]:
+    """Return the pictures that are older than the code that makes them."""
+    made = record()
+    return [name for name, picture in PICTURES.items() if made.get(name) != picture.code()]
+
+
+def main() -> None:
+    """Make what the command line names, or all that is outdated."""
+    parser = argparse.ArgumentParser(description="Make the pictures in docs/.")
+    parser.add_argument("names", nargs="*", help="of pictures; by default all that are outdated")
+    parser.add_argument("--list", action="store_true", help="say which are outdated")
+    parser.add_argument("--runs", type=Path, default=ROOT / "runs")
+    parser.add_argument("--data", type=Path, default=ROOT / "data")
+    given = parser.parse_args()
+    if unknown := sorted(set(given.names) - set(PICTURES)):
+        sys.exit(f"no picture {unknown[0]}: {', '.join(PICTURES)}")
+    names = given.names or outdated()
+    if given.list:
+        print("\n".join(names))
+        return
+    place = Place(given.runs.resolve(), given.data.resolve())
+    for sweep in sorted({PICTURES[name].sweep or "" for name in names} - {""}):
+        place.train(sweep)
+    for name in names:
+        print(f"docs/{name}", flush=True)
+        PICTURES[name].make(place, DOCS / name)
+        made = record() | {name: PICTURES[name].code()}
+        RECORD.write_text(json.dumps(made, indent=1, sort_keys=True) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

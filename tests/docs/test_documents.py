@@ -1,0 +1,174 @@
+"""Commands, scripts and links in the documents are held against the code."""
+
+import importlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from docs.documents import PAGES, ROOT, blocks, commands, links, name
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from PIL import Image
+
+from ffd_lightning.app.commands.sweep import Request
+from ffd_lightning.app.config import EvaluateConfig, PredictConfig, PrepareConfig, TrainConfig
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.main import COMMANDS
+from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.settings import read_settings
+from ffd_lightning.app.studies.study import load_study
+from ffd_lightning.run_folder import RunFolder
+
+HYDRA = {
+    "train": ("train", TrainConfig),
+    "prepare": ("prepare", PrepareConfig),
+    "doctor": ("prepare", PrepareConfig),
+    "evaluate": ("evaluate", EvaluateConfig),
+    "predict": ("predict", PredictConfig),
+}
+# What only the reader has: parts of a package of theirs.
+THEIRS = ("plugins=", "+regime.terms.smoothness", "encoder=mine", "encoder=patches", "data=boxes")
+WRITTEN = [(name(page), *found) for page in PAGES for found in commands(page)]
+
+
+def first_values(overrides):
+    """Return overrides without Hydra's own, each sweep replaced by its first value."""
+    kept = [each for each in overrides if not each.startswith(("hydra", "-"))]
+    result = []
+    for override, each in zip(OverridesParser.create().parse_overrides(kept), kept, strict=True):
+        value = override.value()
+        if override.is_sweep_override():
+            value = value.list[0] if hasattr(value, "list") else value.start
+            each = f"{override.key_or_group}={value}"
+        result.append(each)
+    return result
+
+
+def test_documents_have_commands():
+    assert len(WRITTEN) > 40
+    assert {command for _, command, _ in WRITTEN} <= set(COMMANDS)
+
+
+@pytest.mark.parametrize(("page", "command", "arguments"), WRITTEN)
+def test_a_written_command_is_understood(page, command, arguments):
+    if any(word.startswith(THEIRS) for word in arguments) or "--help" in arguments:
+        pytest.skip("needs a package of the reader's own, or only asks for help")
+    if command == "sweep":
+        request = Request.parse(arguments)
+        load_study(ROOT / "sweeps" / f"{request.study}.yaml")
+        command, arguments = "train", request.overrides
+    if command in HYDRA:
+        config, schema = HYDRA[command]
+        typed_config(compose_config(config, schema, first_values(arguments)), schema)
+        return
+    module = importlib.import_module(f"ffd_lightning.app.commands.{COMMANDS[command].module}")
+    read_settings(module.Settings, arguments, getattr(module, "MAIN", ""))
+
+
+def test_a_wrong_command_would_be_noticed():
+    with pytest.raises(Exception, match="no_such"):
+        test_a_written_command_is_understood("", "train", ["no_such=1"])
+    with pytest.raises(Exception, match="no_such"):
+        test_a_written_command_is_understood("", "report", ["no_such=1"])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_lead_somewhere(page):
+    made = {"configuration.md", "commands.md", "architecture.md", "contributing.md"}
+    made |= {"changelog.md", "benchmarks.md", "model-card.md"}  # when the site is built
+    in_docs = page.parent == ROOT / "docs"
+    missing = [
+        link
+        for link in links(page)
+        if link and not (page.parent / link).exists() and not (in_docs and link in made)
+    ]
+    assert missing == []
+
+
+def test_every_picture_is_shown():
+    shown = {(page.parent / link).resolve() for page in PAGES for link in links(page)}
+    pictures = {
+        path for path in (ROOT / "docs").rglob("*") if path.suffix in (".png", ".jpg", ".gif")
+    }
+    assert sorted(map(name, pictures - shown)) == []
+
+
+def run_script(script, folder):
+    (folder / "script.py").write_text(script)
+    picture = np.full((60, 80, 3), 255, np.uint8)
+    picture[20:45, 25:60] = (120, 60, 30)
+    Image.fromarray(picture).save(folder / "photo.png")
+    done = subprocess.run(
+        [sys.executable, "script.py"],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+PYTHON = blocks(ROOT / "docs" / "python.md", "python")
+
+
+def block_with(words):
+    (found,) = [block for block in PYTHON if words in block]
+    return found
+
+
+def test_the_script_with_a_trainer_runs(tmp_path):
+    script = block_with("Trainer(")
+    small = {
+        "num_models=200": "num_models=24",
+        "num_templates=8": "num_templates=2",
+        "max_steps=300": "max_steps=2, accelerator='cpu'",
+    }
+    for words, fewer in small.items():
+        assert words in script
+        script = script.replace(words, fewer)
+    run_script(script, tmp_path)
+
+
+def test_the_script_that_predicts_runs(tmp_path, joint_checkpoint):
+    script = block_with("of_category").replace("load()", f"load({str(joint_checkpoint)!r})")
+    script = script.replace("200_000", "100")
+    run_script(script, tmp_path)
+    assert (tmp_path / "mesh.glb").is_file()
+    assert (tmp_path / "sofa.glb").is_file()
+
+
+def test_scripts_without_data_run(tmp_path):
+    run_script(block_with("deformation_matrix") + block_with("earth_movers"), tmp_path)
+
+
+def test_the_script_on_results_runs(tiny_config, tmp_path):
+    from ffd_lightning.app.training_run import train
+
+    for regime in ("b", "r"):
+        run = RunFolder(tmp_path / "runs" / "demo" / "table" / regime / "t2" / "seed0")
+        train(tiny_config(f"regime={regime}"), run)
+    assert "Chamfer" in run_script(block_with("comparison_table"), tmp_path)
+
+
+def test_the_part_in_five_steps_works(tmp_path):
+    part = blocks(ROOT / "docs" / "extending.md", "python")[0]
+    module = tmp_path / "my_module.py"
+    module.write_text(part)
+    text = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    command = re.search(r"`python train.py ([^`]*my_module[^`]*)`", text)[1]
+    shutil.copy(ROOT / "train.py", tmp_path)
+    done = subprocess.run(
+        [sys.executable, "train.py", *command.split(), "--cfg", "job"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": f"{ROOT}:{tmp_path}"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "smoothness" in done.stdout
