@@ -139,4 +139,4 @@ def test_the_readmes_script_runs(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "mesh.glb").stat().st_size > 1000
-    assert "test/chamfer" in done.stdout
+    assert "test/box_chamfer" in done.stdout

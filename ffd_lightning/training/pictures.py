@@ -18,11 +18,11 @@ from ffd_lightning.imaging.rendering import render
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import COLORS
 
-_SHEET_WIDTH = 1600  # pixels that many templates share
-_WIDTHS = 48, 112  # of a template
-_LEAST_WIDTH = 480  # of a sheet, for its title
-_BARS = 150  # height
-_LINE, _FONT = 18, 13
+_CELL = 54, 72  # pixels, of a template
+_COLUMNS = 8  # TensorBoard shrinks pictures to some 300 pixels
+_BARS = 84  # height
+_LINE = 20
+_LARGE_FONT, _SMALL_FONT = (ImageFont.load_default(size) for size in (17, 14))
 _BAR_COLOR, _DOT_COLOR = COLORS[-1], COLORS[-2]
 
 _FAR = 0.05  # of the box diagonal: the distance from which on points have the last colour
@@ -40,9 +40,8 @@ CLOUD_LEGEND = (
 
 
 def thumbnails(bank: TemplateBank) -> NDArray[np.uint8]:
-    """Draw templates small: (T, h, w, 3) uint8, the smaller the more there are."""
-    width = int(np.clip(_SHEET_WIDTH // len(bank), *_WIDTHS))
-    height = 3 * width // 4
+    """Draw templates small: (T, h, w, 3) uint8."""
+    height, width = _CELL
     drawn = [render(mesh, height=height, width=width, samples=3) for mesh in bank.meshes]
     return np.stack([image[..., :3] for image in drawn])
 
@@ -52,7 +51,8 @@ def selection_bars(
 ) -> NDArray[np.uint8]:
     """Draw how often each template is selected, most used first, and its mean weight.
 
-    Below its bar a template has its picture and its number, which counts from 1.
+    Below its bar a template has its picture and its number, which counts from 1. Eight are in a
+    row.
 
     Args:
         counts: selections per template, (T,).
@@ -63,33 +63,50 @@ def selection_bars(
         RGB image, (H, W, 3) uint8.
     """
     counts, weights = np.asarray(counts), np.asarray(weights, float)
-    order = np.argsort(-counts, kind="stable")
     shares = counts / counts.sum()
     height, width = pictures.shape[1:3]
-    cell = max(width, _LEAST_WIDTH // len(order))
-    floor = 3 * _LINE + _BARS
-    sheet = Image.new("RGB", (cell * len(order), floor + height + _LINE), "white")
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(_FONT)
-    used = f"{(counts > 0).sum()} of {len(counts)} templates selected"
-    effective = f"effectively {effective_templates(counts):.1f}"
-    draw.text((4, 2), f"{used}, {effective} ({counts.sum()} images)", "black", font)
-    draw.text((4, 2 + _LINE), "bar: share of images", _BAR_COLOR, font)
-    after = draw.textlength("bar: share of images   ", font)
-    draw.text((4 + after, 2 + _LINE), "dot: mean weight", _DOT_COLOR, font)
-    scale = (_BARS - 8) / max(shares.max(), weights.max())
-    for place, t in enumerate(order):
-        left, middle = place * cell, place * cell + cell // 2
-        top = floor - round(scale * shares[t])
+    top, row = 2 * _LINE, 2 * _LINE + _BARS + height
+    size = (_COLUMNS * width, top - (-len(counts) // _COLUMNS) * row)
+    sheet = Image.new("RGB", size, "white")
+    draw = ImageDraw.Draw(sheet)
+    _headline(draw, counts)
+    scale = _BARS / max(shares.max(), weights.max())
+    for place, t in enumerate(np.argsort(-counts, kind="stable")):
+        left, floor = place % _COLUMNS * width, top + place // _COLUMNS * row + row - height - _LINE
+        _bar(draw, (left, floor, width), scale * shares[t], scale * weights[t])
         if counts[t]:
-            bar = (left + cell // 6, top, left + cell - cell // 6, floor - 1)
-            draw.rectangle(bar, fill=_BAR_COLOR)
-            draw.text((middle, top - 2), f"{shares[t]:.0%}", "black", font, anchor="mb")
-        dot = floor - round(scale * weights[t])
-        draw.ellipse((middle - 4, dot - 4, middle + 4, dot + 4), fill=_DOT_COLOR, outline="white")
-        sheet.paste(Image.fromarray(pictures[t]), (left + (cell - width) // 2, floor))
-        draw.text((middle, floor + height), f"{t + 1}", "black", font, anchor="mt")
-    draw.line((0, floor, sheet.width, floor), fill="gray")
+            high = floor - scale * max(shares[t], weights[t]) - 5
+            draw.text(
+                (left + width / 2, high), f"{shares[t]:.0%}", "black", _SMALL_FONT, anchor="mb"
+            )
+        sheet.paste(Image.fromarray(pictures[t]), (left, floor))
+        draw.text((left + width / 2, floor + height), f"{t + 1}", "black", _SMALL_FONT, anchor="mt")
     return np.asarray(sheet)
+
+
+def _headline(draw: ImageDraw.ImageDraw, counts: NDArray[np.int64]) -> None:
+    """Say what came of the selections, and what bars and dots are."""
+    told = f"{(counts > 0).sum()} of {len(counts)} templates selected, "
+    told += f"effectively {effective_templates(counts):.1f}"
+    draw.text((4, 2), told, "black", _LARGE_FONT)
+    x = 4.0
+    for text, color in ((f"% of {counts.sum()} images", _BAR_COLOR), ("mean weight", _DOT_COLOR)):
+        draw.rectangle((x, _LINE + 8, x + 10, _LINE + 18), fill=color)
+        draw.text((x + 16, _LINE + 4), text, "black", _SMALL_FONT)
+        x += 40 + draw.textlength(text, _SMALL_FONT)
+
+
+def _bar(draw: ImageDraw.ImageDraw, place: tuple[int, int, int], height: float, dot: float) -> None:
+    """Draw a bar, and a dot at its own height, between a left and a floor of some width."""
+    left, floor, width = place
+    draw.line((left, floor - 1, left + width, floor - 1), fill="gray")
+    if height:
+        inside = width // 6
+        draw.rectangle(
+            (left + inside, floor - height, left + width - inside, floor - 1), _BAR_COLOR
+        )
+    x, y = left + width / 2, floor - dot
+    draw.ellipse((x - 4, y - 4, x + 4, y + 4), fill=_DOT_COLOR, outline="white")
 
 
 def distance_colors(a: Tensor, b: Tensor) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -141,18 +141,20 @@ def tensorboard_writer(trainer: Trainer) -> SummaryWriter | None:
 
 
 def write_bars(writer: SummaryWriter, tag: str, heights: ArrayLike, step: int) -> None:
-    """Write a histogram that has a peak of its height at each template's number, from 1.
+    """Write a histogram that has a bar of its height at each template's number, from 1.
 
-    TensorBoard draws a histogram through the middles of 30 buckets of its own. The range is chosen
-    so that a template's is one of them, with empty ones on both sides if there is room.
+    TensorBoard draws a histogram as a line through the middles of 30 buckets of its own. These are
+    the same, equally many for each template, of which the last is empty if there is room: bars
+    would run into one another.
     """
     heights = np.asarray(heights, float)
-    room = max(1, _BINS // len(heights))
-    width = max(len(heights), _BINS // room)
-    found = np.zeros(room * width)
-    found[room // 2 : room * len(heights) : room] = heights
-    start = 1 - (room // 2 + 0.5) / room
-    write_buckets(writer, tag, found, start + np.arange(len(found) + 1) / room, step)
+    room = max(1, _BINS // len(heights))  # buckets of a template
+    filled = max(1, room - 1)
+    found = np.zeros(max(_BINS, len(heights)))
+    for t, height in enumerate(heights):
+        found[t * room : t * room + filled] = height
+    first = 1 - filled / room / 2
+    write_buckets(writer, tag, found, first + np.arange(len(found) + 1) / room, step)
 
 
 def write_buckets(
