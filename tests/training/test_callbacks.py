@@ -349,7 +349,6 @@ def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):
 
 
 def test_the_layout_finds_its_tags(logged):
-    """Written once: the page joins what several attempts at a run wrote."""
     stored = logged.events.Tensors("custom_scalars__config__")
     assert len(stored) == 1
     layout = layout_pb2.Layout.FromString(stored[0].tensor_proto.string_val[0])
