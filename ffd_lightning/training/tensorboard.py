@@ -144,16 +144,17 @@ def write_bars(writer: SummaryWriter, tag: str, heights: ArrayLike, step: int) -
     """Write a histogram that has a bar of its height at each template's number, from 1.
 
     TensorBoard draws a histogram as a line through the middles of 30 buckets of its own. These are
-    the same, equally many for each template, of which the last is empty if there is room: bars
-    would run into one another.
+    the same, equally many for each template, of which the last is empty if there is room, as is the
+    first of all: bars would run into one another and into the edge.
     """
     heights = np.asarray(heights, float)
     room = max(1, _BINS // len(heights))  # buckets of a template
     filled = max(1, room - 1)
     found = np.zeros(max(_BINS, len(heights)))
+    lead = int(room * len(heights) < _BINS)
     for t, height in enumerate(heights):
-        found[t * room : t * room + filled] = height
-    first = 1 - filled / room / 2
+        found[lead + t * room :][:filled] = height
+    first = 1 - (lead + filled / 2) / room
     write_buckets(writer, tag, found, first + np.arange(len(found) + 1) / room, step)
 
 

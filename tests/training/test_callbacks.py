@@ -211,7 +211,7 @@ def test_bars_and_histograms_are_drawn_at_every_validation(logged):
     for tag, expected in (("selected", shares), ("selected_sorted", sorted(shares)[::-1])):
         found = events.Histograms(f"which_template/{tag}")
         assert [h.step for h in found] == step
-        # 15 buckets of each template, the last of them empty
+        # TensorBoard's 30 buckets: 15 of each template, the last of them empty
         bars = np.reshape(found[-1].histogram_value.bucket, (2, 15))[:, :14]
         assert bars == pytest.approx(np.repeat(expected, 14).reshape(2, 14), abs=1e-9)
 
