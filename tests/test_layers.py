@@ -15,6 +15,7 @@ RANK = {
     "parallel": 0,
     "pretrained": 0,
     "progress": 0,
+    "terminal": 0,
     "run_folder": 0,
     "registry": 0,
     "geometry": 0,

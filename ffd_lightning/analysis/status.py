@@ -9,6 +9,7 @@ from rich.table import Table
 
 from ffd_lightning.analysis.runs import require_runs
 from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.terminal import duration
 
 _COLORS = {"finished": "green", "running": "cyan", "failed": "red", "interrupted": "yellow"}
 
@@ -77,7 +78,7 @@ def printed(rows: pd.DataFrame, folder: Path) -> Table:
             str(Path(row["run"]).relative_to(folder)),
             f"[{color}]{row['state']}[/]",
             _done(row["share"], row["phase"], row["state"]),
-            _duration(row["seconds_left"]),
+            "" if pd.isna(row["seconds_left"]) else duration(row["seconds_left"]),
             row["reason"],
         )
     return table
@@ -87,10 +88,3 @@ def _done(share: float, phase: str, state: str) -> str:
     if pd.isna(share):
         return ""
     return f"{share:.0%} {phase}".rstrip() if state != "finished" else "100%"
-
-
-def _duration(seconds: float) -> str:
-    if pd.isna(seconds):
-        return ""
-    minutes, hours = seconds / 60, seconds / 3600
-    return f"{hours:.1f} h" if hours >= 1 else f"{minutes:.0f} min" if minutes >= 1 else "< 1 min"

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
-from rich.table import Table
+from rich.console import RenderableType
 
-from ffd_lightning.analysis.budget import BUDGET_CAPTION, QUALITY, SHARES, error_budget
+from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget
 from ffd_lightning.analysis.runs import find_protocol, load_runs, load_samples
-from ffd_lightning.analysis.wording import measure_title, number
+from ffd_lightning.analysis.table_layout import Column, RunHeads, fitted, titled
+from ffd_lightning.analysis.wording import number
 from ffd_lightning.errors import UserError
-from ffd_lightning.evaluation.protocols import ProtocolDescription
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
-_OTHERS = {
-    "undeformed": ("undeformed", "that template as it is"),
+_REFERENCES = {
+    "undeformed": ("undeformed", "the selected template as it is"),
     "best_undeformed": (
         "best\nundeformed",
         "the template nearest to the truth as it is, an oracle",
@@ -25,94 +27,149 @@ _OTHERS = {
         "retrieved",
         "the training shape whose image looks most alike to the encoder",
     ),
-}  # what stands beside the model: heading, and what it is
+    "retrieval": ("nearest", "the training shape nearest to the truth, an oracle"),
+    "medoid": ("medoid", "the most central training shape, always"),
+    "floor": ("floor", "the truth sampled again"),
+}  # what a score is to be compared with: heading, and what it is
+_SHAPES = {"test": "test shapes", "val": "validation shapes"}
 
 
-def summary_tables(runs: Sequence[RunFolder]) -> list[Table]:
-    """Return a table per protocol, with a row per run: quality, template selection, speed.
+def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[RenderableType]:
+    """Return tables with a row per run: results, references, error budget, deformed meshes.
 
-    Each run is shown under the protocol that its training ended with.
+    Each run is shown under the protocol that its training ended with. What all runs have in common
+    is in the title. Runs without results have a table of their own.
+
+    Args:
+        runs: their folders.
+        width: of the terminal, None for no limit; tables that are wider are split.
     """
     by_path = {str(run.path): run for run in runs}
-    tables = []
-    for name, part in load_runs(runs).groupby("protocol", sort=False):
+    table = load_runs(runs)
+    finished = table[table["state"] == "finished"]
+    shown: list[RenderableType] = []
+    for name, part in finished.groupby("protocol", sort=False):
+        own = [by_path[path] for path in part["run"]]
         try:
-            protocol = find_protocol([by_path[path] for path in part["run"]], str(name))
-        except UserError:  # none has come to its end
+            protocol = find_protocol(own, str(name))
+        except UserError:  # its summary.json is damaged, or of a validation
             protocol = ProtocolDescription(str(name))
-        tables.append(_summary_table(part, protocol))
-        if (budget := _budget_table(part, protocol)) is not None:
-            tables.append(budget)
-    return tables
+        shown.append(_results(part, protocol, _evaluated_on(own), width))
+        if (references := _references(part, protocol, width)) is not None:
+            shown.append(references)
+        shown += _error_tables(part, protocol, width)
+    failed = table[table["state"] != "finished"]
+    return [*shown, _failures(failed)] if len(failed) else shown
 
 
-def _budget_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table | None:
-    """Return what the runs' errors are made of, and what their meshes are like; None if unknown."""
+def _evaluated_on(runs: Iterable[RunFolder]) -> str:
+    subsets = {(run.status.get("evaluation") or {}).get("subset", "test") for run in runs}
+    return _SHAPES.get(subsets.pop(), "shapes") if len(subsets) == 1 else "shapes"
+
+
+def _results(
+    runs: pd.DataFrame, protocol: ProtocolDescription, shapes: str, width: int | None
+) -> RenderableType:
+    heads = RunHeads.of(runs)
+    columns = [
+        Column(f"{m.title} {m.arrow}", _numbers(runs, m.name, m.factor)) for m in protocol.measures
+    ]
+    effective = _values(runs, "effective_templates")
+    columns.append(Column("effective\ntemplates", [f"{value:.1f}" for value in effective]))
+    columns.append(Column("seconds\nper step", [f"{x:.2f}" for x in runs["seconds_per_step"]]))
+    counts = [f"{count:.0f}" for count in _values(runs, "num_samples")]
+    told = heads.common
+    if len(set(counts)) == 1:
+        told = f"{told}, {counts[0]} {shapes}".removeprefix(", ")
+    else:
+        columns.append(Column(shapes.replace(" ", "\n"), counts))
+    title = f"Results under protocol {protocol.name}"
+    return titled(
+        _joined(title, told), fitted(heads.columns, columns, width), _caption(protocol), width
+    )
+
+
+def _caption(protocol: ProtocolDescription) -> str:
+    if not protocol.measures:
+        return ""
+    meanings = "; ".join(f"{m.title}: {m.definition}" for m in protocol.measures)
+    return (
+        "Means over the shapes, of the selected template, deformed. "
+        f"{meanings}. {protocol.note}.{protocol.factors}"
+    )
+
+
+def _references(
+    runs: pd.DataFrame, protocol: ProtocolDescription, width: int | None
+) -> RenderableType | None:
+    """Return what the main measure is to be compared with; None where nothing was scored."""
+    if not protocol.measures:
+        return None
+    main = protocol.main_measure
+    there = [key for key in _REFERENCES if f"{key}_{main.name}" in runs]
+    if not there:
+        return None
+    heads = RunHeads.of(runs)
+    columns, same = [Column("deformed", _numbers(runs, main.name, main.factor))], []
+    for key in there:
+        cells = _numbers(runs, f"{key}_{main.name}", main.factor)
+        if len(cells) > 1 and len(set(cells)) == 1:
+            same.append(f"{_REFERENCES[key][0]} {cells[0]}")
+        else:
+            columns.append(Column(_REFERENCES[key][0], cells))
+    caption = "; ".join(": ".join(_REFERENCES[key]) for key in there)
+    caption = f"The same for all runs: {', '.join(same)}. {caption}." if same else f"{caption}."
+    title = _joined(f"References, {_in_units(main)}", heads.common)
+    tables = fitted(heads.columns, columns, width)
+    return titled(title, tables, caption.replace("\n", " "), width)
+
+
+def _error_tables(
+    runs: pd.DataFrame, protocol: ProtocolDescription, width: int | None
+) -> list[RenderableType]:
+    """Return what the runs' errors are made of and what their meshes are like, if it is known."""
     try:
         samples = load_samples([RunFolder(Path(run)) for run in runs["run"]], protocol.name)
         budget = error_budget(samples, protocol)
     except UserError:
-        return None
-    table = Table(
-        title=f"Error budget, {measure_title(protocol.main_measure.name)}",
-        caption=BUDGET_CAPTION,
-        caption_justify="left",
-    )
-    for name in ("category", "regime", "T", "seed"):
-        table.add_column(name)
-    for title in (*(share.name for share in SHARES), "total", "regret"):
-        table.add_column(title, justify="right")
-    for column in QUALITY:
-        table.add_column(QUALITY[column][0], justify="right")
-    heads = runs.set_index("run")[["category", "regime", "templates", "seed"]]
-    for run, row in budget.iterrows():
-        parts = [number(row[name]) for name in (*(share.name for share in SHARES), "total")]
-        quality = [number(QUALITY[k][2] * row[k]) if pd.notna(row.get(k)) else "" for k in QUALITY]
-        head = [str(value) for value in heads.loc[run]]
-        table.add_row(*head, *parts, f"{row['regret']:.0%}", *quality)
-    return table
+        return []
+    heads = RunHeads.of(runs[runs["run"].isin(budget.index)])
+    budget = budget.loc[[run for run in runs["run"] if run in budget.index]]
+    parts = [*(share.name for share in SHARES), "total"]
+    errors = [Column(name, [number(value) for value in budget[name]]) for name in parts]
+    errors.append(Column("regret", [f"{value:.0%}" for value in budget["regret"]]))
+    measured = [key for key in QUALITY if key in budget and budget[key].notna().any()]
+    meshes = [Column(QUALITY[key][0], _numbers(budget, key, QUALITY[key][2])) for key in measured]
+    title = _joined(f"Error budget, {_in_units(protocol.main_measure)}", heads.common)
+    meanings = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
+    caption = f"{meanings}; regret: the selection's share of the total."
+    tables = [titled(title, fitted(heads.columns, errors, width), caption, width)]
+    if meshes:
+        meanings = "; ".join(": ".join(QUALITY[key][:2]) for key in measured)
+        title = _joined("Deformed meshes", heads.common)
+        tables.append(titled(title, fitted(heads.columns, meshes, width), f"{meanings}.", width))
+    return tables
 
 
-def _summary_table(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table:
-    first = protocol.measures[:1]
-    others = [(k, *told) for k, told in _OTHERS.items() for m in first if f"{k}_{m.name}" in runs]
-    table = Table(
-        title=f"Results, protocol {protocol.name}",
-        caption=_caption(protocol, others) if first else None,
-        caption_justify="left",
-    )
-    for name in ("category", "regime", "T", "seed"):
-        table.add_column(name)
-    columns = [(f"{m.name} {m.arrow}", m.name, m.factor) for m in protocol.measures]
-    columns += [
-        (f"{title}\n{m.name}", f"{k}_{m.name}", m.factor) for k, title, _ in others for m in first
-    ]
-    for title in (
-        *(title for title, _, _ in columns),
-        "effective\ntemplates",
-        "seconds\nper step",
-        "test\nmodels",
-    ):
-        table.add_column(title, justify="right")
-    for row in runs.to_dict("records"):
-        head = [str(row[k]) for k in ("category", "regime", "templates", "seed")]
-        if row["state"] != "finished":
-            table.add_row(*head, f"[red]{row['state']}[/red]", str(row["reason"])[:60])
-            continue
-        table.add_row(
-            *head,
-            *(number(factor * row[name]) for _, name, factor in columns),
-            f"{row.get('effective_templates', float('nan')):.1f}",
-            f"{row['seconds_per_step']:.2f}",
-            f"{row.get('num_samples', float('nan')):.0f}",
-        )
-    return table
+def _failures(runs: pd.DataFrame) -> RenderableType:
+    heads = RunHeads.of(runs)
+    told = [Column("state", runs["state"].tolist()), Column("reason", runs["reason"].tolist())]
+    title = _joined("Runs without results", heads.common)
+    return titled(title, fitted([*heads.columns, *told], []))
 
 
-def _caption(protocol: ProtocolDescription, others: Sequence[tuple[str, str, str]]) -> str:
-    told = "; ".join(
-        ["the selected template deformed, means over the test shapes"]
-        + [f"{title}: {what}" for _, title, what in others]
-        + [f"{m.name}: {m.definition}" for m in protocol.measures]
-    ).replace("\n", " ")
-    return f"{told}. {protocol.note}.{protocol.factors}"
+def _joined(title: str, common: str) -> str:
+    return f"{title}: {common}" if common else title
+
+
+def _in_units(measure: Measure) -> str:
+    return measure.title if measure.factor == 1 else f"{measure.title} x {measure.factor:g}"
+
+
+def _values(table: pd.DataFrame, name: str) -> Sequence[Any]:
+    return table[name].tolist() if name in table else [float("nan")] * len(table)
+
+
+def _numbers(table: pd.DataFrame, name: str, factor: float) -> list[str]:
+    """Return a column for people; what was not measured is left empty."""
+    return ["" if pd.isna(x) else number(factor * x) for x in _values(table, name)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
+from ffd_lightning.evaluation.protocols import Measure
 
 
 def measure_title(name: str) -> str:
@@ -11,7 +11,7 @@ def measure_title(name: str) -> str:
     >>> measure_title("iou"), measure_title("fscore_1")
     ('IoU', 'fscore_1')
     """
-    return _TITLES.get(name, name)
+    return Measure(name, "").title
 
 
 def number(value: float) -> str:

@@ -26,7 +26,7 @@ def validate(cfg: PrepareConfig) -> None:
     problems = [message for wrong, message in checks if wrong]
     problems += part_problems(cfg)
     if isinstance(cfg, TrainConfig):
-        problems += _weights_problems(cfg)
+        problems += [*_weights_problems(cfg), *device_problems(cfg)]
     if problems:
         raise ConfigError("; ".join(problems))
 
@@ -38,6 +38,20 @@ def encoder_problems(cfg: Any) -> list[str]:
         cfg: what `train` reads, typed or as it was composed.
     """
     return [*_own_problems("encoder", cfg.encoder.name, cfg.encoder), *_weights_problems(cfg)]
+
+
+def device_problems(cfg: Any) -> list[str]:
+    """Return what is wrong with where a run is to train on this machine.
+
+    Args:
+        cfg: what `train` reads, typed or as it was composed.
+    """
+    import torch
+
+    accelerator = cfg.trainer.accelerator
+    if accelerator not in ("gpu", "cuda") or torch.cuda.is_available():
+        return []
+    return [f"trainer.accelerator={accelerator}: there is no GPU: use trainer=auto"]
 
 
 def _weights_problems(cfg: Any) -> list[str]:
@@ -135,17 +149,7 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
             "preparation.shard goes with prepare: training needs all shapes",
         ),
         (not 0 <= cfg.split.val_fraction < 1, "split.val_fraction must lie in [0, 1)"),
-        (
-            cfg.trainer.accelerator in ("gpu", "cuda") and not _gpu(),
-            f"trainer.accelerator={cfg.trainer.accelerator}: there is no GPU: use trainer=auto",
-        ),
     ]
-
-
-def _gpu() -> bool:
-    import torch
-
-    return torch.cuda.is_available()
 
 
 def _all_positive(values: dict[str, float]) -> _Checks:
@@ -213,7 +217,8 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
     regime = cfg.regime
     alone = cfg.templates.count == 1 and regime.selection.name == "weighted"
     negative = [f"regime.terms.{k}.weight" for k, t in regime.terms.items() if t.weight < 0]
-    taken = sorted({"chamfer", "loss", "selection"} & set(regime.terms))  # are logged anyway
+    logged = {"box_chamfer", "chamfer", "loss", "selection"}
+    taken = sorted(logged & set(regime.terms))
     return [
         (
             bool(taken),

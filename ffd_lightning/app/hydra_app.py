@@ -23,6 +23,8 @@ from ffd_lightning.app.messages import SHOWN, explain
 from ffd_lightning.errors import DataError
 
 log = logging.getLogger(__name__)
+# Hydra shows all that is logged as information. Here, as jobs in other processes load this too.
+logging.getLogger("matplotlib").setLevel(logging.WARNING)
 
 _ROOT = Path(__file__).parents[2]
 _PACKAGE = Path(__file__).parents[1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import statistics
 import time
@@ -18,6 +17,7 @@ from ffd_lightning.app.studies.study import commands, count_runs, load_study
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.geometry.lattice import num_control_points
 from ffd_lightning.parallel import available_cores
+from ffd_lightning.terminal import duration
 
 _WARM_UP = 2
 _MIN_STEPS, _MAX_STEPS = 3, 30
@@ -56,18 +56,6 @@ def training_times(overrides: Sequence[str], categories: Sequence[str]) -> list[
     if not on_gpu and os.getloadavg()[0] > 2 * available_cores():
         lines.append("  other work keeps the cores busy: alone, training is faster")
     return lines
-
-
-def duration(seconds: float) -> str:
-    """Return a time in hours or days, a short one in minutes, rounded up.
-
-    >>> duration(30), duration(3 * 3600), duration(50 * 3600)
-    ('1 min', '3.0 h', '2.1 days')
-    """
-    for unit, length, least in (("days", 86400, 2), ("h", 3600, 1.5)):
-        if seconds >= least * length:
-            return f"{seconds / length:.1f} {unit}"
-    return f"{math.ceil(seconds / 60)} min"
 
 
 def training_device(cfg: TrainConfig) -> torch.device:

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
+import math
+import os
 import shutil
 import sys
 import tempfile
@@ -14,11 +17,16 @@ from filelock import FileLock, Timeout
 from hydra.core.utils import JobReturn, JobStatus
 from hydra.experimental.callback import Callback
 from omegaconf import DictConfig, OmegaConf
-from rich.console import Console
 
 from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.app.checks import device_problems
+from ffd_lightning.app.studies.study import count_runs, swept_values
 from ffd_lightning.errors import UserError
+from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.terminal import duration, table_console, terminal_width
+
+log = logging.getLogger(__name__)
 
 _NOTES = ".jobs-"
 _YOUNG = 60  # seconds
@@ -28,26 +36,39 @@ _locks: dict[Path, FileLock] = {}  # not in the callback, which travels to other
 class SummaryTable(Callback):
     """Prints one table of the runs that were asked for; a failed one makes the exit code 1.
 
+    After each job of a sweep it says how many are done, and how long the others will take.
+
     Jobs may run in other processes (joblib, submitit), which get a copy of this: each writes how it
     ended to a file, in a folder that all machines of a cluster see.
     """
 
     def __init__(self) -> None:
         self._notes = Path()
+        self._total = 0
+        self._began: float | None = None
 
     def on_run_start(self, config: DictConfig, **_: Any) -> None:
         """Make the place for the job's note."""
         self._notes = Path(tempfile.mkdtemp())
 
     def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
-        """Make the place for the jobs' notes."""
+        """Make the place for the jobs' notes; refuse what no job could do."""
+        problems = device_problems(config) if _at_once(config.hydra.launcher) else []
+        if problems:
+            sys.exit(f"error: {problems[0]}")  # Hydra would make a warning of other exceptions
         folder = Path(config.hydra.sweep.dir).absolute()
         folder.mkdir(parents=True, exist_ok=True)
         for notes in folder.glob(f"{_NOTES}*"):
             _clear(notes)  # of a sweep that was killed, unless it is at work
         self._notes = Path(tempfile.mkdtemp(prefix=_NOTES, dir=folder))
+        self._total = _jobs_in_all(config)
         _locks[self._notes] = FileLock(self._notes / ".lock")
         _locks[self._notes].acquire()
+
+    def on_job_start(self, config: DictConfig, **_: Any) -> None:
+        """Note the time, unless the run is finished already and will be read."""
+        there = RunFolder(Path(config.hydra.runtime.output_dir)).finished
+        self._began = None if there and not config.restart else time.monotonic()
 
     def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
         """Note which run this was, and whether it came to its end."""
@@ -58,7 +79,24 @@ class SummaryTable(Callback):
         path = str(Path(config.hydra.runtime.output_dir))
         number = OmegaConf.select(config, "hydra.job.num", default=0)
         note = self._notes / f"{number}.json"
-        note.write_text(json.dumps({"path": path, "good": good}), encoding="utf-8")
+        took = None if self._began is None else time.monotonic() - self._began
+        content = {"path": path, "good": good, "seconds": took}
+        write_atomic(note, json.dumps(content))  # other jobs may read it while it is written
+        if self._total > 1:
+            self._tell(config)
+
+    def _tell(self, config: DictConfig) -> None:
+        """Log how many jobs are done, and how long the others take if they are like those."""
+        notes = [
+            json.loads(note.read_text(encoding="utf-8")) for note in self._notes.glob("*.json")
+        ]
+        times = [note["seconds"] for note in notes if note["good"] and note["seconds"] is not None]
+        rest, at_once = self._total - len(notes), _at_once(config.hydra.launcher)
+        left = ""
+        if rest > 0 and times and at_once:
+            seconds = math.ceil(rest / at_once) * sum(times) / len(times)
+            left = f", about {duration(seconds)} left"
+        log.info("%d of %d runs are done%s", len(notes), self._total, left)
 
     def on_run_end(self, config: DictConfig, **_: Any) -> None:
         """Print the table of a single run."""
@@ -91,12 +129,29 @@ class SummaryTable(Callback):
         runs = [run for path in jobs if (run := RunFolder(Path(path))).config.exists()]
         if not runs:
             return
-        console = Console(width=None if sys.stdout.isatty() else 200)
-        for table in summary_tables(runs):
-            console.print(table)
-        for run in runs:
-            if run.finished:
-                print(f"{run.path}: templates.png, reconstructions.png, evaluation/, tensorboard/")
+        for table in summary_tables(runs, terminal_width()):
+            table_console().print(table)
+        if finished := [str(run.path) for run in runs if run.finished]:
+            each = "" if len(finished) == 1 else f"{len(finished)} runs, each with "
+            folder = os.path.commonpath(finished)
+            print(f"{folder}: {each}templates.png, reconstructions.png, evaluation/, tensorboard/")
+
+
+def _jobs_in_all(config: DictConfig) -> int:
+    """Return how many jobs a sweep has, 0 if its overrides alone do not tell."""
+    sweeper = OmegaConf.select(config, "hydra.sweeper._target_", default="")
+    overrides = OmegaConf.select(config, "hydra.overrides.task", default=[])
+    if "BasicSweeper" not in sweeper or not all(swept_values(x) for x in overrides):
+        return 0
+    return count_runs(overrides)
+
+
+def _at_once(launcher: Any) -> int:
+    """Return how many jobs run at once, 0 where a cluster decides."""
+    from ffd_lightning.app.machine import jobs_at_once
+
+    here = ("BasicLauncher", "joblib")
+    return jobs_at_once(launcher) if any(x in launcher._target_ for x in here) else 0
 
 
 def _clear(notes: Path) -> None:
@@ -139,4 +194,4 @@ def print_beside_paper(folder: Path) -> None:
         print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
         return
     print()
-    Console(width=None if sys.stdout.isatty() else 200).print(shown)
+    table_console().print(shown)

@@ -34,8 +34,8 @@ def record_templates(run: RunFolder, data: FfdDataModule) -> None:
     Image.fromarray(template_figure(bank, notes)).save(buffer, "PNG")
     write_bytes_atomic(run.templates_picture, buffer.getvalue())
     log.info(
-        "%s: T = %d templates (templates.csv, templates.png); mean Chamfer distance x 1000 of the "
-        "other shapes to the nearest: %.2f; ids: %s",
+        "%s: T = %d templates (templates.csv, templates.png); mean box Chamfer x 1000 of the other "
+        "shapes to the nearest: %.1f; ids: %s",
         run.path,
         len(bank),
         1000 * coverage,

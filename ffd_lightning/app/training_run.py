@@ -36,18 +36,17 @@ from ffd_lightning.evaluation.evaluator import (
     with_labels,
 )
 from ffd_lightning.evaluation.figures import reconstruction_figure
-from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
 from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
 from ffd_lightning.files import write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import (
-    StepProgressBar,
     StepTimer,
     example_rows,
     tensorboard_callbacks,
 )
-from ffd_lightning.training.progress import ProgressNote
+from ffd_lightning.training.progress import ProgressNote, StepProgress
 from ffd_lightning.training.tensorboard import StepLogger
 
 log = logging.getLogger(__name__)
@@ -218,6 +217,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
             cfg.callbacks.figure_examples,
             cfg.callbacks.training_examples,
             cfg.callbacks.training_figures,
+            f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}",
         ),
         ModelCheckpoint(
             dirpath=run.checkpoint.parent,
@@ -228,7 +228,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         ),
     ]
     if cfg.trainer.progress_bar:
-        callbacks.append(StepProgressBar(refresh_rate=10))
+        callbacks.append(StepProgress())
     logger = StepLogger(
         save_dir=run.path,
         name="",
@@ -251,7 +251,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         logger=logger if cfg.logger.tensorboard else False,
         callbacks=callbacks,
         use_distributed_sampler=False,
-        enable_progress_bar=cfg.trainer.progress_bar,
+        enable_progress_bar=False,  # ours is `StepProgress`
         enable_model_summary=False,
         default_root_dir=run.path,
     )
@@ -289,10 +289,11 @@ def _finish(
         Image.fromarray(figure).save(run.path / "reconstructions.png")
         if logger is not None:
             logger.experiment.add_image(
-                "examples/reconstructions", figure, trainer.global_step, dataformats="HWC"
+                "worked_examples/reconstructions", figure, trainer.global_step, dataformats="HWC"
             )
     if logger is not None:
-        logger.log_results(identity.hyperparameters(cfg), summary, trainer.global_step)
+        described = ProtocolDescription.of(protocol)
+        logger.log_results(identity.hyperparameters(cfg), summary, described, trainer.global_step)
         logger.finalize("success")
     return summary
 

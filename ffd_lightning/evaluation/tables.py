@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
-
-from rich.console import Console
 from rich.table import Table
 
 from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.terminal import table_console
 
 _PART = "part_iou_"
 
@@ -18,7 +16,7 @@ def print_summary(
     run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float], subset: str = "test"
 ) -> None:
     """Print a row for each shape that was scored and a column for each measure."""
-    caption = "; ".join(f"{m.name}: {m.definition}" for m in protocol.measures)
+    caption = "; ".join(f"{m.title}: {m.definition}" for m in protocol.measures)
     caption += f". {protocol.note}.{ProtocolDescription.of(protocol).factors}"
     table = Table(
         title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} {subset} shapes",
@@ -27,7 +25,7 @@ def print_summary(
     )
     table.add_column("shape")
     for measure in protocol.measures:
-        table.add_column(f"{measure.name} {measure.arrow}", justify="right")
+        table.add_column(f"{measure.title} {measure.arrow}", justify="right")
     for name, title in SHAPES.items():
         keys = [f"{name}_{m.name}" if name else m.name for m in protocol.measures]
         if keys[0] in summary:
@@ -35,7 +33,7 @@ def print_summary(
                 f"{m.factor * summary[k]:.4g}" for m, k in zip(protocol.measures, keys, strict=True)
             ]
             table.add_row(title, *values, style="bold" if not name else None)
-    Console(width=None if sys.stdout.isatty() else 140).print(table)
+    table_console().print(table)
     lines = [f"effective templates {summary['effective_templates']:.1f}"]
     if "folded" in summary:
         through = summary.get("newly_intersecting")

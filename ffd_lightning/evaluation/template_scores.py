@@ -1,8 +1,9 @@
 """Scores of every template for every query, and what they come to.
 
-This is how training judges itself on its way: squared Chamfer distance, mean over points, both
-directions added, in units in which every shape's bounding box has diagonal 1. Results are measured
-by `evaluation.evaluator`, under a protocol.
+This is how training judges itself on its way, by the box Chamfer distance: squared, mean over
+points, both directions added, in units in which every shape's bounding box has diagonal 1. Where it
+is shown or logged it is multiplied by 1000. Results are measured by `evaluation.evaluator`, under a
+protocol.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import FfdPrediction
 
+BOX_CHAMFER_FACTOR = 1000.0
+"""What the box Chamfer distance is multiplied by where people read it."""
+
 
 @dataclass(frozen=True)
 class TemplateScores:
@@ -32,8 +36,8 @@ class TemplateScores:
     Attributes:
         rows: row of each query in the prepared set, (q,).
         weights: template weights, (q, T).
-        deformed: Chamfer distance of each deformed template, (q, T).
-        undeformed: Chamfer distance of each template as it is, (q, T).
+        deformed: box Chamfer distance of each deformed template, not multiplied, (q, T).
+        undeformed: the same of each template as it is, (q, T).
     """
 
     rows: NDArray[np.int64]
@@ -67,15 +71,19 @@ class TemplateScores:
     def summary(self) -> dict[str, float]:
         """Return means over queries.
 
-        `chamfer` and `undeformed_chamfer` are of the selected template; `best_undeformed_chamfer`
-        and `best_deformed_chamfer` of the best template for each query, chosen by an oracle;
-        `entropy` (nats) and `effective_templates` are of the selection counts.
+        `box_chamfer` and `undeformed_box_chamfer` are of the selected template;
+        `best_undeformed_box_chamfer` and `best_deformed_box_chamfer` of the best template for each
+        query, chosen by an oracle; all are multiplied by 1000. `entropy` (nats) and
+        `effective_templates` are of the selection counts.
         """
+        distances = {
+            "box_chamfer": self.of_selected(self.deformed),
+            "undeformed_box_chamfer": self.of_selected(self.undeformed),
+            "best_undeformed_box_chamfer": self.undeformed.min(1),
+            "best_deformed_box_chamfer": self.deformed.min(1),
+        }
         return {
-            "chamfer": float(self.of_selected(self.deformed).mean()),
-            "undeformed_chamfer": float(self.of_selected(self.undeformed).mean()),
-            "best_undeformed_chamfer": float(self.undeformed.min(1).mean()),
-            "best_deformed_chamfer": float(self.deformed.min(1).mean()),
+            **{k: BOX_CHAMFER_FACTOR * float(v.mean()) for k, v in distances.items()},
             "entropy": selection_entropy(self.counts),
             "effective_templates": effective_templates(self.counts),
             "templates_used": float((self.counts > 0).sum()),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import torch
 from lightning import Callback, LightningModule, Trainer
-from lightning.pytorch.callbacks import TQDMProgressBar
+from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.batches import Batch
@@ -26,13 +26,19 @@ from ffd_lightning.evaluation.figures import reconstruction_figure, template_fig
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
-from ffd_lightning.training.tensorboard import (
-    CUSTOM_SCALARS,
+from ffd_lightning.training.pictures import (
+    CLOUD_LEGEND,
     selection_bars,
+    thumbnails,
+    write_clouds,
+)
+from ffd_lightning.training.tensorboard import (
+    WEIGHTED,
+    WEIGHTS,
+    custom_scalars,
     tensorboard_writer,
     write_bars,
     write_buckets,
-    write_clouds,
 )
 
 _WARM_UP_STEPS = 5
@@ -78,31 +84,14 @@ class StepTimer(Callback):
         return statistics.median(durations) if durations else float("nan")
 
 
-class StepProgressBar(TQDMProgressBar):
-    """Lightning's progress bar, counting steps of the whole training."""
-
-    def get_metrics(self, trainer: Trainer, pl_module: LightningModule) -> dict[str, Any]:
-        """Show the Chamfer distance of the selected templates; nothing of the logger's.
-
-        Read here, where the bar is redrawn: Lightning's own `prog_bar` reads it back from the
-        device at every step, which makes each step wait for the one before.
-        """
-        chamfer = trainer.callback_metrics.get("train/chamfer")
-        return {} if chamfer is None else {"chamfer": f"{float(chamfer):.4f}"}
-
-    def on_train_epoch_start(self, trainer: Trainer, *_: Any) -> None:
-        """Name the bar: the only epoch is the run."""
-        super().on_train_epoch_start(trainer)
-        self.train_progress_bar.set_description("training")
-
-
 class StepCurves(Callback):
     """Writes curves that are no terms of the loss, and lays out the page CUSTOM SCALARS.
 
-    Tags: `train/learning_rate`; `train/weight/<term>`, the weight of each term that is minimised;
-    `speed/steps_per_second` and `speed/queries_per_second` (of all devices), means since the last
-    point, validation left out. A GPU's host does not wait for them: their clock is read where the
-    logger waits anyway.
+    Tags: `weights_of_terms/<term>`, the weight of each term that is minimised, and
+    `weighted_terms/<term>`, the term times its weight, which the loss is the sum of;
+    `work/learning_rate`; `work/steps_per_second` and `work/queries_per_second` (of all devices),
+    means since the last point, validation left out. A GPU's host does not wait for them: they are
+    read where the logger waits anyway.
 
     Args:
         every: steps from one point to the next, as the logger's.
@@ -117,8 +106,9 @@ class StepCurves(Callback):
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Write the layout, in the first attempt at a run."""
         writer = tensorboard_writer(trainer)
-        if writer is not None and trainer.global_step == 0:
-            writer.add_custom_scalars(CUSTOM_SCALARS)
+        if writer is None or trainer.global_step > 0 or not isinstance(pl_module, FfdModule):
+            return
+        writer.add_custom_scalars(custom_scalars(pl_module.objective.terms))
 
     def on_train_batch_start(self, trainer: Trainer, *_: Any) -> None:
         """Note the step's learning rate: at its end it is the next one's."""
@@ -135,10 +125,15 @@ class StepCurves(Callback):
         now, step = time.perf_counter(), trainer.global_step
         due = step % self.every == 0
         if due:
-            writer.add_scalar("train/learning_rate", self._rate, step)
+            writer.add_scalar("work/learning_rate", self._rate, step)
+            values = trainer.callback_metrics
             for name, weight in pl_module.objective.weights(step - 1).items():
                 if weight:
-                    writer.add_scalar(f"train/weight/{name}", weight, step)
+                    writer.add_scalar(f"{WEIGHTS}/{name}", weight, step)
+                    value = weight * float(values[f"train/{name}"])
+                    writer.add_scalar(f"{WEIGHTED}/{name}", value, step)
+            if "train/selection" in values:  # the selection's own loss, which has no weight
+                writer.add_scalar(f"{WEIGHTED}/selection", float(values["train/selection"]), step)
         if self._since is None:
             self._since = now  # the first step compiles and reads: no speed counts it
             return
@@ -146,8 +141,8 @@ class StepCurves(Callback):
         self._queries += len(batch.rows) * trainer.world_size
         if not due:
             return
-        writer.add_scalar("speed/steps_per_second", self._steps / (now - self._since), step)
-        writer.add_scalar("speed/queries_per_second", self._queries / (now - self._since), step)
+        writer.add_scalar("work/steps_per_second", self._steps / (now - self._since), step)
+        writer.add_scalar("work/queries_per_second", self._queries / (now - self._since), step)
         self._since, self._steps, self._queries = now, 0, 0
 
     def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
@@ -163,34 +158,38 @@ class StepCurves(Callback):
 class TemplateHistograms(Callback):
     """Draws template selection into TensorBoard at every validation.
 
-    Histograms over templates: `templates/selected` (times each was selected),
-    `templates/selected_sorted` (the same, most used first) and `templates/mean_weight`. A
-    histogram over the validation images: `templates/max_weight`, of the selected templates.
-    An image: `templates/selection`, see `selection_bars`.
+    An image: `which_template/bars`, see `selection_bars`. Histograms over templates:
+    `which_template/selected` (share of the images, in percent, by number from 1) and
+    `which_template/selected_sorted` (the same, most used first). A histogram over the validation
+    images: `which_template/weight_of_selected`.
     """
 
+    _pictures: NDArray[np.uint8] | None = None
+
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Write the histograms and the image."""
-        writer = tensorboard_writer(trainer)
-        if writer is None or trainer.sanity_checking or not isinstance(pl_module, FfdModule):
+        """Write the image and the histograms."""
+        writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
+        if writer is None or trainer.sanity_checking or not isinstance(data, FfdDataModule):
             return
+        assert isinstance(pl_module, FfdModule)
         scores = pl_module.scores
         if scores is None:  # no validation shapes
             return
-        step = trainer.global_step
-        write_bars(writer, "templates/selected", scores.counts, step)
-        write_bars(writer, "templates/selected_sorted", np.sort(scores.counts)[::-1], step)
-        write_bars(writer, "templates/mean_weight", scores.weights.mean(0), step)
+        if self._pictures is None:
+            self._pictures = thumbnails(data.bank)
+        step, shares = trainer.global_step, 100 * scores.counts / scores.counts.sum()
+        image = selection_bars(scores.counts, scores.weights.mean(0), self._pictures)
+        writer.add_image("which_template/bars", image, step, dataformats="HWC")
+        write_bars(writer, "which_template/selected", shares, step)
+        write_bars(writer, "which_template/selected_sorted", np.sort(shares)[::-1], step)
         largest, edges = np.histogram(scores.weights.max(1), _WEIGHT_BINS, (0, 1))
-        write_buckets(writer, "templates/max_weight", largest, edges, step)
-        image = selection_bars(scores.counts, scores.weights.mean(0))
-        writer.add_image("templates/selection", image, step, dataformats="HWC")
+        write_buckets(writer, "which_template/weight_of_selected", largest, edges, step)
 
 
 class ExampleImages(Callback):
     """Writes the templates and a few of the validation images into TensorBoard, at the start.
 
-    Tags: `templates/chosen`, see `template_figure`, and `examples/input`.
+    Tags: `which_template/all`, see `template_figure`, and `worked_examples/input`.
     """
 
     def __init__(self, count: int) -> None:
@@ -201,27 +200,30 @@ class ExampleImages(Callback):
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         if writer is None or trainer.global_step > 0 or not isinstance(data, FfdDataModule):
             return
-        writer.add_image("templates/chosen", template_figure(data.bank), 0, dataformats="HWC")
+        writer.add_image("which_template/all", template_figure(data.bank), 0, dataformats="HWC")
         images = [data.prepared.image(row)[..., :3] for row in example_rows(data, self.count)]
         if images:
-            writer.add_images("examples/input", np.stack(images), 0, dataformats="NHWC")
+            writer.add_images("worked_examples/input", np.stack(images), 0, dataformats="NHWC")
 
 
 class Reconstructions(Callback):
     """Shows a few validation shapes as they are reconstructed, a few times while training.
 
-    At validations, the last one included. Tags: `examples/reconstructions`, the picture that
-    `reconstruction_figure` draws (the last one is drawn when the run is evaluated), and on the
-    page MESH `examples/clouds`, see `write_clouds`.
+    At validations, the last one included. Tags: `worked_examples/reconstructions`, the picture that
+    `reconstruction_figure` draws (the last one is drawn when the run is evaluated), and on the page
+    MESH `<name>: <legend>/clouds`, see `write_clouds`: of a tag the page shows what stands before
+    the slash, of a run nothing.
 
     Args:
         examples: of how many the run's own figure is.
         count: how many of those are shown here.
         times: how often, spread evenly over training; 0 for never.
+        name: of the run.
     """
 
-    def __init__(self, examples: int, count: int, times: int) -> None:
+    def __init__(self, examples: int, count: int, times: int, name: str = "") -> None:
         self.examples, self.count, self.times = examples, count, times
+        self._clouds = f"{name.replace('/', ' ')}: {CLOUD_LEGEND}/clouds".removeprefix(": ")
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Draw what is due."""
@@ -238,12 +240,12 @@ class Reconstructions(Callback):
         network.eval()
         if step < trainer.max_steps:
             figure = reconstruction_figure(network, prepared, bank, rows)
-            writer.add_image("examples/reconstructions", figure, step, dataformats="HWC")
+            writer.add_image("worked_examples/reconstructions", figure, step, dataformats="HWC")
         clouds = deformed_clouds(network, prepared, bank, rows)
         for part, training in modes:
             part.training = training
         truths = [torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS)) for row in rows]
-        write_clouds(writer, "examples/clouds", list(zip(clouds, truths, strict=True)), step)
+        write_clouds(writer, self._clouds, list(zip(clouds, truths, strict=True)), step)
 
     def _due(self, trainer: Trainer) -> bool:
         """Tell whether one of the `times` equal parts of training has ended since the last one."""
@@ -253,7 +255,7 @@ class Reconstructions(Callback):
 
 
 def tensorboard_callbacks(
-    every: int, examples: int, training_examples: int, training_figures: int
+    every: int, examples: int, training_examples: int, training_figures: int, name: str = ""
 ) -> list[Callback]:
     """Return all that writes to TensorBoard; without its logger they do nothing.
 
@@ -262,11 +264,12 @@ def tensorboard_callbacks(
         examples: how many input images are shown as training starts.
         training_examples: how many of those are shown reconstructed while training.
         training_figures: how often, spread evenly over training; 0 for never.
+        name: of the run, where TensorBoard does not say it.
     """
     return [
         TemplateHistograms(),
         ExampleImages(examples),
-        Reconstructions(examples, training_examples, training_figures),
+        Reconstructions(examples, training_examples, training_figures, name),
         StepCurves(every),  # last: its clock stands still until the others have drawn
     ]
 

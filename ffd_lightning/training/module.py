@@ -19,7 +19,11 @@ from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.evaluation.template_scores import TemplateScores, TemplateScoring
+from ffd_lightning.evaluation.template_scores import (
+    BOX_CHAMFER_FACTOR,
+    TemplateScores,
+    TemplateScoring,
+)
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
 
@@ -29,16 +33,18 @@ MakeScheduler = Callable[[Optimizer, int], LRScheduler]
 paper_optimizer: MakeOptimizer = partial(torch.optim.Adam, lr=1e-3, fused=True)
 """The paper's: Adam with a learning rate of 1e-3, betas 0.9 and 0.999, epsilon 1e-8."""
 
-_SHOWN = ("chamfer", "undeformed_chamfer", "entropy", "effective_templates")
+_SHOWN = ("box_chamfer", "undeformed_box_chamfer", "entropy", "effective_templates")
 
 
 class FfdModule(LightningModule):
     """Trains a network under an objective, with any `Trainer`.
 
-    Logs `train/<term>` for each of the objective's terms, and `val/...` and `test/...`: `chamfer`
-    (deformed, selected template), `undeformed_chamfer`, `entropy` and `effective_templates` (of the
-    selection). Every checkpoint holds what `Predictor.load` needs, if the data came from an
-    `FfdDataModule`.
+    Logs `train/loss`, `train/<term>` for each of the objective's terms, and `train/box_chamfer`;
+    `val/...` and `test/...`: `box_chamfer`, `undeformed_box_chamfer`, `entropy` and
+    `effective_templates` (of the selection). The box Chamfer distance is that of the selected
+    template, deformed or as it is: squared, mean over points, both ways added, bounding-box
+    diagonal 1, times 1000. Every checkpoint holds what `Predictor.load` needs, if the data came
+    from an `FfdDataModule`.
 
     Args:
         network: images to weights and offsets.
@@ -116,7 +122,8 @@ class FfdModule(LightningModule):
             self._batch_weights(prediction.template_weights),
             batch.own_templates,
         )
-        terms = {"loss": total.detach(), **terms}
+        chamfer = BOX_CHAMFER_FACTOR * terms.pop("chamfer")
+        terms = {"loss": total.detach(), **terms, "box_chamfer": chamfer}
         self.log_dict({f"train/{k}": v for k, v in terms.items()}, batch_size=len(batch.rows))
         # Devices average their gradients; the paper sums over the queries of the batch.
         return total * self.trainer.world_size

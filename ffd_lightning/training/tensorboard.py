@@ -1,84 +1,47 @@
-"""How things look in TensorBoard: steps, the page of custom scalars, histograms, images, clouds.
+"""How TensorBoard shows a run: its tags, the page of custom scalars, and histograms.
 
-What is written when is decided in `callbacks`.
+What is written when is decided in `callbacks`. TensorBoard sorts by the first word of a tag, and
+opens the first groups: `train` and `val` have what matters, the other words come later.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
-import torch
 from lightning import Trainer
 from lightning.pytorch.loggers import TensorBoardLogger
-from matplotlib import colormaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
-from torch import Tensor
 from torch.utils.tensorboard import SummaryWriter
 from torch.utils.tensorboard.summary import hparams
 
-from ffd_lightning.geometry.nearest import nearest_neighbors
-from ffd_lightning.metrics.selection import effective_templates
+from ffd_lightning.evaluation.protocols import ProtocolDescription
 
-_FAR = 0.05  # of the bounding box's diagonal: the distance from which on a point is all red
-_GAP = 0.1  # between clouds in one scene
-_SCENE = {
-    "camera": {"cls": "PerspectiveCamera", "fov": 30},
-    "material": {"cls": "PointsMaterial", "size": 0.045},
-}
+# The page HPARAMS: what it shows to begin with, and what it lists beside the protocol's measures.
+_TOLD_APART_BY = ("category", "regime", "templates")
+_SHOWN = 5
+_OTHERS = ("effective_templates", "entropy", "seconds_per_step")
 
 _ALMOST_NOTHING = 1e-30
+_BINS = 30  # that TensorBoard draws a histogram in
 
-# The page HPARAMS: which settings come first, and which of an evaluation's thirty numbers it lists.
-_TOLD_APART_BY = ("category", "regime", "templates", "seed")
-_LISTED = (
-    "chamfer",
-    "undeformed_chamfer",
-    "effective_templates",
-    "emd",
-    "iou",
-    "entropy",
-    "seconds_per_step",
-)
-
-# The page CUSTOM SCALARS. Tags are regular expressions there, matched from the start.
-CUSTOM_SCALARS = {
-    "training": {
-        "loss and its unweighted terms": [
-            "Multiline",
-            [
-                f"train/{t}$"
-                for t in ("loss", "weighted_chamfer", "negative_entropy", "offset_penalty")
-            ],
-        ],
-        "learning rate": ["Multiline", ["train/learning_rate$"]],
-        "weights of the terms": ["Multiline", ["train/weight/.*"]],
-    },
-    "validation shapes": {
-        "Chamfer distance, deformed and undeformed": [
-            "Multiline",
-            ["val/chamfer$", "val/undeformed_chamfer$"],
-        ],
-        "selection: entropy, effective templates": [
-            "Multiline",
-            ["val/entropy$", "val/effective_templates$"],
-        ],
-    },
-}
+VALUES, WEIGHTED, WEIGHTS = "values_of_terms", "weighted_terms", "weights_of_terms"
+"""Groups of curves: the objective's terms as they are, times their weights, and the weights."""
 
 
 class StepLogger(TensorBoardLogger):
     """Counts steps from 1, as callbacks do, and leaves out the epoch: a run is one.
 
-    Lightning calls the first step 0, and a validation after 100 steps 99.
+    Lightning calls the first step 0, and a validation after 100 steps 99. Of `train/...` only
+    `box_chamfer` keeps its name: the loss goes beside the weighted terms that it is the sum of, and
+    terms as they are have a group of their own.
     """
 
     def log_metrics(self, metrics: Mapping[str, float], step: int | None = None) -> None:
         """Write scalars of the step that Lightning calls `step`."""
-        kept = {name: value for name, value in metrics.items() if name != "epoch"}
+        kept = {_tag(name): value for name, value in metrics.items() if name != "epoch"}
         super().log_metrics(kept, None if step is None else step + 1)
 
     def save(self) -> None:
@@ -86,78 +49,89 @@ class StepLogger(TensorBoardLogger):
         self.experiment.flush()
 
     def log_results(
-        self, settings: Mapping[str, str | float], results: Mapping[str, float], steps: int
+        self,
+        settings: Mapping[str, str | float],
+        summary: Mapping[str, float],
+        protocol: ProtocolDescription,
+        steps: int,
     ) -> None:
-        """Write a run's results as scalars, and to the page HPARAMS beside its settings.
+        """Write a run's results to the page HPARAMS, beside its settings.
+
+        The page calls a number a metric if it is a curve too; results are numbers of one step, and
+        would be dots among the curves. Here they stand among the settings.
 
         Args:
             settings: what tells runs apart.
-            results: by name; all become scalars `test/<name>`.
+            summary: means of the evaluation, some of which are listed.
+            protocol: that they are of.
             steps: optimizer steps done.
         """
-        self.log_metrics({f"test/{name}": value for name, value in results.items()}, steps - 1)
-        listed = {f"test/{name}": results[name] for name in _LISTED if name in results}
-        experiment, start, end = hparams(dict(settings), listed)
-        # TensorBoard shows five settings: those that differ, then by the alphabet. It takes this
+        results = _listed(summary, protocol)
+        experiment, start, end = hparams({**settings, **results}, {})
+        # TensorBoard shows five columns: those that differ, then by the alphabet. It takes this
         # description from any one run, which cannot know what differs: it says what mostly does.
         plugin = experiment.value[0].metadata.plugin_data
         content = HParamsPluginData.FromString(plugin.content)
+        shown = [*_TOLD_APART_BY, *results][:_SHOWN]
         for info in content.experiment.hparam_infos:
-            info.differs = info.name in _TOLD_APART_BY
+            info.differs = info.name in shown
         plugin.content = content.SerializeToString()
-        for summary in (experiment, start, end):
-            self.experiment.file_writer.add_summary(summary, steps)
+        for event in (experiment, start, end):
+            self.experiment.file_writer.add_summary(event, steps)
 
 
-def distance_colors(a: Tensor, b: Tensor) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-    """Colour the points of two clouds by the distance to the nearest point of the other.
+def _tag(name: str) -> str:
+    group, _, term = name.partition("/")
+    if group != "train" or term == "box_chamfer":
+        return name
+    return f"{WEIGHTED if term == 'loss' else VALUES}/{term}"
+
+
+def _listed(summary: Mapping[str, float], protocol: ProtocolDescription) -> dict[str, float]:
+    """Return what the page HPARAMS lists of an evaluation, as people read it."""
+    main = protocol.main_measure
+    measures = {m.name: (m.title, m.factor) for m in protocol.measures}
+    measures[f"undeformed_{main.name}"] = f"undeformed {main.title}", main.factor
+    found = {
+        title if factor == 1 else f"{title} x {factor:g}": factor * summary[name]
+        for name, (title, factor) in measures.items()
+        if name in summary
+    }
+    return found | {k.replace("_", " "): summary[k] for k in _OTHERS if k in summary}
+
+
+def custom_scalars(terms: Iterable[str]) -> dict[str, Any]:
+    """Return the layout of the page CUSTOM SCALARS.
+
+    Tags are regular expressions there, matched from the start. TensorBoard joins the charts of all
+    runs.
 
     Args:
-        a: (n, 3), box diagonal 1.
-        b: (m, 3).
-
-    Returns:
-        RGB of both, (n, 3) and (m, 3) uint8: from blue (no distance) to red (0.05 and more).
+        terms: those of the run's objective: each has a chart, as their sizes differ.
     """
-    nearest = nearest_neighbors(a, b)
-    return _colors(nearest.a_to_b), _colors(nearest.b_to_a)
-
-
-def _colors(squared: Tensor) -> NDArray[np.uint8]:
-    distances = squared.sqrt().numpy()
-    shade = 0.1 + 0.8 * np.minimum(distances / _FAR, 1)  # both ends of the colours are near black
-    return np.round(255 * colormaps["turbo"](shade)[:, :3]).astype(np.uint8)
-
-
-def selection_bars(counts: ArrayLike, weights: ArrayLike) -> NDArray[np.uint8]:
-    """Draw how often each template is selected, most used first, and its mean weight.
-
-    Args:
-        counts: selections per template, (T,).
-        weights: mean weight per template, (T,).
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
-    """
-    counts, weights = np.asarray(counts), np.asarray(weights)
-    order = np.argsort(-counts, kind="stable")
-    places = np.arange(len(counts))
-    figure = Figure(figsize=(5, 3), dpi=100, layout="constrained")
-    axes = figure.add_subplot()
-    axes.bar(places, 100 * counts[order] / counts.sum(), color="tab:blue", label="selected")
-    axes.plot(places, 100 * weights[order], "o", ms=4, color="tab:orange", label="mean weight")
-    axes.set_xticks(places, [str(t) for t in order], fontsize=9 if len(order) <= 16 else 6)
-    axes.set_xlabel("template")
-    axes.set_ylabel(f"% of {counts.sum()} test images")
-    axes.set_title(
-        f"{(counts > 0).sum()} of {len(counts)} templates selected, "
-        f"effectively {effective_templates(counts):.1f}",
-        fontsize=11,
-    )
-    axes.legend(loc="upper right")
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    pages = {
+        "selection on the validation shapes": {
+            "effective templates": ["val/effective_templates$"],
+            "entropy (nats)": ["val/entropy$"],
+        },
+        "box Chamfer (x 1000)": {
+            "validation: deformed, and the template as it is": [
+                "val/box_chamfer$",
+                "val/undeformed_box_chamfer$",
+            ],
+            "training and validation": ["train/box_chamfer$", "val/box_chamfer$"],
+        },
+        "loss": {
+            "loss and its weighted terms": [f"{WEIGHTED}/.*"],
+            "weights of the terms": [f"{WEIGHTS}/.*"],
+            "learning rate": ["work/learning_rate$"],
+        },
+        "terms without their weights": {term: [f"{VALUES}/{term}$"] for term in terms},
+    }
+    return {
+        page: {title: ["Multiline", tags] for title, tags in charts.items()}
+        for page, charts in pages.items()
+    }
 
 
 def tensorboard_writer(trainer: Trainer) -> SummaryWriter | None:
@@ -166,27 +140,22 @@ def tensorboard_writer(trainer: Trainer) -> SummaryWriter | None:
     return writer if isinstance(writer, SummaryWriter) else None
 
 
-def write_clouds(
-    writer: SummaryWriter, tag: str, pairs: Sequence[tuple[Tensor, Tensor]], step: int
-) -> None:
-    """Write deformed clouds, each with the truth to its right, below one another to the page MESH.
-
-    All in one scene: the page does not say which tag it shows, and browsers keep few scenes alive.
-    The first deformed cloud stays where it is. Colours: `distance_colors`.
-    """
-    clouds = [cloud for pair in pairs for cloud in pair]
-    corners = torch.stack([torch.stack([c.amin(0), c.amax(0)]) for c in clouds])
-    cell = corners[:, 1].amax(0) - corners[:, 0].amin(0) + _GAP
-    places = [cell * cell.new_tensor([k % 2, -(k // 2), 0]) for k in range(len(clouds))]
-    points = torch.cat([cloud + place for cloud, place in zip(clouds, places, strict=True)])
-    colors = np.concatenate([color for a, b in pairs for color in distance_colors(a, b)])
-    writer.add_mesh(tag, points[None], torch.from_numpy(colors)[None], None, _SCENE, step)
-
-
 def write_bars(writer: SummaryWriter, tag: str, heights: ArrayLike, step: int) -> None:
-    """Write a histogram whose bucket t has the height of template t."""
+    """Write a histogram that has a bar of its height at each template's number, from 1.
+
+    TensorBoard draws a histogram as a line through the middles of 30 buckets of its own. These are
+    the same, equally many for each template, of which the last is empty if there is room, as is the
+    first of all: bars would run into one another and into the edge.
+    """
     heights = np.asarray(heights, float)
-    write_buckets(writer, tag, heights, np.arange(len(heights) + 1) - 0.5, step)
+    room = max(1, _BINS // len(heights))  # buckets of a template
+    filled = max(1, room - 1)
+    found = np.zeros(max(_BINS, len(heights)))
+    lead = int(room * len(heights) < _BINS)
+    for t, height in enumerate(heights):
+        found[lead + t * room :][:filled] = height
+    first = 1 - (lead + filled / 2) / room
+    write_buckets(writer, tag, found, first + np.arange(len(found) + 1) / room, step)
 
 
 def write_buckets(

@@ -140,8 +140,28 @@ def test_settings_that_are_damaged_are_said(runs, tmp_path):
 
 def test_the_table_shows_numbers_and_failures(runs, tmp_path):
     shown = text(summary_tables(runs))
-    for word in ("32.1", "552.0", "189.0", "5.8", "2.5", "93", "failed", "the disk is full", "emd"):
+    assert "protocol paper: table, T = 4, seed 0, 93 test shapes" in " ".join(shown.split())
+    for word in ("32.1", "552.0", "189.0", "5.8", "2.5", "failed", "the disk is full", "EMD ↓"):
         assert word in shown
+    assert "x 1000" in shown
+
+
+def test_scores_and_references_are_in_tables_of_their_own(runs):
+    results, references = (text([table]) for table in summary_tables(runs[:1]))
+    assert "552.0" in results
+    assert "189.0" not in results
+    assert "189.0" in references
+    assert "552.0" not in references
+
+
+@pytest.mark.parametrize("width", [50, 80, 120, None])
+def test_no_table_is_wider_than_the_terminal_or_cuts_a_number(runs, width):
+    buffer = io.StringIO()
+    for table in summary_tables(runs, width):
+        Console(file=buffer, width=width or 10_000).print(table)
+    shown = buffer.getvalue()
+    assert width is None or max(map(len, shown.splitlines())) <= width
+    assert {"32.1", "552.0", "189.0", "5.8", "2.5", "0.50"} <= set(shown.split())
 
 
 def test_a_damaged_status_is_unknown_not_fatal(runs):
@@ -149,7 +169,7 @@ def test_a_damaged_status_is_unknown_not_fatal(runs):
     assert load_runs(runs)["state"].tolist() == ["unknown", "failed"]
 
 
-def hydra_config(folder, output="", number=0):
+def hydra_config(folder, output="", number=0, jobs=2, launcher="BasicLauncher", accelerator="auto"):
     return OmegaConf.create(
         {
             "callbacks": {"report": False},
@@ -157,7 +177,12 @@ def hydra_config(folder, output="", number=0):
                 "runtime": {"output_dir": str(output)},
                 "sweep": {"dir": str(folder)},
                 "job": {"num": number},
+                "launcher": {"_target_": f"hydra.{launcher}"},
+                "sweeper": {"_target_": "hydra.BasicSweeper"},
+                "overrides": {"task": [f"seed=range({jobs})"]},
             },
+            "restart": False,
+            "trainer": {"accelerator": accelerator},
         }
     )
 
@@ -180,6 +205,42 @@ def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, tmp_path, cap
     assert str(runs[1].path) in str(error.value)
     assert "32.1" in capsys.readouterr().out
     assert sorted(p.name for p in tmp_path.iterdir()) == ["b", "e"], "nothing is left behind"
+
+
+@pytest.mark.parametrize(
+    ("launcher", "left"), [("BasicLauncher", "30 s"), ("SubmititLauncher", None)]
+)
+def test_a_sweep_says_how_long_the_rest_takes(tmp_path, monkeypatch, caplog, launcher, left):
+    """A job takes ten seconds; what is finished already takes none, and says nothing."""
+    now, callback, done = [0.0], SummaryTable(), RunFolder(tmp_path / "done")
+    monkeypatch.setattr("ffd_lightning.app.sweep_summary.time.monotonic", lambda: now[0])
+    done.path.mkdir()
+    done.set_status("finished")
+    caplog.set_level("INFO")
+    callback.on_multirun_start(hydra_config(tmp_path, jobs=5, launcher=launcher))
+    for number, folder in enumerate((done.path, tmp_path / "new")):
+        config = hydra_config(tmp_path, folder, number, 5, launcher)
+        copy = pickle.loads(pickle.dumps(callback))
+        copy.on_job_start(config)
+        now[0] += 10
+        job = JobReturn()
+        job.status, job.return_value = JobStatus.COMPLETED, SUMMARY
+        copy.on_job_end(config, job)
+    told = f", about {left} left" if left else ""
+    assert caplog.messages == ["1 of 5 runs are done", f"2 of 5 runs are done{told}"]
+    callback.on_multirun_end(hydra_config(tmp_path))
+
+
+def test_a_sweep_for_a_gpu_that_is_not_there_is_refused_at_once(tmp_path, monkeypatch):
+    monkeypatch.setattr("torch.cuda.is_available", lambda: False)
+    with pytest.raises(SystemExit, match="there is no GPU: use trainer=auto"):
+        SummaryTable().on_multirun_start(hydra_config(tmp_path / "a", accelerator="gpu"))
+    assert not (tmp_path / "a").exists()
+    cluster = hydra_config(tmp_path, launcher="SubmititLauncher", accelerator="gpu")
+    callback = SummaryTable()
+    callback.on_multirun_start(cluster)
+    with pytest.raises(SystemExit, match="no job"):
+        callback.on_multirun_end(cluster)
 
 
 def test_what_a_killed_sweep_left_is_cleared_but_nothing_of_one_at_work(tmp_path):
@@ -251,7 +312,7 @@ def test_the_status_of_runs(runs, tmp_path, capsys):
         table = status_table(tmp_path).set_index("run")
         assert status.main(status.Settings(str(tmp_path))) == 1
     shown = capsys.readouterr().out
-    for word in ("30% training", "1.1 h", "25% evaluating", "the disk is full", "1 interrupted"):
+    for word in ("30% training", "67 min", "25% evaluating", "the disk is full", "1 interrupted"):
         assert word in shown
     expected = ["finished", "failed", "running", "interrupted"]
     assert [table.loc[str(r.path), "state"] for r in (*runs, third, fourth)] == expected

@@ -131,7 +131,8 @@ def test_the_script_with_a_trainer_runs(tmp_path):
     for words, fewer in small.items():
         assert words in script
         script = script.replace(words, fewer)
-    run_script(script, tmp_path)
+    assert "test/box_chamfer" in run_script(script, tmp_path)
+    assert (tmp_path / "mesh.glb").stat().st_size > 1000
 
 
 def test_the_script_that_predicts_runs(tmp_path, joint_checkpoint):

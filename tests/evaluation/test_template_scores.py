@@ -52,11 +52,13 @@ def test_every_template_is_scored_on_every_query(case):
 def test_summary_reads_the_selected_and_the_best(case):
     scores = score(case)
     summary = scores.summary()
-    assert summary["chamfer"] == pytest.approx(
-        (scores.deformed[0, 1] + scores.deformed[1, 0]) / 2, rel=1e-6
+    assert summary["box_chamfer"] == pytest.approx(
+        1000 * (scores.deformed[0, 1] + scores.deformed[1, 0]) / 2, rel=1e-6
     )
-    assert summary["best_undeformed_chamfer"] <= summary["undeformed_chamfer"]
-    assert summary["best_deformed_chamfer"] <= summary["chamfer"]
+    best = 1000 * np.mean([min(row) for row in scores.undeformed.tolist()])
+    assert summary["best_undeformed_box_chamfer"] == pytest.approx(best, rel=1e-6)
+    assert summary["best_undeformed_box_chamfer"] <= summary["undeformed_box_chamfer"]
+    assert summary["best_deformed_box_chamfer"] <= summary["box_chamfer"]
     assert summary["effective_templates"] == pytest.approx(2)
     assert summary["num_samples"] == 2
 

@@ -217,6 +217,7 @@ class _Terms(Callback):
         logged = {name: float(value) for name, value in trainer.callback_metrics.items()}
         # As it was called, and counted, when the digests were recorded.
         logged["train/entropy"] = -logged.pop("train/negative_entropy")
+        logged["train/chamfer"] = logged.pop("train/box_chamfer") / 1000
         self.steps.append(dict(sorted(logged.items())))
 
 

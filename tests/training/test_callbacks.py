@@ -1,4 +1,3 @@
-import itertools
 import math
 import re
 from types import SimpleNamespace
@@ -10,25 +9,19 @@ from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
-from tensorboard.backend.event_processing.event_file_loader import EventFileLoader
 from tensorboard.plugins.custom_scalar import layout_pb2
-from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 from tensorboard.util import tensor_util
 from torch import nn
-from torch.utils.tensorboard import SummaryWriter
 
 from ffd_lightning.app.build import build_data, build_module, build_network
 from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
 from ffd_lightning.training.callbacks import Reconstructions, example_rows, tensorboard_callbacks
 from ffd_lightning.training.module import FfdModule
-from ffd_lightning.training.tensorboard import (
-    StepLogger,
-    distance_colors,
-    selection_bars,
-    write_bars,
-)
+from ffd_lightning.training.pictures import CLOUD_LEGEND
+from ffd_lightning.training.tensorboard import StepLogger
 
+CLOUDS = f"table e t2: {CLOUD_LEGEND}/clouds"
 STEPS, EXAMPLES, SHOWN, TIMES = 8, 3, 2, 2
 SETTINGS = (
     "regime=e",
@@ -53,7 +46,7 @@ class Session:
         with torch.no_grad():
             network.heads.logits.bias[0] = 0.8
         self.module = build_module(config, network, {})
-        writing = tensorboard_callbacks(1, EXAMPLES, SHOWN, TIMES)
+        writing = tensorboard_callbacks(1, EXAMPLES, SHOWN, TIMES, "table/e/t2")
         chosen = [*more, *writing]
         self.folder = folder / "tensorboard"
         self.trainer = Trainer(
@@ -144,27 +137,56 @@ def logged(clock, frozen, tiny_config, tmp_path_factory):
 def test_curves_count_steps_from_one_and_leave_the_epoch_out(logged):
     events = logged.events
     assert "epoch" not in events.Tags()["scalars"]
-    terms = ("loss", "weighted_chamfer", "negative_entropy", "offset_penalty", "chamfer")
-    weights = ("weight/weighted_chamfer", "weight/negative_entropy")
-    assert "train/weight/offset_penalty" not in events.Tags()["scalars"], "watched only"
-    for tag in (f"train/{name}" for name in (*terms, *weights, "learning_rate")):
+    minimised, watched = ("weighted_chamfer", "negative_entropy"), ("offset_penalty",)
+    expected = {f"values_of_terms/{name}" for name in (*minimised, *watched)}
+    expected |= {
+        f"{group}/{n}" for group in ("weighted_terms", "weights_of_terms") for n in minimised
+    }
+    expected |= {"train/box_chamfer", "weighted_terms/loss", "work/learning_rate"}
+    for tag in expected:
         assert [s.step for s in events.Scalars(tag)] == list(range(1, STEPS + 1)), tag
-    for tag in ("val/chamfer", "val/undeformed_chamfer", "val/entropy", "val/effective_templates"):
+    shown = ("box_chamfer", "undeformed_box_chamfer", "entropy", "effective_templates")
+    judged = {f"val/{name}" for name in shown}
+    for tag in judged:
         assert [s.step for s in events.Scalars(tag)] == [2, 4, 6, 8]
+    speed = {"work/steps_per_second", "work/queries_per_second"}
+    assert set(events.Tags()["scalars"]) == expected | judged | speed
+
+
+def test_what_matters_is_first_in_the_order_of_the_alphabet(logged):
+    tags = logged.events.Tags()
+    groups = sorted({tag.split("/")[0] for kind in ("scalars", "images") for tag in tags[kind]})
+    assert groups[:2] == ["train", "val"]
+
+
+def test_weighted_terms_add_up_to_the_loss(logged):
+    events = logged.events
+    parts = [
+        [point.value for point in events.Scalars(f"weighted_terms/{name}")]
+        for name in ("weighted_chamfer", "negative_entropy")
+    ]
+    losses = [point.value for point in events.Scalars("weighted_terms/loss")]
+    assert np.sum(parts, axis=0) == pytest.approx(losses, rel=1e-4)
+
+
+def test_box_chamfer_is_what_the_validation_scores_say_times_1000(logged):
+    scores = logged.module.scores
+    mean = scores.deformed[np.arange(len(scores.rows)), scores.weights.argmax(1)].mean()
+    assert logged.events.Scalars("val/box_chamfer")[-1].value == pytest.approx(1000 * mean)
 
 
 def test_learning_rate_and_weights_are_those_of_the_step(logged):
     events = logged.events
-    for point in events.Scalars("train/learning_rate"):
+    for point in events.Scalars("work/learning_rate"):
         cosine = 1e-3 * (1 + math.cos(math.pi * (point.step - 1) / STEPS)) / 2
         assert point.value == pytest.approx(cosine, rel=1e-5)
-    for point in events.Scalars("train/weight/negative_entropy"):
+    for point in events.Scalars("weights_of_terms/negative_entropy"):
         assert point.value == pytest.approx(100 * math.exp(-(point.step - 1) / 10), rel=1e-5)
-    assert {point.value for point in events.Scalars("train/weight/weighted_chamfer")} == {1}
+    assert {point.value for point in events.Scalars("weights_of_terms/weighted_chamfer")} == {1}
 
 
 def test_throughput_leaves_validation_out(logged):
-    for tag, value in (("speed/steps_per_second", 2), ("speed/queries_per_second", 8)):
+    for tag, value in (("work/steps_per_second", 2), ("work/queries_per_second", 8)):
         points = logged.events.Scalars(tag)
         assert [p.step for p in points] == list(range(2, STEPS + 1))
         assert {p.value for p in points} == {value}
@@ -172,7 +194,7 @@ def test_throughput_leaves_validation_out(logged):
 
 def test_the_histogram_of_largest_weights_counts_every_query(logged):
     largest = [weights.max() for weights, _ in logged.prediction.values()]
-    last = logged.events.Histograms("templates/max_weight")[-1]
+    last = logged.events.Histograms("which_template/weight_of_selected")[-1]
     assert last.step == STEPS
     assert all(0.01 < value % 0.05 < 0.04 for value in largest), "rounding moves none"
     assert sum(last.histogram_value.bucket) == len(largest) == len(logged.data.split.val) > 2
@@ -181,37 +203,25 @@ def test_the_histogram_of_largest_weights_counts_every_query(logged):
     assert last.histogram_value.bucket_limit == pytest.approx(np.arange(1, 21) / 20)
 
 
-def test_tensorboard_shows_a_bar_at_its_template_whatever_the_others_are(tmp_path):
-    with SummaryWriter(tmp_path) as writer:
-        write_bars(writer, "bars", [0, 0, 7, 0, 1, 0], 3)
-    (file,) = tmp_path.glob("events.*")
-    (value,) = [v for e in EventFileLoader(str(file)).Load() for v in e.summary.value]
-    shown = tensor_util.make_ndarray(value.tensor)  # the loader makes it what the pages show
-    edges = np.arange(7) - 0.5
-    assert shown[:, 0] == pytest.approx(edges[:-1])
-    assert shown[:, 1] == pytest.approx(edges[1:])
-    assert shown[:, 2] == pytest.approx([0, 0, 7, 0, 1, 0], abs=1e-9)
-
-
-def test_the_selection_is_drawn_most_used_first(logged):
-    assert [i.step for i in logged.events.Images("templates/selection")] == [2, 4, 6, 8]
-    image = selection_bars([3, 0, 12, 5, 1], np.full(5, 0.6)).astype(int)
-    image[:100, 300:] = 255  # the legend
-    blue = (abs(image - (31, 119, 180)).max(2) < 3).sum(0)  # pixels in each column
-    runs = [(height, len(list(group))) for height, group in itertools.groupby(blue.tolist())]
-    bars = [height for height, width in runs if height and width >= 10]
-    highest = max(bars)
-    assert [b / highest for b in dict.fromkeys(bars)] == pytest.approx(
-        [1, 5 / 12, 3 / 12, 1 / 12], abs=0.02
-    )
+def test_bars_and_histograms_are_drawn_at_every_validation(logged):
+    events, step = logged.events, [2, 4, 6, 8]
+    assert [i.step for i in events.Images("which_template/bars")] == step
+    scores = logged.module.scores
+    shares = 100 * np.bincount(scores.weights.argmax(1), minlength=2) / len(scores.rows)
+    for tag, expected in (("selected", shares), ("selected_sorted", sorted(shares)[::-1])):
+        found = events.Histograms(f"which_template/{tag}")
+        assert [h.step for h in found] == step
+        # TensorBoard's 30 buckets: 15 of each template, the last of them empty
+        bars = np.reshape(found[-1].histogram_value.bucket, (2, 15))[:, :14]
+        assert bars == pytest.approx(np.repeat(expected, 14).reshape(2, 14), abs=1e-9)
 
 
 def test_examples_are_drawn_as_often_as_asked(logged):
     events = logged.events
-    assert [i.step for i in events.Images("examples/reconstructions")] == [4]
-    assert [i.step for i in events.Images("examples/input")] == [0]
+    assert [i.step for i in events.Images("worked_examples/reconstructions")] == [4]
+    assert [i.step for i in events.Images("worked_examples/input")] == [0]
     for part in ("VERTEX", "COLOR"):
-        assert [t.step for t in events.Tensors(f"examples/clouds_{part}")] == [4, 8]
+        assert [t.step for t in events.Tensors(f"{CLOUDS}_{part}")] == [4, 8]
 
 
 @pytest.mark.parametrize(
@@ -235,7 +245,7 @@ def deformed_by_hand(bank, t, offsets):
 def test_clouds_are_the_deformed_points_beside_the_truth(logged):
     prepared, size = logged.data.prepared, logged.data.prepared.num_points
     stored, colors = (
-        tensor_util.make_ndarray(logged.events.Tensors(f"examples/clouds_{part}")[-1].tensor_proto)
+        tensor_util.make_ndarray(logged.events.Tensors(f"{CLOUDS}_{part}")[-1].tensor_proto)
         for part in ("VERTEX", "COLOR")
     )
     assert stored.shape == colors.shape == (1, SHOWN * 2 * size, 3)
@@ -254,19 +264,6 @@ def test_clouds_are_the_deformed_points_beside_the_truth(logged):
         assert aside[0] == pytest.approx([aside[0, 0], lower[0, 1], 0], abs=1e-5)
         assert truth[:, 0].min() > deformed[:, 0].max()
     assert parts[0][:, 1].min() > parts[2][:, 1].max()
-
-
-def test_colors_tell_the_distance_to_the_other_cloud():
-    a = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
-    b = torch.tensor([[0.0, 0, 0], [1, 0.025, 0], [2, 0.3, 0], [2, 0.6, 0]])
-    first, second = distance_colors(a, b)
-    assert first.shape == (3, 3)
-    assert (first[0] == second[0]).all()  # together
-    assert (first[1] == second[1]).all()  # halfway
-    assert (first[2] == second[3]).all()  # far and farther
-    assert first[0].argmax() == 2, "blue"
-    assert first[1].argmax() == 1, "green"
-    assert first[2].argmax() == 0, "red"
 
 
 def test_logging_changes_no_weights_and_no_modes(logged, frozen, tiny_config, tmp_path):
@@ -334,7 +331,7 @@ def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):
     with pytest.raises(Killed):
         first.fit()
     first.trainer.logger.finalize("failed")
-    assert [s.step for s in first.events.Scalars("train/loss")][-1] == 7
+    assert [s.step for s in first.events.Scalars("weighted_terms/loss")][-1] == 7
     second = Session(config, tmp_path, purge=5, more=(Frozen(),))
     second.module.network.encoder.eval()
     second.fit(checkpoint)
@@ -342,7 +339,7 @@ def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):
     whole, resumed = logged.events, second.events
     assert resumed.Tags() == whole.Tags()
     for tag in whole.Tags()["scalars"]:
-        if not tag.startswith("speed/"):
+        if not tag.endswith("_per_second"):
             expected = [(s.step, s.value) for s in whole.Scalars(tag)]
             assert [(s.step, s.value) for s in resumed.Scalars(tag)] == expected, tag
     for kind, load in (("histograms", "Histograms"), ("images", "Images"), ("tensors", "Tensors")):
@@ -352,36 +349,12 @@ def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):
 
 
 def test_the_layout_finds_its_tags(logged):
-    events = logged.events
-    stored = events.Tensors("custom_scalars__config__")
+    stored = logged.events.Tensors("custom_scalars__config__")
     assert len(stored) == 1
     layout = layout_pb2.Layout.FromString(stored[0].tensor_proto.string_val[0])
     tags = [tag for c in layout.category for chart in c.chart for tag in chart.multiline.tag]
+    scalars = logged.events.Tags()["scalars"]
     for tag in tags:
-        assert any(re.match(tag, scalar) for scalar in events.Tags()["scalars"]), tag
-    assert {"train/loss$", "val/undeformed_chamfer$", "val/effective_templates$"} <= set(tags)
-
-
-def test_results_come_with_the_settings_that_tell_runs_apart(tmp_path):
-    logger = StepLogger(tmp_path, "", "tensorboard")
-    settings = {"category": "table", "batch_size": 4, "regime": "e"}
-    logger.log_results(settings, {"chamfer": 0.5, "weight": 0.25}, 300)
-    logger.finalize("success")
-    events = read(tmp_path / "tensorboard")
-    (point,) = events.Scalars("test/weight")
-    assert (point.step, point.value) == (300, 0.25)
-    content = {
-        tag: HParamsPluginData.FromString(metadata.plugin_data.content)
-        for tag, metadata in events.summary_metadata.items()
-        if metadata.plugin_data.plugin_name == "hparams"
-    }
-    experiment = content["_hparams_/experiment"].experiment
-    assert {i.name: i.differs for i in experiment.hparam_infos} == {
-        "category": True,
-        "batch_size": False,
-        "regime": True,
-    }
-    assert [i.name.tag for i in experiment.metric_infos] == ["test/chamfer"]
-    told = content["_hparams_/session_start_info"].session_start_info.hparams
-    assert told["regime"].string_value == "e"
-    assert told["batch_size"].number_value == 4
+        assert any(re.match(tag, scalar) for scalar in scalars), tag
+    unseen = [s for s in scalars if not any(re.match(tag, s) for tag in tags)]
+    assert sorted(unseen) == ["work/queries_per_second", "work/steps_per_second"]

@@ -11,7 +11,6 @@ nothing. timing=false does not measure how long training would take, which is ha
 from __future__ import annotations
 
 import shutil
-import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,12 +23,13 @@ from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import CategoryConfig, DoctorConfig
 from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.schema import typed_config
-from ffd_lightning.app.step_time import duration, training_times
+from ffd_lightning.app.step_time import training_times
 from ffd_lightning.app.studies.categories import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.survey import TRIAL, Finding, examine
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.parallel import available_cores
+from ffd_lightning.terminal import duration, table_console
 
 SCHEMA = DoctorConfig
 
@@ -156,7 +156,7 @@ def main(arguments: Sequence[str]) -> int:
         return 0
     cfg = typed_config(compose_config("prepare", DoctorConfig, arguments), DoctorConfig)
     validate(cfg)
-    console = Console(width=None if sys.stdout.isatty() else 160)
+    console = table_console()
     source = build_source(cfg)
     names = cfg.category.members or [cfg.category.name]
     if not any(a.startswith("category") for a in arguments):

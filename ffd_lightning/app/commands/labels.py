@@ -7,7 +7,6 @@ The runs must have been evaluated under protocol parts: ffd evaluate run=DIR pro
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,17 +28,16 @@ class Settings:
 
 def main(settings: Settings) -> int:
     """Print how well labels fit: by shape, by part and by the template's family."""
-    from rich.console import Console
-
     from ffd_lightning.analysis.label_tables import label_tables
     from ffd_lightning.analysis.labels import label_samples
     from ffd_lightning.analysis.runs import require_runs
     from ffd_lightning.analysis.selection import run_families
+    from ffd_lightning.terminal import table_console
 
     folder = Path(settings.runs)
     runs = require_runs(folder)
     samples, families = label_samples(runs), run_families(runs)
-    console = Console(width=None if sys.stdout.isatty() else 160)
+    console = table_console()
     for table in label_tables(samples, families, folder):
         console.print(table)
     if not families:

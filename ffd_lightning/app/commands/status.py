@@ -8,7 +8,6 @@ that began it resumes it. The exit code is 1 if a run has failed.
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,13 +29,12 @@ class Settings:
 
 def main(settings: Settings) -> int:
     """Print a table of the runs; 1 if one has failed."""
-    from rich.console import Console
-
     from ffd_lightning.analysis.status import printed, status_table
+    from ffd_lightning.terminal import table_console
 
     folder = Path(settings.runs)
     rows = status_table(folder)
-    Console(width=None if sys.stdout.isatty() else 160).print(printed(rows, folder))
+    table_console().print(printed(rows, folder))
     counts = rows["state"].value_counts()
     print(", ".join(f"{count} {state}" for state, count in counts.items()))
     return int((rows["state"] == "failed").any())

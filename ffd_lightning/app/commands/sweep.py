@@ -12,7 +12,7 @@ from pathlib import Path
 
 from omegaconf import OmegaConf
 
-from ffd_lightning.app.checks import encoder_problems
+from ffd_lightning.app.checks import device_problems, encoder_problems
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.hydra_app import compose_config, config_folder
@@ -137,20 +137,20 @@ def run_study(request: Request) -> int:
 
 def _problems(sweeps: Sequence[Sequence[str]], request: Request) -> str:
     """Return what would stop jobs of a study at their start, after others have run perhaps."""
-    jobs = [job for sweep in sweeps for job in sample_jobs(sweep)]
-    found = (
-        problem
-        for job in jobs
-        for problem in encoder_problems(
-            compose_config("train", TrainConfig, job, request.config_dir)
-        )
-    )
+    found: list[str] = []
+    for sweep in sweeps:
+        elsewhere = any("submitit" in x for x in sweep)  # on a cluster's machines
+        for job in sample_jobs(sweep):
+            cfg = compose_config("train", TrainConfig, job, request.config_dir)
+            found += [*encoder_problems(cfg), *([] if elsewhere else device_problems(cfg))]
     return "; ".join(dict.fromkeys(found))
 
 
 def _run_stages(sweeps: Sequence[Sequence[str]]) -> int:
-    codes = []
-    for sweep in sweeps:
+    codes: list[int] = []
+    for number, sweep in enumerate(sweeps, 1):
+        if len(sweeps) > 1:
+            print(f"stage {number} of {len(sweeps)}", flush=True)
         # A stage of which a run has failed does not keep the next from the others' results.
         codes.append(train(sweep))
         if codes[-1] == _INTERRUPTED:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -15,6 +16,7 @@ from ffd_lightning.analysis.runs import find_runs
 from ffd_lightning.app.studies.study import Search, merge_overrides, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
+from ffd_lightning.terminal import duration
 
 if TYPE_CHECKING:
     import optuna
@@ -60,12 +62,15 @@ def run_search(
         direction="maximize" if measures[search.measure].higher_is_better else "minimize",
         load_if_exists=True,
     )
-    code = 0
+    code, times = 0, list[float]()
     for number, chosen in _trials(study, search, trials):
         place = f"trial-{number:03d}"
         settings = [f"{key}={value:.4g}" for key, value in chosen.items()]
         subdir = f'hydra.sweep.subdir="{place}/${{category.name}}/seed${{seed}}"'
-        print(f"\ntrial {number + 1} of {trials}: {' '.join(settings)}", flush=True)
+        rest = trials - len(study.get_trials(states=[optuna.trial.TrialState.COMPLETE]))
+        left = f", about {duration(rest * float(np.mean(times)))} left" if times else ""
+        print(f"\ntrial {number + 1} of {trials}{left}: {' '.join(settings)}", flush=True)
+        began = time.monotonic()
         failed = train(merge_overrides(*overrides, "evaluation.subset=val", *settings, subdir))
         if failed == _INTERRUPTED:
             raise KeyboardInterrupt
@@ -75,6 +80,7 @@ def run_search(
             continue
         scores = [run.status["summary"][search.measure] for run in runs]
         study.tell(number, float(np.mean(scores)))
+        times.append(time.monotonic() - began)
         _write(study, folder)
     return code
 

@@ -11,6 +11,8 @@ import numpy as np
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.shapes import PreparedShape, Shape
 
+_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
+
 
 @dataclass(frozen=True)
 class Measure:
@@ -27,6 +29,15 @@ class Measure:
     definition: str
     higher_is_better: bool = False
     factor: float = 1000.0
+
+    @property
+    def title(self) -> str:
+        """How it is written for people.
+
+        >>> Measure("iou", "of voxels").title, Measure("fscore_1", "of points").title
+        ('IoU', 'fscore_1')
+        """
+        return _TITLES.get(self.name, self.name)
 
     @property
     def arrow(self) -> str:
@@ -137,12 +148,12 @@ class ProtocolDescription:
         >>> ProtocolDescription("mine", "", measures[1:]).factors
         ' All x 1000.'
         >>> ProtocolDescription("mine", "", measures).factors
-        ' iou x 100, chamfer x 1000.'
+        ' IoU x 100, Chamfer x 1000.'
         """
         factors = {m.factor for m in self.measures}
         if len(factors) == 1:
             return "" if factors == {1.0} else f" All x {factors.pop():g}."
-        told = ", ".join(f"{m.name} x {m.factor:g}" for m in self.measures if m.factor != 1.0)
+        told = ", ".join(f"{m.title} x {m.factor:g}" for m in self.measures if m.factor != 1.0)
         return f" {told}."
 
     @property

@@ -1,0 +1,69 @@
+import io
+import sys
+
+import pytest
+
+from ffd_lightning import progress
+from ffd_lightning.progress import CountProgress
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Seconds that a test lets pass."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    return now
+
+
+def lines(clock, capsys, seconds, total, **settings):
+    """Count to the end, each taking so many seconds."""
+    with CountProgress("training", total, 0, True, **settings) as bar:
+        for number in range(total):
+            clock[0] += seconds
+            bar.advance(1, lambda number=number: f"at {number}")
+    return capsys.readouterr().err.splitlines()
+
+
+def test_a_line_says_how_far_how_fast_and_how_long(clock, capsys):
+    told = lines(clock, capsys, 2, 20, unit="steps")
+    assert told[0] == "  training: 6 of 20 steps, 0.5/s, at 5, about 28 s left"
+    assert [line.split()[1] for line in told] == ["6", "12", "18"], "not within ten seconds"
+
+
+@pytest.mark.parametrize(("seconds", "total"), [(0.1, 10_000), (1, 100_000), (30, 2000)])
+def test_long_jobs_say_little_but_something(clock, capsys, seconds, total):
+    told = lines(clock, capsys, seconds, total)
+    at_most_every_twentieth, at_least_every_five_minutes = 20, seconds * total / 300
+    assert at_least_every_five_minutes * 0.9 <= len(told)
+    assert len(told) <= at_most_every_twentieth + at_least_every_five_minutes
+
+
+def test_nothing_is_shown_if_not_asked(clock, capsys):
+    with CountProgress("training", 9, 0, False) as bar:
+        clock[0] += 100
+        bar.advance(5, lambda: pytest.fail("read for nothing"))
+    assert capsys.readouterr().err == ""
+
+
+def test_a_resumed_count_goes_on(clock, capsys):
+    with CountProgress("training", 100, 40, True) as bar:
+        clock[0] += 11
+        bar.advance(11)
+    assert capsys.readouterr().err == "  training: 51 of 100, 1.0/s, about 49 s left\n"
+
+
+def test_on_a_terminal_a_bar_reads_its_note_about_once_a_second(clock, monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    screen, read = Terminal(), []
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setenv("TERM", "xterm")
+    with CountProgress("training", 100, 0, True, "steps") as bar:
+        for number in range(100):
+            clock[0] += 0.1
+            bar.advance(1, lambda number=number: read.append(number) or f"box Chamfer {number}")
+    assert 7 <= len(read) <= 10
+    assert "training" in screen.getvalue()
+    assert f"box Chamfer {read[-1]}" in screen.getvalue()
