@@ -31,6 +31,7 @@ STYLE: Any = {
     "grid.linewidth": 0.6,
     "svg.hashsalt": "ffd_lightning",  # else the names of clip paths are drawn anew each time
     "svg.fonttype": "path",
+    "pdf.fonttype": 42,  # letters stay letters, which others' programs can edit
 }
 DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
     ("", "deformed", "-"),
