@@ -263,6 +263,7 @@ def _count_lines(panel: Axes, runs: pd.DataFrame, measure: Measure, color: str) 
             linewidth=1.3,
             marker="o",
             markersize=3.5,
+            markerfacecolor=color if dash == "-" else "white",  # a lone point has no line
             capsize=2.5,
         )
         for line in bars[2]:

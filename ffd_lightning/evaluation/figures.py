@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import torch
@@ -13,20 +12,14 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.imaging.sheet import contact_sheet, text_width
 from ffd_lightning.nn.network import TemplateFfdNetwork
-from ffd_lightning.palette import COLORS
-
-if TYPE_CHECKING:  # Matplotlib takes longer to load than a picture without it takes to draw.
-    from matplotlib.figure import Figure
 
 _CLOUD_POINTS = 2048
 _CELL = (192, 256)  # pixels, of a template
 _FONT = 12
-_WAY, _AFTER = COLORS[:2]  # of control points
 _COLUMNS = ("input", "selected template", "deformed point cloud", "deformed mesh", "ground truth")
 _POINT_RADIUS = 0.006
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
@@ -139,41 +132,3 @@ def _in_lines(shape_id: str, before: str = "") -> str:
         return line
     category, _, own = shape_id.rpartition("/")  # as it is where there are several categories
     return f"{before}{category}".rstrip() + f"\n{own}"
-
-
-def lattice_figure(
-    control_points: ArrayLike, offsets: ArrayLike, degrees: Degrees = (3, 3, 3)
-) -> Figure:
-    """Draw a lattice before (grey) and after (orange), and each control point's way (blue).
-
-    Args:
-        control_points: P, (M, 3).
-        offsets: of the control points, (M, 3).
-        degrees: of the lattice, M = (l + 1)(m + 1)(n + 1), the last axis fastest.
-    """
-    from matplotlib.figure import Figure
-
-    shape = tuple(degree + 1 for degree in degrees)
-    before = np.asarray(control_points, float).reshape(*shape, 3)
-    after = before + np.asarray(offsets, float).reshape(*shape, 3)
-    figure = Figure(figsize=(6, 5), layout="constrained")
-    axes = cast(Any, figure.add_subplot(projection="3d"))
-    for lattice, color, width in ((before, "0.6", 0.6), (after, _AFTER, 1.0)):
-        edges = [
-            np.moveaxis(lattice, axis, -2).reshape(-1, shape[axis], 3) for axis in range(len(shape))
-        ]
-        for line in (line for lines in edges for line in lines):
-            axes.plot(*_drawn(line), color=color, linewidth=width)
-    axes.scatter(*_drawn(after.reshape(-1, 3)), color=_AFTER, s=8)
-    ways = np.stack([before.reshape(-1, 3), after.reshape(-1, 3)], 1)
-    for way in ways:
-        axes.plot(*_drawn(way), color=_WAY, linewidth=0.8)
-    axes.set(xlabel="x", ylabel="z", zlabel="y")
-    axes.set_aspect("equal")
-    axes.view_init(elev=25, azim=-60)
-    return figure
-
-
-def _drawn(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Turn points (N, 3), y up, into coordinates of matplotlib, whose z is up: (3, N)."""
-    return points[:, [0, 2, 1]].T

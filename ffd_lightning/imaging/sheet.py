@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -72,6 +73,12 @@ class Sheet:
         for line in self.lines:
             _write(sheet, line, self.ink)
         return sheet
+
+    def _repr_png_(self) -> bytes:
+        """Show the sheet in notebooks."""
+        buffer = io.BytesIO()
+        Image.fromarray(self.draw()).save(buffer, "PNG")
+        return buffer.getvalue()
 
 
 def side_by_side(sheets: Sequence[Sheet]) -> Sheet:
