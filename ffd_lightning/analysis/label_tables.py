@@ -14,7 +14,7 @@ from ffd_lightning.analysis.labels import PART, family_table, part_columns, tran
 from ffd_lightning.analysis.selection import Families
 from ffd_lightning.evaluation.references import SHAPES
 
-_TITLES = {
+SHAPE_TITLES = {
     "": "model",
     "undeformed": "template\nas it is",
     "best_deformed": "best of T\ndeformed",
@@ -25,6 +25,7 @@ _TITLES = {
     "medoid": "medoid",
     "floor": "floor",
 }
+"""What stands beside the model, as the heading of a column."""
 
 
 def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> list[Table]:
@@ -48,7 +49,7 @@ def _shapes_table(table: pd.DataFrame, folder: Path) -> Table:
         "Mean over the parts in the truth or transferred, then over test shapes. Below: how much "
         "more the model (selected template, deformed) has, with 95% interval.",
         ("run", "category"),
-        ("models", *(_TITLES[s] for s in shapes)),
+        ("models", *(SHAPE_TITLES[s] for s in shapes)),
     )
     for (run, category), part in table.groupby(["run", "category"], sort=False):
         found = part.set_index("shape").to_dict("index")
@@ -72,7 +73,7 @@ def _parts_table(table: pd.DataFrame, folder: Path) -> Table:
         "IoU x 100 of single parts",
         "Means over the test models that have the part, of the model's with 95% interval.",
         ("run", "category", "part"),
-        ("models", *(_TITLES[s] for s in shapes)),
+        ("models", *(SHAPE_TITLES[s] for s in shapes)),
     )
     keys = ["run", "category", "measure"]
     for values, part in table.sort_values("run", kind="stable").groupby(keys, sort=False):

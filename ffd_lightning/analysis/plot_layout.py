@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os.path import commonpath, relpath
 from typing import Any, Literal
 
@@ -12,11 +11,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 
-from ffd_lightning.analysis.wording import measure_title
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
-from ffd_lightning.palette import COLORS, REGIME_COLORS
+from ffd_lightning.palette import COLORS, REGIME_COLORS, regime_title
 
 STYLE: Any = {
     "font.size": 9.0,
@@ -31,6 +29,7 @@ STYLE: Any = {
     "grid.linewidth": 0.6,
     "svg.hashsalt": "ffd_lightning",  # else the names of clip paths are drawn anew each time
     "svg.fonttype": "path",
+    "pdf.fonttype": 42,  # letters stay letters, which others' programs can edit
 }
 DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
     ("", "deformed", "-"),
@@ -38,33 +37,45 @@ DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
 )  # prefix of the columns, name, line style
 
 
-def run_labels(table: pd.DataFrame) -> dict[str, str]:
-    """Return a short label for each run, made of what differs between the runs.
+def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
+    """Return a label for each run, made of what differs between the runs.
 
     Args:
         table: of runs or samples, with columns `run`, `category`, `regime`, `templates`, `seed`.
+        titled: with the regimes' long names.
     """
     settings = _settings(table)
     shown = [name for name in settings if settings[name].nunique() > 1]
-    return _labels(settings, shown or ["regime", "templates"])
+    return _labels(settings, shown or ["regime", "templates"], regime_title if titled else str)
 
 
 def _settings(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a row per run (index): category, regime, templates, seed."""
+    """Return a row per run (index): category, regime, templates, seed; in the palette's order."""
     groups = table.groupby("run", sort=False)
     settings = groups[["regime", "templates", "seed"]].first()
     names = groups["category"].unique()
     one = names.map(lambda found: str(found[0]) if len(found) == 1 else f"{len(found)} categories")
     settings.insert(0, "category", one)
-    return settings
+    order = {"category": list(one), "regime": [*REGIME_COLORS, *settings["regime"]]}
+    return settings.sort_values(
+        list(settings),
+        kind="stable",
+        key=lambda part: part.map(order[part.name].index) if part.name in order else part,
+    )
 
 
-def _labels(settings: pd.DataFrame, shown: Sequence[str]) -> dict[str, str]:
-    """Return a label for each run: the settings `shown`, or its folder where that is not enough."""
+def _labels(
+    settings: pd.DataFrame, shown: Sequence[str], title: Callable[[str], str] = str
+) -> dict[str, str]:
+    """Return a label for each run: the settings `shown`, or its folder where that is not enough.
+
+    `title` makes a regime's name what is shown of it.
+    """
     form = {"category": "{}", "regime": "{}", "templates": "T = {}", "seed": "seed {}"}
+    told = settings.assign(regime=settings["regime"].map(title))
     labels = {
         str(run): ", ".join(form[name].format(row[name]) for name in shown)
-        for run, row in settings.iterrows()
+        for run, row in told.iterrows()
     }
     alike = settings.reset_index().groupby(list(settings), dropna=False)["run"]
     for _, runs in alike:
@@ -75,16 +86,24 @@ def _labels(settings: pd.DataFrame, shown: Sequence[str]) -> dict[str, str]:
 
 
 def series_of(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
-    """Return a row per run (index) with `category` and `series`, and the colour of each series."""
+    """Return a row per run (index) with `category` and `series`, and the colour of each series.
+
+    A series is what differs in its seed alone, with its regime's long name. A regime has its own
+    colour, lighter for fewer templates; of one regime, numbers of templates have colours in order.
+    """
     settings = _settings(table)
     shown = [name for name in ("regime", "templates") if settings[name].nunique() > 1]
-    settings["series"] = pd.Series(_labels(settings, shown or ["regime"]))
-    names = list(dict.fromkeys(settings["series"]))
+    settings["series"] = pd.Series(_labels(settings, shown or ["regime"], regime_title))
+    firsts = settings.drop_duplicates("series").set_index("series")[["regime", "templates"]]
     if shown == ["templates"]:
-        # Ordered by number, in colours that have an order.
-        names = list(dict.fromkeys(settings.sort_values("templates", kind="stable")["series"]))
-        return settings, _scale(names)
-    return settings, colors_of(names)
+        return settings, _scale(list(firsts.sort_values("templates", kind="stable").index))
+    colors = colors_of(list(dict.fromkeys(firsts["regime"])))
+    counts = {name: sorted(part["templates"]) for name, part in firsts.groupby("regime")}
+    result = {}
+    for name, regime, templates in firsts.itertuples():
+        among = counts[regime]
+        result[str(name)] = _lighter(colors[regime], among.index(templates), len(among))
+    return settings, result
 
 
 def colors_of(names: Sequence[str]) -> dict[str, str]:
@@ -103,32 +122,41 @@ def _scale(names: Sequence[str]) -> dict[str, str]:
     return {n: matplotlib.colors.to_hex(c) for n, c in zip(names, colors, strict=True)}
 
 
-def panels_of(count: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
-    """Return a figure of `count` panels that share their axes' labels; one panel is wider."""
+def _lighter(color: str, place: int, count: int) -> str:
+    """Return a colour mixed with white: the last of `count` places is the colour itself."""
+    share = 0.6 * (count - 1 - place) / max(count - 1, 1)
+    mixed = (1 - share) * np.array(matplotlib.colors.to_rgb(color)) + share
+    return matplotlib.colors.to_hex(tuple(mixed))
+
+
+def panels_of(
+    count: int, columns: int, width: float, height: float, title: str
+) -> tuple[Figure, list[Axes]]:
+    """Return a titled figure of `count` panels that share their axes' labels; one is wider."""
     columns = min(columns, count)
     rows = -(-count // columns)
-    figure = Figure(figsize=(width, 0.75 + rows * height), layout="constrained", facecolor="white")
+    layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.06)
+    figure = Figure(figsize=(width, 1.05 + rows * height), layout=layout, facecolor="white")
+    figure.suptitle(title, fontsize=10.5)
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
     for unused in axes.flat[count:]:
         unused.set_visible(False)
     return figure, list(axes.flat[:count])
 
 
-def add_legend(figure: Figure, colors: dict[str, str], title: str | None = None) -> None:
-    """Name colours, and what solid and dotted lines are, above a figure's panels."""
+def label_axes(figure: Figure, panels: Sequence[Axes], x: str, y: str) -> None:
+    """Write what is along the axes: below the lowest of two columns' panels, once on the left."""
+    for panel in panels[-2:]:
+        panel.set_xlabel(x)
+    figure.supylabel(y, fontsize=8.5)
+
+
+def add_legend(figure: Figure, colors: dict[str, str]) -> None:
+    """Name colours, and what solid and dotted lines are, below a figure's panels."""
     handles = [Line2D([], [], color=color, label=name) for name, color in colors.items()]
     handles += [
         Line2D([], [], color="#444444", linestyle=dash, label=name) for _, name, dash in DASHES
     ]
     longest = max(len(str(handle.get_label())) for handle in handles)
-    columns = min(len(handles), max(1, 54 // (longest + 7)))
-    figure.legend(
-        handles=handles, loc="outside upper center", ncols=columns, frameon=False, title=title
-    )
-
-
-def axis_label(measure: Measure, protocol: ProtocolDescription, width: int = 56) -> str:
-    """Return a measure with its factor, definition and units, over several lines."""
-    factor = "" if measure.factor == 1 else f" x {measure.factor:g}"
-    told = f"{measure.definition}; {protocol.note}; protocol {protocol.name}"
-    return f"{measure_title(measure.name)}{factor}\n" + "\n".join(textwrap.wrap(told, width))
+    columns = min(len(handles), max(1, 60 // (longest + 7)))
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)

@@ -1,7 +1,8 @@
 """Figures over several runs, as matplotlib `Figure` objects.
 
 Nothing here touches pyplot, so that figures can be made on any machine and in any thread. Each is
-drawn for a width of about 400 pixels: text stays readable on a telephone.
+drawn for a width of about 400 pixels: text stays readable on a telephone. What a measure is, its
+points and unit, is for captions (`wording.measure_note`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from ffd_lightning.analysis.budget import SHARES, error_budget
@@ -20,18 +22,20 @@ from ffd_lightning.analysis.plot_layout import (
     DASHES,
     STYLE,
     add_legend,
-    axis_label,
     colors_of,
+    label_axes,
     panels_of,
     run_labels,
     series_of,
 )
+from ffd_lightning.analysis.wording import measure_title, scaled_title
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
+from ffd_lightning.palette import regime_title
 
 _WIDTH = 4.2  # inches
-_BUDGET = ("#BBBBBB", "#56B4E9", "#0072B2", "#D55E00")  # of the parts of an error
+_BUDGET = ("#BBBBBB", "#56B4E9", "#E69F00", "#882255")  # of the parts of an error: no regime's
 
 
 def cumulative_curves(
@@ -56,7 +60,8 @@ def cumulative_curves(
     with matplotlib.rc_context(STYLE):
         series, colors = series_of(samples)
         categories = series["category"].unique()
-        figure, panels = panels_of(len(categories), columns=2, width=_WIDTH, height=2.7)
+        title = f"Cumulative {measure_title(measure)} of the test images"
+        figure, panels = panels_of(len(categories), 2, _WIDTH, 2.7, title)
         for category, panel in zip(categories, panels, strict=True):
             for run in series.index[series["category"] == category]:
                 of_run = samples[samples["run"] == run]
@@ -73,11 +78,13 @@ def cumulative_curves(
                 panel.set_title(category)
             if not chosen.higher_is_better:
                 panel.set_xscale("log")
+                panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                panel.xaxis.set_major_formatter("{x:g}")
+                panel.xaxis.set_minor_formatter(NullFormatter())
             panel.set_ylim(0, 1.02)
         add_legend(figure, colors)
         word = "above" if chosen.higher_is_better else "below"
-        figure.supylabel(f"share of test samples {word} the score", fontsize=8.5)
-        figure.supxlabel(axis_label(chosen, protocol), fontsize=8.5)
+        label_axes(figure, panels, scaled_title(chosen), f"share of test images {word}")
     return figure
 
 
@@ -94,8 +101,9 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
         DataError: a run selects more templates than it has.
     """
     with matplotlib.rc_context(STYLE):
-        labels, (series, colors) = run_labels(samples), series_of(samples)
-        figure, panels = panels_of(len(labels), columns=2, width=_WIDTH, height=1.5)
+        labels, (series, colors) = run_labels(samples, titled=True), series_of(samples)
+        title = "How often each template is selected"
+        figure, panels = panels_of(len(labels), 2, _WIDTH, 1.5, title)
         for (run, label), panel in zip(labels.items(), panels, strict=True):
             of_run = samples[samples["run"] == run]
             share = _shares(of_run, run)
@@ -110,7 +118,7 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
         top = max(panel.dataLim.y1 for panel in panels)
         for panel in panels:
             panel.set_ylim(0, 1.05 * top)
-        figure.supylabel("share of test samples", fontsize=8.5)
+        figure.supylabel("share of test images", fontsize=8.5)
         figure.supxlabel("template, most selected first", fontsize=8.5)
     return figure
 
@@ -150,7 +158,10 @@ def template_count_curves(
     with matplotlib.rc_context(STYLE):
         colors = colors_of(list(dict.fromkeys(table["regime"])))
         categories = table["category"].unique()
-        figure, panels = panels_of(len(categories), columns=2, width=_WIDTH, height=2.7)
+        several = table.groupby(["category", "regime", "templates"]).size().max() > 1
+        seeds = "mean ± standard deviation over seeds" if several else "one seed"
+        title = f"{measure_title(measure)} by number of templates, {seeds}"
+        figure, panels = panels_of(len(categories), 2, _WIDTH, 2.7, title)
         for category, panel in zip(categories, panels, strict=True):
             of_category = table[table["category"] == category]
             for regime, part in of_category.groupby("regime", sort=False):
@@ -162,12 +173,8 @@ def template_count_curves(
             panel.set_ylim(bottom=0)
             if len(categories) > 1:
                 panel.set_title(category)
-        add_legend(figure, colors, title="regime")
-        several = table.groupby(["category", "regime", "templates"]).size().max() > 1
-        title, told = axis_label(chosen, protocol).split("\n", 1)
-        seeds = "mean ± standard deviation over seeds" if several else "one seed"
-        figure.supylabel(title, fontsize=8.5)
-        figure.supxlabel(f"number of templates T\n{told}\n{seeds}", fontsize=8.5)
+        add_legend(figure, {regime_title(name): color for name, color in colors.items()})
+        label_axes(figure, panels, "number of templates T", scaled_title(chosen))
     return figure
 
 
@@ -181,22 +188,24 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
     Raises:
         DataError: no run has the references.
     """
-    table, labels = error_budget(samples, protocol), run_labels(samples)
+    table, labels = error_budget(samples, protocol), run_labels(samples, titled=True)
     with matplotlib.rc_context(STYLE):
-        figure, (panel,) = panels_of(1, columns=1, width=1.4 * _WIDTH, height=0.34 * len(table))
+        title = f"What the {measure_title(protocol.main_measure.name)} is made of"
+        figure, (panel,) = panels_of(1, 1, 1.4 * _WIDTH, 0.34 * len(table), title)
+        table = table.loc[[run for run in labels if run in table.index]]
         places, left = np.arange(len(table)), np.zeros(len(table))
         for share, color in zip(SHARES, _BUDGET, strict=True):
             width = table[share.name].clip(lower=0).to_numpy()
             panel.barh(places, width, left=left, color=color, label=share.name, height=0.7)
             left += width
         for place, total in zip(places, table["total"], strict=True):
-            panel.text(left[place], float(place), f" {total:.4g}", va="center", fontsize=8)
+            panel.text(left[place], float(place), f" {total:.1f}", va="center", fontsize=8)
         panel.set_yticks(places, [labels[str(run)] for run in table.index])
         panel.invert_yaxis()
         panel.set_xlim(0, 1.12 * left.max())
         panel.grid(axis="y", visible=False)
-        figure.legend(loc="outside upper center", ncols=len(SHARES), frameon=False)
-        panel.set_xlabel(axis_label(protocol.main_measure, protocol))
+        figure.legend(loc="outside lower center", ncols=len(SHARES), frameon=False)
+        panel.set_xlabel(scaled_title(protocol.main_measure))
     return figure
 
 
@@ -254,6 +263,7 @@ def _count_lines(panel: Axes, runs: pd.DataFrame, measure: Measure, color: str) 
             linewidth=1.3,
             marker="o",
             markersize=3.5,
+            markerfacecolor=color if dash == "-" else "white",  # a lone point has no line
             capsize=2.5,
         )
         for line in bars[2]:

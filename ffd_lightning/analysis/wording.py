@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.evaluation.protocols import Measure
+from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 
 
 def measure_title(name: str) -> str:
@@ -12,6 +12,26 @@ def measure_title(name: str) -> str:
     ('IoU', 'fscore_1')
     """
     return Measure(name, "").title
+
+
+def scaled_title(measure: Measure) -> str:
+    """Return a measure with what its values are multiplied by where people read them.
+
+    >>> scaled_title(Measure("chamfer", "")), scaled_title(Measure("fscore_1", "", True, 1.0))
+    ('Chamfer x 1000', 'fscore_1')
+    """
+    factor = "" if measure.factor == 1 else f" x {measure.factor:g}"
+    return f"{measure_title(measure.name)}{factor}"
+
+
+def measure_note(measure: Measure, protocol: ProtocolDescription) -> str:
+    """Return what a measure is, with its unit and points, for a caption.
+
+    >>> measure_note(Measure("iou", "of voxels", True), ProtocolDescription("mine", "filled"))
+    'IoU: of voxels; filled; protocol mine'
+    """
+    told = [measure.definition, *([protocol.note] if protocol.note else [])]
+    return f"{measure_title(measure.name)}: {'; '.join(told)}; protocol {protocol.name}"
 
 
 def number(value: float) -> str:

@@ -43,7 +43,9 @@ def command_help(name: str, config: type[Any], folder: Path, extra: str | None =
         for group in _groups(fields, folders)
     ]
     told = {*sections, *_NOT_GIVEN, *(group.split(".")[0] for group in GROUPS)}
-    further = [_line(f"{n}.", _told(s, n)) for n, s in sections.items() if not option_files(n, folders)]
+    further = [
+        _line(f"{n}.", _told(s, n)) for n, s in sections.items() if not option_files(n, folders)
+    ]
     choices = [
         "Choices (group=option; here the default) and what each can be told (group.setting=value):",
         *(g for g in groups if g),
@@ -141,7 +143,9 @@ def default_text(f: dataclasses.Field[Any]) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if dataclasses.is_dataclass(value):
-        return "(" + " ".join(f"{x.name}={default_text(x)}" for x in dataclasses.fields(value)) + ")"
+        return (
+            "(" + " ".join(f"{x.name}={default_text(x)}" for x in dataclasses.fields(value)) + ")"
+        )
     if isinstance(value, tuple):
         value = list(value)  # as it is written
     return str(value).replace("'", "").replace(" ", "")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import torch
@@ -11,19 +10,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.rendering import contact_sheet, render
+from ffd_lightning.imaging.rendering import render
+from ffd_lightning.imaging.sheet import contact_sheet, text_width
 from ffd_lightning.nn.network import TemplateFfdNetwork
-
-if TYPE_CHECKING:  # Matplotlib takes longer to load than a picture without it takes to draw.
-    from matplotlib.figure import Figure
 
 _CLOUD_POINTS = 2048
 _CELL = (192, 256)  # pixels, of a template
 _FONT = 12
-_LETTERS = 34  # as many fit into a cell's width; ids of ShapeNet have 32
+_COLUMNS = ("input", "selected template", "deformed point cloud", "deformed mesh", "ground truth")
 _POINT_RADIUS = 0.006
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
 _OCTAHEDRON_FACES = np.array(
@@ -49,7 +46,8 @@ def cloud_mesh(
 
         height = centers[:, 1]
         shade = (height - height.min()) / max(float(np.ptp(height)), 1e-9)
-        colors = np.round(255 * colormaps["viridis"](shade)).astype(np.uint8)
+        # The lightest of viridis would be lost on white.
+        colors = np.round(255 * colormaps["viridis"](0.85 * shade)).astype(np.uint8)
     return Mesh(vertices, faces, np.repeat(colors, len(_OCTAHEDRON_FACES), axis=0))
 
 
@@ -62,7 +60,8 @@ def reconstruction_figure(
 ) -> NDArray[np.uint8]:
     """Draw a row per shape: input, selected template, deformed cloud, deformed mesh, truth.
 
-    All are seen by the camera that took the input, and in its size.
+    All are seen by the camera that took the input, and in its size. Below the deformed mesh: the
+    Chamfer distance that training reports on its way (`template_scores`), of the cloud, x 1000.
 
     Args:
         network: put into evaluation mode here.
@@ -85,27 +84,26 @@ def reconstruction_figure(
     labels: list[str] = []
     for k, (row, t) in enumerate(zip(rows, selected, strict=True)):
         offsets = prediction.offsets[k, t].cpu()
-        cloud = deform(bank.deformation_matrix[t, :_CLOUD_POINTS], bank.control_points[t], offsets)
+        cloud = deform(bank.deformation_matrix[t], bank.control_points[t], offsets)
+        truth = torch.from_numpy(prepared.cloud(row, len(cloud)))
+        score = 1000 * float(chamfer_distance(cloud, truth, "mean"))
         meshes = (
             bank.meshes[t],
-            cloud_mesh(cloud.numpy()),
+            cloud_mesh(cloud[:_CLOUD_POINTS].numpy()),
             bank.deformed_mesh(t, offsets),
             prepared.mesh(row),
         )
         cells.append(inputs[k])
-        cells += [
-            render(mesh, prepared.camera(row), height=height, width=width, samples=2)
-            for mesh in meshes
-        ]
+        cells += [render(mesh, prepared.camera(row), height=height, width=width) for mesh in meshes]
         weight = float(prediction.template_weights[k, t])
         labels += [
-            f"input {prepared.ids[row]}",
-            f"template {bank.ids[t]} ({weight:.2f})",
-            "deformed cloud",
-            "deformed mesh",
-            "ground truth",
+            _in_lines(prepared.ids[row]),
+            f"{_in_lines(bank.ids[t])}\nweight {weight:.2f}",
+            "",
+            f"box Chamfer x 1000: {score:.1f}",
+            "",
         ]
-    return contact_sheet(cells, columns=5, labels=labels)
+    return contact_sheet(cells, len(_COLUMNS), labels, headings=_COLUMNS, font_size=_FONT)
 
 
 def template_figure(bank: TemplateBank, notes: Sequence[str] | None = None) -> NDArray[np.uint8]:
@@ -119,59 +117,18 @@ def template_figure(bank: TemplateBank, notes: Sequence[str] | None = None) -> N
         RGB image, (H, W, 3) uint8.
     """
     height, width = _CELL
-    cells = [render(mesh, height=height, width=width, samples=2) for mesh in bank.meshes]
-    labels = [_numbered(t + 1, shape_id) for t, shape_id in enumerate(bank.ids)]
+    cells = [render(mesh, height=height, width=width) for mesh in bank.meshes]
+    labels = [_in_lines(shape_id, f"{t + 1}  ") for t, shape_id in enumerate(bank.ids)]
     if notes is not None:
         labels = [f"{label}\n{note}" for label, note in zip(labels, notes, strict=True)]
     columns = min(len(bank), 4 if len(bank) <= 16 else 6)
     return contact_sheet(cells, columns, labels, font_size=_FONT)
 
 
-def _numbered(number: int, shape_id: str) -> str:
-    """Return a number and an id in lines that fit; of too long an id the middle is left out."""
-    line = f"{number}  {shape_id}"
-    if len(line) <= _LETTERS:
+def _in_lines(shape_id: str, before: str = "") -> str:
+    """Return an id in one line, or two: it is known by what is behind its category."""
+    line = before + shape_id
+    if text_width(line, _FONT) <= _CELL[1]:
         return line
     category, _, own = shape_id.rpartition("/")  # as it is where there are several categories
-    half = _LETTERS // 2 - 1
-    if len(own) > _LETTERS:
-        own = f"{own[:half]}\N{HORIZONTAL ELLIPSIS}{own[-half:]}"
-    return f"{number}  {category[: _LETTERS - 4]}\n{own}"
-
-
-def lattice_figure(
-    control_points: ArrayLike, offsets: ArrayLike, degrees: Degrees = (3, 3, 3)
-) -> Figure:
-    """Draw a lattice before (grey) and after (red), and the way of each control point between.
-
-    Args:
-        control_points: P, (M, 3).
-        offsets: of the control points, (M, 3).
-        degrees: of the lattice, M = (l + 1)(m + 1)(n + 1), the last axis fastest.
-    """
-    from matplotlib.figure import Figure
-
-    shape = tuple(degree + 1 for degree in degrees)
-    before = np.asarray(control_points, float).reshape(*shape, 3)
-    after = before + np.asarray(offsets, float).reshape(*shape, 3)
-    figure = Figure(figsize=(6, 5), layout="constrained")
-    axes = cast(Any, figure.add_subplot(projection="3d"))
-    for lattice, color, width in ((before, "0.6", 0.6), (after, "tab:red", 1.0)):
-        edges = [
-            np.moveaxis(lattice, axis, -2).reshape(-1, shape[axis], 3) for axis in range(len(shape))
-        ]
-        for line in (line for lines in edges for line in lines):
-            axes.plot(*_drawn(line), color=color, linewidth=width)
-    axes.scatter(*_drawn(after.reshape(-1, 3)), color="tab:red", s=8)
-    ways = np.stack([before.reshape(-1, 3), after.reshape(-1, 3)], 1)
-    for way in ways:
-        axes.plot(*_drawn(way), color="tab:blue", linewidth=0.8)
-    axes.set(xlabel="x", ylabel="z", zlabel="y")
-    axes.set_aspect("equal")
-    axes.view_init(elev=25, azim=-60)
-    return figure
-
-
-def _drawn(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Turn points (N, 3), y up, into coordinates of matplotlib, whose z is up: (3, N)."""
-    return points[:, [0, 2, 1]].T
+    return f"{before}{category}".rstrip() + f"\n{own}"

@@ -5,14 +5,11 @@ Embree is called directly, on the processor; nothing else is needed to make an i
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore import EmbreeDevice
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
@@ -206,68 +203,3 @@ def _bilinear(texture: NDArray[np.uint8], uv: Floats) -> Floats:
     mixed /= 255
     mixed[:, :3] = _LINEAR_FINE.take(np.round(mixed[:, :3] * 4095).astype(np.intp))
     return mixed
-
-
-def contact_sheet(
-    images: Sequence[NDArray[np.uint8]],
-    columns: int,
-    labels: Sequence[str] | None = None,
-    background: int = 255,
-    headings: Sequence[str] | None = None,
-    font_size: int = 10,
-) -> NDArray[np.uint8]:
-    """Lay images out in rows, each with its label below it.
-
-    Args:
-        images: (h, w, 3) or (h, w, 4) uint8 each, alpha ignored; cells take the largest size.
-        columns: images per row.
-        labels: one text per image, of one or more lines; what is wider than its cell is cut off.
-        background: grey level between and below images.
-        headings: one text per column, centred above it.
-        font_size: of labels, pixels; headings are a fifth larger.
-
-    Returns:
-        (H, W, 3) uint8.
-
-    Raises:
-        ValueError: no images, no columns, or not a label for each image or column.
-    """
-    if not images or columns < 1:
-        raise ValueError(f"need images and columns, got {len(images)} and {columns}")
-    for what, texts, count in (("image", labels, len(images)), ("column", headings, columns)):
-        if texts is not None and len(texts) != count:
-            raise ValueError(f"got {len(texts)} labels for {count} {what}s")
-    gap, large = 4, round(1.2 * font_size)
-    strip, top = (
-        round(1.4 * size * max((text.count("\n") + 1 for text in texts or ()), default=0))
-        for texts, size in ((labels, font_size), (headings, large))
-    )
-    height = max(i.shape[0] for i in images) + strip + gap
-    width = max(i.shape[1] for i in images) + gap
-    across = columns if headings else min(columns, len(images))
-    size = top - (-len(images) // columns) * height + gap, across * width + gap, 3
-    sheet = np.full(size, background, np.uint8)
-    for k, heading in enumerate(headings or ()):
-        text = _text(heading, (top, width - gap), background, large, centred=True)
-        sheet[gap : gap + top, gap + k * width : (k + 1) * width] = text
-    for k, image in enumerate(images):
-        y, x = top + k // columns * height + gap, k % columns * width + gap
-        sheet[y : y + image.shape[0], x : x + image.shape[1]] = image[..., :3]
-        if labels is not None:
-            y += height - gap - strip
-            text = _text(labels[k], (strip, width - gap), background, font_size)
-            sheet[y : y + strip, x : x + width - gap] = text
-    return sheet
-
-
-def _text(
-    text: str, shape: tuple[int, int], background: int, font_size: int, centred: bool = False
-) -> NDArray[np.uint8]:
-    """Return lines of text as an image of this height and width, (h, w, 1) uint8."""
-    image = Image.new("L", shape[::-1], background)
-    draw, font = ImageDraw.Draw(image), ImageFont.load_default(font_size)
-    ink = 0 if background > 127 else 255
-    for k, line in enumerate(text.split("\n")):
-        x = max(2.0, (shape[1] - draw.textlength(line, font)) / 2) if centred else 2.0
-        draw.text((x, 1 + round(1.4 * font_size * k)), line, ink, font)
-    return np.asarray(image)[..., None]

@@ -21,7 +21,8 @@ from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.imaging.rendering import contact_sheet, render
+from ffd_lightning.imaging.rendering import render
+from ffd_lightning.imaging.sheet import contact_sheet
 from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.inference.scenes import glb, lattice_scene, mesh_scene

@@ -38,7 +38,7 @@ def test_the_parts_add_up_to_the_total():
     (panel,) = budget_bars(table, PROTOCOL).axes
     ends = [bar.get_x() + bar.get_width() for bar in panel.containers[-1]]
     assert ends == pytest.approx([80, 60])
-    assert [label.get_text() for label in panel.get_yticklabels()] == ["b", "r"]
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["b, base", "r, regularized"]
 
 
 def test_density_is_what_points_drawn_anew_take_off_the_emd():

@@ -206,7 +206,7 @@ def test_runs_are_compared_by_their_labels(sweep):
     row = compare_runs(samples, protocol, "part_iou").iloc[0]
     e, b = (samples[samples["regime"] == name]["part_iou"].mean() for name in "eb")
     assert row["difference"] == pytest.approx(e - b)
-    assert "part_iou" in row["statement"]
+    assert "part IoU" in row["statement"]
     assert "x 100 (" in row["statement"] or "no difference" in row["statement"]
 
 

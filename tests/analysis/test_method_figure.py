@@ -101,6 +101,8 @@ def test_bars_are_as_long_as_weights_and_only_the_selected_template_is_framed(ex
     assert count == 4
     view = example.view(256)
     panel = method_figure._weights(example, view, count, 256)
+    assert [line.text for line in panel.lines] == ["0.60", "0.25", "0.10", "0.05"]
+    panel = panel.draw()
     assert panel.shape == (view.height, view.width, 3)
     filled = (panel == DEFORMED).all(2)
     track = filled | (panel == method_figure._TRACK).all(2)
@@ -140,13 +142,14 @@ def test_what_is_not_shown_is_said(weights, top, said):
 
 def test_many_templates_in_a_small_picture_are_left_out(example):
     small = paper_figure("method", [[example]], 64, templates=99)
-    assert small.shape[1] == 6 * (64 + 8) + 4 * (6 + 8)
-    assert small.shape == paper_figure("method", [[example]], 64, templates=1).shape
+    one = paper_figure("method", [[example]], 64, templates=1)
+    assert small.width == 6 * (64 + 8) + 4 * (6 + 8)
+    assert (small.height, small.width) == (one.height, one.width)
 
 
 def test_runs_are_shown_below_each_other(example):
-    one = paper_figure("method", [[example]], 64)
-    both = paper_figure("method", [[example], [example]], 64)
+    one = paper_figure("method", [[example]], 64).draw()
+    both = paper_figure("method", [[example], [example]], 64).draw()
     assert both.shape[1] == one.shape[1] + 8
     assert len(both) % 2 == 0
     first, second = np.split(both, 2)
@@ -154,7 +157,7 @@ def test_runs_are_shown_below_each_other(example):
     np.testing.assert_array_equal(first[-4 - len(one) : -4, 4:-4], one)
 
 
-def test_the_caption_says_what_is_red(example):
+def test_the_caption_says_what_is_orange(example):
     said = caption("method", [[example]], CHOICE)
-    assert "red lines" in said
+    assert "orange lines" in said
     assert "1 image of" in said

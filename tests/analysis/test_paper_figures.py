@@ -41,7 +41,7 @@ from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.run_folder import RunFolder
 
-GREY, RED, GREEN = AGREEMENT.values()
+GREY, ORANGE, BLUE = AGREEMENT.values()
 FRONT = View(Camera(0, 0), height=96, width=128)
 
 
@@ -73,14 +73,14 @@ def drawn(monkeypatch):
         rows.append(meshes)
         return [np.zeros((view.height, view.width, 3), np.uint8)] * len(meshes)
 
-    sheet = paper_figures_sheets.contact_sheet
+    sheet = paper_figures_sheets.lay_out
 
     def keep_labels(images, columns, labels, **options):
         texts.extend(labels)
         return sheet(images, columns, labels, **options)
 
     monkeypatch.setattr(paper_figures_sheets, "draw_row", keep_row)
-    monkeypatch.setattr(paper_figures_sheets, "contact_sheet", keep_labels)
+    monkeypatch.setattr(paper_figures_sheets, "lay_out", keep_labels)
     return rows, texts
 
 
@@ -99,7 +99,7 @@ def test_the_iou_of_the_voxels_is_that_of_the_evaluation(run, drawn):
     assert len(rows) == 3
     for k, example in enumerate(found):
         iou = table.loc[example.name, "iou"]
-        assert texts[5 * k + 3] == f"IoU {iou:.3f}"
+        assert texts[5 * k + 3] == f"IoU x 1000: {1000 * iou:.1f}"
 
 
 def test_agreement_tells_the_four_cases_apart():
@@ -115,14 +115,14 @@ def test_agreement_tells_the_four_cases_apart():
 
 def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
     kinds = np.random.default_rng(1).integers(0, 4, (5, 5, 5))
-    mesh = voxel_mesh(kinds, [GREY, RED, GREEN])
+    mesh = voxel_mesh(kinds, [GREY, ORANGE, BLUE])
     filled = {tuple(place) for place in np.argwhere(kinds > 0)}
     open_faces = dict.fromkeys((1, 2, 3), 0)
     steps = [s for s in itertools.product((-1, 0, 1), repeat=3) if np.abs(s).sum() == 1]
     for place in filled:
         free = sum(tuple(np.add(place, step)) not in filled for step in steps)
         open_faces[int(kinds[place])] += free
-    for kind, color in ((1, GREY), (2, RED), (3, GREEN)):
+    for kind, color in ((1, GREY), (2, ORANGE), (3, BLUE)):
         plain = (mesh.face_colors == (*color, 255)).all(1)
         assert plain.sum() == 2 * open_faces[kind]
     assert len(mesh.faces) == 10 * sum(open_faces.values())
@@ -137,29 +137,29 @@ def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
 
 def test_colours_of_voxels_show_as_often_as_they_can_be_seen():
     kinds = np.zeros((8, 8, 8), int)
-    kinds[1:3, 3:5, 3] = 2  # seen from the front: four red, two green, none of the grey behind
+    kinds[1:3, 3:5, 3] = 2  # seen from the front: two orange, one blue, none of the grey behind
     kinds[5, 3:5, 3] = 3
     kinds[5, 3:5, 4] = 1
-    mesh = voxel_mesh(kinds, [GREY, RED, GREEN])
+    mesh = voxel_mesh(kinds, [GREY, ORANGE, BLUE])
 
     def shares(azimuth):
         (picture,) = draw_row([mesh], FRONT, [Camera(azimuth, 0)])
         red, green, blue = np.moveaxis(picture.astype(int), 2, 0)
         return np.array(
             [
-                ((red > 2 * green) & (red > 2 * blue)).sum(),
-                ((green > 1.5 * red) & (green > 1.5 * blue)).sum(),
+                ((red > 1.5 * green) & (red > 2 * blue)).sum(),
+                ((blue > 1.5 * green) & (blue > 2 * red)).sum(),
                 ((abs(red - green) < 9) & (abs(green - blue) < 9) & (red < 150)).sum(),
             ]
         )
 
-    red, green, grey = shares(0)
-    assert red > 100
-    assert red / green == pytest.approx(2, rel=0.15)
-    assert grey < 0.05 * red  # corners, where pixels mix
-    red, green, grey = shares(180)
-    assert green < 0.05 * red
-    assert grey > 0.35 * red
+    orange, blue, grey = shares(0)
+    assert orange > 100
+    assert orange / blue == pytest.approx(2, rel=0.15)
+    assert grey < 0.05 * orange  # corners, where pixels mix
+    orange, blue, grey = shares(180)
+    assert blue < 0.05 * orange
+    assert grey > 0.35 * orange
 
 
 # --- subdivision ---------------------------------------------------------------------------------
@@ -190,8 +190,8 @@ def test_subdivision_shows_one_surface_and_one_deformation(examples, drawn):
         moved = after.vertices[:count] - coarse.vertices
         assert np.abs(moved).max() > 0.05
         np.testing.assert_allclose(after.vertices[:count], fine_after.vertices[same], atol=1e-5)
-        assert f"{count:,} vertices, {len(faces):,} faces" in texts[6 * k + 1]
-        assert f"{len(fine.vertices):,} vertices, {len(fine.faces):,} faces" in texts[6 * k + 3]
+        assert f"{count:,} vertices\n{len(faces):,} faces" in texts[6 * k + 1]
+        assert f"{len(fine.vertices):,} vertices\n{len(fine.faces):,} faces" in texts[6 * k + 3]
         assert (truth.face_colors == (*TRUTH, 255)).all()
 
 
@@ -232,7 +232,7 @@ def test_rims_are_dark_and_change_no_shape():
 def test_parts_keep_their_colours(examples, drawn):
     prepared = examples[0].run.data.prepared
     palette = part_colors(np.arange(256, dtype=np.uint8))
-    picture = paper_figures_sheets.labels(examples, 64)
+    picture = paper_figures_sheets.labels(examples, 64).draw()
     rows, texts = drawn
     for k, (example, row) in enumerate(zip(examples, rows, strict=True)):
         template_cloud, deformed_cloud, mesh, truth = row
@@ -246,7 +246,7 @@ def test_parts_keep_their_colours(examples, drawn):
         np.testing.assert_array_equal(mesh.face_colors, palette[fine.face_parts])
         own = prepared.mesh(example.sample.row)
         np.testing.assert_array_equal(truth.face_colors, palette[own.face_parts])
-        assert texts[5 * k + 2].startswith("part iou x 100: ")
+        assert texts[5 * k + 2].startswith("part IoU x 100: ")
         for color in np.unique(truth.face_colors[:, :3], axis=0):  # it is in the legend
             assert (picture[-40:] == color).all(2).sum() >= 81
 
@@ -254,11 +254,12 @@ def test_parts_keep_their_colours(examples, drawn):
 def test_a_legend_breaks_into_lines():
     entries = [("one", (9, 0, 0)), ("two", (0, 9, 0)), ("three", (0, 0, 9))]
     wide, narrow = legend(entries, 400, 10), legend(entries, 60, 10)
-    assert wide.shape[1:] == (400, 3)
-    assert len(narrow) > 2 * len(wide)
-    for picture in (wide, narrow):
+    assert (wide.width, narrow.width) == (400, 60)
+    assert narrow.height > 2 * wide.height
+    for sheet in (wide, narrow):
+        assert [line.text for line in sheet.lines] == [text for text, _ in entries]
         for _, color in entries:
-            assert (picture == color).all(2).sum() == 81
+            assert (sheet.draw() == color).all(2).sum() == 100
 
 
 def test_data_without_parts_is_refused(examples, monkeypatch):
@@ -281,7 +282,8 @@ def test_candidates_are_ordered_and_scored_as_the_evaluation_does(run, drawn, mo
     assert len(row) == 2 * len(bank) + 1 == 5
     assert [t.split("\n")[1] for t in texts[1:3]] == [f"weight {w:.2f}" for w in weights]
     assert texts[1].split("\n")[0] == sample["template"]
-    assert texts[4] == f"chamfer x 1000: {1000 * sample['chamfer']:.1f}\nIoU {sample['iou']:.3f}"
+    chamfer, iou = 1000 * sample["chamfer"], 1000 * sample["iou"]
+    assert texts[4] == f"Chamfer x 1000: {chamfer:.1f}\nIoU x 1000: {iou:.1f}"
 
 
 def test_a_row_is_drawn_at_one_scale_and_nothing_is_cut_off():
@@ -325,7 +327,7 @@ def test_an_overview_has_the_image_and_the_shapes(examples, drawn):
         np.testing.assert_array_equal(mesh.vertices, example.deformed().mesh()[0])
         np.testing.assert_array_equal(truth.vertices, example.truth.mesh()[0])
         assert texts[6 * k].startswith("table-")
-        assert texts[6 * k + 4].startswith("chamfer x 1000: ")
+        assert texts[6 * k + 4].startswith("Chamfer x 1000: ")
         for shown in (cloud, cubes):  # they lie where the mesh is
             gap = cKDTree(mesh.vertices).query(shown.vertices[::7])[0]
             assert np.median(gap) < 0.05
@@ -358,8 +360,8 @@ def test_runs_side_by_side_show_the_same_images(run, drawn):
     assert [e.name for e in first] == [e.name for e in second]
     order = samples_of(run)["chamfer"].sort_values(ascending=False)
     assert [e.name for e in first] == list(order.index[:2])
-    one = paper_figures.paper_figure("subdivision", [first[:1]], 64)
-    both = paper_figures.paper_figure("subdivision", [first[:1], second[:1]], 64)
+    one = paper_figures.paper_figure("subdivision", [first[:1]], 64).draw()
+    both = paper_figures.paper_figure("subdivision", [first[:1], second[:1]], 64).draw()
     assert both.shape[1] == 2 * one.shape[1] + 12
     np.testing.assert_array_equal(both[-4 - len(one) : -4, 4 : 4 + one.shape[1]], one)
 
@@ -424,12 +426,10 @@ def test_the_command_writes_a_picture(run, examples, tmp_path, capsys, monkeypat
 def test_a_picture_goes_into_the_run_s_folder(run, capsys):
     model = samples_of(run).index[1]
     draw("figure=overview", f"runs=[{run.path},{run.path}]", f"models={model}", "size=64")
-    file = run.path / "overview.png"
-    assert capsys.readouterr().out.splitlines()[-1] == str(file)
-    file.unlink()
-    picture = np.zeros((2, 2, 3), np.uint8)
-    with pytest.raises(DataError, match="cannot write"):
-        paper_figures.write_png(picture, run.config / "a.png")
+    files = [run.path / f"overview.{ending}" for ending in ("png", "pdf")]
+    assert capsys.readouterr().out.splitlines()[-2:] == [str(file) for file in files]
+    for file in files:
+        file.unlink()
 
 
 @pytest.mark.parametrize(
@@ -446,7 +446,7 @@ def test_a_picture_goes_into_the_run_s_folder(run, capsys):
         (["{run}", "pick=good"], "pick=good: choose one of spread, best"),
         (["{run}", "size=9"], "size=9"),
         (["{run}", "top=0"], "top=0"),
-        (["{run}", "out=a.jpg"], "written as .png"),
+        (["{run}", "out=a.jpg"], "written as .png, .pdf, .svg"),
     ],
 )
 def test_mistakes_are_named(run, options, message):

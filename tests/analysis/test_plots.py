@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib import pyplot
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 
 from ffd_lightning.analysis.plot_layout import run_labels
 from ffd_lightning.analysis.plots import (
@@ -18,6 +18,7 @@ from ffd_lightning.analysis.plots import (
 )
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+from ffd_lightning.palette import REGIME_COLORS
 
 PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 
@@ -66,8 +67,8 @@ def visible(figure):
 
 
 def words(figure):
-    titles = [axes.get_title() for axes in visible(figure)]
-    return " ".join([figure.get_supxlabel(), figure.get_supylabel(), *titles])
+    texts = [text for axes in visible(figure) for text in (axes.get_title(), axes.get_xlabel())]
+    return "|".join([figure.get_suptitle(), figure.get_supylabel(), *texts])
 
 
 def legend(figure):
@@ -101,16 +102,17 @@ def test_a_curve_is_the_share_of_samples_that_are_better(measure):
             assert height(line, x) == pytest.approx(better / len(values))
 
 
-def test_axes_say_what_is_measured_and_which_way():
+def test_axes_are_named_shortly_and_say_which_way():
     table = samples(("sofa", "b", 4, 0))
     distance, overlap = cumulative_curves(table, PAPER), cumulative_curves(table, PAPER, "iou")
     assert distance.axes[0].get_xscale() == "log"
     assert overlap.axes[0].get_xscale() == "linear"
-    for part in ("Chamfer x 1000", "squared", "both ways", "1,024 points", "protocol paper"):
-        assert part in words(distance).replace("\n", " ")
-    assert "below the score" in words(distance)
-    assert "IoU x 1000" in words(overlap)
-    assert "above the score" in words(overlap)
+    assert distance.axes[0].get_xlabel() == "Chamfer x 1000"
+    assert overlap.axes[0].get_xlabel() == "IoU x 1000"
+    assert distance.get_supylabel() == "share of test images below"
+    assert overlap.get_supylabel() == "share of test images above"
+    for figure, name in ((distance, "Chamfer"), (overlap, "IoU")):
+        assert name in figure.get_suptitle()
 
 
 def test_seeds_share_a_colour_and_regimes_keep_theirs():
@@ -119,7 +121,8 @@ def test_seeds_share_a_colour_and_regimes_keep_theirs():
     )
     colors = [to_hex(line.get_color()) for line in both.axes[0].lines]
     assert colors[2:4] == colors[4:6] != colors[:2]
-    assert list(legend(both)) == ["b", "w", "deformed", "undeformed"]
+    assert list(legend(both)) == ["b, base", "w, log-weighted", "deformed", "undeformed"]
+    assert colors[0] == REGIME_COLORS["b"].lower()
     alone = cumulative_curves(samples(("sofa", "w", 4, 0)), PAPER)
     assert to_hex(alone.axes[0].lines[0].get_color()) == colors[2]
 
@@ -127,6 +130,16 @@ def test_seeds_share_a_colour_and_regimes_keep_theirs():
 def test_numbers_of_templates_are_ordered_by_size():
     table = samples(*(("sofa", "e", count, 0) for count in (1, 16, 2)))
     assert list(legend(cumulative_curves(table, PAPER)))[:3] == ["T = 1", "T = 2", "T = 16"]
+
+
+def test_regimes_keep_their_colours_lighter_for_fewer_templates():
+    table = samples(("sofa", "e", 8, 0), ("sofa", "b", 1, 0), ("sofa", "e", 2, 0))
+    lines = legend(cumulative_curves(table, PAPER))
+    assert list(lines)[:3] == ["b, base, T = 1", "e, entropy, T = 2", "e, entropy, T = 8"]
+    base, light, full = (np.array(to_rgb(line.get_color())) for line in list(lines.values())[:3])
+    assert to_hex(base) == REGIME_COLORS["b"].lower()
+    assert to_hex(full) == REGIME_COLORS["e"].lower()
+    assert (light > full).all()
 
 
 def test_a_panel_for_each_category():
@@ -174,6 +187,9 @@ def test_one_seed_has_no_bars():
 def test_labels_say_what_differs():
     table = runs(("sofa", "b", 4, 0, 1.0), ("sofa", "e", 4, 0, 1.0), ("sofa", "e", 4, 1, 1.0))
     assert list(run_labels(table).values()) == ["b, seed 0", "e, seed 0", "e, seed 1"]
+    assert next(iter(run_labels(table, titled=True).values())) == "b, base, seed 0"
+    mixed = runs(*(("sofa", regime, 4, 0, 1.0) for regime in ("mine", "e", "w", "b")))
+    assert list(run_labels(mixed).values()) == ["b", "w", "e", "mine"]
     alike = runs(("sofa", "b", 4, 0, 1.0), ("sofa", "b", 4, 0, 1.0))
     alike["run"] = ["runs/slow/b", "runs/fast/b"]
     assert list(run_labels(alike).values()) == ["b, T = 4, slow/b", "b, T = 4, fast/b"]

@@ -8,7 +8,7 @@ import pytest
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.rendering import contact_sheet, render
+from ffd_lightning.imaging.rendering import render
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
 
@@ -237,48 +237,3 @@ def test_same_bytes_in_another_process_and_no_torch() -> None:
     image = render(mesh)
     assert output.stdout.split() == [hashlib.sha256(image.tobytes()).hexdigest(), "False"]
     np.testing.assert_array_equal(render(mesh), image)
-
-
-def test_contact_sheet_places_images_and_labels() -> None:
-    images = [np.full((20, 30, 4), value, np.uint8) for value in (10, 60, 110)]
-    plain = contact_sheet(images, columns=2)
-    assert plain.shape == (2 * 24 + 4, 2 * 34 + 4, 3)
-    np.testing.assert_array_equal(plain[4:24, 4:34], 10)
-    np.testing.assert_array_equal(plain[4:24, 38:68], 60)
-    np.testing.assert_array_equal(plain[28:48, 4:34], 110)
-    np.testing.assert_array_equal(plain[28:, 38:], 255)
-    labelled = contact_sheet(images, 2, ["a", "", "chär " * 20], background=0)
-    assert labelled[24:38, 4:34].max() > 200
-    assert labelled[24:38, 38:68].max() == 0
-    np.testing.assert_array_equal(labelled[42:62, 4:34], 110)
-
-
-def test_contact_sheet_has_a_row_of_headings_and_labels_of_several_lines() -> None:
-    images = [np.full((20, 60, 3), value, np.uint8) for value in (10, 60, 110)]
-    sheet = contact_sheet(images, 2, ["a\nb", "", "c"], headings=["l", "mm"], font_size=20)
-    top, strip = round(1.4 * 24), 56
-    assert sheet.shape == (top + 2 * (20 + strip + 4) + 4, 2 * 64 + 4, 3)
-    for k, value in enumerate((10, 60, 110)):
-        y, x = 4 + top + k // 2 * (20 + strip + 4), 4 + k % 2 * 64
-        np.testing.assert_array_equal(sheet[y : y + 20, x : x + 60], value)
-    for column in (0, 1):  # centred
-        ink = np.flatnonzero(
-            (sheet[4 : 4 + top, 4 + 64 * column : 64 + 64 * column] < 128).any((0, 2))
-        )
-        assert abs((ink[0] + ink[-1]) / 2 - 30) < 3
-    below = sheet[4 + top + 20 :, 4:64]
-    lines = [(below[y : y + 28] < 128).any() for y in (0, 28)]
-    assert lines == [True, True]
-    assert not (sheet[4 + top + 20 : 4 + top + 76, 68:128] < 128).any()
-    wide = contact_sheet(images[:1], 3, headings=["", "", "x"])
-    assert wide.shape[1] == 3 * 64 + 4
-
-
-def test_contact_sheet_refuses_what_does_not_fit() -> None:
-    image = np.zeros((2, 2, 3), np.uint8)
-    with pytest.raises(ValueError, match="1 labels for 2 images"):
-        contact_sheet([image, image], 2, ["a"])
-    with pytest.raises(ValueError, match="3 labels for 2 columns"):
-        contact_sheet([image], 2, headings=["a", "b", "c"])
-    with pytest.raises(ValueError, match="images and columns"):
-        contact_sheet([], 2)

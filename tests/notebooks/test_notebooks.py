@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 from pathlib import Path
 
 import nbformat
@@ -56,10 +57,21 @@ def test_a_notebook_is_kept_without_outputs(path):
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
-def test_a_notebook_runs(path, kernel):
+def test_a_notebook_runs(path, kernel, sweep):
     notebook = nbformat.read(path, 4)
     # Nothing is left of the names of the notebook before.
     notebook.cells.insert(0, nbformat.v4.new_code_cell("%reset -f"))
     NotebookClient(notebook, km=kernel, timeout=900, startup_timeout=600).execute()
     outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
     assert any("image/png" in output.get("data", {}) for output in outputs), "it shows something"
+    texts = [output.get("text", "") for output in outputs]
+    texts += [v for output in outputs for k, v in output.get("data", {}).items() if "png" not in k]
+    assert not any(str(sweep) in text for text in texts), "no paths"
+    assert not any(re.search(r">\s*nan\s*<", text, re.IGNORECASE) for text in texts), (
+        "no empty cells"
+    )
+    saved = re.findall(r'FIGURES / "(\w+)"', "".join(cell.source for cell in notebook.cells))
+    assert saved
+    for name in saved:
+        for ending in ("png", "pdf"):
+            assert (sweep / "figures" / f"{name}.{ending}").stat().st_size > 1000

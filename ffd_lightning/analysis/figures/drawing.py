@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.imaging.sheet import Line, Picture, Sheet, text_width
 
 Color = tuple[int, int, int]
 """sRGB, 0 to 255."""
-Picture = NDArray[np.uint8]
-"""(H, W, 3)."""
 
 _MARGIN = 0.97  # of the way from the middle of an image to its border
 _SEAM = 0.07  # of a voxel's side: the darker rim that tells it from its neighbours
@@ -195,25 +193,24 @@ def voxel_mesh(
     return Mesh(vertices, faces, rgba(np.round(tones).astype(np.uint8)))
 
 
-def legend(entries: Sequence[tuple[str, Color]], width: int, font_size: int) -> Picture:
-    """Draw words with a square of their colour before each, in as many lines as it takes.
+def legend(entries: Sequence[tuple[str, Color]], width: int, font_size: int) -> Sheet:
+    """Lay out words with a square of their colour before each, in as many lines as it takes.
 
     Args:
         entries: words and their colours.
-        width: of the picture, in pixels.
+        width: of the sheet, in pixels.
         font_size: in pixels.
     """
-    font, line = ImageFont.load_default(font_size), 2 * font_size
-    places, x, y = [], font_size // 2, font_size // 2
-    for text, _ in entries:
-        length = round(font.getlength(text)) + 3 * font_size
-        if x > font_size // 2 and x + length > width:
-            x, y = font_size // 2, y + line
-        places.append((x, y))
+    line, margin = 2 * font_size, font_size // 2
+    squares: list[tuple[Picture, int, int]] = []
+    words: list[Line] = []
+    x, y = margin, margin
+    for text, color in entries:
+        length = round(text_width(text, font_size)) + 3 * font_size
+        if x > margin and x + length > width:
+            x, y = margin, y + line
+        square = np.full((font_size, font_size, 3), color, np.uint8)
+        squares.append((square, x, y))
+        words.append(Line(text, x + 1.5 * font_size, y + font_size / 2, font_size))
         x += length
-    picture = Image.new("RGB", (width, y + line), "white")
-    draw = ImageDraw.Draw(picture)
-    for (text, color), (x, y) in zip(entries, places, strict=True):
-        draw.rectangle((x, y, x + font_size, y + font_size), fill=color, outline=(90, 90, 90))
-        draw.text((x + 1.5 * font_size, y), text, fill="black", font=font)
-    return np.asarray(picture)
+    return Sheet(y + line, width, tuple(squares), tuple(words))

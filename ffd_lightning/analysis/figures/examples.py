@@ -14,6 +14,7 @@ from PIL import Image
 
 from ffd_lightning.analysis.figures.drawing import Picture, View
 from ffd_lightning.analysis.runs import described_protocols, load_samples, own_protocol
+from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
@@ -115,7 +116,7 @@ class _Scores(NamedTuple):
     def definition(self) -> str:
         """What the main measure is, with its unit and points."""
         measure = self.protocol.main_measure
-        return f"{measure.name}: {measure.definition}; {self.protocol.note}"
+        return measure_note(measure, self.protocol)
 
 
 def collect(runs: Sequence[RunFolder], choice: Choice, open_run: RunOpener) -> list[list[Example]]:
@@ -242,6 +243,5 @@ def _examples(
 
 
 def score_text(measure: Measure, value: float) -> str:
-    """Return a measure's value as people read it: "chamfer x 1000: 83.1"."""
-    factor = f" x {measure.factor:g}" if measure.factor != 1 else ""
-    return f"{measure.name.replace('_', ' ')}{factor}: {measure.factor * value:.1f}"
+    """Return a measure's value as people read it: "Chamfer x 1000: 83.1"."""
+    return f"{scaled_title(measure)}: {measure.factor * value:.1f}"

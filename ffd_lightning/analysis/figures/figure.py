@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Sequence
 from functools import partial
-from pathlib import Path
-
-import numpy as np
-from PIL import Image
 
 from ffd_lightning.analysis.figures import sheets
-from ffd_lightning.analysis.figures.drawing import Picture
 from ffd_lightning.analysis.figures.examples import Choice, Example
 from ffd_lightning.analysis.figures.method import method
 from ffd_lightning.analysis.runs import COLUMN_KEYS, select
-from ffd_lightning.errors import DataError
-from ffd_lightning.files import write_bytes_atomic
-from ffd_lightning.imaging.rendering import contact_sheet
+from ffd_lightning.imaging.sheet import Sheet, lay_out, stacked
+from ffd_lightning.palette import regime_title
 
 _OF_TEMPLATES = {"method": method, "candidates": sheets.candidates}
-FIGURES: dict[str, Callable[[Sequence[Example], int], Picture]] = {
+FIGURES: dict[str, Callable[[Sequence[Example], int], Sheet]] = {
     "method": method,
     "overview": sheets.overview,
     "subdivision": sheets.subdivision,
@@ -32,15 +25,15 @@ FIGURES: dict[str, Callable[[Sequence[Example], int], Picture]] = {
 _PAPER = "1,024 points, in units of the hemisphere of radius 3.2 around the truth"
 _CAPTIONS = {
     "method": "Input image; the templates of the greatest weights, over bars from 0 to 1, the "
-    "selected one framed; that one in its lattice of control points, with red lines to where each "
-    "is moved; lattice and mesh deformed (lattices that reach far are drawn smaller, and cut off); "
-    "the deformed mesh alone; the true mesh.",
+    "selected one framed; that one in its lattice of control points, with orange lines to where "
+    "each is moved; lattice and mesh deformed (lattices that reach far are drawn smaller, and cut "
+    "off); the deformed mesh alone; the true mesh.",
     "overview": "Input image, selected template (and its weight), the template deformed: its "
     "cloud, its voxels (32^3) and its subdivided mesh; the true mesh.",
     "subdivision": "Input image; the selected template's mesh, the same deformed; the mesh with "
     "its edges subdivided, the same deformed by the same offsets; the true mesh.",
     "voxels": "Input image; deformed mesh; true mesh; their voxels (32^3, conservative and filled, "
-    "as in protocol paper): grey in both, red only in the truth, green only in the prediction.",
+    "as in protocol paper): grey in both, orange only in the truth, blue only in the prediction.",
     "labels": "Input image; the selected template's cloud by its parts; cloud and mesh deformed, "
     "with the template's parts; the true mesh by its own. Part IoU: protocol parts.",
     "candidates": "Input image and true mesh; the templates of the greatest weights, above as they "
@@ -53,7 +46,7 @@ def paper_figure(
     runs: Sequence[Sequence[Example]],
     size: int = sheets.SIZE,
     templates: int = sheets.CANDIDATES,
-) -> Picture:
+) -> Sheet:
     """Draw one of the paper's figures.
 
     Args:
@@ -62,9 +55,6 @@ def paper_figure(
             below each other.
         size: width of a cell in pixels.
         templates: of each image, in `method` and `candidates`.
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
 
     Raises:
         DataError: `labels` of data without part labels.
@@ -78,10 +68,10 @@ def paper_figure(
     titles, font_size = [_title(examples[0]) for examples in runs], round(size / 16)
     if name == "method":  # it is too wide for others beside it
         titled = zip(pictures, titles, strict=True)
-        return np.concatenate(
-            [contact_sheet([p], 1, headings=[title], font_size=font_size) for p, title in titled]
+        return stacked(
+            [lay_out([p], 1, headings=[title], font_size=font_size) for p, title in titled]
         )
-    return contact_sheet(pictures, len(pictures), headings=titles, font_size=font_size)
+    return lay_out(pictures, len(pictures), headings=titles, font_size=font_size)
 
 
 def caption(name: str, runs: Sequence[Sequence[Example]], choice: Choice) -> str:
@@ -99,18 +89,4 @@ def caption(name: str, runs: Sequence[Sequence[Example]], choice: Choice) -> str
 def _title(example: Example) -> str:
     settings = example.run.folder.settings
     category, regime, templates, _ = (select(settings, key) for key in COLUMN_KEYS.values())
-    return f"{category}, regime {regime}, T = {templates}"
-
-
-def write_png(picture: Picture, path: Path) -> None:
-    """Write a picture, whole or not at all.
-
-    Raises:
-        DataError: it cannot be written.
-    """
-    buffer = io.BytesIO()
-    Image.fromarray(picture).save(buffer, "PNG", optimize=True)
-    try:
-        write_bytes_atomic(path, buffer.getvalue())
-    except OSError as error:
-        raise DataError(f"cannot write {path}: {error.strerror or error}") from None
+    return f"{category}, regime {regime_title(regime)}, T = {templates}"

@@ -7,11 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from ffd_lightning.analysis.figures.drawing import (
     Color,
-    Picture,
     View,
     bars,
     draw,
@@ -33,23 +32,23 @@ from ffd_lightning.analysis.figures.sheets import (
 from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.geometry.lattice import Degrees, lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.rendering import contact_sheet
+from ffd_lightning.imaging.sheet import Line, Picture, Sheet, lay_out, side_by_side, text_width
 
-LINE: Color = (150, 156, 170)
+LINE: Color = (110, 116, 132)
 POINT: Color = (30, 34, 46)
-OFFSET: Color = (240, 120, 104)
+OFFSET: Color = (230, 120, 0)
 _ARROW: Color = (70, 74, 84)
 _TRACK: Color = (226, 228, 232)
 
-_LINE_RADIUS = 0.003
-_OFFSET_RADIUS = 0.003
+_LINE_RADIUS = 0.0035
+_OFFSET_RADIUS = 0.004
 _POINT_RADIUS = 0.011
 _HIDDEN = 0.3  # how much of a line is seen through the mesh in front of it
 _SMALLEST = 0.6  # of the other pictures' scale: no further do those of wide lattices shrink
 _FINE = 4  # pixels drawn for each pixel of an arrow
 
 
-def method(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATES) -> Picture:
+def method(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATES) -> Sheet:
     """Draw a row per image: it, the templates, one in its lattice, both moved, mesh and truth.
 
     Source: the paper's figure 1.
@@ -58,9 +57,6 @@ def method(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATE
         examples: of one run, at least one.
         size: width of a cell in pixels; that of the templates' is half of it for four of them.
         count: templates at most, those of the greatest weights; fewer where they would be tiny.
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
     """
     rows = [_row(example, size, count) for example in examples]
     headings = ["input image", "template weights", "template in its lattice", "deformed lattice"]
@@ -72,20 +68,23 @@ def method(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATE
         pictures, labels = zip(*(row[k] for row in rows), strict=True)
         columns.append(_column(pictures, [_of_lines(x, lines) for x in labels], heading, size))
         if k < len(headings) - 2:
-            between = [_arrow(size // 10, len(picture)) for picture in pictures]
-            columns.append(_column(between, ["\n" * lines] * len(between), "", size))
-    return np.concatenate(columns, axis=1)
+            arrow = _arrow(size // 10, examples[0].view(size).height)
+            blank = ["\n" * lines] * len(examples)
+            columns.append(_column([arrow] * len(examples), blank, "", size))
+    return side_by_side(columns)
 
 
-def _column(pictures: Sequence[Picture], labels: Sequence[str], heading: str, size: int) -> Picture:
-    return contact_sheet(pictures, 1, labels, headings=[heading], font_size=font_size(size))
+def _column(
+    cells: Sequence[Picture | Sheet], labels: Sequence[str], heading: str, size: int
+) -> Sheet:
+    return lay_out(cells, 1, labels, headings=[heading], font_size=font_size(size))
 
 
 def _of_lines(label: str, breaks: int) -> str:
     return label + "\n" * (breaks - label.count("\n"))
 
 
-def _row(example: Example, size: int, count: int) -> list[tuple[Picture, str]]:
+def _row(example: Example, size: int, count: int) -> list[tuple[Picture | Sheet, str]]:
     """Return the cells of an image, with what is said below them: two lines at most."""
     view, bank = example.view(size), example.run.data.bank
     index = example.ranked()
@@ -157,27 +156,28 @@ def _most(view: View, size: int) -> int:
     return max(1, view.height // (3 * _line(size))) ** 2
 
 
-def _weights(example: Example, view: View, count: int, size: int) -> Picture:
+def _weights(example: Example, view: View, count: int, size: int) -> Sheet:
     """Draw the templates of the greatest weights, each over a bar of its weight."""
     across = math.ceil(math.sqrt(count))
     width, height = view.width // across, view.height // math.ceil(count / across)
-    sheet = Image.new("RGB", (view.width, view.height), "white")
-    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(_number_size(size))
+    panel = Image.new("RGB", (view.width, view.height), "white")
+    pen, numbers = ImageDraw.Draw(panel), []
     line, pad = _line(size), max(2, size // 100)
     small = View(view.camera, height - line - 3 * pad, width - 2 * pad)
     for rank in range(count):
         x, y = rank % across * width, rank // across * height
         (picture,) = draw_row([painted(example.template(rank).mesh(), TEMPLATE)], small)
-        sheet.paste(Image.fromarray(picture), (x + pad, y + 2 * pad))
+        panel.paste(Image.fromarray(picture), (x + pad, y + 2 * pad))
         weight = float(example.weights[example.ranked(rank)])
-        left, right = x + 2 * pad, x + width - 3 * pad - round(font.getlength("0.00"))
+        number = round(text_width("0.00", _number_size(size)))
+        left, right = x + 2 * pad, x + width - 4 * pad - number
         top = y + height - line - pad
         bar = (top + line // 4, top + 3 * line // 4)
         pen.rectangle((left, bar[0], right, bar[1]), fill=_TRACK)
         pen.rectangle((left, bar[0], left + weight * (right - left), bar[1]), fill=DEFORMED)
-        pen.text((right + pad, top + line // 2), f"{weight:.2f}", "black", font, anchor="lm")
+        numbers.append(Line(f"{weight:.2f}", right + pad, top + line / 2, _number_size(size)))
     pen.rectangle((1, pad, width - 2, height - 1), outline=DEFORMED, width=max(1, size // 128))
-    return np.asarray(sheet)
+    return Sheet(view.height, view.width, ((np.asarray(panel), 0, 0),), tuple(numbers))
 
 
 def _arrow(width: int, height: int) -> Picture:

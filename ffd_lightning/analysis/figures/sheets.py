@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from ffd_lightning.analysis.figures.drawing import (
     Color,
-    Picture,
     draw_row,
     legend,
     painted,
@@ -31,10 +30,10 @@ from ffd_lightning.evaluation.shapes import Shape
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.voxels import voxelize
-from ffd_lightning.imaging.rendering import contact_sheet
+from ffd_lightning.imaging.sheet import Picture, Sheet, lay_out, stacked
 from ffd_lightning.metrics.iou import voxel_iou
 
-SIZE = 256
+SIZE = 320
 """Width of a cell in pixels; its height follows from the shape of the input images."""
 CANDIDATES = 4
 
@@ -46,8 +45,8 @@ FACE: Color = (222, 230, 240)
 EDGE: Color = (24, 28, 40)
 AGREEMENT: dict[str, Color] = {
     "in both": (170, 170, 170),
-    "false negative: only in the truth": (205, 35, 40),
-    "false positive: only in the prediction": (70, 175, 75),
+    "only in the truth (false negative)": (230, 120, 0),
+    "only in the prediction (false positive)": (0, 114, 178),
 }
 _BAR = 0.0025  # half the thickness of an edge
 _CLOUD_POINTS = 4096
@@ -56,7 +55,7 @@ _PAPER = PaperProtocol()
 Rows = list[tuple[list[Picture], list[str]]]
 
 
-def overview(examples: Sequence[Example], size: int = SIZE) -> Picture:
+def overview(examples: Sequence[Example], size: int = SIZE) -> Sheet:
     """Draw a row per image: it, the template, that deformed as cloud, voxels, mesh, and the truth.
 
     Source: the paper's figure 3.
@@ -64,9 +63,6 @@ def overview(examples: Sequence[Example], size: int = SIZE) -> Picture:
     Args:
         examples: of one run, at least one.
         size: width of a cell in pixels.
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
     """
     rows: Rows = []
     for example in examples:
@@ -84,7 +80,7 @@ def overview(examples: Sequence[Example], size: int = SIZE) -> Picture:
     return _sheet(rows, ["input", *names], size)
 
 
-def subdivision(examples: Sequence[Example], size: int = SIZE) -> Picture:
+def subdivision(examples: Sequence[Example], size: int = SIZE) -> Sheet:
     """Draw a row per image: the template's mesh as it is and with short edges, both also deformed.
 
     A mesh bends only at its vertices: long edges stay straight, whatever the deformation.
@@ -102,10 +98,10 @@ def subdivision(examples: Sequence[Example], size: int = SIZE) -> Picture:
             with_rims(painted(example.deformed().mesh(), FACE), EDGE),
             painted(example.truth.mesh(), TRUTH),
         ]
-        counts = [f"{len(m.vertices):,} vertices, {len(m.faces):,} faces" for m in (coarse, fine)]
+        counts = [f"{len(m.vertices):,} vertices\n{len(m.faces):,} faces" for m in (coarse, fine)]
         before, after = (
             f"{bank.ids[index]}\n{counts[0]}",
-            f"edges <= {bank.max_edge:g}\n{counts[1]}",
+            f"edges ≤ {bank.max_edge:g}\n{counts[1]}",
         )
         cells = [example.image(view), *draw_row(meshes, view)]
         rows.append((cells, [example.name, before, "", after, "", ""]))
@@ -113,7 +109,7 @@ def subdivision(examples: Sequence[Example], size: int = SIZE) -> Picture:
     return _sheet(rows, ["input", *names], size)
 
 
-def voxels(examples: Sequence[Example], size: int = SIZE) -> Picture:
+def voxels(examples: Sequence[Example], size: int = SIZE) -> Sheet:
     """Draw a row per image: it, the reconstruction, the truth, and how their voxels agree.
 
     Voxels and IoU are those of protocol paper.
@@ -128,11 +124,17 @@ def voxels(examples: Sequence[Example], size: int = SIZE) -> Picture:
         meshes = [painted(shape.mesh(), DEFORMED), painted(truth.mesh(), TRUTH), cubes, cubes]
         behind = replace(view.camera, azimuth=(view.camera.azimuth + 180) % 360)
         cells = draw_row(meshes, view, [view.camera] * 3 + [behind])
-        labels = [example.name, _template_label(example), "", f"IoU {iou:.3f}", ""]
+        labels = [
+            example.name,
+            _template_label(example),
+            "",
+            score_text(_PAPER.measures[-1], iou),
+            "",
+        ]
         rows.append(([example.image(view), *cells], labels))
     names = ["deformed mesh", "ground truth", "voxels", "voxels from behind"]
     sheet = _sheet(rows, ["input", *names], size)
-    return _under(sheet, legend(list(AGREEMENT.items()), sheet.shape[1], font_size(size)))
+    return stacked([sheet, legend(list(AGREEMENT.items()), sheet.width, font_size(size))])
 
 
 def voxel_agreement(
@@ -151,7 +153,7 @@ def voxel_agreement(
     return kinds, float(voxel_iou(predicted, true))
 
 
-def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATES) -> Picture:
+def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATES) -> Sheet:
     """Draw two rows per image: it and the templates of the greatest weights; these deformed.
 
     Chamfer distance and IoU are those of protocol paper, with seed 0.
@@ -160,9 +162,6 @@ def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDI
         examples: of one run, at least one.
         size: width of a cell in pixels.
         count: templates at most.
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
     """
     rows: Rows = []
     ranks = range(min(count, len(examples[0].weights)))
@@ -179,14 +178,14 @@ def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDI
         above = [example.name, *(_template_label(example, rank) for rank in ranks)]
         below = ["ground truth"]
         for rank in ranks:
-            values = [scores[f"{rank}_{measure.name}"] for measure in _PAPER.measures]
-            below.append(f"{score_text(_PAPER.measures[0], values[0])}\nIoU {values[-1]:.3f}")
+            shown = (_PAPER.measures[0], _PAPER.measures[-1])
+            below.append("\n".join(score_text(m, scores[f"{rank}_{m.name}"]) for m in shown))
         rows.append(([example.image(view), *drawn[: len(ranks)]], above))
         rows.append((drawn[len(ranks) :], below))
     return _sheet(rows, ["input", *(f"template {rank + 1}" for rank in ranks)], size)
 
 
-def labels(examples: Sequence[Example], size: int = SIZE) -> Picture:
+def labels(examples: Sequence[Example], size: int = SIZE) -> Sheet:
     """Draw a row per image: the template's parts, carried along by its deformation; the true ones.
 
     Source: the paper's figure 7. Arguments and result are those of `overview`.
@@ -223,7 +222,7 @@ def labels(examples: Sequence[Example], size: int = SIZE) -> Picture:
     sheet = _sheet(rows, ["input", *names], size)
     words = dict(enumerate(prepared.part_names)) | {UNKNOWN_PART: "unknown"}
     entries = [(words[k], tuple(palette[k, :3].tolist())) for k in sorted(seen)]
-    return _under(sheet, legend(entries, sheet.shape[1], font_size(size)))
+    return stacked([sheet, legend(entries, sheet.width, font_size(size))])
 
 
 def _by_part(vertices: NDArray[np.float64], mesh: Mesh, palette: NDArray[np.uint8]) -> Mesh:
@@ -268,17 +267,12 @@ def _template_label(example: Example, rank: int = 0) -> str:
     return f"{example.run.data.bank.ids[index]}\nweight {example.weights[index]:.2f}"
 
 
-def _sheet(rows: Rows, headings: Sequence[str], size: int) -> Picture:
+def _sheet(rows: Rows, headings: Sequence[str], size: int) -> Sheet:
     """Lay out rows of pictures with their labels."""
     cells, words = ([x for row in part for x in row] for part in zip(*rows, strict=True))
-    return contact_sheet(cells, len(headings), words, headings=headings, font_size=font_size(size))
+    return lay_out(cells, len(headings), words, headings=headings, font_size=font_size(size))
 
 
 def font_size(size: int) -> int:
     """Return the height of labels for cells of this width, pixels."""
-    return max(10, round(size / 20))
-
-
-def _under(sheet: Picture, strip: Picture) -> Picture:
-    """Put a strip of the same width below a sheet."""
-    return np.concatenate([sheet, strip])
+    return max(10, round(size / 17))

@@ -10,8 +10,9 @@ voxels       its figure 4: where the voxels of prediction and truth agree
 labels       its figure 7: part labels that a template brings along
 candidates   the templates of the greatest weights, each of them deformed
 
-The picture is written to FIGURE.png in the run's folder; of several runs, side by side (`method`:
-below each other), to the folder that holds them all. What it shows is printed, for the caption.
+The picture is written to FIGURE.png and FIGURE.pdf in the run's folder; of several runs, side by
+side (`method`: below each other), to the folder that holds them all. What it shows is printed, for
+the caption.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ class Settings:
             with.
         size: width of a cell in pixels.
         top: templates of an image in figure=method and figure=candidates.
-        out: where to write, a .png.
+        out: where to write, a .png, .pdf or .svg; without an ending a .png and a .pdf.
         data_root: where the runs' prepared data is, if not where they left it.
     """
 
@@ -57,7 +58,7 @@ class Settings:
     pick: str = "spread"
     seed: int = 0
     protocol: str | None = None
-    size: int = 256
+    size: int = 320
     top: int = 4
     out: str | None = None
     data_root: str | None = None
@@ -66,7 +67,8 @@ class Settings:
 def main(settings: Settings) -> int:
     """Draw the figure, and print what it shows and where it is."""
     from ffd_lightning.analysis.figures.examples import Choice, collect
-    from ffd_lightning.analysis.figures.figure import FIGURES, caption, paper_figure, write_png
+    from ffd_lightning.analysis.figures.figure import FIGURES, caption, paper_figure
+    from ffd_lightning.analysis.saving import save_figure
     from ffd_lightning.app.open_run import open_run
 
     figure = settings.figure
@@ -86,9 +88,9 @@ def main(settings: Settings) -> int:
         seed=settings.seed,
     )
     examples = collect(runs, choice, partial(open_run, data_root=settings.data_root))
-    write_png(paper_figure(figure, examples, settings.size, settings.top), target)
+    files = save_figure(paper_figure(figure, examples, settings.size, settings.top), target)
     print(caption(figure, examples, choice))
-    print(target)
+    print(*files, sep="\n")
     return 0
 
 
@@ -112,14 +114,16 @@ def _target(out: str | None, runs: Sequence[RunFolder], figure: str) -> Path:
     """Return where to write.
 
     Raises:
-        ConfigError: no PNG.
+        ConfigError: no run, or a format that figures are not written in.
     """
+    from ffd_lightning.analysis.saving import FORMATS
+
     if not runs:
         raise ConfigError("runs=[]: at least one run must be shown")
     if out is None:
         folder = os.path.commonpath([run.path.resolve() for run in runs])
         # As the user wrote it where there is one run.
-        return (runs[0].path if len(runs) == 1 else Path(folder)) / f"{figure}.png"
-    if Path(out).suffix.lower() != ".png":
-        raise ConfigError(f"out={out}: figures are written as .png")
+        return (runs[0].path if len(runs) == 1 else Path(folder)) / figure
+    if Path(out).suffix.lower() not in ("", *FORMATS):
+        raise ConfigError(f"out={out}: figures are written as {', '.join(FORMATS)}")
     return Path(out)

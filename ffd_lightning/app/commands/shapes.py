@@ -63,7 +63,8 @@ def draw_sheet(category: str, per_family: int, seed: int) -> Image.Image:
     from PIL import Image
 
     from ffd_lightning.geometry.normalization import normalize
-    from ffd_lightning.imaging.rendering import contact_sheet, render
+    from ffd_lightning.imaging.rendering import render
+    from ffd_lightning.imaging.sheet import contact_sheet
     from ffd_lightning.shapes import build, families
 
     rows: dict[str, list] = {family: [] for family in families(category)}

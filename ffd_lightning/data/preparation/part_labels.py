@@ -46,28 +46,31 @@ _BLOCK = 50_000  # places that are held at a time
 _RECURRENCE = np.array([0.7548776662466927, 0.5698402909980532])
 
 PART_COLORS = (
-    (31, 119, 180),
-    (255, 127, 14),
-    (44, 160, 44),
-    (214, 39, 40),
-    (148, 103, 189),
-    (140, 86, 75),
-    (227, 119, 194),
-    (188, 189, 34),
-    (23, 190, 207),
+    (0, 114, 178),
+    (230, 159, 0),
+    (0, 158, 115),
+    (204, 121, 167),
+    (86, 180, 233),
+    (213, 94, 0),
+    (240, 228, 66),
+    (51, 34, 136),
+    (153, 153, 51),
+    (136, 34, 85),
     (127, 127, 127),
     (174, 199, 232),
-    (255, 187, 120),
-    (152, 223, 138),
-    (255, 152, 150),
-    (197, 176, 213),
-    (196, 156, 148),
-    (247, 182, 210),
-    (219, 219, 141),
-    (158, 218, 229),
+    (255, 214, 138),
+    (127, 205, 187),
+    (235, 192, 216),
+    (140, 86, 75),
+    (150, 120, 200),
+    (250, 170, 130),
     (60, 60, 60),
+    (0, 80, 60),
 )
-"""RGB of parts in pictures and files, by their number; they begin again after the last."""
+"""RGB of parts in pictures and files, by their number; they begin again after the last.
+
+The first seven are Okabe and Ito's, told apart by all kinds of colour vision.
+"""
 
 Points = NDArray[np.float64]
 

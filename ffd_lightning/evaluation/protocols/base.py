@@ -11,7 +11,7 @@ import numpy as np
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.shapes import PreparedShape, Shape
 
-_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU"}
+_TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU", "part_iou": "part IoU"}
 
 
 @dataclass(frozen=True)
