@@ -19,6 +19,7 @@ from ffd_lightning.inference.viewer.panel_text import (
     in_page,
     input_block,
     part_legend,
+    scene_label,
     score_table,
 )
 from ffd_lightning.inference.viewer.photo import File, Photo
@@ -28,6 +29,7 @@ from ffd_lightning.inference.viewer.session import Session
 log = logging.getLogger(__name__)
 
 _STEPS = {"previous": -1, "next": 1}
+_NARROW = 0.8  # width / height of a window whose lower half the panel takes
 
 
 class Page:
@@ -47,6 +49,7 @@ class Page:
         self._photo = library.photo  # that is asked for, None for the test shape
         self._latest = library.photo  # that was opened last, whether or not it could be used
         self._asked: object = None  # which input is shown
+        self._notices: list[Any] = []  # what did not work
         self._wanted, self._closed = threading.Event(), False
         self.stage = Stage(client.scene, library.camera.frame, self._wanted.set)
         self.panel = Panel(client.gui, library, self._wanted.set)
@@ -129,7 +132,7 @@ class Page:
         height = max(1.2 + 2 * deep * up, width / camera.aspect)
         distance = height / (2 * half) + deep * along
         target = (
-            -0.3 * height * frame.up if camera.aspect < 0.8 else np.zeros(3)
+            -0.3 * height * frame.up if camera.aspect < _NARROW else np.zeros(3)
         )  # below lies the panel
         camera.fov = np.radians(original.field_of_view)
         camera.up_direction = (0.0, 1.0, 0.0)
@@ -143,6 +146,7 @@ class Page:
         still = np.allclose(camera.position, place, atol=1e-3)
         if still and not np.isclose(camera.aspect, aspect, rtol=1e-2):
             self._look_as_at_first()
+            self._wanted.set()  # labels are as long as there is room
 
     # --- bringing the page up to date ------------------------------------------------------------
 
@@ -167,9 +171,10 @@ class Page:
         return guarded
 
     def _say(self, message: str) -> None:
-        self._client.add_notification(
+        notice = self._client.add_notification(
             "This did not work", message, color="red", auto_close_seconds=20.0
         )
+        self._notices.append(notice)
 
     def _refresh(self) -> None:
         for session, pulls in zip(self.sessions, self.stage.pulls(), strict=False):
@@ -179,23 +184,27 @@ class Page:
         try:
             self._open()
         finally:  # a photograph that cannot be used may be of use with a mask
-            panel.show_photo(self._latest is not None, self._masked)
+            panel.show_photo(self._latest)
         if not self.sessions:
             return
         for chosen, session in zip(panel.lists, self.sessions, strict=True):
             chosen.apply(session)
             session.amount = panel.amount.value
+        scores = [session.scores() for session in self.sessions]
+        labels = ["reconstruction"]
+        if len(self.sessions) > 1:
+            room = self._client.camera.aspect > _NARROW
+            labels = [
+                scene_label(session.title, own if room else {})
+                for session, own in zip(self.sessions, scores, strict=True)
+            ]
         with self._client.atomic():
-            self.stage.show(self.sessions, panel.drawing_options())
+            self.stage.show(self.sessions, panel.drawing_options(), labels)
         for chosen, session in zip(panel.lists, self.sessions, strict=True):
             chosen.refresh(session)
-        panel.scores.content = score_table(self.sessions)
+        panel.scores.content = score_table(self._library.titles, scores)
         panel.legend.content = part_legend(self.sessions)
         panel.legend.visible = panel.mesh_colors() == "parts"
-
-    @property
-    def _masked(self) -> bool:
-        return self._photo is not None and self._photo.mask is not None
 
     def _open(self) -> None:
         """Open what is asked for, if it is not what is shown, and forget all of what was."""
@@ -206,6 +215,8 @@ class Page:
         if asked is None or asked == earlier:
             return
         self._asked = asked
+        while self._notices:
+            self._notices.pop().remove()
         try:
             if photo is not None:
                 sessions = self._library.open_photo(photo)

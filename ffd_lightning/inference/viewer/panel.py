@@ -10,6 +10,7 @@ from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.viewer.exhibit import DrawingOptions
 from ffd_lightning.inference.viewer.library import Library
 from ffd_lightning.inference.viewer.panel_text import heading
+from ffd_lightning.inference.viewer.photo import Photo
 from ffd_lightning.inference.viewer.template_list import TemplateList
 
 _BOXES = {
@@ -77,10 +78,10 @@ class Panel:
         self._masking = gui.add_folder(None, visible=False)  # viser hides no upload button alone
         with self._masking:
             self.mask = gui.add_upload_button(
-                "Open a mask of its object",
+                "Open a mask",
                 icon="mask",
                 mime_type="image/*",
-                hint="bright where the object is, of the photo's size",
+                hint="bright where its object is, of the photo's size",
             )
             self.unmask = gui.add_button("Without the mask", icon="mask-off", visible=False)
         self.input = gui.add_html("")
@@ -107,11 +108,14 @@ class Panel:
             self.boxes[key].visible = truth
         self.colors.visible = parts
 
-    def show_photo(self, photo: bool, mask: bool) -> None:
-        """Say what belongs to a photograph, and to its mask."""
-        self._masking.visible, self.unmask.visible = photo, mask
+    def show_photo(self, photo: Photo | None) -> None:
+        """Show what can be done with the photograph that was opened last, None for none."""
+        self._masking.visible = photo is not None
+        if photo is not None:
+            self.mask.label = f"Open a mask for {photo.name}"
+            self.unmask.visible = photo.mask is not None
         if self.shape is not None:
-            self.back.visible = photo
+            self.back.visible = photo is not None
 
     def drawing_options(self) -> DrawingOptions:
         """Return what is to be drawn, and how."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -65,8 +65,9 @@ def template_pictures(session: Session, thumbnail: Callable[[int], str], rows: i
             f"{_percent(weight)}</div></div>"
         )
     return (
-        '<div style="display:grid;grid-template-columns:repeat(6,1fr);gap:2px;margin:4px 10px;'
-        f'max-height:{66 * rows}px;overflow-y:auto">{"".join(cells)}</div>'
+        '<div style="display:grid;grid-template-columns:repeat(auto-fill,minmax(48px,1fr));'
+        "gap:2px;margin:4px 10px;"
+        f'max-height:{63 * rows}px;overflow-y:auto">{"".join(cells)}</div>'
     )
 
 
@@ -99,21 +100,28 @@ def part_legend(sessions: Sequence[Session]) -> str:
     return f'<div style="font-size:12px;margin:2px 12px">{" &nbsp; ".join(entries)}</div>'
 
 
-def score_table(sessions: Sequence[Session]) -> str:
+def score_table(titles: Sequence[NetworkTitle], scores: Sequence[Mapping[str, float]]) -> str:
     """Return box Chamfer distances x 1000 as a table in Markdown, a column for each network."""
-    if sessions[0].truth is None:
+    if not scores[0]:
         return "A photo has no ground truth: no distances."
-    columns = [session.scores() for session in sessions]
-    heads = ["x 1000"] if len(sessions) == 1 else [session.title.text for session in sessions]
-    lines = [["box Chamfer" if len(sessions) == 1 else "box Chamfer x 1000", *heads]]
+    several = len(titles) > 1
+    heads = [title.text for title in titles] if several else ["x 1000"]
+    lines = [["box Chamfer x 1000" if several else "box Chamfer", *heads]]
     lines.append(["---"] + ["---:"] * len(heads))
-    for kind in columns[0]:
-        lines.append([kind, *(f"{1000 * scores[kind]:.2f}" for scores in columns)])
+    for kind in scores[0]:
+        lines.append([kind, *(f"{1000 * own[kind]:.2f}" for own in scores)])
     table = "\n".join(f"| {' | '.join(line)} |" for line in lines)
     return (
         f"{table}\n\nTo the ground truth, as `val/box_chamfer`: squared, mean over 1,024 points, "
         "both directions added, bounding-box diagonal 1."
     )
+
+
+def scene_label(title: NetworkTitle, scores: Mapping[str, float]) -> str:
+    """Return what stands before the reconstruction of one of two networks."""
+    if not scores:
+        return title.text
+    return f"{title.text} (box Chamfer x 1000: {1000 * scores['shown']:.2f})"
 
 
 def input_block(photo: FramedPhoto) -> str:
@@ -123,7 +131,7 @@ def input_block(photo: FramedPhoto) -> str:
     return (
         '<div style="display:flex;gap:10px;margin:2px 12px 8px;align-items:flex-start">'
         f'<img src="{data_uri(photo.image[..., :3])}" alt="what the network saw" '
-        'style="width:45%;border:1px solid #ced4da;border-radius:4px">'
+        'style="flex:0 0 45%;min-width:0;border:1px solid #ced4da;border-radius:4px">'
         '<div style="font-size:12px;line-height:1.35;overflow-wrap:anywhere">'
         f"<b>What the network saw</b><br>{'<br>'.join(lines)}</div></div>"
     )

@@ -21,7 +21,7 @@ ROWS = 1.5
 """Between the reconstructions of two networks and their templates behind them."""
 
 _TRUTH = rgb_of(COLORS[-1])  # laid over a reconstruction
-_BEFORE = 0.62  # a label lies so far before its shape
+_BEFORE, _OVER = 0.62, 0.09  # a label is so far before its shape, or over it
 
 
 class Layout(NamedTuple):
@@ -93,15 +93,25 @@ class Stage:
         """Return where each exhibit's control points were pulled; see `Exhibit.pulls`."""
         return [exhibit.pulls() for exhibit in self.exhibits]
 
-    def show(self, sessions: Sequence[Session], options: DrawingOptions) -> None:
-        """Draw the session of each network; only what has changed is sent."""
+    def show(
+        self, sessions: Sequence[Session], options: DrawingOptions, labels: Sequence[str]
+    ) -> None:
+        """Draw the session of each network; only what has changed is sent.
+
+        Args:
+            sessions: of the same input.
+            options: what is drawn.
+            labels: of the reconstructions.
+        """
         templates = [session.template for session in sessions]
         drawn = (*sessions, *templates, options.colors, options.beside)
         if drawn != self._drawn:
             self._build(sessions, options)
             self._drawn = drawn
-        for exhibit, session in zip(self.exhibits, sessions, strict=True):
+        assert self.drawing is not None
+        for k, (exhibit, session) in enumerate(zip(self.exhibits, sessions, strict=True)):
             exhibit.update(session, options)
+            self.drawing.nodes[f"shown-{k}/label"].text = labels[k]
         self._toggle(options)
 
     def _build(self, sessions: Sequence[Session], options: DrawingOptions) -> None:
@@ -121,34 +131,34 @@ class Stage:
         self.exhibits = []
         for k, session in enumerate(sessions):
             surface, resting = session.surface(), session.template_surface()
-            own = place(spots.shown[k], surface)
+            own, behind = place(spots.shown[k], surface), place(spots.templates[k], resting)
             self.exhibits.append(
                 Exhibit(drawing, f"shown-{k}", session, own, options.colors, self._refresh)
             )
-            drawing.frame(f"template-{k}", place(spots.templates[k], resting))
+            drawing.label(f"shown-{k}/label", "", self._before(own, floor))
+            drawing.frame(f"template-{k}", behind)
             drawing.mesh(f"template-{k}/mesh", resting, options.colors, ghosts[0])
-            names = ("reconstruction", "template")
-            if len(sessions) > 1:
-                names = (session.title.text, f"template of {session.title.text}")
+            if len(sessions) == 1:
+                drawing.label(f"template-{k}/label", "template", self._before(behind, floor))
+            else:  # what is before it stands on the reconstruction
+                over = (0, resting.vertices[:, 1].max() + _OVER, 0)
+                drawing.label(f"template-{k}/label", f"template of {session.title.text}", over)
                 drawing.ring(f"shown-{k}/ring", floor - own[1], rgb_of(session.title.color))
-            self._label(f"shown-{k}", names[0], own, floor)
-            self._label(f"template-{k}", names[1], place(spots.templates[k], resting), floor)
         for k, spot in enumerate(spots.truths if truth is not None else ()):
             assert truth is not None
-            drawing.frame(f"truth-{k}", place(spot, truth.mesh))
+            own = place(spot, truth.mesh)
+            drawing.frame(f"truth-{k}", own)
             drawing.frame(f"truth-{k}/mesh")
             drawing.mesh(f"truth-{k}/mesh/surface", truth.mesh, options.colors, ghosts[1])
             drawing.cloud(f"truth-{k}/cloud", truth.points)
-            self._label(f"truth-{k}", "ground truth", place(spot, truth.mesh), floor)
+            drawing.label(f"truth-{k}/label", "ground truth", self._before(own, floor))
         drawing.floor(floor - 0.005)
         if earlier is not None:
             earlier.remove()
 
-    def _label(self, name: str, text: str, place: NDArray[np.float64], floor: float) -> None:
-        """Write a line on the floor before a shape."""
-        assert self.drawing is not None
-        up = np.array([0.0, floor - place[1], 0.0])
-        self.drawing.label(f"{name}/label", text, up - _BEFORE * self._back)
+    def _before(self, place: NDArray[np.float64], floor: float) -> NDArray[np.float64]:
+        """Return where on the floor the label of a shape lies, from the shape's origin."""
+        return np.array([0.0, floor - place[1], 0.0]) - _BEFORE * self._back
 
     def _toggle(self, options: DrawingOptions) -> None:
         """Show what is to be seen beside the reconstructions."""
