@@ -21,7 +21,7 @@ ROWS = 1.5
 """Between the reconstructions of two networks and their templates behind them."""
 
 _TRUTH = rgb_of(COLORS[-1])  # laid over a reconstruction
-_BEFORE, _OVER = 0.62, 0.09  # a label is so far before its shape, or over it
+_BEFORE, _OVER = 0.62, 0.28  # a label is so far before its shape, or over it
 
 
 class Layout(NamedTuple):
@@ -58,7 +58,9 @@ def layout(networks: int, truth: bool, beside: bool) -> Layout:
         one = ((0.0, 0.0),)
         if not beside:
             return Layout(one, one, one if truth else ())
-        return Layout(((-1.0, 0.0),), one, ((1.0, 0.0),) if truth else ())
+        if not truth:
+            return Layout(((-0.55, 0.0),), ((0.55, 0.0),), ())
+        return Layout(((-1.0, 0.0),), one, ((1.0, 0.0),))
     side = 1.0 if truth and beside else 0.6
     one = ((-side, 0.0), (side, 0.0))
     if not beside:
