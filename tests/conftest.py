@@ -147,6 +147,21 @@ def selecting(tiny_run, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def second_run(tiny_run, selecting, tmp_path_factory):
+    """A run of the same data as the tiny run's, of regime b, that selects another template."""
+    import shutil
+
+    from ffd_lightning.run_folder import RunFolder
+
+    run = RunFolder(tmp_path_factory.mktemp("second") / "run")
+    shutil.copytree(tiny_run.path, run.path)
+    content = torch.load(selecting(PEDESTAL), weights_only=True)
+    content["model"]["record"]["regime"] = "b"
+    torch.save(content, run.checkpoint)
+    return run
+
+
+@pytest.fixture(scope="session")
 def checkpoint(selecting):
     """A checkpoint that selects a table of wood and glass: few colours, not all of them opaque."""
     return selecting(GLASS)

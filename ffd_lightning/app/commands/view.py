@@ -2,6 +2,8 @@
 
     ffd view                                     photos, by the model that comes with the package
     ffd view run=runs/demo/table/r/t16/seed0     a run's test shapes, and photos
+    ffd view runs=[DIR,DIR]                      two runs side by side: the same inputs, by both
+    ffd view image=photo.png mask=mask.png       a photo to begin with
 
 The page is served to this machine only. Every browser window that opens it has a state of its own.
 Needs viser: pip install 'ffd_lightning[viewer]'
@@ -10,15 +12,13 @@ Needs viser: pip install 'ffd_lightning[viewer]'
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from ffd_lightning.app.build import build_data
-from ffd_lightning.app.open_run import missing_data, read_config
-from ffd_lightning.errors import ConfigError, UserError
-from ffd_lightning.inference.predictor import Predictor
-from ffd_lightning.inference.viewer.studio import HeldOutShapes, Studio, import_viser, start
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.app import viewed_runs
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.inference.viewer.photo import File, Photo
+from ffd_lightning.inference.viewer.studio import Studio, import_viser, start
 
 MAIN = "run"
 ALONE = True
@@ -31,14 +31,22 @@ class Settings:
     Attributes:
         run: a run folder, or a checkpoint file (then for photographs alone); null for the model
             that comes with the package.
+        runs: two of them, in place of run, to look at side by side: [DIR,DIR]; of one category,
+            and of images of one size.
         checkpoint: another checkpoint than the run's newest.
-        data_root: where the run's prepared data is (`paths.data`), if not where it was.
+        image: a photograph to begin with.
+        mask: of the object in image, bright where it is; by default the background is told by the
+            photograph itself.
+        data_root: where the runs' prepared data is (`paths.data`), if not where it was.
         port: of the page; the next one that is free is taken if it is in use.
         device: cpu, cuda, cuda:1, ..., or auto, a GPU if there is one.
     """
 
     run: str | None = None
+    runs: list[str] = field(default_factory=list)
     checkpoint: str | None = None
+    image: str | None = None
+    mask: str | None = None
     data_root: str | None = None
     port: int = 8080
     device: str = "auto"
@@ -48,11 +56,11 @@ def main(settings: Settings) -> int:
     """Serve the page until interrupted.
 
     Raises:
-        ConfigError: no run, no checkpoint, a port that cannot be, or viser is missing.
-        DataError: a damaged checkpoint.
+        ConfigError: no run, no checkpoint, two runs that cannot be compared, a port that cannot be,
+            or viser is missing.
+        DataError: a damaged checkpoint, or a photograph that cannot be used.
     """
-    if not 0 < settings.port < 65536:
-        raise ConfigError(f"port={settings.port} must lie between 1 and 65535")
+    _check(settings)
     import_viser()  # before anything is loaded that would be for nothing
     studio = open_studio(settings)
     server = start(studio, settings.port)
@@ -66,44 +74,31 @@ def main(settings: Settings) -> int:
     return 0
 
 
+def _check(settings: Settings) -> None:
+    """Refuse settings that cannot work."""
+    if not 0 < settings.port < 65536:
+        raise ConfigError(f"port={settings.port} must lie between 1 and 65535")
+    if settings.mask and not settings.image:
+        raise ConfigError("mask= is of a photograph: name it by image=")
+    runs = settings.runs
+    if not runs:
+        return
+    if settings.run or settings.checkpoint:
+        other = "run" if settings.run else "checkpoint"
+        raise ConfigError(f"runs= and {other}= cannot be given together: runs= takes checkpoints")
+    if len(runs) != 2 or len({Path(run).expanduser().resolve() for run in runs}) != 2:
+        raise ConfigError("runs= takes two different runs, [DIR,DIR]; a single one is run=DIR")
+
+
 def open_studio(settings: Settings) -> Studio:
-    """Load what the settings name.
-
-    Raises:
-        ConfigError: no run and no checkpoint.
-        DataError: a damaged checkpoint.
-    """
-    run = None if settings.run is None else Path(settings.run).expanduser()
-    predictor = Predictor.load(settings.checkpoint or run, settings.device)
-    model, shapes, note = predictor.model, None, ""
-    if run is None or run.is_file():
-        note = "A checkpoint alone: open a photo."
-    else:
-        try:
-            shapes = held_out_shapes(run, settings.data_root)
-        except UserError as error:
-            note = f"No test shapes, photos only: {error}"
-    title = (
-        f"{', '.join(model.categories)}, regime {model.record.get('regime', 'unknown')}, "
-        f"{len(model.bank)} templates, {model.step:,} steps"
+    """Load what the settings name; see `viewed_runs.open_studio`."""
+    named = settings.runs or ([settings.run] if settings.run else [])
+    image, mask, checkpoint = (
+        None if name is None else Path(name).expanduser()
+        for name in (settings.image, settings.mask, settings.checkpoint)
     )
-    return Studio(predictor, title, model.render, shapes, note)
-
-
-def held_out_shapes(run: Path, data_root: str | None = None) -> HeldOutShapes:
-    """Open the test shapes of a run, whose data must have been prepared.
-
-    Args:
-        run: its folder.
-        data_root: where its prepared data is, if not where it was.
-
-    Raises:
-        ConfigError: it is no run folder.
-        DataError: the data is not there, or damaged.
-    """
-    folder = RunFolder(run)
-    data = build_data(read_config(folder, data_root))
-    if (missing := missing_data(folder, data)) is not None:
-        raise missing
-    data.setup()
-    return HeldOutShapes(data.prepared, data.split.test)
+    photo = None
+    if image is not None:
+        photo = Photo(File.read(image), None if mask is None else File.read(mask))
+    paths = [Path(run).expanduser() for run in named]
+    return viewed_runs.open_studio(paths, checkpoint, settings.data_root, settings.device, photo)

@@ -1,52 +1,35 @@
-"""One visitor's page of the viewer: the panel, and what its inputs do."""
+"""One visitor's page of the viewer: what its inputs do, and how it is brought up to date."""
 
 from __future__ import annotations
 
 import logging
-import tempfile
+import re
 import threading
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, Protocol, cast, get_args
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ffd_lightning.errors import DataError, UserError
-from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.errors import UserError
 from ffd_lightning.inference.files import MeshWriter
-from ffd_lightning.inference.pieces import MeshColors
+from ffd_lightning.inference.viewer.library import Library
+from ffd_lightning.inference.viewer.panel import Panel
 from ffd_lightning.inference.viewer.panel_text import (
-    caption,
-    category_labels,
+    in_page,
+    input_block,
     part_legend,
+    scene_label,
     score_table,
-    template_labels,
-    weight_bars,
 )
-from ffd_lightning.inference.viewer.scene import SPACING, DrawingOptions, Stage
+from ffd_lightning.inference.viewer.photo import File, Photo
+from ffd_lightning.inference.viewer.scene import ROWS, SPACING, Stage
 from ffd_lightning.inference.viewer.session import Session
 
 log = logging.getLogger(__name__)
 
 _STEPS = {"previous": -1, "next": 1}
-
-
-class Library(Protocol):
-    """What all visitors share: the network, and the test shapes of its run."""
-
-    title: str
-    note: str
-    shape_ids: tuple[str, ...]
-    views: int
-    camera: Camera
-
-    def open_shape(self, shape_id: str, view: int) -> Session:
-        """Reconstruct a test shape from one of its images."""
-        ...
-
-    def open_photo(self, path: Path) -> Session:
-        """Reconstruct what a photograph shows."""
-        ...
+_NARROW = 0.8  # width / height of a window whose lower half the panel takes
 
 
 class Page:
@@ -57,20 +40,22 @@ class Page:
 
     Args:
         client: viser's.
-        library: the network and the test shapes.
+        library: the networks and the test shapes.
     """
 
     def __init__(self, client: Any, library: Library) -> None:
         self._client, self._library = client, library
-        self._session: Session | None = None
-        self._upload: tuple[str, bytes] | None = None
+        self.sessions: tuple[Session, ...] = ()
+        self._photo = library.photo  # that is asked for, None for the test shape
+        self._latest = library.photo  # that was opened last, whether or not it could be used
         self._asked: object = None  # which input is shown
+        self._notices: list[Any] = []  # what did not work
         self._wanted, self._closed = threading.Event(), False
-        aside = library.camera.frame.right
-        self._stage = Stage(client.scene, aside, self._wanted.set)
-        self._build_panel(client.gui)
+        self.stage = Stage(client.scene, library.camera.frame, self._wanted.set)
+        self.panel = Panel(client.gui, library, self._wanted.set)
+        self._listen()
         self._view_from = 0.0, np.zeros(3)  # the window's aspect, and the camera's place for it
-        self._look_as_input()
+        self._look_as_at_first()
         client.camera.on_update(self._on_camera)
         self._wanted.set()
         self._worker = threading.Thread(target=self._work, daemon=True)
@@ -82,113 +67,72 @@ class Page:
         self._wanted.set()
         self._worker.join()
 
-    # --- the panel -------------------------------------------------------------------------------
-
-    def _build_panel(self, gui: Any) -> None:
-        library = self._library
-        gui.add_markdown(f"**{library.title}**" + (f"  \n{library.note}" if library.note else ""))
-        with gui.add_folder("Input"):
-            self._build_input(gui)
-        with gui.add_folder("Template", visible=False) as template:
-            self._category = gui.add_dropdown("Category", ("-",), hint="name, weight")
-            self._bars = gui.add_html("")
-            self._template = gui.add_dropdown("Template", ("-",), hint="rank, id, weight")
-        with gui.add_folder("Deformation", visible=False) as deformation:
-            self._amount = gui.add_slider(
-                "Amount", 0.0, 1.5, 0.01, 1.0, hint="0 the template, 1 the network's deformation"
-            )
-            self._scores = gui.add_markdown("")
-            gui.add_markdown(
-                "Drag a red point to pull at the shape; click it for arrows along the axes."
-            )
-            reset = gui.add_button("Reset", icon="rotate", hint="amount 1, no point pulled")
-        with gui.add_folder("Show", visible=False) as show:
-            self._build_show(gui)
-        save = gui.add_button("Save mesh (GLB)", icon="download", visible=False)
-        self._parts = (template, deformation, show, save)
-        for handle in (self._category, self._template, self._amount):
-            handle.on_update(self._changed)
-        reset.on_click(self._on_reset)
-        save.on_click(self._guarded(self._on_save))
-
-    def _build_input(self, gui: Any) -> None:
-        ids = self._library.shape_ids
-        if ids:
-            self._shape = gui.add_dropdown("Test shape", ids, hint="type to search")
-            step = gui.add_button_group("", ("previous", "next", "random"))
-            self._view = gui.add_slider(
-                "View", 1, max(2, self._library.views), 1, 1, visible=self._library.views > 1
-            )
-            self._shape.on_update(self._on_shape)
-            self._view.on_update(self._on_shape)
-            step.on_click(self._on_step)
-        photo = gui.add_upload_button("Open a photo", icon="photo-up", mime_type="image/*")
-        photo.on_upload(self._on_upload)
-        self._image = gui.add_image(np.full((3, 4, 3), 255, np.uint8), visible=False)
-        self._caption = gui.add_markdown("")
-
-    def _build_show(self, gui: Any) -> None:
-        self._layout = gui.add_dropdown("Arrange", ("side by side", "overlaid"))
-        self._colors = gui.add_dropdown("Colours", list(get_args(MeshColors)))
-        self._legend = gui.add_html("", visible=False)
-        boxes = {
-            "template": ("Template", True),
-            "mesh": ("Deformed mesh", True),
-            "cloud": ("Deformed cloud", False),
-            "truth": ("Ground truth", True),
-            "truth_cloud": ("Ground truth cloud", False),
-            "cage": ("Control lattice", True),
-            "first_cage": ("Lattice before", False),
-            "handles": ("Control points", True),
-        }
-        self._boxes = {key: gui.add_checkbox(label, on) for key, (label, on) in boxes.items()}
-        camera = gui.add_button("Camera as the input's", icon="camera")
-        for handle in (self._layout, self._colors, *self._boxes.values()):
-            handle.on_update(self._changed)
-        camera.on_click(lambda _: self._look_as_input())
-
     # --- what inputs do --------------------------------------------------------------------------
 
-    def _changed(self, _: Any) -> None:
-        self._wanted.set()
+    def _listen(self) -> None:
+        panel = self.panel
+        if panel.shape is not None:
+            panel.shape.on_update(self._on_shape)
+            panel.view.on_update(self._on_shape)
+            panel.back.on_click(self._on_shape)
+            panel.step.on_click(self._on_step)
+        panel.photo.on_upload(self._on_photo)
+        panel.mask.on_upload(self._on_mask)
+        panel.unmask.on_click(lambda _: self._open_photo_with(None))
+        panel.reset.on_click(self._on_reset)
+        panel.save.on_click(self._guarded(self._on_save))
+        panel.camera.on_click(lambda _: self._look_as_at_first())
 
     def _on_shape(self, _: Any) -> None:
-        self._upload = None
+        self._photo = self._latest = None
         self._wanted.set()
 
     def _on_step(self, event: Any) -> None:
         ids = self._library.shape_ids
         step = _STEPS.get(event.target.value) or int(np.random.default_rng().integers(1, len(ids)))
-        self._shape.value = ids[(ids.index(self._shape.value) + step) % len(ids)]
+        self.panel.shape.value = ids[(ids.index(self.panel.shape.value) + step) % len(ids)]
 
-    def _on_upload(self, event: Any) -> None:
+    def _on_photo(self, event: Any) -> None:
         file = event.target.value
-        self._upload = (file.name, file.content)
+        self._photo = self._latest = Photo(File(file.name, file.content))
         self._wanted.set()
 
+    def _on_mask(self, event: Any) -> None:
+        file = event.target.value
+        self._open_photo_with(File(file.name, file.content))
+
+    def _open_photo_with(self, mask: File | None) -> None:
+        if self._latest is not None:
+            self._photo = self._latest = replace(self._latest, mask=mask)
+            self._wanted.set()
+
     def _on_reset(self, _: Any) -> None:
-        if self._session is not None:
-            self._session.reset()
-        self._amount.value = 1.0
+        for session in self.sessions:
+            session.reset()
+        self.panel.amount.value = 1.0
         self._wanted.set()
 
     def _on_save(self, _: Any) -> None:
-        if self._session is None:
-            return
-        shown = self._session.shown()
-        content = MeshWriter(shown.bank, self._mesh_colors()).glb(shown)
-        name = f"{shown.template_id}.glb".replace("/", "-")  # of several categories
-        self._client.send_file_download(name, content, save_immediately=True)
+        for session in self.sessions:
+            shown = session.shown()
+            content = MeshWriter(shown.bank, self.panel.mesh_colors()).glb(shown)
+            name = (
+                session.name if len(self.sessions) == 1 else f"{session.name}-{session.title.text}"
+            )
+            name = re.sub(r"[^\w.-]+", "-", name)  # shapes of several categories have a slash
+            self._client.send_file_download(f"{name}.glb", content, save_immediately=True)
 
-    def _look_as_input(self) -> None:
-        """Put the camera where the network's images are taken from, far enough to see the row."""
+    def _look_as_at_first(self) -> None:
+        """Put the camera where the networks' images are taken from, far enough to see all."""
         camera, original = self._client.camera, self._library.camera
         frame, half = original.frame, original.half_height
         width = 2 * SPACING + 1.4  # the outer shapes are large themselves
-        height = max(1.2, width / camera.aspect)
-        distance = height / (2 * half)
+        deep = ROWS / 2 * (len(self._library.titles) - 1)  # to the row in front, and behind
+        up, along = abs(float(frame.forward[1])), abs(float(frame.up[1]))
+        height = max(1.2 + 2 * deep * up, width / camera.aspect)
+        distance = height / (2 * half) + deep * along
         target = (
-            -0.3 * height * frame.up if camera.aspect < 0.8 else np.zeros(3)
+            -0.3 * height * frame.up if camera.aspect < _NARROW else np.zeros(3)
         )  # below lies the panel
         camera.fov = np.radians(original.field_of_view)
         camera.up_direction = (0.0, 1.0, 0.0)
@@ -197,11 +141,12 @@ class Page:
         self._view_from = camera.aspect, target - frame.forward * distance
 
     def _on_camera(self, camera: Any) -> None:
-        """Fit the row in again where the window was resized, if the camera was not moved."""
+        """Fit all in again where the window was resized, if the camera was not moved."""
         aspect, place = self._view_from
         still = np.allclose(camera.position, place, atol=1e-3)
         if still and not np.isclose(camera.aspect, aspect, rtol=1e-2):
-            self._look_as_input()
+            self._look_as_at_first()
+            self._wanted.set()  # labels are as long as there is room
 
     # --- bringing the page up to date ------------------------------------------------------------
 
@@ -218,7 +163,7 @@ class Page:
             try:
                 job(*arguments)
             except UserError as error:
-                self._say(str(error))
+                self._say(in_page(str(error)))
             except Exception as error:
                 log.exception("the viewer could not do this")
                 self._say(f"{type(error).__name__}: {error}")
@@ -226,81 +171,66 @@ class Page:
         return guarded
 
     def _say(self, message: str) -> None:
-        self._client.add_notification(
+        notice = self._client.add_notification(
             "This did not work", message, color="red", auto_close_seconds=20.0
         )
+        self._notices.append(notice)
 
     def _refresh(self) -> None:
-        if self._session is not None:
-            for index, position in self._stage.pulls().items():
-                self._session.move(index, position)
-        self._open()
-        session = self._session
-        if session is None:
+        for session, pulls in zip(self.sessions, self.stage.pulls(), strict=False):
+            for index, position in pulls.items():
+                session.move(index, position)
+        panel = self.panel
+        try:
+            self._open()
+        finally:  # a photograph that cannot be used may be of use with a mask
+            panel.show_photo(self._latest)
+        if not self.sessions:
             return
-        self._choose_category(session)
-        labels = template_labels(session)
-        session.template = int(session.reconstruction.ranking[labels.index(self._template.value)])
-        session.amount = self._amount.value
+        for chosen, session in zip(panel.lists, self.sessions, strict=True):
+            chosen.apply(session)
+            session.amount = panel.amount.value
+        scores = [session.scores() for session in self.sessions]
+        labels = ["reconstruction"]
+        if len(self.sessions) > 1:
+            room = self._client.camera.aspect > _NARROW
+            labels = [
+                scene_label(session.title, own if room else {})
+                for session, own in zip(self.sessions, scores, strict=True)
+            ]
         with self._client.atomic():
-            self._stage.show(session, self._drawing_options())
-        self._bars.content = weight_bars(session)
-        self._scores.content = score_table(session.scores())
-        self._legend.content = part_legend(session)
-        self._legend.visible = self._mesh_colors() == "parts"
+            self.stage.show(self.sessions, panel.drawing_options(), labels)
+        for chosen, session in zip(panel.lists, self.sessions, strict=True):
+            chosen.refresh(session)
+        panel.scores.content = score_table(self._library.titles, scores)
+        panel.legend.content = part_legend(self.sessions)
+        panel.legend.visible = panel.mesh_colors() == "parts"
 
     def _open(self) -> None:
-        """Open what is asked for, if it is not what is shown."""
-        asked: object = self._upload
-        if asked is None and self._library.shape_ids:
-            asked = (self._shape.value, self._view.value)
-        if asked is None or asked == self._asked:
+        """Open what is asked for, if it is not what is shown, and forget all of what was."""
+        photo, earlier, panel = self._photo, self._asked, self.panel
+        asked: object = photo
+        if photo is None and panel.shape is not None:
+            asked = (panel.shape.value, panel.view.value)
+        if asked is None or asked == earlier:
             return
         self._asked = asked
-        if self._upload is not None:
-            session = self._open_upload(*self._upload)
-        else:
-            session = self._library.open_shape(self._shape.value, int(self._view.value) - 1)
-        photo, categories = session.reconstruction.photo, category_labels(session)
-        self._session = session
-        self._category.options = categories
-        self._category.value = categories[0]
-        self._category.visible = len(categories) > 1
-        self._list_templates(session)
-        self._image.image = photo.image[..., :3]
-        self._image.visible = True
-        self._caption.content = caption(photo)
-        for part in self._parts:
-            part.visible = True
-        for key in ("truth", "truth_cloud"):
-            self._boxes[key].visible = session.truth is not None
-        self._colors.visible = session.template_surface().face_parts is not None
-
-    def _choose_category(self, session: Session) -> None:
-        """Go over to the category that is asked for, if another is shown."""
-        names = list(session.reconstruction.category_weights)
-        asked = names[category_labels(session).index(self._category.value)]
-        if asked != session.reconstruction.category:
-            session.choose_category(asked)
-            self._list_templates(session)
-
-    def _list_templates(self, session: Session) -> None:
-        labels = template_labels(session)
-        self._template.options = labels
-        self._template.value = labels[0]
-
-    def _open_upload(self, name: str, content: bytes) -> Session:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / (Path(name).name or "photo")
-            path.write_bytes(content)
-            try:
-                return self._library.open_photo(path)
-            except UserError as error:
-                raise DataError(str(error).replace(f"{folder}/", "")) from None
-
-    def _mesh_colors(self) -> MeshColors:
-        return cast(MeshColors, self._colors.value)
-
-    def _drawing_options(self) -> DrawingOptions:
-        boxes = {key: bool(box.value) for key, box in self._boxes.items()}
-        return DrawingOptions(self._mesh_colors(), self._layout.value == "side by side", **boxes)
+        while self._notices:
+            self._notices.pop().remove()
+        try:
+            if photo is not None:
+                sessions = self._library.open_photo(photo)
+            else:
+                sessions = self._library.open_shape(panel.shape.value, int(panel.view.value) - 1)
+        except Exception:
+            if photo is not None and photo is self._photo:  # what was shown before stays
+                self._photo = earlier if isinstance(earlier, Photo) else None
+                self._asked = earlier
+            raise
+        self.sessions = sessions
+        for chosen, session in zip(panel.lists, sessions, strict=True):
+            chosen.open(session)
+        panel.amount.value = 1.0
+        panel.input.content = input_block(sessions[0].reconstruction.photo)
+        parts = any(s.template_surface().face_parts is not None for s in sessions)
+        panel.show_all(sessions[0].truth is not None, parts)

@@ -13,6 +13,7 @@ from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.metrics.chamfer import chamfer
+from ffd_lightning.palette import COLORS
 
 Floats = NDArray[np.float32]
 
@@ -27,6 +28,21 @@ def display_bank(bank: TemplateBank) -> TemplateBank:
     Their meshes have edges up to 0.05 instead of 0.02: an eighth of the faces, more or less.
     """
     return bank.lighter(_POINTS, max(_EDGE, bank.max_edge))
+
+
+@dataclass(frozen=True)
+class NetworkTitle:
+    """How a network is called in the page.
+
+    Attributes:
+        text: its name, as "b, base".
+        color: that it is told by, as #rrggbb.
+        note: what else to say of it, as "16 templates, 600 steps".
+    """
+
+    text: str = "reconstruction"
+    color: str = COLORS[0]
+    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -55,6 +71,8 @@ class Session:
         reconstruction: of the network.
         display: `display_bank` of its templates.
         truth: None for photographs.
+        title: of the network.
+        name: of the input, which files are named after.
 
     Attributes:
         template: index of the template that is shown, the selected one at first.
@@ -63,9 +81,15 @@ class Session:
     """
 
     def __init__(
-        self, reconstruction: Reconstruction, display: TemplateBank, truth: Truth | None = None
+        self,
+        reconstruction: Reconstruction,
+        display: TemplateBank,
+        truth: Truth | None = None,
+        title: NetworkTitle | None = None,
+        name: str = "",
     ) -> None:
         self.reconstruction, self.display, self.truth = reconstruction, display, truth
+        self.title, self.name = title or NetworkTitle(), name
         self.template = reconstruction.index
         self.amount = 1.0
         self.edits = np.zeros_like(reconstruction.offsets)
@@ -124,11 +148,11 @@ class Session:
         return self._deformed(self.offsets)
 
     def scores(self) -> dict[str, float]:
-        """Return Chamfer distances to the ground truth, {} for a photograph.
+        """Return box Chamfer distances to the ground truth, {} for a photograph.
 
-        Squared distances, mean over points, both directions added; the first 1,024 points of each
-        cloud; in units in which shapes have a bounding box of diagonal 1. Of what is shown, of the
-        template as the network deforms it, and of the template as it is.
+        Not times 1,000. Squared distances, mean over points, both directions added; the first
+        1,024 points of each cloud; in units in which shapes have a bounding box of diagonal 1. Of
+        what is shown, of the template as the network deforms it, and of the template as it is.
         """
         if self.truth is None:
             return {}

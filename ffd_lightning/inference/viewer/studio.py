@@ -1,19 +1,26 @@
-"""What all visitors of the viewer share: the network and the test shapes, and their server."""
+"""What all visitors of the viewer share: the networks and the test shapes, and their server."""
 
 from __future__ import annotations
 
+import tempfile
 import threading
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.page import Page
-from ffd_lightning.inference.viewer.session import Session, Truth, display_bank
+from ffd_lightning.inference.viewer.photo import Photo
+from ffd_lightning.inference.viewer.session import NetworkTitle, Session, Truth, display_bank
+from ffd_lightning.inference.viewer.thumbnails import Thumbnails
+
+_BRAND = (52, 73, 94)  # of no regime
+_OVERVIEW = 30.0  # degrees
 
 
 @dataclass(frozen=True)
@@ -30,50 +37,77 @@ class HeldOutShapes:
 
 
 class Studio:
-    """The network and the test shapes that all visitors share.
+    """The networks and the test shapes that all visitors share.
 
     Args:
-        predictor: the network.
-        title: what is looked at, in a line.
-        view: how the network's images are rendered; the page's camera starts at theirs,
+        predictors: one network, or two that see the same images.
+        titles: how each of them is called.
+        view: how the networks' images are rendered; the page's camera starts at theirs,
             or at three quarters where they have several.
         shapes: the test shapes, None for photographs alone.
+        heading: what is looked at, in a line.
         note: what visitors should know, shown at the top.
+        photo: that visitors see first, None for the first test shape.
     """
 
     def __init__(
         self,
-        predictor: Predictor,
-        title: str,
+        predictors: Sequence[Predictor],
+        titles: Sequence[NetworkTitle],
         view: RenderSettings,
         shapes: HeldOutShapes | None = None,
+        heading: str = "",
         note: str = "",
+        photo: Photo | None = None,
     ) -> None:
-        self.title, self.note = title, note
+        self.titles, self.heading, self.note = tuple(titles), heading, note
         self.shape_ids = () if shapes is None else shapes.ids
         self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
-        self.camera = view.picture_camera
-        self._predictor, self._shapes = predictor, shapes
-        self._display = display_bank(predictor.model.bank)
+        self.camera, self.photo = view.picture_camera, photo
+        if len(predictors) > 1:  # two rows, the one behind seen over the other
+            elevation = max(_OVERVIEW, self.camera.elevation)
+            self.camera = replace(self.camera, elevation=elevation)
+        banks = [predictor.model.bank for predictor in predictors]
+        self._predictors, self._shapes = tuple(predictors), shapes
+        self._displays = [display_bank(bank) for bank in banks]
+        self._thumbnails = [Thumbnails(bank, self.camera) for bank in banks]
         self._busy = threading.Lock()  # visitors are served by threads of their own
 
-    def open_shape(self, shape_id: str, view: int = 0) -> Session:
+    def thumbnail(self, network: int, template: int) -> str:
+        """See `Library`."""
+        return self._thumbnails[network][template]
+
+    def open_shape(self, shape_id: str, view: int = 0) -> tuple[Session, ...]:
         """See `Library`."""
         assert self._shapes is not None
         prepared = self._shapes.prepared
         row = prepared.index(shape_id)
         step = f"test shape {shape_id}" + (f", view {view + 1}" if self.views > 1 else "")
-        photo = FramedPhoto(prepared.image(row, view), (step,), ())
+        framed = FramedPhoto(prepared.image(row, view), (step,), ())
         truth = Truth(shape_id, prepared.mesh(row), prepared.cloud(row, 4096))
         with self._busy:
-            (found,) = self._predictor.predict_framed([photo])
-            self._display.subdivided(found.index)
-        return Session(found, self._display, truth)
+            return self._sessions(framed, truth, shape_id)
 
-    def open_photo(self, path: Path) -> Session:
+    def open_photo(self, photo: Photo) -> tuple[Session, ...]:
         """See `Library`."""
-        with self._busy:
-            return Session(self._predictor.predict(path), self._display)
+        with self._busy, tempfile.TemporaryDirectory() as folder:
+            try:
+                file, mask = photo.write(Path(folder))
+                framed = self._predictors[0].frame(file, mask=mask)
+            except UserError as error:
+                raise DataError(str(error).replace(f"{folder}/", "")) from None
+            return self._sessions(framed, None, Path(photo.name).stem)
+
+    def _sessions(self, framed: FramedPhoto, truth: Truth | None, name: str) -> tuple[Session, ...]:
+        """Reconstruct one image by each network."""
+        sessions = []
+        for predictor, display, title in zip(
+            self._predictors, self._displays, self.titles, strict=True
+        ):
+            (found,) = predictor.predict_framed([framed])
+            display.subdivided(found.index)
+            sessions.append(Session(found, display, truth, title, name))
+        return tuple(sessions)
 
 
 def start(studio: Studio, port: int = 8080) -> Any:
@@ -89,7 +123,7 @@ def start(studio: Studio, port: int = 8080) -> Any:
     viser = import_viser()
     server = viser.ViserServer(host="127.0.0.1", port=port, label="ffd_lightning", verbose=False)
     server.gui.configure_theme(
-        control_width="large", show_logo=False, show_share_button=False, brand_color=(214, 39, 40)
+        control_width="large", show_logo=False, show_share_button=False, brand_color=_BRAND
     )
     server.gui.main_panel.dock_right()
     server.scene.set_up_direction("+y")
