@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Protocol
 
 from playwright.sync_api import Page, sync_playwright
@@ -83,13 +84,16 @@ def viewer(place: Runs, file: Path) -> None:
 
 
 def _tensorboard(place: Runs, file: Path, tab: str, height: int, wait: int) -> None:
-    command = ("tensorboard", "--logdir", str(place.runs / "demo" / "table"), "--port", "{port}")
-    with served(sys.executable, "-m", *command) as address, browser(1400, height) as page:
-        page.wait_for_timeout(15_000)  # it reads the logs
-        page.goto(f"{address}/#{tab}")
-        page.reload()
-        page.wait_for_timeout(wait)
-        page.screenshot(path=file)
+    with TemporaryDirectory() as folder:
+        for regime in ("b", "r", "posterior"):  # under their names, not their folders'
+            (Path(folder) / regime).symlink_to(place.run("demo", "table", regime) / "tensorboard")
+        command = ("tensorboard.main", "--logdir", folder, "--port", "{port}")
+        with served(sys.executable, "-m", *command) as address, browser(1400, height) as page:
+            page.wait_for_timeout(15_000)  # it reads the logs
+            page.goto(f"{address}/#{tab}")
+            page.reload()
+            page.wait_for_timeout(wait)
+            page.screenshot(path=file)
 
 
 def tensorboard_scalars(place: Runs, file: Path) -> None:

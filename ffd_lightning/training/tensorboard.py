@@ -76,8 +76,10 @@ class StepLogger(TensorBoardLogger):
         for info in content.experiment.hparam_infos:
             info.differs = info.name in shown
         plugin.content = content.SerializeToString()
+        # A run that logged nothing else, or whose log was closed, has no open file.
+        writer = self.experiment._get_file_writer()
         for event in (experiment, start, end):
-            self.experiment.file_writer.add_summary(event, steps)
+            writer.add_summary(event, steps)
 
 
 def _tag(name: str) -> str:

@@ -63,7 +63,7 @@ def test_what_is_said_of_shapenet(examine, tmp_path):
     assert "chair (03001627)" not in text
     assert f"data.images=r2n2 data.images_root={root}" in text
     assert f"data.parts_root={root.parent}/PartAnnotation" in text
-    assert re.search(r"to prepare: about \d+ min, \d+ MB", text)
+    assert re.search(r"to prepare: about \d+ (s|min), \d+ MB", text)
     assert "GB free" in text
     left = [path for path in (tmp_path / "data").glob("**/*") if path.is_file()]
     sheets = [tmp_path / "data" / "sheets" / f"shapenet-{name}.png" for name in ("chair", "table")]
