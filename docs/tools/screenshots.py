@@ -78,12 +78,14 @@ def viewer(place: Runs, file: Path) -> None:
     runs = ",".join(str(place.run("demo", "table", regime)) for regime in ("r", "posterior"))
     command = (sys.executable, "-m", "ffd_lightning", "view", f"runs=[{runs}]", "port={port}")
     with served(*command) as address, browser(1400, 900) as page:
-        page.goto(address)
-        page.wait_for_timeout(40_000)  # it draws its templates first
+        page.goto(address, wait_until="commit")
+        page.get_by_text("Shown:").first.wait_for()
+        page.locator(".mantine-Notification-closeButton").first.click()  # of software rendering
+        page.wait_for_timeout(60_000)  # lights and shapes fade in, slowly in software
         page.screenshot(path=file)
 
 
-def _tensorboard(place: Runs, file: Path, tab: str, height: int, wait: int) -> None:
+def _tensorboard(place: Runs, file: Path, tab: str, height: int, wait: int, tags: str = "") -> None:
     with TemporaryDirectory() as folder:
         for regime in ("b", "r", "posterior"):  # under their names, not their folders'
             (Path(folder) / regime).symlink_to(place.run("demo", "table", regime) / "tensorboard")
@@ -92,6 +94,8 @@ def _tensorboard(place: Runs, file: Path, tab: str, height: int, wait: int) -> N
             page.wait_for_timeout(15_000)  # it reads the logs
             page.goto(f"{address}/#{tab}")
             page.reload()
+            if tags:
+                page.locator("input[placeholder^='Filter tags']").first.fill(tags)
             page.wait_for_timeout(wait)
             page.screenshot(path=file)
 
@@ -102,8 +106,8 @@ def tensorboard_scalars(place: Runs, file: Path) -> None:
 
 
 def tensorboard_selection(place: Runs, file: Path) -> None:
-    """Histograms of the selected templates."""
-    _tensorboard(place, file, "histograms", 1100, 10_000)
+    """How often each template is selected, with its picture."""
+    _tensorboard(place, file, "timeseries", 1000, 10_000, "which_template/(bars|selected$)")
 
 
 def tensorboard_clouds(place: Runs, file: Path) -> None:
