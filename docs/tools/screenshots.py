@@ -96,6 +96,7 @@ def _tensorboard(place: Runs, file: Path, tab: str, height: int, wait: int, tags
             page.reload()
             if tags:
                 page.locator("input[placeholder^='Filter tags']").first.fill(tags)
+                page.mouse.click(100, height - 50)  # closes the list of tags
             page.wait_for_timeout(wait)
             page.screenshot(path=file)
 
