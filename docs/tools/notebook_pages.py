@@ -9,9 +9,9 @@ import sys
 from pathlib import Path
 
 
-def write_page(notebook: Path, page: Path, sweep: Path) -> None:
+def write_page(notebook: Path, page: Path, sweep: Path, data: Path) -> None:
     """Run a notebook on the runs of a sweep, and write what it shows as Markdown."""
-    environment = os.environ | {"SWEEP": str(sweep)}
+    environment = os.environ | {"SWEEP": str(sweep), "DATA": str(data)}
     pictures = page.with_name(f"{page.stem}_files")
     shutil.rmtree(pictures, ignore_errors=True)
     command = ["nbconvert", "--execute", "--no-input", "--to", "markdown", str(notebook)]

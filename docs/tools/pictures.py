@@ -154,7 +154,8 @@ def _scaling(place: Place, file: Path) -> None:
 def _notebook(place: Place, file: Path) -> None:
     from notebook_pages import write_page
 
-    write_page(ROOT / "notebooks" / f"{file.stem}.ipynb", file, place.runs / NOTEBOOKS[file.stem])
+    notebook = ROOT / "notebooks" / f"{file.stem}.ipynb"
+    write_page(notebook, file, place.runs / NOTEBOOKS[file.stem], place.data)
 
 
 def _screenshot(what: str, place: Place, file: Path) -> None:

@@ -79,7 +79,7 @@ class Shapes(NamedTuple):
 
 @dataclass(frozen=True)
 class EvaluatedNetwork:
-    """What is evaluated: a network with its templates, on models, knowing those it was trained on.
+    """What is evaluated: a network with its templates, on shapes, with those it was trained on known.
 
     Attributes:
         network: on the device to use.

@@ -31,7 +31,7 @@ Row = dict[str, Any]
 Scores = dict[str, float]
 """Of one shape, by the name of the measure."""
 
-_POINTS = 1024  # of each cloud, for choosing the best template knowing the truth
+_POINTS = 1024  # of each cloud, for the oracle that chooses the best template
 
 
 class Sample(NamedTuple):

@@ -49,6 +49,6 @@ def print_summary(
     of_parts = [(name, summary[name]) for name in summary if name.startswith(_PART)]
     if of_parts:
         told = ", ".join(f"{name.removeprefix(_PART)} {100 * x:.1f}" for name, x in of_parts)
-        lines.append(f"the model's part IoU x 100, over the test models that have the part: {told}")
+        lines.append(f"the model's part IoU x 100, over the test shapes that have the part: {told}")
     lines.append(f"samples.csv and summary.json: {run.evaluation(protocol.name, subset)}")
     print("\n".join(lines))
