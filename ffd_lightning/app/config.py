@@ -292,7 +292,7 @@ class EvaluationConfig:
     """How a trained network is evaluated; the protocol is a group of its own.
 
     Attributes:
-        references: score also what a model must beat.
+        references: also scores baselines and bounds beside the network.
         subset: which shapes; `val` leaves the test shapes for later.
         all_views: every image of a shape instead of its first.
         seed: decides the points that are drawn.

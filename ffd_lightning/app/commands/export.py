@@ -2,7 +2,7 @@
 
     ffd export run=runs/demo/table/r/t16/seed0 out=model.ckpt
 
-writes a checkpoint of a quarter of the size: weights in float16, templates, and nothing that only
+writes a checkpoint of a fraction of the size: weights in float16, templates, and nothing that only
 further training needs. run=model.ckpt takes it wherever a run or a checkpoint is taken, but for
 resuming.
 

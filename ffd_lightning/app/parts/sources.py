@@ -64,7 +64,7 @@ def _check_root(root: str, name: str) -> None:
 
 @dataclass
 class Folder:
-    """A tree of meshes: ROOT/<category>/<model>/*.obj|glb|... or ROOT/<category>/<model>.<ext>.
+    """A tree of meshes: ROOT/<category>/<shape>/*.obj|glb|... or ROOT/<category>/<shape>.<ext>.
 
     Attributes:
         root: its folder.
@@ -121,7 +121,7 @@ class Pix3d:
     """Pix3D's photographs, cut out by their masks.
 
     Attributes:
-        root: with pix3d.json beside img, mask and shape.
+        root: with pix3d.json beside img, mask and model.
         up: the axis of the meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until they face -z.
         leave_out: kinds of photographs that are passed over.

@@ -248,7 +248,7 @@ def _entries(file: Path) -> Iterator[tuple[str, _Photo]]:
     except OSError as error:
         raise DataError(
             f"{file} cannot be read ({error.strerror}): set data.root to Pix3D's folder, which "
-            f"holds {_LIST}, img, mask and shape"
+            f"holds {_LIST}, img, mask and model"
         ) from None
     except (ValueError, RecursionError) as error:
         raise DataError(f"{file} is damaged or incomplete ({error}): get it again") from None
