@@ -11,6 +11,7 @@ extra `pictures`, and a Chromium on the path.
 from __future__ import annotations
 
 import argparse
+import ast
 import hashlib
 import json
 import shutil
@@ -22,6 +23,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -106,13 +108,29 @@ class Picture:
 
 
 def digest(places: Iterable[Path]) -> str:
-    """Return a digest of source files, and of those in folders."""
+    """Return a digest of source files, and of those in folders: of code, not of what is said."""
     found = hashlib.sha256()
     files = {f for place in places for f in ([place] if place.is_file() else place.rglob("*"))}
     for path in sorted(files):
         if path.suffix in (".py", ".yaml", ".html", ".css", ".js", ".ipynb"):
-            found.update(path.name.encode() + b"\0" + path.read_bytes())
+            found.update(f"{path.name}\0{_code(path)}\0".encode())
     return found.hexdigest()[:12]
+
+
+def _code(path: Path) -> str:
+    """Return a file without comments and docstrings, where it is known how to leave them out."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".yaml":
+        return json.dumps(yaml.safe_load(text), sort_keys=True)
+    if path.suffix != ".py":
+        return text
+    tree = ast.parse(text)
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(
+            node
+        ):
+            node.body = node.body[1:]
+    return ast.dump(tree)
 
 
 def _overview(place: Place, file: Path) -> None:

@@ -42,4 +42,7 @@ def test_a_change_of_the_code_makes_a_picture_outdated(tmp_path):
     before = pictures.digest([tmp_path])
     part.write_text("a = 2\n")
     assert pictures.digest([tmp_path]) != before
-    assert pictures.digest([part]) == pictures.digest([tmp_path])
+    changed = pictures.digest([part])
+    assert changed == pictures.digest([tmp_path])
+    part.write_text('"""What it is."""\n\na = 2  # two\n')
+    assert pictures.digest([part]) == changed, "words decide nothing"
