@@ -79,7 +79,7 @@ class Shapes(NamedTuple):
 
 @dataclass(frozen=True)
 class EvaluatedNetwork:
-    """What is evaluated: a network with its templates, on shapes, with those it was trained on known.
+    """What is evaluated: a network with its templates, and shapes: of which it knows some already.
 
     Attributes:
         network: on the device to use.
