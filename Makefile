@@ -14,7 +14,7 @@ help:
 	@echo "make test   set up, run the tests"
 	@echo "make bench  set up, compare speed with other libraries (a quarter of an hour)"
 	@echo "make docs   set up, build the documentation into site/"
-	@echo "make pictures   set up, make the pictures in docs/ anew (two hours)"
+	@echo "make pictures   set up, make outdated pictures in docs/ anew (trains what is missing)"
 	@echo "make lint   set up, run ruff and mypy"
 	@echo "make clean  remove the environment"
 

@@ -15,18 +15,9 @@ from latex2mathml.converter import convert
 from mkdocs.structure.files import File, Files
 
 sys.path.insert(0, str(Path(__file__).parent))
-from reference import commands_page, settings_page
+from reference import ELSEWHERE, MADE
 
 ROOT = Path(__file__).parents[2]
-ELSEWHERE = {
-    "architecture.md": "ARCHITECTURE.md",
-    "changelog.md": "CHANGELOG.md",
-    "contributing.md": "CONTRIBUTING.md",
-    "benchmarks.md": "benchmarks/README.md",
-    "model-card.md": "ffd_lightning/pretrained/README.md",
-}
-MADE = {"configuration.md": settings_page, "commands.md": commands_page}
-
 _MATH = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>', re.DOTALL)
 
 

@@ -1,6 +1,6 @@
 """Makes the pictures in docs/ from runs of the present code, training what is not there yet.
 
-    python docs/tools/pictures.py                     # all of them: two hours on two cores
+    python docs/tools/pictures.py                     # all that are outdated
     python docs/tools/pictures.py overview.jpg figures/method.png
     python docs/tools/pictures.py --list              # which are older than the code
 

@@ -15,6 +15,15 @@ from ffd_lightning.app.help import default_text, first_comment, option_files
 from ffd_lightning.app.main import COMMANDS, run
 from ffd_lightning.app.settings import setting_meanings
 
+ELSEWHERE = {
+    "architecture.md": "ARCHITECTURE.md",
+    "changelog.md": "CHANGELOG.md",
+    "contributing.md": "CONTRIBUTING.md",
+    "benchmarks.md": "benchmarks/README.md",
+    "model-card.md": "ffd_lightning/pretrained/README.md",
+}
+"""Pages of the site that lie elsewhere in the project."""
+
 CONF = Path(__file__).parents[2] / "conf"
 _NESTED = {**GROUPS, "regime.terms": "term"}
 
@@ -138,3 +147,7 @@ def commands_page() -> str:
             run(name, ["--help"])
         lines += [f"## `ffd {name}`", "", "```text", printed.getvalue().strip(), "```", ""]
     return "\n".join(lines)
+
+
+MADE = {"configuration.md": settings_page, "commands.md": commands_page}
+"""Pages of the site that are made of the code."""

@@ -12,9 +12,9 @@ from rich.console import RenderableType
 from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget
 from ffd_lightning.analysis.runs import find_protocol, load_runs, load_samples
 from ffd_lightning.analysis.table_layout import Column, RunHeads, fitted, titled
-from ffd_lightning.analysis.wording import number
+from ffd_lightning.analysis.wording import number, scaled_title
 from ffd_lightning.errors import UserError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
 _REFERENCES = {
@@ -119,7 +119,7 @@ def _references(
             columns.append(Column(_REFERENCES[key][0], cells))
     caption = "; ".join(": ".join(_REFERENCES[key]) for key in there)
     caption = f"The same for all runs: {', '.join(same)}. {caption}." if same else f"{caption}."
-    title = _joined(f"References, {_in_units(main)}", heads.common)
+    title = _joined(f"References, {scaled_title(main)}", heads.common)
     tables = fitted(heads.columns, columns, width)
     return titled(title, tables, caption.replace("\n", " "), width)
 
@@ -140,7 +140,7 @@ def _error_tables(
     errors.append(Column("regret", [f"{value:.0%}" for value in budget["regret"]]))
     measured = [key for key in QUALITY if key in budget and budget[key].notna().any()]
     meshes = [Column(QUALITY[key][0], _numbers(budget, key, QUALITY[key][2])) for key in measured]
-    title = _joined(f"Error budget, {_in_units(protocol.main_measure)}", heads.common)
+    title = _joined(f"Error budget, {scaled_title(protocol.main_measure)}", heads.common)
     meanings = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
     caption = f"{meanings}; regret: the selection's share of the total."
     tables = [titled(title, fitted(heads.columns, errors, width), caption, width)]
@@ -160,10 +160,6 @@ def _failures(runs: pd.DataFrame) -> RenderableType:
 
 def _joined(title: str, common: str) -> str:
     return f"{title}: {common}" if common else title
-
-
-def _in_units(measure: Measure) -> str:
-    return measure.title if measure.factor == 1 else f"{measure.title} x {measure.factor:g}"
 
 
 def _values(table: pd.DataFrame, name: str) -> Sequence[Any]:

@@ -32,7 +32,7 @@ def test_every_picture_is_small():
 def test_outdated_pictures_are_named():
     assert set(pictures.record()) <= set(pictures.PICTURES)
     old = pictures.outdated()
-    if old:  # no error: the pictures take two hours, and the code changes more often
+    if old:  # no error: the pictures take trainings, and the code changes more often
         warnings.warn(f"older than the code, see `make pictures`: {', '.join(old)}", stacklevel=1)
 
 
