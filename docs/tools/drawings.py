@@ -8,14 +8,21 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from matplotlib import font_manager
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
 from ffd_lightning.analysis.figures.drawing import View, draw_row
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.evaluation.opened import OpenRun
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.sheet import (
+    Line,
+    Sheet,
+    contact_sheet,
+    lay_out,
+    side_by_side,
+    stacked,
+)
 from ffd_lightning.palette import regime_title
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import example_rows
@@ -23,6 +30,8 @@ from ffd_lightning.training.callbacks import example_rows
 Picture = NDArray[np.uint8]
 _STEPS = 16  # pictures from the template as it is to the deformed one
 _HOLD = 900  # milliseconds at either end
+_FONT = 11  # pixels; headings are a fifth larger
+_GAP = 24  # pixels between two blocks
 
 
 @dataclass(frozen=True)
@@ -67,13 +76,13 @@ def overview(runs: dict[str, Path], count: int = 6, width: int = 150) -> Picture
     columns = [shown(folder, count) for folder in runs.values()]
     first = columns[0]
     view = first[0].view(width)
-    rows = []
+    cells = []
     for k, shape in enumerate(first):
         truth = shape.run.data.prepared.mesh(shape.row)
         meshes = [column[k].mesh(1) for column in columns]
-        rows.append([shape.input(view), *draw_row([*meshes, truth], shape.view(width))])
+        cells += [shape.input(view), *draw_row([*meshes, truth], shape.view(width))]
     heads = ["input", *(regime_title(name) for name in runs), "ground truth"]
-    return np.concatenate([_heads(heads, width), *(np.concatenate(row, axis=1) for row in rows)])
+    return contact_sheet(cells, len(heads), headings=heads, font_size=_FONT)
 
 
 def by_category(runs: dict[str, Path], count: int = 3, width: int = 120) -> Picture:
@@ -87,14 +96,11 @@ def by_category(runs: dict[str, Path], count: int = 3, width: int = 120) -> Pict
             rows.append([shape.input(view), *draw_row(meshes, shape.view(width))])
     heads = ["input", "template", "deformed", "ground truth"]
     half = -(-len(rows) // 2)
-    blocks = []
-    for part in (rows[:half], rows[half:]):
-        block = [_heads(heads, width), *(np.concatenate(row, axis=1) for row in part)]
-        blocks.append(np.concatenate(block))
-    missing = blocks[0].shape[0] - blocks[1].shape[0]
-    blocks[1] = np.pad(blocks[1], ((0, missing), (0, 0), (0, 0)), constant_values=255)
-    gap = np.full((len(blocks[0]), 24, 3), 255, np.uint8)
-    return np.concatenate([blocks[0], gap, blocks[1]], axis=1)
+    blocks = [
+        lay_out([cell for row in part for cell in row], 4, headings=heads, font_size=_FONT)
+        for part in (rows[:half], rows[half:])
+    ]
+    return side_by_side([blocks[0], Sheet(1, _GAP), blocks[1]]).draw()
 
 
 def deforming(runs: dict[str, Path], width: int = 150) -> list[Picture]:
@@ -102,17 +108,22 @@ def deforming(runs: dict[str, Path], width: int = 150) -> list[Picture]:
     shapes = [shown(folder, 1)[0] for folder in runs.values()]
     view = shapes[0].view(width)
     shares = 0.5 - 0.5 * np.cos(np.linspace(0, np.pi, _STEPS))
-    inputs = np.concatenate([shape.input(view) for shape in shapes], axis=1)
     drawn = []  # a shape's pictures have one scale, so that it does not jump
     for shape in shapes:
         truth = shape.run.data.prepared.mesh(shape.row)
         drawn.append(draw_row([truth, *map(shape.mesh, shares)], shape.view(width)))
-    truths = np.concatenate([pictures[0] for pictures in drawn], axis=1)
+    inputs, truths = [shape.input(view) for shape in shapes], [pictures[0] for pictures in drawn]
     frames = []
-    for k in range(_STEPS):
-        middle = np.concatenate([pictures[k + 1] for pictures in drawn], axis=1)
-        frames.append(_beside(["image", "mesh", "truth"], [inputs, middle, truths]))
+    for k in range(1, _STEPS + 1):
+        rows = {"image": inputs, "mesh": [pictures[k] for pictures in drawn], "truth": truths}
+        named = [_named(word, lay_out(row, len(row))) for word, row in rows.items()]
+        frames.append(stacked(named).draw())
     return frames
+
+
+def _named(word: str, row: Sheet) -> Sheet:
+    """Return a row with a word to its left."""
+    return side_by_side([Sheet(row.height, 60, lines=(Line(word, 6, row.height / 2, 13),)), row])
 
 
 def write_animation(frames: Sequence[Picture], file: Path) -> None:
@@ -124,28 +135,3 @@ def write_animation(frames: Sequence[Picture], file: Path) -> None:
     pause = [60] * len(order)
     pause[0] = pause[len(forth) - 1] = _HOLD
     order[0].save(file, save_all=True, append_images=order[1:], duration=pause, loop=0)
-
-
-def _font(size: int) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(font_manager.findfont("DejaVu Sans"), size)
-
-
-def _heads(words: Sequence[str], width: int) -> Picture:
-    """Return a strip with a word above the middle of each column."""
-    strip = Image.new("RGB", (width * len(words), 26), "white")
-    draw = ImageDraw.Draw(strip)
-    for k, word in enumerate(words):
-        draw.text(((k + 0.5) * width, 13), word, fill="black", font=_font(13), anchor="mm")
-    return np.asarray(strip)
-
-
-def _beside(words: Sequence[str], rows: Sequence[Picture]) -> Picture:
-    """Return rows of pictures with a word to the left of each."""
-    named = []
-    for word, row in zip(words, rows, strict=True):
-        side = Image.new("RGB", (60, len(row)), "white")
-        ImageDraw.Draw(side).text(
-            (6, len(row) / 2), word, fill="black", font=_font(13), anchor="lm"
-        )
-        named.append(np.concatenate([np.asarray(side), row], axis=1))
-    return np.concatenate(named)
