@@ -12,21 +12,8 @@ from rich.table import Table
 
 from ffd_lightning.analysis.labels import PART, family_table, part_columns, transfer_table
 from ffd_lightning.analysis.selection import Families
+from ffd_lightning.analysis.wording import SHAPE_TITLES
 from ffd_lightning.evaluation.references import SHAPES
-
-SHAPE_TITLES = {
-    "": "model",
-    "undeformed": "template\nas it is",
-    "best_deformed": "best of T\ndeformed",
-    "fitted": "best of T\nfitted",
-    "best_undeformed": "best of T\nas it is",
-    "feature_retrieval": "retrieved\nby image",
-    "retrieval": "nearest\nin training",
-    "medoid": "medoid",
-    "floor": "floor",
-}
-"""What stands beside the model, as the heading of a column."""
-
 
 def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> list[Table]:
     """Return a table of shapes, one of single parts, and one of families where they are known.
@@ -42,6 +29,10 @@ def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> lis
     return tables if of_families.empty else [*tables, _families_table(of_families, folder)]
 
 
+def _heading(shape: str) -> str:
+    return SHAPE_TITLES[shape].replace(" ", "\n")
+
+
 def _shapes_table(table: pd.DataFrame, folder: Path) -> Table:
     shapes = [s for s in SHAPES if s in set(table["shape"])]
     shown = _table(
@@ -49,7 +40,7 @@ def _shapes_table(table: pd.DataFrame, folder: Path) -> Table:
         "Mean over the parts in the truth or transferred, then over test shapes. Below: how much "
         "more the model (selected template, deformed) has, with 95% interval.",
         ("run", "category"),
-        ("models", *(SHAPE_TITLES[s] for s in shapes)),
+        ("models", *map(_heading, shapes)),
     )
     for (run, category), part in table.groupby(["run", "category"], sort=False):
         found = part.set_index("shape").to_dict("index")
@@ -73,7 +64,7 @@ def _parts_table(table: pd.DataFrame, folder: Path) -> Table:
         "IoU x 100 of single parts",
         "Means over the test models that have the part, of the model's with 95% interval.",
         ("run", "category", "part"),
-        ("models", *(SHAPE_TITLES[s] for s in shapes)),
+        ("models", *map(_heading, shapes)),
     )
     keys = ["run", "category", "measure"]
     for values, part in table.sort_values("run", kind="stable").groupby(keys, sort=False):

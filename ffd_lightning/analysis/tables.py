@@ -12,25 +12,20 @@ from rich.console import RenderableType
 from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget
 from ffd_lightning.analysis.runs import find_protocol, load_runs, load_samples
 from ffd_lightning.analysis.table_layout import Column, RunHeads, fitted, titled
-from ffd_lightning.analysis.wording import number, scaled_title
+from ffd_lightning.analysis.wording import SHAPE_TITLES, number, scaled_title
 from ffd_lightning.errors import UserError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
+from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
 
-_REFERENCES = {
-    "undeformed": ("undeformed", "the selected template as it is"),
-    "best_undeformed": (
-        "best\nundeformed",
-        "the template nearest to the truth as it is, an oracle",
-    ),
-    "feature_retrieval": (
-        "retrieved",
-        "the training shape whose image looks most alike to the encoder",
-    ),
-    "retrieval": ("nearest", "the training shape nearest to the truth, an oracle"),
-    "medoid": ("medoid", "the most central training shape, always"),
-    "floor": ("floor", "the truth sampled again"),
-}  # what a score is to be compared with: heading, and what it is
+_REFERENCES = (
+    "undeformed",
+    "best_undeformed",
+    "feature_retrieval",
+    "retrieval",
+    "medoid",
+    "floor",
+)  # what a score is to be compared with
 _SHAPES = {"test": "test shapes", "val": "validation shapes"}
 
 
@@ -114,14 +109,14 @@ def _references(
     for key in there:
         cells = _numbers(runs, f"{key}_{main.name}", main.factor)
         if len(cells) > 1 and len(set(cells)) == 1:
-            same.append(f"{_REFERENCES[key][0]} {cells[0]}")
+            same.append(f"{SHAPE_TITLES[key]} {cells[0]}")
         else:
-            columns.append(Column(_REFERENCES[key][0], cells))
-    caption = "; ".join(": ".join(_REFERENCES[key]) for key in there)
+            columns.append(Column(SHAPE_TITLES[key].replace(" ", "\n"), cells))
+    caption = "; ".join(f"{SHAPE_TITLES[key]}: {SHAPES[key]}" for key in there)
     caption = f"The same for all runs: {', '.join(same)}. {caption}." if same else f"{caption}."
     title = _joined(f"References, {scaled_title(main)}", heads.common)
     tables = fitted(heads.columns, columns, width)
-    return titled(title, tables, caption.replace("\n", " "), width)
+    return titled(title, tables, caption, width)
 
 
 def _error_tables(

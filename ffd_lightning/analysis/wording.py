@@ -4,6 +4,20 @@ from __future__ import annotations
 
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 
+SHAPE_TITLES = {
+    "": "model",
+    "resampled": "points redrawn",
+    "undeformed": "undeformed",
+    "best_deformed": "best deformed",
+    "fitted": "best fitted",
+    "best_undeformed": "best undeformed",
+    "feature_retrieval": "retrieved",
+    "retrieval": "nearest",
+    "medoid": "medoid",
+    "floor": "floor",
+}
+"""Short titles of what is scored, `ffd_lightning.evaluation.references.SHAPES`."""
+
 
 def measure_title(name: str) -> str:
     """Return how a measure is written for people.

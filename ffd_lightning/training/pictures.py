@@ -8,13 +8,14 @@ import numpy as np
 import torch
 from matplotlib import colormaps
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 from torch import Tensor
 from torch.utils.tensorboard import SummaryWriter
 
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.imaging.sheet import Line, Sheet, text_width
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import COLORS
 
@@ -22,7 +23,7 @@ _CELL = 54, 72  # pixels, of a template
 _COLUMNS = 8  # TensorBoard shrinks pictures to some 300 pixels
 _BARS = 84  # height
 _LINE = 20
-_LARGE_FONT, _SMALL_FONT = (ImageFont.load_default(size) for size in (17, 14))
+_LARGE_FONT, _FONT = 15, 13
 _BAR_COLOR, _DOT_COLOR = COLORS[-1], COLORS[-2]
 
 _FAR = 0.05  # of the box diagonal: the distance from which on points have the last colour
@@ -69,31 +70,31 @@ def selection_bars(
     size = (_COLUMNS * width, top - (-len(counts) // _COLUMNS) * row)
     sheet = Image.new("RGB", size, "white")
     draw = ImageDraw.Draw(sheet)
-    _headline(draw, counts)
+    lines = _headline(draw, counts)
     scale = _BARS / max(shares.max(), weights.max())
     for place, t in enumerate(np.argsort(-counts, kind="stable")):
         left, floor = place % _COLUMNS * width, top + place // _COLUMNS * row + row - height - _LINE
         _bar(draw, (left, floor, width), scale * shares[t], scale * weights[t])
+        middle = left + width / 2
         if counts[t]:
-            high = floor - scale * max(shares[t], weights[t]) - 5
-            draw.text(
-                (left + width / 2, high), f"{shares[t]:.0%}", "black", _SMALL_FONT, anchor="mb"
-            )
+            high = floor - scale * max(shares[t], weights[t]) - 12
+            lines.append(Line(f"{shares[t]:.0%}", middle, high, _FONT, "center"))
         sheet.paste(Image.fromarray(pictures[t]), (left, floor))
-        draw.text((left + width / 2, floor + height), f"{t + 1}", "black", _SMALL_FONT, anchor="mt")
-    return np.asarray(sheet)
+        below = floor + height + _LINE / 2
+        lines.append(Line(f"{t + 1}", middle, below, _FONT, "center"))
+    return Sheet(size[1], size[0], ((np.asarray(sheet), 0, 0),), tuple(lines)).draw()
 
 
-def _headline(draw: ImageDraw.ImageDraw, counts: NDArray[np.int64]) -> None:
-    """Say what came of the selections, and what bars and dots are."""
+def _headline(draw: ImageDraw.ImageDraw, counts: NDArray[np.int64]) -> list[Line]:
+    """Say what came of the selections; draw what bars and dots look like, and say what they are."""
     told = f"{(counts > 0).sum()} of {len(counts)} templates selected, "
     told += f"effectively {effective_templates(counts):.1f}"
-    draw.text((4, 2), told, "black", _LARGE_FONT)
-    x = 4.0
+    lines, x = [Line(told, 4, 10, _LARGE_FONT)], 4.0
     for text, color in ((f"% of {counts.sum()} images", _BAR_COLOR), ("mean weight", _DOT_COLOR)):
         draw.rectangle((x, _LINE + 8, x + 10, _LINE + 18), fill=color)
-        draw.text((x + 16, _LINE + 4), text, "black", _SMALL_FONT)
-        x += 40 + draw.textlength(text, _SMALL_FONT)
+        lines.append(Line(text, x + 16, _LINE + 13, _FONT))
+        x += 40 + text_width(text, _FONT)
+    return lines
 
 
 def _bar(draw: ImageDraw.ImageDraw, place: tuple[int, int, int], height: float, dot: float) -> None:
@@ -101,10 +102,8 @@ def _bar(draw: ImageDraw.ImageDraw, place: tuple[int, int, int], height: float, 
     left, floor, width = place
     draw.line((left, floor - 1, left + width, floor - 1), fill="gray")
     if height:
-        inside = width // 6
-        draw.rectangle(
-            (left + inside, floor - height, left + width - inside, floor - 1), _BAR_COLOR
-        )
+        inside, high = width // 6, max(round(height), 1)
+        draw.rectangle((left + inside, floor - high, left + width - inside, floor - 1), _BAR_COLOR)
     x, y = left + width / 2, floor - dot
     draw.ellipse((x - 4, y - 4, x + 4, y + 4), fill=_DOT_COLOR, outline="white")
 

@@ -36,6 +36,11 @@ def test_a_template_has_its_picture_below_its_bar_eight_in_a_row():
         assert (columns_of(cell, BAR).max() > 0) == (counts[t] > 0)
 
 
+def test_one_selection_among_many_is_seen():
+    image = selection_bars([999, 1, 0], np.array([1, 0, 0]), PICTURES[:3])[40:]
+    assert (columns_of(image, BAR)[[20, 72 + 20, 144 + 20]] > 0).tolist() == [True, True, False]
+
+
 def test_colors_tell_the_distance_to_the_other_cloud():
     a = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
     b = torch.tensor([[0.0, 0, 0], [1, 0.025, 0], [2, 0.3, 0], [2, 0.6, 0]])

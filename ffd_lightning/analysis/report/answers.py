@@ -12,11 +12,11 @@ from ffd_lightning.analysis.ranking import Ranking, mean_intervals
 from ffd_lightning.analysis.report.elements import Cell, Table
 from ffd_lightning.analysis.report.standing import FOLDED, Standing
 from ffd_lightning.analysis.report.sweep import Sweep
-from ffd_lightning.analysis.wording import measure_title, number
+from ffd_lightning.analysis.wording import SHAPE_TITLES, measure_title, number
 from ffd_lightning.evaluation.protocols import Measure
 
 _AGAIN = "one training each: another seed may give another order"
-_SCALE = {"floor": "the truth again", "feature_retrieval": "retrieved", "medoid": "central shape"}
+_SCALE = ("floor", "feature_retrieval", "medoid")  # between which scores lie
 
 
 class Card(NamedTuple):
@@ -198,11 +198,11 @@ def _best_of(standing: Standing, measure: Measure, category: str) -> Cell:
 def _held_against(sweep: Sweep, measure: Measure) -> str:
     """Return the references of a measure, as means over categories."""
     found = []
-    for shape, title in _SCALE.items():
+    for shape in _SCALE:
         values = sweep.scored.get(f"{shape}_{measure.name}", pd.Series(dtype=float)).dropna()
         if len(values):
             mean = values.groupby(sweep.scored["category"]).mean().mean()
-            found.append(f"{title} {_number(measure, float(mean))}")
+            found.append(f"{SHAPE_TITLES[shape]} {_number(measure, float(mean))}")
     return f"For scale: {', '.join(found)}" if found else ""
 
 

@@ -14,24 +14,13 @@ from ffd_lightning.analysis.report.elements import NOTHING, Cell, Table, cell
 from ffd_lightning.analysis.report.standing import Standing
 from ffd_lightning.analysis.report.sweep import Sweep, plain, told_apart
 from ffd_lightning.analysis.sentences import group_label
-from ffd_lightning.analysis.wording import measure_title, number
+from ffd_lightning.analysis.wording import SHAPE_TITLES, measure_title, number
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.palette import REGIME_COLORS, regime_title
 
-_REFERENCES = {
-    "resampled": "points drawn anew",
-    "undeformed": "undeformed",
-    "best_deformed": "best deformed",
-    "fitted": "best fitted",
-    "best_undeformed": "best undeformed",
-    "feature_retrieval": "retrieved",
-    "medoid": "central shape",
-    "retrieval": "nearest shape",
-    "floor": "truth again",
-}
-"""What stands below the settings: prefix of its columns, and what it is called."""
+_REFERENCES = [shape for shape in SHAPES if shape]  # what stands below the settings
 
 
 class Column(NamedTuple):
@@ -217,12 +206,12 @@ def _key_cell(row: Mapping[Any, Any], key: str) -> Cell:
 def _below(sweep: Sweep, width: int, keys: int) -> list[list[Cell]]:
     """Return a row for each reference: its mean, or the range of runs that have their own."""
     measures, rows = sweep.protocol.measures, []
-    for shape, title in _REFERENCES.items():
+    for shape in _REFERENCES:
         names = [f"{shape}_{m.name}" for m in measures]
         if names[0] in sweep.scored:
             cells = [_span(sweep, n, m.factor) for n, m in zip(names, measures, strict=True)]
             meaning = Cell(SHAPES[shape], span=width - keys - len(cells))
-            rows.append([Cell(title), *[Cell("")] * (keys - 1), *cells, meaning])
+            rows.append([Cell(SHAPE_TITLES[shape]), *[Cell("")] * (keys - 1), *cells, meaning])
     return rows
 
 
