@@ -15,6 +15,7 @@ from ffd_lightning.analysis.selection import Families
 from ffd_lightning.analysis.wording import SHAPE_TITLES
 from ffd_lightning.evaluation.references import SHAPES
 
+
 def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> list[Table]:
     """Return a table of shapes, one of single parts, and one of families where they are known.
 

@@ -80,7 +80,7 @@ def sheet_figure(sheet: Sheet) -> Figure:
             line.x / sheet.width,
             1 - line.y / sheet.height,
             line.text,
-            color=str(sheet.ink / 255),
+            color=np.array(line.color or sheet.ink) / 255,
             fontsize=72 * line.size / DPI,
             ha=line.align,
             va="center",

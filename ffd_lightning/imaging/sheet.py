@@ -34,6 +34,7 @@ class Line:
         x, y: pixels from the top left, of its start, middle or end by `align`, halfway up.
         size: of the font, pixels.
         align: what of the line is at `x`.
+        color: RGB; None for the sheet's ink.
     """
 
     text: str
@@ -41,6 +42,7 @@ class Line:
     y: float
     size: float
     align: Align = "left"
+    color: tuple[int, int, int] | None = None
 
 
 @dataclass(frozen=True)
@@ -61,9 +63,9 @@ class Sheet:
     background: int = 255
 
     @property
-    def ink(self) -> int:
-        """The grey level of letters."""
-        return 0 if self.background > 127 else 255
+    def ink(self) -> tuple[int, int, int]:
+        """The colour of letters, RGB."""
+        return (0, 0, 0) if self.background > 127 else (255, 255, 255)
 
     def draw(self) -> NDArray[np.uint8]:
         """Return the sheet in pixels, (height, width, 3) uint8."""
@@ -223,7 +225,7 @@ def _font(pixels: int) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(str(file), pixels)
 
 
-def _write(sheet: NDArray[np.uint8], line: Line, ink: int) -> None:
+def _write(sheet: NDArray[np.uint8], line: Line, ink: tuple[int, int, int]) -> None:
     """Draw a line of text into pixels, (H, W, 3)."""
     width, height = int(text_width(line.text, line.size)) + 4, 2 * int(line.size) + 2
     share = {"left": 0.0, "center": 0.5, "right": 1.0}[line.align]
@@ -238,5 +240,5 @@ def _write(sheet: NDArray[np.uint8], line: Line, ink: int) -> None:
     columns = slice(max(left, 0), min(left + width, sheet.shape[1]))
     alpha = cover[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
     under = sheet[rows, columns]
-    mixed = under + alpha[..., None] / 255 * (float(ink) - under)
+    mixed = under + alpha[..., None] / 255 * (np.array(line.color or ink, float) - under)
     sheet[rows, columns] = np.round(mixed)

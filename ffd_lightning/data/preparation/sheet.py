@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
+from textwrap import wrap
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image
 
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.pose import embedded_category
@@ -20,6 +21,7 @@ from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.imaging.sheet import Line, Sheet, lay_out, side_by_side, stacked
 
 SHOWN = 32
 """Shapes of which an image is shown."""
@@ -28,18 +30,16 @@ Ink = tuple[int, int, int]
 
 _COLUMNS = 8
 _CELL = (192, 144)  # pixels: width, height
-_GAP, _MARGIN, _LABEL = 8, 28, 20
-_LINE, _TOP = _CELL[1] + _LABEL + _GAP, 96  # from a row to the next; above the first
 _POSED = 3  # shapes that are drawn from all sides
-_HEAD = 116  # above their pictures: a title, three lines, and what side is seen
-_WIDTH = 2 * _MARGIN + _COLUMNS * _CELL[0] + (_COLUMNS - 1) * _GAP
-_INK, _SOFT, _WARM = (28, 32, 38), (110, 118, 128), (176, 58, 20)
-_PAPER, _GROUND, _EXPECTED = (255, 255, 255), (228, 233, 239), (228, 237, 226)
-_SIDES = (
-    ("front", Camera(azimuth=0, elevation=10)),
-    ("right side", Camera(azimuth=90, elevation=10)),
-    ("top, front below", Camera(azimuth=0, elevation=90)),
-)
+_FONT = 12
+_HEAD, _LEADING, _WRAPPED = 34, 18, 105  # pixels: a title, a line below it; letters in that
+_SOFT, _WARM = (110, 118, 128), (176, 58, 20)
+_GROUND, _EXPECTED = (228, 233, 239), (228, 237, 226)
+_SIDES = {
+    "front": Camera(azimuth=0, elevation=10),
+    "right side": Camera(azimuth=90, elevation=10),
+    "top, front below": Camera(azimuth=0, elevation=90),
+}
 _EXAMPLES = ("chair", "car", "plane")  # for categories without embedded shapes
 _ANY_TITLE = "how shapes should stand, of whatever category"
 _LOOKED_AT = 20  # embedded shapes, to find different ones
@@ -53,28 +53,24 @@ def draw_set(prepared: PreparedSet, guess: str = "") -> Image.Image:
         guess: what seems wrong with the pose, in words.
     """
     rows, category = _spread(prepared, SHOWN), prepared.category(0)
-    poses = _TOP + -(-len(rows) // _COLUMNS) * _LINE + 28
-    sheet = Image.new("RGB", (_WIDTH, poses + _HEAD + _POSED * _LINE + _MARGIN), _PAPER)
-    draw = ImageDraw.Draw(sheet)
-    _write(draw, (_MARGIN, 22), f"{category}: what the network sees", 26)
     which = f"{len(rows)} of {len(prepared)} shapes, the first image of each"
-    _write(draw, (_MARGIN, 60), f"{which}   |   {prepared.path.name}", 14, _SOFT)
-    for k, row in enumerate(rows):
-        x, y = place = _place(k % _COLUMNS, k // _COLUMNS, _TOP)
-        _paste(sheet, place, prepared.image(row)[..., :3])
-        draw.rectangle((x, y, x + _CELL[0] - 1, y + _CELL[1] - 1), outline=_GROUND)
-        _label(draw, place, prepared.ids[row])
-    title = f"how a {category} should stand" if embedded_category(category) else _ANY_TITLE
-    said = "embedded shapes: front to -z, y up"
+    images = [_framed(prepared.image(row)[..., :3]) for row in rows]
+    seen = lay_out(images, _COLUMNS, [prepared.ids[row] for row in rows], font_size=_FONT)
     own = _spread(prepared, _POSED)
     cameras = [prepared.camera(row) for row in own]
     expected = _expected(category)
-    seen_alike = [cameras[min(k, len(own) - 1)] for k in range(len(expected))]
-    _draw_poses(sheet, (0, poses), (title, said, _SOFT), expected, seen_alike)
-    said, ink = (guess, _WARM) if guess else ("the same sides of shapes of the set", _SOFT)
-    meshes = [(prepared.ids[row], prepared.mesh(row)) for row in own]
-    _draw_poses(sheet, (_COLUMNS // 2, poses), ("how these stand", said, ink), meshes, cameras)
-    return sheet
+    alike = [cameras[min(k, len(own) - 1)] for k in range(len(expected))]
+    title = f"how a {category} should stand" if embedded_category(category) else _ANY_TITLE
+    told, color = (guess, _WARM) if guess else ("the same sides of shapes of the set", _SOFT)
+    left = _poses(expected, alike, _EXPECTED)
+    right = _poses([(prepared.ids[row], prepared.mesh(row)) for row in own], cameras, _GROUND)
+    poses = [
+        _headed(left, title, "embedded shapes: front to -z, y up", 3),
+        _headed(right, "how these stand", told, 3, color),
+    ]
+    which = f"{which}   |   {prepared.path.name}"
+    above = _headed(seen, f"{category}: what the network sees", which, 1)
+    return Image.fromarray(stacked([above, side_by_side(poses)]).draw())
 
 
 def _spread(prepared: PreparedSet, count: int) -> list[int]:
@@ -100,38 +96,32 @@ def _expected(category: str) -> list[tuple[str, Mesh]]:
     return list(found.items())
 
 
-def _draw_poses(
-    sheet: Image.Image,
-    corner: tuple[int, int],
-    heading: tuple[str, str, Ink],
-    meshes: Sequence[tuple[str, Mesh]],
-    cameras: Sequence[Camera],
-) -> None:
-    """Draw meshes from some sides, a row each, under a heading.
+def _poses(meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera], ground: Ink) -> Sheet:
+    """Draw meshes from some sides, a row each.
 
     Args:
-        sheet: what to draw on.
-        corner: the column of cells, and the height in pixels, where to begin.
-        heading: a title, what is said below it, and in which colour.
         meshes: with their names.
         cameras: of the last column, one for each mesh.
+        ground: colour behind them.
     """
-    draw, (column, top) = ImageDraw.Draw(sheet), corner
-    title, said, ink = heading
-    left, cells = _place(column, 0, top)[0], top + _HEAD
-    _write(draw, (left, top), title, 20)
-    views = [(name, [camera] * len(meshes)) for name, camera in _SIDES]
-    views.append(("as its first image", list(cameras)))
-    width = len(views) * (_CELL[0] + _GAP) - 2 * _GAP
-    _write(draw, (left, top + 29), _wrapped(said, width, 14), 14, ink)
-    ground = _GROUND if column else _EXPECTED
-    for k, (name, sides) in enumerate(views):
-        _write(draw, (_place(column + k, 0, top)[0], cells - 24), name, 14, _SOFT)
-        for line, (_, mesh) in enumerate(meshes):
-            image = render(mesh, sides[line], height=_CELL[1], width=_CELL[0], samples=2)
-            _paste(sheet, _place(column + k, line, cells), _laid_over(image, ground))
-    for line, (name, _) in enumerate(meshes):
-        _label(draw, _place(column, line, cells), name)
+    cells, labels = [], []
+    for (name, mesh), own in zip(meshes, cameras, strict=True):
+        for camera in (*_SIDES.values(), own):
+            image = render(mesh, camera, height=_CELL[1], width=_CELL[0], samples=2)
+            cells.append(_laid_over(image, ground))
+        labels += [name, *[""] * len(_SIDES)]
+    heads = [*_SIDES, "as its first image"]
+    return lay_out(cells, len(heads), labels, headings=heads, font_size=_FONT)
+
+
+def _headed(sheet: Sheet, title: str, said: str, lines: int, color: Ink = _SOFT) -> Sheet:
+    """Return a sheet below a title and as many lines of what is said, in a colour."""
+    words = [
+        Line(text, 4, _HEAD + _LEADING * (k + 0.5), 14, color=color)
+        for k, text in enumerate(wrap(said, _WRAPPED)[:lines])
+    ]
+    height = _HEAD + lines * _LEADING + 8
+    return stacked([Sheet(height, sheet.width, lines=(Line(title, 4, 18, 20), *words)), sheet])
 
 
 def _laid_over(image: NDArray[np.uint8], ground: Ink) -> NDArray[np.uint8]:
@@ -141,50 +131,15 @@ def _laid_over(image: NDArray[np.uint8], ground: Ink) -> NDArray[np.uint8]:
     return np.clip(np.round(result), 0, 255).astype(np.uint8)
 
 
-def _place(column: int, line: int, top: int) -> tuple[int, int]:
-    """Return the upper left corner of a cell."""
-    x = _MARGIN + column * (_CELL[0] + _GAP)
-    return x, top + line * _LINE
-
-
-def _paste(sheet: Image.Image, place: tuple[int, int], image: NDArray[np.uint8]) -> None:
-    """Put an image into the middle of a cell, as large as it fits."""
+def _framed(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Put an image into the middle of a cell with a frame, as large as it fits."""
     picture = Image.fromarray(image)
     scale = min(_CELL[0] / picture.width, _CELL[1] / picture.height)
     size = max(1, round(picture.width * scale)), max(1, round(picture.height * scale))
     if size != picture.size:
         picture = picture.resize(size, Image.Resampling.LANCZOS)
-    x, y = (place[i] + (_CELL[i] - size[i]) // 2 for i in (0, 1))
-    sheet.paste(picture, (x, y))
-
-
-def _label(draw: ImageDraw.ImageDraw, place: tuple[int, int], text: str) -> None:
-    """Write a name below a cell; of a long one the middle is left out."""
-    font = ImageFont.load_default(12)
-    short, kept = text, len(text)
-    while draw.textlength(short, font) > _CELL[0] and kept > 2:
-        kept -= 1
-        short = f"{text[: -(-kept // 2)]}...{text[len(text) - kept // 2 :]}"
-    _write(draw, (place[0], place[1] + _CELL[1] + 2), short, 12, _SOFT)
-
-
-def _wrapped(text: str, width: int, size: int) -> str:
-    """Break a text into lines of at most this many pixels."""
-    font, lines = ImageFont.load_default(size), [""]
-    for word in text.split():
-        longer = f"{lines[-1]} {word}".strip()
-        if font.getlength(longer) <= width:
-            lines[-1] = longer
-        else:
-            lines.append(word)
-    return "\n".join(lines)
-
-
-def _write(
-    draw: ImageDraw.ImageDraw,
-    place: tuple[int, int],
-    text: str,
-    size: int,
-    ink: Ink = _INK,
-) -> None:
-    draw.text(place, text, ink, ImageFont.load_default(size))
+    cell = Image.new("RGB", _CELL, "white")
+    cell.paste(picture, ((_CELL[0] - size[0]) // 2, (_CELL[1] - size[1]) // 2))
+    framed = np.array(cell)
+    framed[[0, -1]] = framed[:, [0, -1]] = _GROUND
+    return framed
