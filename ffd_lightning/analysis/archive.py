@@ -14,6 +14,7 @@ from typing import Any
 import pandas as pd
 
 from ffd_lightning.analysis.runs import find_protocol, load_samples, load_settings
+from ffd_lightning.analysis.selection import run_families
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.files import write_bytes_atomic
@@ -30,8 +31,10 @@ class Archive:
 
     Attributes:
         samples: as `load_samples` gives them; `run` is the run's path below the study's folder.
+            `template_family` is `<category>/<family>` of the selected template, where it is known.
         curves: of validation: `run`, `step`, `box_chamfer` (x 1000) and `effective_templates`.
-        settings: of each run (index `run`), as `load_settings` gives them, those that differ.
+        settings: of each run (index `run`), as `load_settings` gives them, those that differ; of
+            files only their names, as they may lie elsewhere on another machine.
         protocol: that the samples were measured under.
         about: what else is known: `settings` that all runs share, `seconds_per_step` of each run,
             and what was written with it (machine, commands).
@@ -43,9 +46,22 @@ class Archive:
     protocol: ProtocolDescription
     about: dict[str, Any]
 
+    @property
+    def families(self) -> dict[str, dict[str, str]]:
+        """The family of each template that was selected, as `run_families` gives them."""
+        known = self.samples[self.samples["template_family"] != ""]
+        return {
+            str(run): dict(zip(part["template"], part["template_family"], strict=True))
+            for run, part in known.groupby("run", sort=False)
+        }
+
 
 def write_archive(
-    runs: Sequence[RunFolder], root: Path, file: Path, about: dict[str, Any] | None = None
+    runs: Sequence[RunFolder],
+    root: Path,
+    file: Path,
+    about: dict[str, Any] | None = None,
+    protocol: str | None = None,
 ) -> None:
     """Write the results of finished runs into one file, a zip of CSV and JSON.
 
@@ -54,21 +70,28 @@ def write_archive(
         root: folder of the study: runs are named by their paths below it.
         file: ends in `.zip`.
         about: plain values that a reader should know, such as the machine.
+        protocol: whose scores are kept, by default that of the training.
 
     Raises:
-        DataError: no run is finished.
+        DataError: no run is finished, or none was evaluated under this protocol.
     """
     finished = [run for run in runs if run.finished]
     if not finished:
         raise DataError(f"no run in {root} is finished: there is nothing to keep yet")
     names = {str(run.path): relpath(run.path, root) for run in finished}
-    protocol = find_protocol(finished)
-    samples = load_samples(finished, protocol.name)
-    settings = load_settings(finished).rename(index=names)
+    measured = find_protocol(finished, protocol)
+    samples = load_samples(finished, measured.name)
+    families = run_families(finished)
+    samples["template_family"] = [
+        families.get(run, {}).get(template, "")
+        for run, template in zip(samples["run"], samples["template"], strict=True)
+    ]
+    settings = load_settings(finished).rename(index=names).map(_without_folder)
+    settings = settings.drop(columns=[key for key in settings if key.startswith("paths.")])
     shared = [key for key in settings if settings[key].map(repr).nunique() == 1]
     seconds = {names[str(run.path)]: _seconds_per_step(run) for run in finished}
     known = {
-        "protocol": protocol.to_json(),
+        "protocol": measured.to_json(),
         "settings": json.loads(settings[shared].iloc[0].to_json()),
         "seconds_per_step": seconds,
         **(about or {}),
@@ -97,9 +120,11 @@ def read_archive(file: Path) -> Archive:
         with zipfile.ZipFile(file) as archive:
             text = {name: archive.read(name).decode("utf-8") for name in archive.namelist()}
         about = json.loads(text["about.json"])
-        words = {"id": str, "family": str, "template": str}
+        words = dict.fromkeys(("id", "family", "template", "template_family"), str)
+        samples = pd.read_csv(io.StringIO(text["samples.csv"]), dtype=words)
+        unknown = {"family": "", "template_family": ""}
         return Archive(
-            pd.read_csv(io.StringIO(text["samples.csv"]), dtype=words),
+            samples.fillna(unknown),
             pd.read_csv(io.StringIO(text["curves.csv"])),
             pd.read_csv(io.StringIO(text["settings.csv"])).set_index("run"),
             ProtocolDescription.from_json(about.pop("protocol")),
@@ -107,6 +132,11 @@ def read_archive(file: Path) -> Archive:
         )
     except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
         raise DataError(f"{file} is no archive of a study: {error}") from None
+
+
+def _without_folder(value: Any) -> Any:
+    absolute = isinstance(value, str) and Path(value).is_absolute()
+    return Path(value).name if absolute else value
 
 
 def _csv(table: pd.DataFrame) -> str:

@@ -1,6 +1,8 @@
 """A study's archive holds what its runs hold."""
 
+import re
 import shutil
+import zipfile
 
 import numpy as np
 import pandas as pd
@@ -8,6 +10,7 @@ import pytest
 
 from ffd_lightning.analysis.archive import read_archive, write_archive
 from ffd_lightning.analysis.runs import find_runs, load_samples
+from ffd_lightning.analysis.selection import run_families
 from ffd_lightning.errors import DataError
 
 
@@ -29,6 +32,13 @@ def test_scores_come_back(study, tmp_path):
     expected = load_samples(runs)
     assert set(found.samples["run"]) == {"table/r/seed0", "table/r/seed1"}
     assert list(found.samples["id"]) == list(expected["id"])
+    assert list(found.samples["family"]) == list(expected["family"])
+    families = run_families(runs)
+    for run, template, family in zip(
+        expected["run"], expected["template"], found.samples["template_family"], strict=True
+    ):
+        assert family == families[run][template] != ""
+    assert set(found.families) == {"table/r/seed0", "table/r/seed1"}
     numbers = expected.select_dtypes("number").columns
     np.testing.assert_allclose(found.samples[numbers], expected[numbers], rtol=1e-4)
     assert found.protocol.name == "paper"
@@ -43,6 +53,15 @@ def test_the_same_study_gives_the_same_file(study, tmp_path):
     for name in ("a.zip", "b.zip"):
         write_archive(find_runs(study), study, tmp_path / name)
     assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
+
+
+def test_no_folder_of_the_machine_is_kept(study, tmp_path):
+    write_archive(find_runs(study), study, tmp_path / "study.zip")
+    with zipfile.ZipFile(tmp_path / "study.zip") as archive:
+        text = "".join(archive.read(name).decode() for name in archive.namelist())
+    assert str(tmp_path.parent) not in text
+    assert "/" not in "".join(read_archive(tmp_path / "study.zip").about["settings"])
+    assert not re.search(r'["\s,](/\w+)+', text)
 
 
 def test_nothing_finished_and_nothing_there(tmp_path):
