@@ -9,6 +9,7 @@ import platform
 import subprocess
 import sys
 from dataclasses import asdict
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from rich.table import Table
 
 from benchmarks import evaluation, nearest, preparation, quality, training_step
 from benchmarks.timing import Row
+from ffd_lightning.palette import COLORS
 
 SECTIONS = ("nearest", "scaling", "step", "preparation", "evaluation")
 ASKED_FOR = ("quality",)
@@ -174,7 +176,7 @@ def _plot(curves: dict[str, Any], machine: dict[str, Any], file: Path) -> Path:
     axes_names = list(next(iter(curves.values())))
     figure, axes = pyplot.subplots(1, len(axes_names), figsize=(13, 4.2), constrained_layout=True)
     names = sorted({n for c in curves.values() for panel in c.values() for n in panel})
-    colors = {name: f"C{k}" for k, name in enumerate(names)}
+    colors = dict(zip(names, cycle(COLORS)))
     for axis, title in zip(axes, axes_names, strict=True):
         for device, panels in curves.items():
             for name, points in panels[title].items():

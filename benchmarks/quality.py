@@ -11,6 +11,7 @@ import re
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.step_time import seconds_per_step, training_device
 from ffd_lightning.evaluation.protocols import PaperProtocol
+from ffd_lightning.palette import COLORS
 from ffd_lightning.run_folder import RunFolder
 
 SECONDS = (60, 120, 300, 600)
@@ -193,11 +195,12 @@ def _draw(table: pd.DataFrame, file: Path) -> None:
 
     figure, axes = pyplot.subplots(1, len(_MEASURES), figsize=(13, 5), layout="constrained")
     for axis, shown in zip(axes, _MEASURES, strict=True):
-        for k, (recipe, runs) in enumerate(table.groupby("recipe", sort=False)):
+        recipes = table.groupby("recipe", sort=False)
+        for (recipe, runs), color in zip(recipes, cycle(COLORS), strict=False):
             values = shown.factor * runs[shown.name]
-            axis.plot(runs["seconds"], values, "o", ms=4, color=f"C{k}", alpha=0.6)
+            axis.plot(runs["seconds"], values, "o", ms=4, color=color, alpha=0.6)
             means = runs.assign(value=values).groupby("asked_seconds")[["seconds", "value"]].mean()
-            axis.plot(means["seconds"], means["value"], color=f"C{k}", label=str(recipe))
+            axis.plot(means["seconds"], means["value"], color=color, label=str(recipe))
         axis.set_xscale("log")
         axis.xaxis.set_major_locator(FixedLocator(sorted(table["asked_seconds"].unique())))
         axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
