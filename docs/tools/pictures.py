@@ -33,6 +33,8 @@ PACKAGE = ROOT / "ffd_lightning"
 RECORD = DOCS / "pictures.json"
 """Of which code each picture is."""
 
+_LARGEST = 2000  # pixels
+
 REGIMES = ("b", "w", "e", "r", "posterior")
 SHOWN = ("chair", "plane", "sofa", "bench", "car")
 FIGURES = ("method", "overview", "subdivision", "voxels", "labels", "candidates")
@@ -174,6 +176,8 @@ def _notebook(place: Place, file: Path) -> None:
 
     notebook = ROOT / "notebooks" / f"{file.stem}.ipynb"
     write_page(notebook, file, place.runs / NOTEBOOKS[file.stem], place.data)
+    for drawn in file.with_name(f"{file.stem}_files").glob("*.png"):
+        _fewer_colors(drawn)
 
 
 def _screenshot(what: str, place: Place, file: Path) -> None:
@@ -188,8 +192,12 @@ def _save(picture: NDArray[np.uint8], file: Path) -> None:
 
 
 def _fewer_colors(file: Path) -> None:
-    """Write a PNG again with 256 colours: a third of the bytes, and no difference to the eye."""
-    picture = Image.open(file).convert("RGB")  # k-means finds the colours of small places, too
+    """Write a PNG again with 256 colours: a third of the bytes, and no difference to the eye.
+
+    No side is longer than a large screen's.
+    """
+    picture = Image.open(file).convert("RGB")
+    picture.thumbnail((_LARGEST, _LARGEST))  # k-means finds the colours of small places, too
     picture.quantize(256, kmeans=3, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
