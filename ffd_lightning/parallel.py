@@ -41,7 +41,9 @@ def in_threads(
             if not pending:
                 return
             try:
-                for future in wait(pending, return_when=FIRST_COMPLETED).done:
+                done = wait(pending, return_when=FIRST_COMPLETED).done
+                # What is done is not lost to an error that came at the same time.
+                for future in sorted(done, key=lambda future: future.exception() is not None):
                     yield pending.pop(future), future.result()
             except BaseException:
                 pool.shutdown(cancel_futures=True)
