@@ -60,6 +60,7 @@ TRAINING = (
     "shapes",
     "data",
     "training/module.py",
+    "pretrained",
     "../conf",
 )
 """What decides the weights of a run, in the package."""
@@ -116,6 +117,8 @@ def digest(places: Iterable[Path]) -> str:
     for path in sorted(files):
         if path.suffix in (".py", ".yaml", ".html", ".css", ".js", ".ipynb"):
             found.update(f"{path.name}\0{_code(path)}\0".encode())
+        elif path.suffix == ".ckpt":
+            found.update(path.read_bytes())
     return found.hexdigest()[:12]
 
 
