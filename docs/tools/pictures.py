@@ -111,7 +111,7 @@ class Picture:
 
 
 def digest(places: Iterable[Path]) -> str:
-    """Return a digest of source files, and of those in folders: of code, not of what is said."""
+    """Return a digest of source files and weights, also of those in folders; words do not count."""
     found = hashlib.sha256()
     files = {f for place in places for f in ([place] if place.is_file() else place.rglob("*"))}
     for path in sorted(files):
