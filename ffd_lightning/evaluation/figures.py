@@ -20,7 +20,7 @@ from ffd_lightning.nn.network import TemplateFfdNetwork
 _CLOUD_POINTS = 2048
 _CELL = (192, 256)  # pixels, of a template
 _FONT = 12
-_COLUMNS = ("input", "selected template", "deformed point cloud", "deformed mesh", "ground truth")
+_COLUMNS = ("input", "template", "deformed cloud", "deformed mesh", "ground truth")
 _POINT_RADIUS = 0.006
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
 _OCTAHEDRON_FACES = np.array(
