@@ -200,7 +200,8 @@ def _fewer_colors(file: Path) -> None:
     No side is longer than a large screen's.
     """
     picture = Image.open(file).convert("RGB")
-    picture.thumbnail((_LARGEST, _LARGEST))  # k-means finds the colours of small places, too
+    picture.thumbnail((_LARGEST, _LARGEST))
+    # k-means finds the colours of small places, too.
     picture.quantize(256, kmeans=3, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
