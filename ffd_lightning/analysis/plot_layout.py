@@ -137,7 +137,7 @@ def panels_of(
     rows = -(-count // columns)
     layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.06)
     figure = Figure(figsize=(width, 1.05 + rows * height), layout=layout, facecolor="white")
-    figure.suptitle(title, fontsize=10.5)
+    figure.suptitle(title, fontsize=10.5, wrap=True)
     axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
     for unused in axes.flat[count:]:
         unused.set_visible(False)
