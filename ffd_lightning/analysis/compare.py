@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from ffd_lightning.analysis.paired import Comparison, holm, resampled_means
 from ffd_lightning.analysis.sentences import group_label, statement
@@ -120,8 +121,9 @@ def compare_runs(
         `mean_a`, `mean_b`, of both on the shapes they share; `difference`, the mean of a - b in
         the measure's own unit, and its interval `low`, `high`;
         `p`, and `p_corrected` for all rows together (Holm); `num_samples`, shapes; `seeds_a`,
-        `seeds_b`; `agreement`, the share of pairs of runs, one of each group, whose difference has
-        this sign; `shown`, whether mean and ranks both show it; `statement`, a sentence.
+        `seeds_b`; `agreement`, the share of pairs of seeds, one of each group, whose difference has
+        this sign (of several categories, their mean); `shown`, whether mean and ranks both show
+        it; `statement`, a sentence.
 
     Raises:
         DataError: no groups to compare, fewer than two shapes in common, a measure that is missing,
@@ -296,7 +298,7 @@ def _over_categories(found: list[Comparison]) -> list[Comparison]:
             b,
             [d for c in parts for d in c.differences],
             np.mean([c.resampled for c in parts], 0),
-            np.concatenate([c.of_runs for c in parts]),
+            _of_runs(parts),
             (min(c.seeds[0] for c in parts), min(c.seeds[1] for c in parts)),
             (
                 float(np.mean([c.means[0] for c in parts])),
@@ -306,6 +308,13 @@ def _over_categories(found: list[Comparison]) -> list[Comparison]:
         for (held, a, b), parts in same.items()
         if len(parts) > 1
     ]
+
+
+def _of_runs(parts: list[Comparison]) -> NDArray[np.float64]:
+    """Return how much pairs of runs differ in the mean over categories."""
+    if len({c.seeds for c in parts}) > 1:  # no pairs that go together
+        return np.concatenate([c.of_runs for c in parts])
+    return np.asarray(np.mean([c.of_runs for c in parts], 0))
 
 
 def _order(value: Any) -> tuple[int, float, str]:

@@ -170,6 +170,21 @@ def test_seeds_of_a_group_are_averaged_first():
     assert row["agreement"] == pytest.approx(np.mean(signs))
 
 
+def test_seeds_agree_on_the_mean_over_categories_though_a_category_says_the_opposite():
+    rng = np.random.default_rng(0)
+    parts = []
+    for category, apart in (("table", 0.5), ("sofa", -0.1)):
+        for regime, more in (("b", 0.0), ("w", apart)):
+            parts += [
+                run_samples(rng.random(30) + more, regime, seed=k).assign(
+                    category=category, run=f"{category}/{regime}/{k}"
+                )
+                for k in range(2)
+            ]
+    table = compare_runs(joined(*parts), PAPER, "chamfer").set_index("category")
+    assert table.loc["mean of 2", "agreement"] == 1.0
+
+
 def test_all_pairs_of_regimes_in_the_papers_order():
     parts = [run_samples(np.arange(9.0) ** k, r) for k, r in enumerate("rewb")]
     table = compare_runs(joined(*parts), PAPER, "chamfer")
