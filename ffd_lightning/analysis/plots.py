@@ -35,6 +35,7 @@ from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import regime_title
 
 _WIDTH = 4.2  # inches
+_MANY_TICKS = 50  # times as much at the right end: ticks at 1, 2 and 5 would run into each other
 _BUDGET = ("#BBBBBB", "#56B4E9", "#E69F00", "#882255")  # of the parts of an error: no regime's
 
 
@@ -78,7 +79,9 @@ def cumulative_curves(
                 panel.set_title(category)
             if not chosen.higher_is_better:
                 panel.set_xscale("log")
-                panel.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+                low, high = panel.get_xlim()
+                steps = (1, 2, 5) if high < _MANY_TICKS * low else (1, 3)
+                panel.xaxis.set_major_locator(LogLocator(subs=steps))
                 panel.xaxis.set_major_formatter("{x:g}")
                 panel.xaxis.set_minor_formatter(NullFormatter())
             panel.set_ylim(0, 1.02)
