@@ -1,0 +1,340 @@
+"""Write the pages of docs/findings from the studies that are kept in docs/findings/data.
+
+    python docs/tools/findings.py                       write all pages and figures
+    python docs/tools/findings.py keep NAME RUNS        keep the runs of a folder as a study
+    python docs/tools/findings.py compare NAME RUNS     put runs trained again beside the kept ones
+
+No training is needed for the first. A study in several parts has names like `paper_table/chairs`.
+The texts are the templates in docs/tools/findings; every number in them is computed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import torch
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from matplotlib.figure import Figure
+
+sys.path.insert(0, str(Path(__file__).parent))
+from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, Verdict, differences
+
+from ffd_lightning.analysis.archive import write_archive
+from ffd_lightning.analysis.budget import error_budget
+from ffd_lightning.analysis.compare import compare_runs
+from ffd_lightning.analysis.plots import (
+    budget_bars,
+    cumulative_curves,
+    selection_histograms,
+    template_count_curves,
+    to_svg,
+)
+from ffd_lightning.analysis.runs import find_protocol, load_samples, require_runs
+from ffd_lightning.analysis.selection import selection_stability
+from ffd_lightning.errors import UserError
+from ffd_lightning.files import write_atomic, write_bytes_atomic
+from ffd_lightning.palette import regime_title
+
+FOLDER = Path(__file__).parents[1] / "findings"
+DATA = FOLDER / "data"
+TEXTS = Path(__file__).parent / "findings"
+
+_MADE = "<!-- Made by docs/tools/findings.py from docs/tools/findings/{}: change it there. -->\n\n"
+_ICONS = {HOLDS: "success", FAILS: "failure", OPEN: "question"}
+_COLUMNS = {  # of tables of scores: heading, factor, places
+    "chamfer": ("Chamfer ↓", 1000, 1),
+    "emd": ("EMD ↓", 1000, 1),
+    "iou": ("IoU ↑", 1000, 1),
+    "undeformed_chamfer": ("undeformed Chamfer ↓", 1000, 1),
+    "effective_templates": ("effective templates", 1, 1),
+    "folded": ("folded, %", 100, 1),
+    "stretch_95": ("stretch", 1, 2),
+}
+
+
+@cache
+def study(name: str) -> Study:
+    """Read a kept study once."""
+    return Study.read(DATA, name)
+
+
+def setup(name: str) -> str:
+    """Say what was trained, on what, with which settings and on which machine."""
+    kept = study(name)
+    runs, settings = kept.runs, kept.about_runs
+    told = [
+        f"{len(runs)} runs",
+        _listed("category", "categories", runs["category"].unique()),
+        _listed("seed", "seeds", sorted(runs["seed"].unique())),
+        _listed("T", "T", sorted(runs["templates"].unique()), " = "),
+        _listed("steps", "steps", sorted(settings["schedule.steps"].unique()), " ", last=True),
+        _listed("test shapes", "test shapes", sorted(runs["num_samples"].unique()), " ", True),
+    ]
+    machines = "; ".join(dict.fromkeys(about["processor"] for about in kept.about))
+    commands = "\n".join(dict.fromkeys(line for a in kept.about for line in a["commands"]))
+    return (
+        f"{'; '.join(told)}. Protocol `{kept.protocol.name}`. {machines}.\n\n```\n{commands}\n```"
+    )
+
+
+def scores(
+    name: str,
+    by: str = "regime",
+    only: Sequence[str] = (),
+    columns: Sequence[str] = tuple(_COLUMNS),
+) -> str:
+    """Return a table of mean scores, ± the standard deviation over seeds.
+
+    Args:
+        name: of the study.
+        by: a row per value of this column of its runs; a value is averaged over categories first.
+        only: values of it that are shown, in this order; all by default.
+        columns: of `_COLUMNS`.
+    """
+    runs = study(name).runs
+    rows = []
+    for value in only or runs[by].unique():
+        seeds = runs[runs[by] == value].groupby("seed").mean(numeric_only=True)
+        cells = [regime_title(str(value))]
+        for column in columns:
+            _, factor, places = _COLUMNS[column]
+            numbers = factor * seeds[column]
+            cells.append(f"{numbers.mean():.{places}f}")
+            if len(numbers) > 1:
+                cells[-1] += f" ± {numbers.std():.{places}f}"
+        rows.append(cells)
+    return _table([by, *(_COLUMNS[c][0] for c in columns)], rows)
+
+
+def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
+    """Return a table of differences a - b, mean over categories, with their intervals.
+
+    Bold is what is shown. A number below: in how many categories the difference has this sign.
+    """
+    table = _differences(name, tuple(map(tuple, pairs)), tuple(measures))
+    rows = []
+    for (a, b), part in table.groupby(["a", "b"], sort=False):
+        cells = [f"{a} - {b}"]
+        for measure in measures:
+            of_measure = part[part["measure"] == measure]
+            cells.append(_cell(of_measure[_is_mean(of_measure)].iloc[0]))
+        rows.append(cells)
+    return _table(["", *(_COLUMNS[m][0] for m in measures)], rows)
+
+
+def changes_by_category(name: str, pairs: Iterable[Sequence[str]], measure: str) -> str:
+    """Return a table of differences a - b in one measure, a row per category."""
+    table = _differences(name, tuple(map(tuple, pairs)), (measure,))
+    labels = list(dict.fromkeys(f"{a} - {b}" for a, b in zip(table["a"], table["b"], strict=True)))
+    rows = []
+    for category, part in table.groupby("category", sort=False):
+        rows.append([str(category), *(_cell(row) for _, row in part.iterrows())])
+    rows.sort(key=lambda cells: cells[0].startswith("mean"))
+    return _table(["category", *labels], rows)
+
+
+@cache
+def _differences(name: str, pairs: tuple[Any, ...], measures: tuple[str, ...]) -> pd.DataFrame:
+    return differences(study(name), pairs, measures)
+
+
+def change(name: str, a: str, b: str, measure: str) -> str:
+    """Return the difference a - b with its interval, for a sentence; bold if it is shown."""
+    table = _differences(name, ((a, b),), (measure,))
+    return _cell(table[_is_mean(table)].iloc[0])
+
+
+def _is_mean(table: pd.DataFrame) -> pd.Series:
+    mean = table["category"].str.startswith("mean of ")
+    return mean if mean.any() else ~mean
+
+
+def _cell(row: Any) -> str:
+    _, factor, places = _COLUMNS[row["measure"]]
+    mean, low, high = (f"{factor * row[n]:+.{places}f}" for n in ("difference", "low", "high"))
+    text = f"{mean} [{low}, {high}]"
+    return f"**{text}**" if row["shown"] else text
+
+
+def verdict(claim: str, name: str, **columns: Any) -> str:
+    """Return a claim of the paper, what a study says about it, and by which rule."""
+    judged, of = _judge(claim, name, **columns), CLAIMS[claim]
+    title = f"{of.text} {judged.word.capitalize()}."
+    return f'!!! {_ICONS[judged.word]} "{title}"\n\n    {judged.why}.\n\n    {of.rule}'
+
+
+def word(claim: str, name: str, **columns: Any) -> str:
+    """Return the word alone: holds, does not hold, not decided."""
+    return _judge(claim, name, **columns).word
+
+
+def claim(name: str) -> str:
+    """Return the words of a claim."""
+    return CLAIMS[name].text
+
+
+def _judge(name_of_claim: str, name: str, **columns: Any) -> Verdict:
+    part = study(name)
+    return CLAIMS[name_of_claim](part.where(**columns) if columns else part)
+
+
+def stability(name: str, only: Sequence[str]) -> str:
+    """Return how alike the seeds select: share of images with the same template, and Rand index."""
+    table = selection_stability(study(name).where(regime=only).samples)
+    means = table.groupby("regime", sort=False)[["same_template", "adjusted_rand"]].mean()
+    rows = [
+        [regime_title(r), f"{means.same_template[r]:.0%}", f"{means.adjusted_rand[r]:.2f}"]
+        for r in only
+    ]
+    return _table(["regime", "same template", "adjusted Rand index"], rows)
+
+
+def budgets(name: str, only: Sequence[str]) -> str:
+    """Return what the Chamfer distance is made of, a row per category and regime."""
+    part = study(name).where(regime=only)
+    runs = part.runs.set_index("run")[["category", "regime"]]
+    table = error_budget(part.samples, part.protocol).join(runs)
+    shown = ["floor", "capacity", "deformation", "selection", "total"]
+    means = table.groupby(["category", "regime"], sort=False)[shown].mean()
+    rows = [
+        [
+            category,
+            regime_title(regime),
+            *(f"{means.loc[(category, regime), n]:.1f}" for n in shown),
+        ]
+        for category in runs["category"].unique()
+        for regime in only
+    ]
+    return _table(["category", "regime", *shown], rows)
+
+
+def seeds_of(name: str, column: str, regime: str) -> str:
+    """Return a number of a regime's runs for a sentence: its mean over categories and seeds."""
+    _, factor, places = _COLUMNS[column]
+    return f"{factor * study(name).per_seed(regime, column).mean():.{places}f}"
+
+
+def figure(kind: str, name: str, alt: str, **columns: Any) -> str:
+    """Draw a figure of a study's runs into a file beside the pages; return the link to it."""
+    part = study(name)
+    part = part.where(**columns) if columns else part
+    draw: dict[str, Callable[[], Figure]] = {
+        "curves": lambda: cumulative_curves(part.samples, part.protocol),
+        "selection": lambda: selection_histograms(part.samples),
+        "budget": lambda: budget_bars(part.samples, part.protocol),
+        "counts": lambda: template_count_curves(
+            part.runs.assign(protocol=part.protocol.name), part.protocol
+        ),
+    }
+    ending = "".join(f"-{value}" for value in columns.values() if isinstance(value, (str, int)))
+    file = f"{name}-{kind}{ending}.svg"
+    write_bytes_atomic(FOLDER / file, to_svg(draw[kind]()))
+    return f"![{alt}]({file})"
+
+
+def pages() -> dict[str, str]:
+    """Return the text of every page by its name, and write the figures."""
+    environment = Environment(
+        loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
+    )
+    functions = (
+        setup, scores, changes, changes_by_category, change, verdict, word, stability, budgets,
+        claim, seeds_of, figure,
+    )  # fmt: skip
+    environment.globals.update({f.__name__: f for f in functions})
+    return {
+        path.name: _MADE.format(path.name) + environment.get_template(path.name).render()
+        for path in sorted(TEXTS.glob("*.md"))
+    }
+
+
+def keep(name: str, runs: Path, protocol: str | None, commands: Sequence[str]) -> None:
+    """Keep the finished runs of a folder as a study, or as a part of one."""
+    about = {"processor": processor(), "commands": list(commands)}
+    file = DATA / f"{name}.zip"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_archive(require_runs(runs), runs, file, about, protocol)
+    print(f"{file}: {file.stat().st_size / 1e6:.2f} MB")
+
+
+def processor() -> str:
+    """Return what the numbers depend on: the processor's kind, its instructions, torch."""
+    names = [
+        line.partition(":")[2].strip()
+        for line in Path("/proc/cpuinfo").read_text().splitlines()
+        if line.startswith("model name")
+    ]
+    kind = names[0] if names else platform.machine()
+    capability = torch.backends.cpu.get_cpu_capability()
+    return f"{kind} ({capability}, one thread), torch {torch.__version__}"
+
+
+def compare(name: str, folder: Path) -> None:
+    """Print the scores of runs that were trained again beside those of the kept runs."""
+    kept = study(name)
+    runs = [run for run in require_runs(folder) if run.finished]
+    again = load_samples(runs, find_protocol(runs, kept.protocol.name).name)
+    again["run"] = [str(Path(run).relative_to(folder)) for run in again["run"]]
+    for run, new in again.groupby("run", sort=False):
+        old = kept.samples[kept.samples["run"] == run]
+        if old.empty:
+            print(f"{run}: not in the kept study")
+            continue
+        both = pd.concat([new.assign(setup="again", run="again"), old.assign(setup="kept")])
+        for measure in kept.protocol.measures:
+            row = compare_runs(both, kept.protocol, measure.name, "setup").iloc[0]
+            print(f"{run}: {row['statement']}")
+
+
+def _listed(
+    one: str, many: str, values: Iterable[Any], between: str = " ", last: bool = False
+) -> str:
+    shown = [str(v) for v in values]
+    text = shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
+    noun = one if len(shown) == 1 else many
+    return f"{text} {noun}" if last else f"{noun}{between}{text}"
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [heads, ["---", *["---:"] * (len(heads) - 1)], *rows]
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+
+
+def main() -> int:
+    """See the top of this file."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("action", nargs="?", default="write", choices=("write", "keep", "compare"))
+    parser.add_argument("study", nargs="?", help="its name")
+    parser.add_argument("runs", nargs="?", type=Path, help="folder of its runs")
+    parser.add_argument("--protocol", help="keep: whose scores (default: the training's)")
+    parser.add_argument("--command", action="append", default=[], help="keep: what trained them")
+    given = parser.parse_args()
+    actions: dict[str, Callable[[], None]] = {
+        "keep": partial(keep, given.study, given.runs, given.protocol, given.command),
+        "compare": partial(compare, given.study, given.runs),
+    }
+    if given.action in actions:
+        if given.runs is None:
+            parser.error(f"{given.action} needs the name of a study and a folder of runs")
+        actions[given.action]()
+        return 0
+    for name, text in pages().items():
+        write_atomic(FOLDER / name, text)
+        print(FOLDER / name)
+    return 0
+
+
+if __name__ == "__main__":
+    try:
+        sys.exit(main())
+    except UserError as error:
+        sys.exit(f"error: {error}")

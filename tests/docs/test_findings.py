@@ -1,0 +1,154 @@
+"""The pages of findings are what their studies say; verdicts follow their rules."""
+
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from docs.documents import ROOT
+
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
+
+sys.path.insert(0, str(ROOT / "docs" / "tools"))
+import findings
+from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, differences
+
+KEPT = sorted(path.stem for path in findings.DATA.glob("*.zip"))
+
+
+def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), noise=0.002):
+    """Return made runs.
+
+    Args:
+        scores: of each regime, or (regime, T): Chamfer, undeformed Chamfer and how many templates
+            it selects; a function of category and seed, or the same for all.
+    """
+    rng, parts = np.random.default_rng(0), []
+    base = rng.uniform(0.9, 1.1, shapes)
+    for key, given in scores.items():
+        regime, count = key if isinstance(key, tuple) else (key, 16)
+        for category in categories:
+            for seed in seeds:
+                of_run = given(category, seed) if callable(given) else given
+                chamfer, undeformed, used = of_run
+                parts.append(
+                    pd.DataFrame(
+                        {
+                            "run": f"{category}/{regime}/t{count}/seed{seed}",
+                            "category": category,
+                            "regime": regime,
+                            "templates": count,
+                            "seed": seed,
+                            "id": [f"{i:03}" for i in range(shapes)],
+                            "view": 0,
+                            "family": "",
+                            "template": [f"t{i % used}" for i in range(shapes)],
+                            "chamfer": base * chamfer + rng.normal(0, noise, shapes),
+                            "undeformed_chamfer": base * undeformed + rng.normal(0, noise, shapes),
+                        }
+                    )
+                )
+    samples = pd.concat(parts, ignore_index=True)
+    runs = samples.drop_duplicates("run").set_index("run")
+    settings = pd.DataFrame({"regime.name": runs["regime"]})
+    protocol = ProtocolDescription("paper", "", PaperProtocol().measures[:1])
+    return Study("made", samples, pd.DataFrame(), settings, protocol, (), {})
+
+
+def word(claim, scores, **options):
+    return CLAIMS[claim](study(scores, **options)).word
+
+
+def test_equal_within_a_tenth():
+    same = {"b": (0.05, 0.2, 4), "w": (0.051, 0.2, 4), "e": (0.0495, 0.2, 4), "r": (0.052, 0.2, 4)}
+    assert word("equal", same) == HOLDS
+    assert word("equal", same | {"r": (0.07, 0.2, 4)}) == FAILS
+    assert word("equal", same | {"r": (0.0551, 0.2, 4)}) == OPEN, "the interval crosses the margin"
+
+
+def test_a_difference_that_one_seed_contradicts_decides_nothing():
+    apart = {"b": (0.05, 0.2, 4), "w": (0.05, 0.2, 4), "e": (0.05, 0.2, 4)}
+    for_all = apart | {"r": (0.07, 0.2, 4)}
+    not_for_one = apart | {"r": lambda _, seed: (0.04 if seed == 2 else 0.09, 0.2, 4)}
+    assert (word("equal", for_all), word("equal", not_for_one)) == (FAILS, OPEN)
+    table = differences(study(not_for_one), [("r", "b")], ["chamfer"])
+    assert (table["low"] > 0).all()
+    assert not table["shown"].any()
+
+
+def test_r_is_nearest_as_it_is():
+    far = dict.fromkeys("bwe", (0.05, 0.3, 4))
+    assert word("undeformed", far | {"r": (0.05, 0.2, 4)}) == HOLDS
+    assert word("undeformed", far | {"e": (0.05, 0.1, 4), "r": (0.05, 0.2, 4)}) == FAILS
+    assert word("undeformed", far | {"r": (0.05, 0.3, 4)}) == OPEN
+
+
+def test_selection_spreads():
+    few = {"b": (0.05, 0.2, 2)}
+    assert word("spread", few | dict.fromkeys("er", (0.05, 0.2, 8))) == HOLDS
+    assert word("spread", few | {"e": (0.05, 0.2, 8), "r": (0.05, 0.2, 1)}) == FAILS
+    one_seed = {"r": lambda _, seed: (0.05, 0.2, 1 if seed else 9)}
+    assert word("spread", few | {"e": (0.05, 0.2, 8)} | one_seed) == OPEN
+
+
+@pytest.mark.parametrize(("used", "expected"), [(3, HOLDS), (6, OPEN), (12, FAILS)])
+def test_b_collapses(used, expected):
+    assert word("collapse", {"b": (0.05, 0.2, used)}) == expected
+
+
+def test_w_is_opposite():
+    b = {"b": (0.05, 0.2, 4)}
+
+    def w(sofa, table):
+        return {"w": lambda category, _: (0.05, 0.2, sofa if category == "sofa" else table)}
+
+    assert word("opposite", b | w(2, 8)) == HOLDS
+    assert word("opposite", b | w(8, 8)) == FAILS
+    assert word("opposite", b | w(4, 8)) == OPEN
+
+
+def test_one_template_is_enough():
+    thirty = {("e", 30): (0.05, 0.2, 16)}
+    assert word("one", thirty | {("b", 1): (0.051, 0.2, 1)}) == HOLDS
+    assert word("one", thirty | {("b", 1): (0.08, 0.2, 1)}) == FAILS
+    assert word("one", thirty | {("b", 1): (0.0551, 0.2, 1)}) == OPEN
+
+
+def test_a_difference_is_that_of_a_to_b():
+    made = study({"b": (0.05, 0.2, 4), "posterior": (0.04, 0.2, 4)})
+    there, back = (
+        differences(made, [p], ["chamfer"]) for p in (("b", "posterior"), ("posterior", "b"))
+    )
+    assert there["difference"].tolist() == pytest.approx([0.01] * 3, abs=1e-3)
+    assert there["difference"].tolist() == (-back["difference"]).tolist()
+    assert there["low"].tolist() == (-back["high"]).tolist()
+    assert there["mean_a"].tolist() == back["mean_b"].tolist()
+    assert there["shown"].all()
+
+
+def test_what_a_study_lacks_is_named(tmp_path):
+    with pytest.raises(DataError, match="no study nothing"):
+        Study.read(tmp_path, "nothing")
+    with pytest.raises(DataError, match="no runs with"):
+        study({"b": (0.05, 0.2, 4)}).where(regime="w")
+
+
+@pytest.mark.parametrize("name", KEPT)
+def test_parts_of_a_study_are_one(name, tmp_path):
+    whole = findings.study(name)
+    (tmp_path / name).mkdir()
+    for part in "ab":
+        (tmp_path / name / f"{part}.zip").write_bytes((findings.DATA / f"{name}.zip").read_bytes())
+    twice = Study.read(tmp_path, name)
+    assert len(twice.samples) == 2 * len(whole.samples)
+    assert twice.settings.columns.tolist() == whole.settings.columns.tolist()
+
+
+def test_pages_say_what_the_studies_say(tmp_path, monkeypatch):
+    folder = findings.FOLDER
+    monkeypatch.setattr(findings, "FOLDER", tmp_path)
+    for name, text in findings.pages().items():
+        assert (folder / name).read_text("utf-8") == text, "python docs/tools/findings.py"
+    drawn = {path.name for path in tmp_path.iterdir()}
+    assert drawn == {path.name for path in folder.glob("*.svg")}
