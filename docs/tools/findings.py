@@ -29,6 +29,7 @@ from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, Verdict, differenc
 from ffd_lightning.analysis.archive import write_archive
 from ffd_lightning.analysis.budget import error_budget
 from ffd_lightning.analysis.compare import compare_runs
+from ffd_lightning.analysis.labels import family_table
 from ffd_lightning.analysis.plots import (
     budget_bars,
     cumulative_curves,
@@ -215,6 +216,36 @@ def budgets(name: str, only: Sequence[str]) -> str:
     return _table(["category", "regime", *shown], rows)
 
 
+def labels(name: str) -> str:
+    """Return how well part labels fit, by category and regime: deformed, undeformed, by family."""
+    kept = study(name)
+    families = family_table(kept.samples, kept.families)
+    rows = []
+    for (category, regime), part in kept.samples.groupby(["category", "regime"], sort=False):
+        shapes = pd.concat(
+            part.assign(setup=word, run=part["run"] + word, part_iou=part[column])
+            for word, column in (("deformed", "part_iou"), ("as it is", "undeformed_part_iou"))
+        )
+        gain = compare_runs(shapes, kept.protocol, "part_iou", "setup").iloc[0]
+        of_group = families[(families["category"] == category) & (families["regime"] == regime)]
+        means = 100 * of_group.groupby("family")["mean"].mean()
+        sign = 1 if gain["a"] == "deformed" else -1
+        span = sorted(100 * sign * gain[end] for end in ("low", "high"))
+        cells = [100 * part[c].mean() for c in ("part_iou", "undeformed_part_iou")]
+        rows.append(
+            [
+                str(category),
+                regime_title(str(regime)),
+                *(f"{x:.1f}" for x in cells),
+                f"{100 * sign * gain['difference']:+.1f} [{span[0]:+.1f}, {span[1]:+.1f}]",
+                f"{means['same']:.1f}",
+                f"{means['other']:.1f}",
+            ]
+        )
+    heads = ["deformed", "as it is", "gain", "same family", "another family"]
+    return _table(["category", "regime", *heads], rows)
+
+
 def seeds_of(name: str, column: str, regime: str) -> str:
     """Return a number of a regime's runs for a sentence: its mean over categories and seeds."""
     _, factor, places = _COLUMNS[column]
@@ -246,7 +277,7 @@ def pages() -> dict[str, str]:
     )
     functions = (
         setup, scores, changes, changes_by_category, change, verdict, word, stability, budgets,
-        claim, seeds_of, figure,
+        claim, seeds_of, labels, figure,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     return {

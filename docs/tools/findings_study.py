@@ -12,6 +12,7 @@ import pandas as pd
 
 from ffd_lightning.analysis.archive import read_archive
 from ffd_lightning.analysis.compare import compare_runs
+from ffd_lightning.analysis.labels import family_table
 from ffd_lightning.analysis.paired import LEVEL, holm
 from ffd_lightning.analysis.selection import selection_table
 from ffd_lightning.errors import DataError
@@ -271,6 +272,21 @@ def one_is_enough(study: Study) -> Verdict:
     return Verdict(word, f"Chamfer x 1000: {_told(rows, 1000)}; T = 30: {1000 * row['mean_b']:.1f}")
 
 
+def semantically_close(study: Study) -> Verdict:
+    """Judge whether labels fit better that come from a template of the image's own family."""
+    table = family_table(study.samples, study.families)
+    rows = table[table["family"] == "same - other"]
+    better, worse = int((rows["low"] > 0).sum()), int((rows["high"] < 0).sum())
+    word = HOLDS if better == len(rows) else FAILS if worse > len(rows) / 2 else OPEN
+    means = table.groupby("family")["mean"].mean()
+    return Verdict(
+        word,
+        f"part IoU x 100, mean over {len(rows)} runs: {100 * means['same']:.1f} with a template of "
+        f"the image's family, {100 * means['other']:.1f} with another; the interval of the "
+        f"difference is above 0 in {better} runs, below 0 in {worse}",
+    )
+
+
 CLAIMS = {
     "equal": Claim(
         "The regimes b, w, e and r deform about equally well.",
@@ -307,6 +323,12 @@ CLAIMS = {
         f"Holds if T = 1 is at most {MARGIN:.0%} worse, with its whole interval. Does not hold if "
         "it is shown to be worse by more.",
         one_is_enough,
+    ),
+    "labels": Claim(
+        "Part labels transfer where the template is semantically close.",
+        "Close is a template of the structural family that the image shows. Holds if the interval "
+        "of the difference is above 0 in every run. Does not hold if it is below 0 in most.",
+        semantically_close,
     ),
 }
 """The paper's claims, by name: those of its sections 5.2 and 5.3."""

@@ -1,5 +1,6 @@
 """The pages of findings are what their studies say; verdicts follow their rules."""
 
+import dataclasses
 import sys
 
 import numpy as np
@@ -152,3 +153,18 @@ def test_pages_say_what_the_studies_say(tmp_path, monkeypatch):
         assert (folder / name).read_text("utf-8") == text, "python docs/tools/findings.py"
     drawn = {path.name for path in tmp_path.iterdir()}
     assert drawn == {path.name for path in folder.glob("*.svg")}
+
+
+@pytest.mark.parametrize(
+    ("close", "expected"), [((0.8, 0.8), HOLDS), ((0.8, 0.5), OPEN), ((0.2, 0.2), FAILS)]
+)
+def test_labels_transfer_where_the_template_is_close(close, expected):
+    made = study({"e": (0.05, 0.2, 2)}, categories=("sofa",), seeds=(0, 1))
+    samples = made.samples.assign(family="corner")
+    same = samples["template"] == "t0"  # of the two, it alone is a corner sofa
+    score = np.where(same, samples["seed"].map(dict(enumerate(close))), 0.5)
+    jitter = np.random.default_rng(0).normal(0, 0.01, len(samples))
+    samples = samples.assign(part_iou=score + jitter, undeformed_part_iou=0.5)
+    families = dict.fromkeys(samples["run"], {"t0": "sofa/corner", "t1": "sofa/plain"})
+    labelled = dataclasses.replace(made, samples=samples, families=families)
+    assert CLAIMS["labels"](labelled).word == expected
