@@ -165,6 +165,6 @@ def test_labels_transfer_where_the_template_is_close(close, expected):
     score = np.where(same, samples["seed"].map(dict(enumerate(close))), 0.5)
     jitter = np.random.default_rng(0).normal(0, 0.01, len(samples))
     samples = samples.assign(part_iou=score + jitter, undeformed_part_iou=0.5)
-    families = dict.fromkeys(samples["run"], {"t0": "sofa/corner", "t1": "sofa/plain"})
+    families = {run: {"t0": "sofa/corner", "t1": "sofa/plain"} for run in samples["run"]}
     labelled = dataclasses.replace(made, samples=samples, families=families)
     assert CLAIMS["labels"](labelled).word == expected
