@@ -48,7 +48,8 @@ DATA = FOLDER / "data"
 TEXTS = Path(__file__).parent / "findings"
 
 _MADE = "<!-- Made by docs/tools/findings.py from docs/tools/findings/{}: change it there. -->\n\n"
-_ICONS = {HOLDS: "success", FAILS: "failure", OPEN: "question"}
+_ICONS = {HOLDS: "success", FAILS: "failure", OPEN: "note"}
+_BOUND = "\N{NO-BREAK SPACE}"
 _COLUMNS = {  # of tables of scores: heading, factor, places
     "chamfer": ("Chamfer ↓", 1000, 1),
     "emd": ("EMD ↓", 1000, 1),
@@ -69,20 +70,18 @@ def study(name: str) -> Study:
 def setup(name: str) -> str:
     """Say what was trained, on what, with which settings and on which machine."""
     kept = study(name)
-    runs, settings = kept.runs, kept.about_runs
+    runs, steps = kept.runs, kept.about_runs["schedule.steps"]
     told = [
-        f"{len(runs)} runs",
-        _listed("category", "categories", runs["category"].unique()),
-        _listed("seed", "seeds", sorted(runs["seed"].unique())),
-        _listed("T", "T", sorted(runs["templates"].unique()), " = "),
-        _listed("steps", "steps", sorted(settings["schedule.steps"].unique()), " ", last=True),
-        _listed("test shapes", "test shapes", sorted(runs["num_samples"].unique()), " ", True),
+        f"{len(runs)} runs: {_few(runs['category'])}",
+        f"seed {_few(runs['seed'])}",
+        f"T = {_few(runs['templates'])}",
+        f"{_few(steps)} steps",
+        f"{_few(runs['num_samples'])} test shapes",
+        f"protocol `{kept.protocol.name}`",
+        "; ".join(dict.fromkeys(about["processor"] for about in kept.about)),
     ]
-    machines = "; ".join(dict.fromkeys(about["processor"] for about in kept.about))
     commands = "\n".join(dict.fromkeys(line for a in kept.about for line in a["commands"]))
-    return (
-        f"{'; '.join(told)}. Protocol `{kept.protocol.name}`. {machines}.\n\n```\n{commands}\n```"
-    )
+    return f"{'; '.join(told)}.\n\n```\n{commands}\n```"
 
 
 def scores(
@@ -109,16 +108,13 @@ def scores(
             numbers = factor * seeds[column]
             cells.append(f"{numbers.mean():.{places}f}")
             if len(numbers) > 1:
-                cells[-1] += f" ± {numbers.std():.{places}f}"
+                cells[-1] += f"{_BOUND}±{_BOUND}{numbers.std():.{places}f}"
         rows.append(cells)
     return _table([by, *(_COLUMNS[c][0] for c in columns)], rows)
 
 
 def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
-    """Return a table of differences a - b, mean over categories, with their intervals.
-
-    Bold is what is shown. A number below: in how many categories the difference has this sign.
-    """
+    """Return a table of differences a - b, mean over categories; bold is what is shown."""
     table = _differences(name, tuple(map(tuple, pairs)), tuple(measures))
     rows = []
     for (a, b), part in table.groupby(["a", "b"], sort=False):
@@ -324,13 +320,8 @@ def compare(name: str, folder: Path) -> None:
             print(f"{run}: {row['statement']}")
 
 
-def _listed(
-    one: str, many: str, values: Iterable[Any], between: str = " ", last: bool = False
-) -> str:
-    shown = [str(v) for v in values]
-    text = shown[0] if len(shown) == 1 else f"{', '.join(shown[:-1])} and {shown[-1]}"
-    noun = one if len(shown) == 1 else many
-    return f"{text} {noun}" if last else f"{noun}{between}{text}"
+def _few(values: pd.Series) -> str:
+    return ", ".join(str(value) for value in values.unique())
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
