@@ -193,6 +193,12 @@ def stability(name: str, only: Sequence[str]) -> str:
     return _table(["regime", "same template", "adjusted Rand index"], rows)
 
 
+def same_template(name: str, regime: str) -> str:
+    """Return for how many images two seeds of a regime select the same, for a sentence."""
+    table = selection_stability(study(name).where(regime=regime).samples)
+    return f"{table['same_template'].mean():.0%}"
+
+
 def budgets(name: str, only: Sequence[str]) -> str:
     """Return what the Chamfer distance is made of, a row per category and regime."""
     part = study(name).where(regime=only)
@@ -273,7 +279,7 @@ def pages() -> dict[str, str]:
     )
     functions = (
         setup, scores, changes, changes_by_category, change, verdict, word, stability, budgets,
-        claim, seeds_of, labels, figure,
+        claim, same_template, seeds_of, labels, figure,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     return {
