@@ -14,6 +14,7 @@ import argparse
 import platform
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
@@ -115,7 +116,10 @@ def scores(
 
 def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
     """Return a table of differences a - b, mean over categories; bold is what is shown."""
-    table = _differences(name, tuple(map(tuple, pairs)), tuple(measures))
+    return _changes(_differences(name, tuple(map(tuple, pairs)), tuple(measures)), measures)
+
+
+def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
     rows = []
     for (a, b), part in table.groupby(["a", "b"], sort=False):
         cells = [f"{a} - {b}"]
@@ -140,6 +144,23 @@ def changes_by_category(name: str, pairs: Iterable[Sequence[str]], measure: str)
 @cache
 def _differences(name: str, pairs: tuple[Any, ...], measures: tuple[str, ...]) -> pd.DataFrame:
     return differences(study(name), pairs, measures)
+
+
+def versus(name: str, base: str, only: Sequence[str], measures: Sequence[str]) -> str:
+    """Return a table of what regimes gain in one study over another, on the shapes of both."""
+    new, old = study(name).where(regime=only), study(base).where(regime=only)
+    shared = {column: set(new.samples[column]) for column in ("category", "seed", "templates")}
+    old = old.where(**shared)
+    parts = [
+        part.samples.assign(
+            setup=part.samples["regime"] + f", {part.name}",
+            run=part.samples["run"] + f", {part.name}",
+        )
+        for part in (new, old)
+    ]
+    both = replace(new, samples=pd.concat(parts, ignore_index=True))
+    pairs = [(f"{regime}, {name}", f"{regime}, {base}") for regime in only]
+    return _changes(differences(both, pairs, measures, "setup", settings=False), measures)
 
 
 def change(name: str, a: str, b: str, measure: str) -> str:
@@ -279,7 +300,7 @@ def pages() -> dict[str, str]:
     )
     functions = (
         setup, scores, changes, changes_by_category, change, verdict, word, stability, budgets,
-        claim, same_template, seeds_of, labels, figure,
+        versus, claim, same_template, seeds_of, labels, figure,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     return {
