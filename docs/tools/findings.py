@@ -64,13 +64,15 @@ _COLUMNS = {  # of tables of scores: heading, factor, places
 
 @cache
 def study(name: str) -> Study:
-    """Read a kept study once."""
-    return Study.read(DATA, name)
+    """Read a kept study once; `one+other` is one with the other's runs of the regimes it has."""
+    one, _, other = name.partition("+")
+    read = Study.read(DATA, one)
+    return read.with_regimes_of(Study.read(DATA, other)) if other else read
 
 
-def setup(name: str) -> str:
+def setup(name: str, **columns: Any) -> str:
     """Say what was trained, on what, with which settings and on which machine."""
-    kept = study(name)
+    kept = study(name).where(**columns)
     runs, steps = kept.runs, kept.about_runs["schedule.steps"]
     told = [
         f"{len(runs)} runs: {_few(runs['category'])}",
@@ -288,7 +290,7 @@ def figure(kind: str, name: str, alt: str, **columns: Any) -> str:
         ),
     }
     ending = "".join(f"-{value}" for value in columns.values() if isinstance(value, (str, int)))
-    file = f"{name}-{kind}{ending}.svg"
+    file = f"{name.replace('+', '-')}-{kind}{ending}.svg"
     write_bytes_atomic(FOLDER / file, to_svg(draw[kind]()))
     return f"![{alt}]({file})"
 

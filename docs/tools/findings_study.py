@@ -91,6 +91,30 @@ class Study:
             raise DataError(f"study {self.name} has no runs with {columns}")
         return replace(self, samples=kept)
 
+    def with_regimes_of(self, other: Study) -> Study:
+        """Return it with the other's runs in place of its own of the same regimes.
+
+        What the two studies set differently is taken not to matter to the regimes that stay.
+        """
+        stay = set(self.samples["regime"]) - set(other.samples["regime"])
+        parts = [self.where(regime=stay), other]
+        settings = pd.concat([part.about_runs for part in parts])
+        changed = [
+            key
+            for key in settings
+            if not key.startswith("regime.")
+            and set(self.settings[key].map(repr)) != set(other.settings[key].map(repr))
+        ]
+        return replace(
+            self,
+            name=f"{self.name}+{other.name}",
+            samples=pd.concat([part.samples for part in parts], ignore_index=True),
+            curves=pd.concat([part.curves for part in parts], ignore_index=True),
+            settings=settings.drop(columns=changed),
+            about=self.about + other.about,
+            families={**self.families, **other.families},
+        )
+
     @cached_property
     def runs(self) -> pd.DataFrame:
         """A row per run: what tells it apart, its mean scores, and how it selects."""
