@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from ffd_lightning.analysis.paired import Array, Comparison, holm, resampled_means
+from ffd_lightning.analysis.paired import Comparison, holm, resampled_means
 from ffd_lightning.analysis.sentences import group_label, statement
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
@@ -309,7 +310,7 @@ def _over_categories(found: list[Comparison]) -> list[Comparison]:
     ]
 
 
-def _of_runs(parts: list[Comparison]) -> Array:
+def _of_runs(parts: list[Comparison]) -> NDArray[np.float64]:
     """Return how much pairs of runs differ in the mean over categories."""
     if len({c.seeds for c in parts}) > 1:  # no pairs that go together
         return np.concatenate([c.of_runs for c in parts])
