@@ -5,7 +5,7 @@
     python docs/tools/findings.py compare NAME RUNS     put runs trained again beside the kept ones
 
 No training is needed for the first. A study in several parts has names like `paper_table/chairs`.
-The texts are the templates in docs/tools/findings; every number in them is computed.
+The texts are the templates in docs/tools/findings; what the kept scores say is computed there.
 """
 
 from __future__ import annotations
@@ -329,7 +329,7 @@ def processor() -> str:
     ]
     kind = names[0] if names else platform.machine()
     capability = torch.backends.cpu.get_cpu_capability()
-    return f"{kind} ({capability}, one thread), torch {torch.__version__}"
+    return f"{kind} ({capability}), torch {torch.__version__}"
 
 
 def compare(name: str, folder: Path) -> None:
