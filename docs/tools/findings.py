@@ -51,7 +51,7 @@ TEXTS = Path(__file__).parent / "findings"
 _MADE = "<!-- Made by docs/tools/findings.py from docs/tools/findings/{}: change it there. -->\n\n"
 _ICONS = {HOLDS: "success", FAILS: "failure", OPEN: "note"}
 _BOUND = "\N{NO-BREAK SPACE}"
-_COLUMNS = {  # of tables of scores: heading, factor, places
+_COLUMNS = {  # of tables: heading, factor, places
     "chamfer": ("Chamfer ↓", 1000, 1),
     "emd": ("EMD ↓", 1000, 1),
     "iou": ("IoU ↑", 1000, 1),
@@ -59,7 +59,9 @@ _COLUMNS = {  # of tables of scores: heading, factor, places
     "effective_templates": ("effective templates", 1, 1),
     "folded": ("folded, %", 100, 1),
     "stretch_95": ("stretch", 1, 2),
+    "part_iou": ("part IoU ↑", 100, 1),
 }
+_SCORES = tuple(name for name in _COLUMNS if name != "part_iou")
 
 
 @cache
@@ -91,7 +93,7 @@ def scores(
     name: str,
     by: str = "regime",
     only: Sequence[str] = (),
-    columns: Sequence[str] = tuple(_COLUMNS),
+    columns: Sequence[str] = _SCORES,
 ) -> str:
     """Return a table of mean scores, ± the standard deviation over seeds.
 
@@ -247,26 +249,18 @@ def labels(name: str) -> str:
     families = family_table(kept.samples, kept.families)
     rows = []
     for (category, regime), part in kept.samples.groupby(["category", "regime"], sort=False):
-        shapes = pd.concat(
+        both = pd.concat(
             part.assign(setup=word, run=part["run"] + word, part_iou=part[column])
             for word, column in (("deformed", "part_iou"), ("as it is", "undeformed_part_iou"))
         )
-        gain = compare_runs(shapes, kept.protocol, "part_iou", "setup").iloc[0]
+        pair = [("deformed", "as it is")]
+        gain = differences(replace(kept, samples=both), pair, ["part_iou"], "setup", False)
         of_group = families[(families["category"] == category) & (families["regime"] == regime)]
-        means = 100 * of_group.groupby("family")["mean"].mean()
-        sign = 1 if gain["a"] == "deformed" else -1
-        span = sorted(100 * sign * gain[end] for end in ("low", "high"))
-        cells = [100 * part[c].mean() for c in ("part_iou", "undeformed_part_iou")]
-        rows.append(
-            [
-                str(category),
-                regime_title(str(regime)),
-                *(f"{x:.1f}" for x in cells),
-                f"{100 * sign * gain['difference']:+.1f} [{span[0]:+.1f}, {span[1]:+.1f}]",
-                f"{means['same']:.1f}",
-                f"{means['other']:.1f}",
-            ]
-        )
+        by_family = of_group.groupby("family")["mean"].mean()
+        means = (part["part_iou"].mean(), part["undeformed_part_iou"].mean())
+        cells = [f"{100 * x:.1f}" for x in (*means, by_family["same"], by_family["other"])]
+        name_of = regime_title(str(regime))
+        rows.append([str(category), name_of, *cells[:2], _cell(gain.iloc[0]), *cells[2:]])
     heads = ["deformed", "as it is", "gain", "same family", "another family"]
     return _table(["category", "regime", *heads], rows)
 
