@@ -17,6 +17,8 @@ from typing import Any
 
 import pandas as pd
 import yaml
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from benchmarks.timing import Row
 from ffd_lightning.analysis.wording import measure_title
@@ -127,7 +129,7 @@ def measure(
     table = pd.DataFrame(points)
     files = [out / "quality.csv", out / "quality.png"]
     table.to_csv(files[0], index=False)
-    _draw(table, files[1])
+    draw(table).savefig(files[1], dpi=110)
     return rows, files
 
 
@@ -185,15 +187,14 @@ def _row(point: Mapping[str, Any]) -> Row:
     return Row("quality", name, note=f"{scores} after {point['steps']:,} steps", extra=dict(point))
 
 
-def _draw(table: pd.DataFrame, file: Path) -> None:
-    """Draw each measure against seconds: a line through the means over seeds, a dot for each."""
-    import matplotlib
+def draw(table: pd.DataFrame) -> Figure:
+    """Draw each measure against seconds: a line through the means over seeds, a dot for each.
 
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-    from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
-
-    figure, axes = pyplot.subplots(1, len(_MEASURES), figsize=(13, 5), layout="constrained")
+    Args:
+        table: as `measure` writes it.
+    """
+    figure = Figure(figsize=(13, 5), layout="constrained")
+    axes = figure.subplots(1, len(_MEASURES))
     for axis, shown in zip(axes, _MEASURES, strict=True):
         recipes = table.groupby("recipe", sort=False)
         for (recipe, runs), color in zip(recipes, cycle(COLORS), strict=False):
@@ -216,5 +217,4 @@ def _draw(table: pd.DataFrame, file: Path) -> None:
         f"{seeds} seed{'s' * (seeds > 1)}; each dot is a run of its own",
         fontsize=10,
     )
-    figure.savefig(file, dpi=110)
-    pyplot.close(figure)
+    return figure

@@ -13,7 +13,7 @@ from __future__ import annotations
 import argparse
 import platform
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -24,9 +24,11 @@ import torch
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
 
+sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parent))
-from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, Verdict, differences
+from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, differences, overall
 
+from benchmarks.quality import draw
 from ffd_lightning.analysis.archive import write_archive
 from ffd_lightning.analysis.budget import error_budget
 from ffd_lightning.analysis.compare import compare_runs
@@ -61,6 +63,15 @@ _COLUMNS = {  # of tables: heading, factor, places
     "stretch_95": ("stretch", 1, 2),
     "part_iou": ("part IoU ↑", 100, 1),
 }
+_REFERENCES = {
+    "feature_retrieval": "retrieved by its features",
+    "retrieval": "nearest training shape",
+    "fitted": "best template, fitted",
+    "floor": "floor",
+}
+_REGIME_STUDIES = {  # what is said of each: study
+    "chairs, lamps and tables, T = 16": "beyond+annealing",
+}
 _SCORES = tuple(name for name in _COLUMNS if name != "part_iou")
 
 
@@ -94,6 +105,7 @@ def scores(
     by: str = "regime",
     only: Sequence[str] = (),
     columns: Sequence[str] = _SCORES,
+    **where: Any,
 ) -> str:
     """Return a table of mean scores, ± the standard deviation over seeds.
 
@@ -102,8 +114,9 @@ def scores(
         by: a row per value of this column of its runs; a value is averaged over categories first.
         only: values of it that are shown, in this order; all by default.
         columns: of `_COLUMNS`.
+        where: the runs, as `Study.where` takes them.
     """
-    runs = study(name).runs
+    runs = study(name).where(**where).runs
     rows = []
     for value in only or runs[by].unique():
         seeds = runs[runs[by] == value].groupby("seed").mean(numeric_only=True)
@@ -128,8 +141,7 @@ def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
     for (a, b), part in table.groupby(["a", "b"], sort=False):
         cells = [f"{a} - {b}"]
         for measure in measures:
-            of_measure = part[part["measure"] == measure]
-            cells.append(_cell(of_measure[_is_mean(of_measure)].iloc[0]))
+            cells.append(_cell(overall(part[part["measure"] == measure]).iloc[0]))
         rows.append(cells)
     return _table(["", *(_COLUMNS[m][0] for m in measures)], rows)
 
@@ -170,12 +182,7 @@ def versus(name: str, base: str, only: Sequence[str], measures: Sequence[str]) -
 def change(name: str, a: str, b: str, measure: str) -> str:
     """Return the difference a - b with its interval, for a sentence; bold if it is shown."""
     table = _differences(name, ((a, b),), (measure,))
-    return _cell(table[_is_mean(table)].iloc[0])
-
-
-def _is_mean(table: pd.DataFrame) -> pd.Series:
-    mean = table["category"].str.startswith("mean of ")
-    return mean if mean.any() else ~mean
+    return _cell(overall(table).iloc[0])
 
 
 def _cell(row: Any) -> str:
@@ -185,26 +192,33 @@ def _cell(row: Any) -> str:
     return f"**{text}**" if row["shown"] else text
 
 
-def verdict(claim: str, name: str, **columns: Any) -> str:
-    """Return a claim of the paper, what a study says about it, and by which rule."""
-    judged, of = _judge(claim, name, **columns), CLAIMS[claim]
-    title = f"{of.text} {judged.word.capitalize()}."
-    return f'!!! {_ICONS[judged.word]} "{title}"\n\n    {judged.why}.\n\n    {of.rule}'
+def verdicts(claim: str, studies: Mapping[str, str]) -> str:
+    """Return a claim of the paper, what studies say about it, and by which rule.
+
+    Args:
+        claim: its name in `CLAIMS`.
+        studies: by what is said of them: "sofas and tables".
+    """
+    judged = {of: CLAIMS[claim](study(name)) for of, name in studies.items()}
+    words = {verdict.word for verdict in judged.values()}
+    icon = _ICONS[words.pop() if len(words) == 1 else OPEN]
+    bullet = "- " if len(judged) > 1 else ""
+    lines = [
+        f"    {bullet}{of[0].upper()}{of[1:]}: **{verdict.word}**. {verdict.why}."
+        for of, verdict in judged.items()
+    ]
+    said = "\n".join(lines)
+    return f'!!! {icon} "{CLAIMS[claim].text}"\n\n{said}\n\n    {CLAIMS[claim].rule}'
 
 
-def word(claim: str, name: str, **columns: Any) -> str:
-    """Return the word alone: holds, does not hold, not decided."""
-    return _judge(claim, name, **columns).word
+def word(claim: str, name: str) -> str:
+    """Return the verdict alone: holds, does not hold, not decided."""
+    return CLAIMS[claim](study(name)).word
 
 
 def claim(name: str) -> str:
     """Return the words of a claim."""
     return CLAIMS[name].text
-
-
-def _judge(name_of_claim: str, name: str, **columns: Any) -> Verdict:
-    part = study(name)
-    return CLAIMS[name_of_claim](part.where(**columns) if columns else part)
 
 
 def stability(name: str, only: Sequence[str]) -> str:
@@ -249,12 +263,7 @@ def labels(name: str) -> str:
     families = family_table(kept.samples, kept.families)
     rows = []
     for (category, regime), part in kept.samples.groupby(["category", "regime"], sort=False):
-        both = pd.concat(
-            part.assign(setup=word, run=part["run"] + word, part_iou=part[column])
-            for word, column in (("deformed", "part_iou"), ("as it is", "undeformed_part_iou"))
-        )
-        pair = [("deformed", "as it is")]
-        gain = differences(replace(kept, samples=both), pair, ["part_iou"], "setup", False)
+        gain = beside(replace(kept, samples=part), "undeformed", ["part_iou"])
         of_group = families[(families["category"] == category) & (families["regime"] == regime)]
         by_family = of_group.groupby("family")["mean"].mean()
         means = (part["part_iou"].mean(), part["undeformed_part_iou"].mean())
@@ -265,6 +274,104 @@ def labels(name: str) -> str:
     return _table(["category", "regime", *heads], rows)
 
 
+def by_category(
+    name: str, only: Sequence[str], measure: str, references: Mapping[str, str] = _REFERENCES
+) -> str:
+    """Return a table of a measure, mean over seeds: a row per category, a column per regime.
+
+    Args:
+        name: of the study.
+        only: the regimes, in this order.
+        measure: column of the samples.
+        references: shapes shown beside the regimes, by the name of their columns; means over all
+            regimes where they depend on the run.
+    """
+    runs = study(name).where(regime=only).runs
+    heading, factor, places = _COLUMNS[measure]
+    of_regimes = runs.pivot_table(measure, "category", "regime", sort=False)[list(only)]
+    of_others = runs.groupby("category", sort=False)[[f"{r}_{measure}" for r in references]].mean()
+    table = factor * of_regimes.join(of_others)
+    if len(table) > 1:
+        table.loc["mean"] = table.mean()
+    heads = [heading, *map(regime_title, only), *references.values()]
+    rows = [[str(c), *(f"{x:.{places}f}" for x in row)] for c, row in table.iterrows()]
+    return _table(heads, rows)
+
+
+def beside(part: Study, shape: str, measures: Sequence[str]) -> pd.DataFrame:
+    """Compare what the networks make of images with another shape for the same images.
+
+    Args:
+        part: one regime of a study.
+        shape: the other's columns begin with it.
+        measures: columns of the samples.
+
+    Returns:
+        As `differences` gives it.
+    """
+    other = {measure: part.samples[f"{shape}_{measure}"] for measure in measures}
+    run = part.samples["run"] + f", {shape}"
+    both = pd.concat(
+        [
+            part.samples.assign(setup="network"),
+            part.samples.assign(setup=shape, run=run, **other),
+        ]
+    )
+    pair = [("network", shape)]
+    return differences(replace(part, samples=both), pair, measures, "setup", settings=False)
+
+
+def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str]) -> str:
+    """Return a table of regimes minus another shape, and on how many categories they are better."""
+    rows = []
+    for regime in only:
+        part = study(name).where(regime=regime)
+        cells = [regime_title(regime)]
+        for measure in measures:
+            table = beside(part, shape, [measure])
+            sign = -1 if part.protocol.measure(measure).higher_is_better else 1
+            each = table[~table["category"].str.startswith("mean of ")]
+            better = (sign * each[["low", "high"]] < 0).all(axis=1).sum()
+            worse = (sign * each[["low", "high"]] > 0).all(axis=1).sum()
+            cells += [_cell(overall(table).iloc[0]), f"{better}, {worse}"]
+        rows.append(cells)
+    heads = [head for m in measures for head in (_COLUMNS[m][0], "better, worse")]
+    return _table(["regime", *heads], rows)
+
+
+def recipes(measures: Sequence[str] = ("chamfer", "emd", "iou")) -> str:
+    """Return the scores that recipes of training reach in some seconds: the quality benchmark's."""
+    table = _recipes()
+    lengths = sorted(table["asked_seconds"].unique())
+    rows = []
+    for recipe, part in table.groupby("recipe", sort=False):
+        runs = part.set_index("asked_seconds")
+        cells = []
+        for seconds in lengths:
+            run = runs.loc[seconds]
+            numbers = (f"{_COLUMNS[m][1] * run[m]:.{_COLUMNS[m][2]}f}" for m in measures)
+            cells.append(f"{' / '.join(numbers)} ({run['steps']:,})")
+        rows.append([str(recipe), *cells])
+    return _table(["recipe", *(f"{seconds} s" for seconds in lengths)], rows)
+
+
+def recipes_figure(alt: str) -> str:
+    """Draw the quality benchmark into a file beside the pages; return the link to it."""
+    write_bytes_atomic(FOLDER / "recipes.svg", to_svg(draw(_recipes())))
+    return f"![{alt}](recipes.svg)"
+
+
+def recipe_of(recipe: str, column: str, seconds: int) -> str:
+    """Return a number of a recipe after so many seconds, for a sentence."""
+    runs = _recipes().set_index(["recipe", "asked_seconds"])
+    _, factor, places = _COLUMNS[column]
+    return f"{factor * runs.loc[(recipe, seconds), column]:.{places}f}"
+
+
+def _recipes() -> pd.DataFrame:
+    return pd.read_csv(DATA / "quality.csv")
+
+
 def seeds_of(name: str, column: str, regime: str) -> str:
     """Return a number of a regime's runs for a sentence: its mean over categories and seeds."""
     _, factor, places = _COLUMNS[column]
@@ -273,8 +380,7 @@ def seeds_of(name: str, column: str, regime: str) -> str:
 
 def figure(kind: str, name: str, alt: str, **columns: Any) -> str:
     """Draw a figure of a study's runs into a file beside the pages; return the link to it."""
-    part = study(name)
-    part = part.where(**columns) if columns else part
+    part = study(name).where(**columns)
     draw: dict[str, Callable[[], Figure]] = {
         "curves": lambda: cumulative_curves(part.samples, part.protocol),
         "selection": lambda: selection_histograms(part.samples),
@@ -295,10 +401,12 @@ def pages() -> dict[str, str]:
         loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
     )
     functions = (
-        setup, scores, changes, changes_by_category, change, verdict, word, stability, budgets,
-        versus, claim, same_template, seeds_of, labels, figure,
+        setup, scores, changes, changes_by_category, change, verdicts, word, stability, budgets,
+        versus, claim, same_template, seeds_of, labels, figure, by_category, against,
+        recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
+    environment.globals["regime_studies"] = _REGIME_STUDIES
     return {
         path.name: _MADE.format(path.name) + environment.get_template(path.name).render()
         for path in sorted(TEXTS.glob("*.md"))

@@ -128,6 +128,54 @@ def test_a_difference_is_that_of_a_to_b():
     assert there["shown"].all()
 
 
+SEVEN = ("sofa", "table", "chair", "lamp", "bench", "car", "plane")
+
+
+def test_with_one_seed_categories_are_the_trainings():
+    def of_six(category, _):
+        return (0.05 if category == "plane" else 0.04, 0.2, 8)
+
+    b = {"b": lambda *_: (0.045, 0.2, 4)}
+    pair = [("posterior", "b")]
+
+    def table(posterior, categories=SEVEN):
+        made = study(b | {"posterior": posterior}, categories=categories, seeds=(0,))
+        return differences(made, pair, ["chamfer"]).set_index("category")
+
+    always = table((0.04, 0.2, 8))
+    assert always["shown"].tolist() == [False] * 7 + [True], "one training shows nothing alone"
+    contradicted = table(of_six)
+    assert not contradicted["shown"].any()
+    # Between categories there is more to choose than between shapes of one.
+    mean = contradicted.loc["mean of 7"]
+    assert mean["low"] < mean["difference"] < mean["high"]
+    assert (
+        mean["high"] - mean["low"]
+        > always.loc["mean of 7", "high"] - always.loc["mean of 7", "low"]
+    )
+    few = table((0.04, 0.2, 8), SEVEN[:2])
+    assert few["p"].max() < 1e-6, "two categories: shapes are the sample"
+
+
+def test_selection_spreads_over_categories():
+    few = {"b": (0.05, 0.2, 2)}
+
+    def r(category, _):
+        return (0.05, 0.2, 1 if category in SEVEN[:3] else 4)
+
+    options = {"categories": SEVEN, "seeds": (0,)}
+    assert word("spread", few | dict.fromkeys("er", (0.05, 0.2, 8)), **options) == HOLDS
+    assert word("spread", few | {"e": (0.05, 0.2, 8), "r": r}, **options) == OPEN
+    assert word("spread", few | dict.fromkeys("er", (0.05, 0.2, 1)), **options) == FAILS
+
+
+def test_better_than_another_shape():
+    made = study({"b": (0.05, 0.2, 4)})
+    table = findings.beside(made, "undeformed", ["chamfer"])
+    assert (table["high"] < 0).all()
+    assert table["difference"].tolist() == pytest.approx([-0.15] * 3, abs=0.01)
+
+
 def test_what_a_study_lacks_is_named(tmp_path):
     with pytest.raises(DataError, match="no study nothing"):
         Study.read(tmp_path, "nothing")
