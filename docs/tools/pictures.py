@@ -218,7 +218,7 @@ def _pictures() -> dict[str, Picture]:
         "overview.jpg": Picture("demo", drawn, _overview),
         "posterior.jpg": Picture("categories", drawn, _by_category),
         "deforming.gif": Picture("categories", drawn, _deforming),
-        "scaling.png": Picture(None, ("geometry/nearest", "../benchmarks"), _scaling),
+        "scaling.png": Picture(None, ("geometry/nearest", "../benchmarks/nearest.py"), _scaling),
         "report.png": Picture("demo", report, partial(_screenshot, "report")),
         "viewer.png": Picture("demo", viewer, partial(_screenshot, "viewer")),
     }
