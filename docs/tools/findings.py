@@ -350,7 +350,8 @@ def recipes(measures: Sequence[str] = ("chamfer", "emd", "iou")) -> str:
         for seconds in lengths:
             run = runs.loc[seconds]
             numbers = (f"{_COLUMNS[m][1] * run[m]:.{_COLUMNS[m][2]}f}" for m in measures)
-            cells.append(f"{' / '.join(numbers)} ({run['steps']:,})")
+            taken = f"{run['steps']:,} steps, {run['seconds']:.0f} s"
+            cells.append(f"{' / '.join(numbers)} ({taken})")
         rows.append([str(recipe), *cells])
     return _table(["recipe", *(f"{seconds} s" for seconds in lengths)], rows)
 
@@ -364,7 +365,7 @@ def recipes_figure(alt: str) -> str:
 def recipe_of(recipe: str, column: str, seconds: int) -> str:
     """Return a number of a recipe after so many seconds, for a sentence."""
     runs = _recipes().set_index(["recipe", "asked_seconds"])
-    _, factor, places = _COLUMNS[column]
+    _, factor, places = _COLUMNS.get(column, ("", 1, 0))
     return f"{factor * runs.loc[(recipe, seconds), column]:.{places}f}"
 
 
