@@ -71,6 +71,7 @@ _REFERENCES = {
 }
 _REGIME_STUDIES = {  # what is said of each: study
     "chairs, lamps and tables, T = 16": "beyond+annealing",
+    "sofas and tables, T = 30": "regimes",
 }
 _SCORES = tuple(name for name in _COLUMNS if name != "part_iou")
 
@@ -87,12 +88,13 @@ def setup(name: str, **columns: Any) -> str:
     """Say what was trained, on what, with which settings and on which machine."""
     kept = study(name).where(**columns)
     runs, steps = kept.runs, kept.about_runs["schedule.steps"]
+    tested_on = runs.groupby("category", sort=False)["num_samples"].first()
     told = [
-        f"{len(runs)} runs: {_few(runs['category'])}",
+        f"{len(runs)} runs: {', '.join(tested_on.index)}",
         f"seed {_few(runs['seed'])}",
         f"T = {_few(runs['templates'])}",
         f"{_few(steps)} steps",
-        f"{_few(runs['num_samples'])} test shapes",
+        f"{', '.join(map(str, tested_on))} test shapes",
         f"protocol `{kept.protocol.name}`",
         "; ".join(dict.fromkeys(about["processor"] for about in kept.about)),
     ]
@@ -134,6 +136,14 @@ def scores(
 def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
     """Return a table of differences a - b, mean over categories; bold is what is shown."""
     return _changes(_differences(name, tuple(map(tuple, pairs)), tuple(measures)), measures)
+
+
+def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -> str:
+    """Return a table of differences between numbers of templates, mean over categories."""
+    named = [tuple(f"T = {count}" for count in pair) for pair in pairs]
+    return _changes(
+        differences(study(name).by_count(), named, measures, "setup", settings=False), measures
+    )
 
 
 def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
@@ -238,23 +248,23 @@ def same_template(name: str, regime: str) -> str:
     return f"{table['same_template'].mean():.0%}"
 
 
-def budgets(name: str, only: Sequence[str]) -> str:
-    """Return what the Chamfer distance is made of, a row per category and regime."""
-    part = study(name).where(regime=only)
-    runs = part.runs.set_index("run")[["category", "regime"]]
+def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) -> str:
+    """Return what the Chamfer distance is made of, a row per category and regime or number."""
+    part = study(name).where(**{by: only}, **where)
+    runs = part.runs.set_index("run")[["category", by]]
     table = error_budget(part.samples, part.protocol).join(runs)
     shown = ["floor", "capacity", "deformation", "selection", "total"]
-    means = table.groupby(["category", "regime"], sort=False)[shown].mean()
+    means = table.groupby(["category", by], sort=False)[shown].mean()
     rows = [
         [
             category,
-            regime_title(regime),
-            *(f"{means.loc[(category, regime), n]:.1f}" for n in shown),
+            regime_title(str(value)),
+            *(f"{means.loc[(category, value), n]:.1f}" for n in shown),
         ]
         for category in runs["category"].unique()
-        for regime in only
+        for value in only
     ]
-    return _table(["category", "regime", *shown], rows)
+    return _table(["category", by, *shown], rows)
 
 
 def labels(name: str) -> str:
@@ -402,8 +412,8 @@ def pages() -> dict[str, str]:
         loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
     )
     functions = (
-        setup, scores, changes, changes_by_category, change, verdicts, word, stability, budgets,
-        versus, claim, same_template, seeds_of, labels, figure, by_category, against,
+        setup, scores, changes, counts, changes_by_category, change, verdicts, word, stability,
+        budgets, versus, claim, same_template, seeds_of, labels, figure, by_category, against,
         recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
@@ -424,7 +434,10 @@ def keep(name: str, runs: Path, protocol: str | None, commands: Sequence[str]) -
 
 
 def processor() -> str:
-    """Return what the numbers depend on: the processor's kind, its instructions, torch."""
+    """Return what the numbers depend on: the processor, its instructions, threads, torch.
+
+    So studies are to be kept where, and with the OMP_NUM_THREADS with which, they were trained.
+    """
     names = [
         line.partition(":")[2].strip()
         for line in Path("/proc/cpuinfo").read_text().splitlines()
@@ -432,7 +445,9 @@ def processor() -> str:
     ]
     kind = names[0] if names else platform.machine()
     capability = torch.backends.cpu.get_cpu_capability()
-    return f"{kind} ({capability}), torch {torch.__version__}"
+    threads = torch.get_num_threads()
+    told = "one thread" if threads == 1 else f"{threads} threads"
+    return f"{kind} ({capability}, {told}), torch {torch.__version__}"
 
 
 def compare(name: str, folder: Path) -> None:
@@ -453,7 +468,7 @@ def compare(name: str, folder: Path) -> None:
 
 
 def _few(values: pd.Series) -> str:
-    return ", ".join(str(value) for value in values.unique())
+    return ", ".join(str(value) for value in sorted(set(values)))
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

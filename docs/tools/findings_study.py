@@ -102,6 +102,15 @@ class Study:
             raise DataError(f"study {self.name} has no runs with {columns}")
         return replace(self, samples=kept)
 
+    def by_count(self) -> Study:
+        """Return the runs of the study `template_counts` with their number as `setup`: "T = 8".
+
+        Those that rank the templates, under r, are left out: they have thirty templates too.
+        """
+        part = self.where(regime=["b", "e"])
+        names = "T = " + part.samples["templates"].astype(str)
+        return replace(part, samples=part.samples.assign(setup=names))
+
     def with_regimes_of(self, other: Study) -> Study:
         """Return it with the other's runs in place of its own of the same regimes.
 
@@ -339,15 +348,8 @@ def opposite(study: Study) -> Verdict:
 
 def one_is_enough(study: Study) -> Verdict:
     """Judge whether one template's Chamfer distance is within `MARGIN` of thirty's."""
-    # The ranking's own runs, under r, have thirty templates too.
-    counts = study.where(regime=["b", "e"], templates=[1, study.samples["templates"].max()])
-    one = counts.samples["templates"] == 1
-    named = counts.samples.assign(setup=one.map({True: "T = 1", False: "T = 30"}))
-    rows = overall(
-        differences(
-            replace(counts, samples=named), [("T = 1", "T = 30")], ["chamfer"], "setup", False
-        )
-    )
+    pairs = [("T = 1", "T = 30")]
+    rows = overall(differences(study.by_count(), pairs, ["chamfer"], "setup", settings=False))
     row, room = rows.iloc[0], MARGIN * rows["mean_b"].iloc[0]
     inside, outside = row["high"] < room, row["low"] > room and row["shown"]
     word = HOLDS if inside else FAILS if outside else OPEN
