@@ -267,6 +267,15 @@ def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) ->
     return _table(["category", by, *shown], rows)
 
 
+def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) -> str:
+    """Return how a validation curve runs, mean over the runs of each regime, at some steps."""
+    kept = study(name).where(regime=only)
+    table = kept.curves.merge(kept.runs[["run", "regime"]], on="run")
+    means = table.pivot_table(column, "regime", "step")
+    rows = [[regime_title(r), *(f"{means.loc[r, step]:.1f}" for step in steps)] for r in only]
+    return _table(["regime", *(f"step {step}" for step in steps)], rows)
+
+
 def labels(name: str) -> str:
     """Return how well part labels fit, by category and regime: deformed, undeformed, by family."""
     kept = study(name)
@@ -413,7 +422,7 @@ def pages() -> dict[str, str]:
     )
     functions = (
         setup, scores, changes, counts, changes_by_category, change, verdicts, word, stability,
-        budgets, versus, claim, same_template, seeds_of, labels, figure, by_category, against,
+        budgets, course, versus, claim, same_template, seeds_of, labels, figure, by_category, against,
         recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
