@@ -119,18 +119,32 @@ def scores(
         where: the runs, as `Study.where` takes them.
     """
     runs = study(name).where(**where).runs
-    rows = []
-    for value in only or runs[by].unique():
-        seeds = runs[runs[by] == value].groupby("seed").mean(numeric_only=True)
-        cells = [regime_title(str(value))]
-        for column in columns:
-            _, factor, places = _COLUMNS[column]
-            numbers = factor * seeds[column]
-            cells.append(f"{numbers.mean():.{places}f}")
-            if len(numbers) > 1:
-                cells[-1] += f"{_BOUND}±{_BOUND}{numbers.std():.{places}f}"
-        rows.append(cells)
+    rows = [
+        [regime_title(str(value)), *_means(runs[runs[by] == value], columns)]
+        for value in only or runs[by].unique()
+    ]
     return _table([by, *(_COLUMNS[c][0] for c in columns)], rows)
+
+
+def versions(studies: Mapping[str, str], columns: Sequence[str] = _SCORES, **where: Any) -> str:
+    """Return a table of mean scores like `scores`, a row per study, by what is said of it."""
+    rows = [
+        [label, *_means(study(name).where(**where).runs, columns)]
+        for label, name in studies.items()
+    ]
+    return _table(["", *(_COLUMNS[c][0] for c in columns)], rows)
+
+
+def _means(runs: pd.DataFrame, columns: Sequence[str]) -> list[str]:
+    seeds = runs.groupby("seed").mean(numeric_only=True)
+    cells = []
+    for column in columns:
+        _, factor, places = _COLUMNS[column]
+        numbers = factor * seeds[column]
+        cells.append(f"{numbers.mean():.{places}f}")
+        if len(numbers) > 1:
+            cells[-1] += f"{_BOUND}±{_BOUND}{numbers.std():.{places}f}"
+    return cells
 
 
 def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
@@ -172,21 +186,33 @@ def _differences(name: str, pairs: tuple[Any, ...], measures: tuple[str, ...]) -
     return differences(study(name), pairs, measures)
 
 
-def versus(name: str, base: str, only: Sequence[str], measures: Sequence[str]) -> str:
-    """Return a table of what regimes gain in one study over another, on the shapes of both."""
-    new, old = study(name).where(regime=only), study(base).where(regime=only)
-    shared = {column: set(new.samples[column]) for column in ("category", "seed", "templates")}
-    old = old.where(**shared)
-    parts = [
-        part.samples.assign(
-            setup=part.samples["regime"] + f", {part.name}",
-            run=part.samples["run"] + f", {part.name}",
-        )
-        for part in (new, old)
-    ]
-    both = replace(new, samples=pd.concat(parts, ignore_index=True))
-    pairs = [(f"{regime}, {name}", f"{regime}, {base}") for regime in only]
-    return _changes(differences(both, pairs, measures, "setup", settings=False), measures)
+def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[str]) -> str:
+    """Return a table of differences between the same regime in several studies.
+
+    Args:
+        studies: by what is said of them: "600 steps"; each is compared with the first, on the
+            categories, seeds, numbers of templates and test shapes that it has too.
+        only: the regimes.
+        measures: columns of the samples.
+    """
+    (base, base_name), *others = studies.items()
+    tables = []
+    for label, name in others:
+        new, old = study(name).where(regime=only), study(base_name).where(regime=only)
+        shared = {c: set(new.samples[c]) for c in ("category", "seed", "templates", "id")}
+        old = old.where(**shared)
+        new = new.where(id=set(old.samples["id"]))
+        parts = [
+            part.samples.assign(
+                setup=part.samples["regime"] + f": {of}", run=part.samples["run"] + f": {of}"
+            )
+            for of, part in ((label, new), (base, old))
+        ]
+        both = replace(new, samples=pd.concat(parts, ignore_index=True))
+        pairs = [(f"{regime}: {label}", f"{regime}: {base}") for regime in only]
+        tables.append(differences(both, pairs, measures, "setup", settings=False))
+    table = pd.concat(tables, ignore_index=True)
+    return _changes(table.assign(b=table["b"].str.partition(": ")[2]), measures)
 
 
 def change(name: str, a: str, b: str, measure: str) -> str:
@@ -422,8 +448,8 @@ def pages() -> dict[str, str]:
     )
     functions = (
         setup, scores, changes, counts, changes_by_category, change, verdicts, word, stability,
-        budgets, course, versus, claim, same_template, seeds_of, labels, figure, by_category, against,
-        recipes, recipes_figure, recipe_of,
+        budgets, course, versions, versus, claim, same_template, seeds_of, labels, figure,
+        by_category, against, recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     environment.globals["regime_studies"] = _REGIME_STUDIES
