@@ -191,7 +191,7 @@ def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[s
 
     Args:
         studies: by what is said of them: "600 steps"; each is compared with the first, on the
-            categories, seeds, numbers of templates and test shapes that it has too.
+            categories, seeds and test shapes that it has too.
         only: the regimes.
         measures: columns of the samples.
     """
@@ -199,7 +199,7 @@ def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[s
     tables = []
     for label, name in others:
         new, old = study(name).where(regime=only), study(base_name).where(regime=only)
-        shared = {c: set(new.samples[c]) for c in ("category", "seed", "templates", "id")}
+        shared = {c: set(new.samples[c]) for c in ("category", "seed", "id")}
         old = old.where(**shared)
         new = new.where(id=set(old.samples["id"]))
         parts = [
