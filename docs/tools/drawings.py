@@ -71,17 +71,23 @@ def shown(folder: Path, count: int) -> list[Shown]:
     ]
 
 
-def overview(runs: dict[str, Path], count: int = 6, width: int = 150) -> Picture:
-    """Draw the same inputs under several regimes: a row an input, the truth last."""
-    columns = [shown(folder, count) for folder in runs.values()]
-    first = columns[0]
-    view = first[0].view(width)
-    cells = []
-    for k, shape in enumerate(first):
-        truth = shape.run.data.prepared.mesh(shape.row)
-        meshes = [column[k].mesh(1) for column in columns]
-        cells += [shape.input(view), *draw_row([*meshes, truth], shape.view(width))]
-    heads = ["input", *(regime_title(name) for name in runs), "ground truth"]
+def overview(groups: Sequence[dict[str, Path]], count: int, width: int = 150) -> Picture:
+    """Draw the same inputs under several regimes: a row an input, the truth last.
+
+    Args:
+        groups: runs of the same data by their regime; the same regimes in each.
+        count: inputs of each group.
+        width: of a cell in pixels.
+    """
+    cells, view = [], None
+    for runs in groups:
+        columns = [shown(folder, count) for folder in runs.values()]
+        for k, shape in enumerate(columns[0]):
+            view = view or shape.view(width)
+            truth = shape.run.data.prepared.mesh(shape.row)
+            meshes = [column[k].mesh(1) for column in columns]
+            cells += [shape.input(view), *draw_row([*meshes, truth], shape.view(width))]
+    heads = ["input", *map(regime_title, groups[0]), "ground truth"]
     return contact_sheet(cells, len(heads), headings=heads, font_size=_FONT)
 
 

@@ -72,6 +72,7 @@ _REFERENCES = {
 _REGIME_STUDIES = {  # what is said of each: study
     "chairs, lamps and tables, T = 16": "beyond+annealing",
     "sofas and tables, T = 30": "regimes",
+    "13 categories, T = 30, one seed": "paper_table",
 }
 _SCORES = tuple(name for name in _COLUMNS if name != "part_iou")
 
@@ -152,6 +153,18 @@ def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) 
     return _changes(_differences(name, tuple(map(tuple, pairs)), tuple(measures)), measures)
 
 
+def changes_in(
+    studies: Mapping[str, str], pair: Sequence[str], measures: Sequence[str], **where: Any
+) -> str:
+    """Return a table of one difference a - b, a row per study, by what is said of it."""
+    rows = []
+    for label, name in studies.items():
+        table = differences(study(name).where(**where), [pair], measures)
+        each = (overall(table[table["measure"] == m]).iloc[0] for m in measures)
+        rows.append([label, *map(_cell, each)])
+    return _table([" - ".join(pair), *(_COLUMNS[m][0] for m in measures)], rows)
+
+
 def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -> str:
     """Return a table of differences between numbers of templates, mean over categories."""
     named = [tuple(f"T = {count}" for count in pair) for pair in pairs]
@@ -198,7 +211,7 @@ def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[s
     (base, base_name), *others = studies.items()
     tables = []
     for label, name in others:
-        new, old = study(name).where(regime=only), study(base_name).where(regime=only)
+        new, old = (_plain_ids(study(n).where(regime=only)) for n in (name, base_name))
         shared = {c: set(new.samples[c]) for c in ("category", "seed", "id")}
         old = old.where(**shared)
         new = new.where(id=set(old.samples["id"]))
@@ -272,6 +285,21 @@ def same_template(name: str, regime: str) -> str:
     """Return for how many images two seeds of a regime select the same, for a sentence."""
     table = selection_stability(study(name).where(regime=regime).samples)
     return f"{table['same_template'].mean():.0%}"
+
+
+def _plain_ids(kept: Study) -> Study:
+    """Return it with the ids of a category's own runs, where those of `joint` say the category."""
+    ids = kept.samples["id"].str.rpartition("/")[2]
+    return replace(kept, samples=kept.samples.assign(id=ids))
+
+
+def agreement(one: str, other: str, only: Sequence[str], **where: Any) -> str:
+    """Return for how many images the same regime and seed select the same in two studies."""
+    runs = ["category", "regime", "seed"]
+    samples = [study(name).where(regime=only, **where).samples for name in (one, other)]
+    both = pd.merge(*samples, on=[*runs, "id", "view"])
+    same = (both["template_x"] == both["template_y"]).groupby(both["regime"]).mean()
+    return _table(["regime", "same template"], [[regime_title(r), f"{same[r]:.0%}"] for r in only])
 
 
 def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) -> str:
@@ -418,10 +446,10 @@ def _recipes() -> pd.DataFrame:
     return pd.read_csv(DATA / "quality.csv")
 
 
-def seeds_of(name: str, column: str, regime: str) -> str:
+def seeds_of(name: str, column: str, regime: str, **where: Any) -> str:
     """Return a number of a regime's runs for a sentence: its mean over categories and seeds."""
     _, factor, places = _COLUMNS[column]
-    return f"{factor * study(name).per_seed(regime, column).mean():.{places}f}"
+    return f"{factor * study(name).per_seed(regime, column, **where).mean():.{places}f}"
 
 
 def figure(kind: str, name: str, alt: str, **columns: Any) -> str:
@@ -447,9 +475,9 @@ def pages() -> dict[str, str]:
         loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
     )
     functions = (
-        setup, scores, changes, counts, changes_by_category, change, verdicts, word, stability,
-        budgets, course, versions, versus, claim, same_template, seeds_of, labels, figure,
-        by_category, against, recipes, recipes_figure, recipe_of,
+        setup, scores, changes, changes_in, counts, changes_by_category, change, verdicts, word,
+        stability, budgets, course, versions, versus, claim, agreement, same_template, seeds_of,
+        labels, figure, by_category, against, recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     environment.globals["regime_studies"] = _REGIME_STUDIES

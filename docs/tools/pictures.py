@@ -17,7 +17,7 @@ import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -45,10 +45,18 @@ NOTEBOOKS = {
     "deformation": "demo",
     "limited_templates": "template_counts-quick",
 }
+SHORT = ("schedule=quick", "schedule.steps=300", "schedule.annealing_steps=30")
 SWEEPS = {
     "demo": ("train", "-m", f"regime={','.join(REGIMES)}", "category=table", "name=demo"),
     "categories": ("sweep", "categories", f"category={','.join(SHOWN)}"),
     "template_counts-quick": ("sweep", "template_counts", "--quick", "category=table"),
+    "paper_table": ("sweep", "paper_table", f"regime={','.join(REGIMES)}", *SHORT),
+    "real": (
+        *("train", "-m", "name=real", "data=folder", "data.root=meshes", "data.yaw=180"),
+        *("data.render.azimuths=[45,90,135,180,225,270,315,0]", "split.train_fraction=0.6"),
+        *("templates=t8", "category=chair,table", f"regime={','.join(REGIMES)}", "seed=0,1,2"),
+        *SHORT,
+    ),
 }
 """Commands that give the runs; what is finished is not trained again."""
 
@@ -75,7 +83,7 @@ class Place:
 
     def run(self, sweep: str, category: str, regime: str) -> Path:
         """Return the folder of a sweep's run."""
-        found = sorted((self.runs / sweep / category / regime / "t16").glob("seed0*"))
+        found = sorted((self.runs / sweep / category / regime).glob("t*/seed0*"))
         if not found:
             sys.exit(f"{self.runs / sweep}: no run of category {category}, regime {regime}")
         return found[0]
@@ -141,7 +149,14 @@ def _code(path: Path) -> str:
 def _overview(place: Place, file: Path) -> None:
     from drawings import overview
 
-    _save(overview({r: place.run("demo", "table", r) for r in REGIMES}), file)
+    _save(overview([{r: place.run("demo", "table", r) for r in REGIMES}], 6), file)
+
+
+def _findings(sweep: str, categories: Sequence[str], count: int, place: Place, file: Path) -> None:
+    from drawings import overview
+
+    groups = [{r: place.run(sweep, c, r) for r in REGIMES} for c in categories]
+    _save(overview(groups, count, width=120), file)
 
 
 def _by_category(place: Place, file: Path) -> None:
@@ -218,6 +233,12 @@ def _pictures() -> dict[str, Picture]:
         "overview.jpg": Picture("demo", drawn, _overview),
         "posterior.jpg": Picture("categories", drawn, _by_category),
         "deforming.gif": Picture("categories", drawn, _deforming),
+        "findings/categories.jpg": Picture(
+            "paper_table", drawn, partial(_findings, "paper_table", categories(), 1)
+        ),
+        "findings/real.jpg": Picture(
+            "real", drawn, partial(_findings, "real", ("chair", "table"), 3)
+        ),
         "scaling.png": Picture(None, ("geometry/nearest", "../benchmarks/nearest.py"), _scaling),
         "report.png": Picture("demo", report, partial(_screenshot, "report")),
         "viewer.png": Picture("demo", viewer, partial(_screenshot, "viewer")),

@@ -89,7 +89,10 @@ def explain(error: BaseException, schema: type[Any] | None = None, where: str = 
     if isinstance(error, OverrideParseException):
         if error.override is not None and error.override not in message:
             message = f"{error.override}: {message}"
-        return f"{message}: write group=option or key=value, quoted for the shell where needed"
+        return (
+            f"{message}: write group=option or key=value, quoted for the shell where needed; a "
+            "value with braces is quoted twice, 'key=\"a{b}\"'"
+        )
     if "Ambiguous value for argument" in message:
         return (
             f"{message}: commas separate values. Several are a list, image=[a.png,b.png]; one that "

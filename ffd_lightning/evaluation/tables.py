@@ -18,8 +18,9 @@ def print_summary(
     """Print a row for each shape that was scored and a column for each measure."""
     caption = "; ".join(f"{m.title}: {m.definition}" for m in protocol.measures)
     caption += f". {protocol.note}.{ProtocolDescription.of(protocol).factors}"
+    scored = f"{summary['num_samples']:.0f} images of {subset} shapes"
     table = Table(
-        title=f"{run.path}, protocol {protocol.name}, {summary['num_samples']:.0f} {subset} shapes",
+        title=f"{run.path}, protocol {protocol.name}, {scored}",
         caption=f"Means over the {subset} shapes. {caption}",
         caption_justify="left",
     )

@@ -268,6 +268,7 @@ MISTAKES = [
     (["regime=b,e"], ["regime=b,e", "commas", "-m"]),
     (["encoder=[a"], ["'[a'", "quoted for the shell"]),
     (["regime=b,"], ["regime=b,: ", "quoted for the shell"]),
+    (["split.file={category}.json"], ["split.file={category}.json", "quoted twice"]),
 ]
 
 
