@@ -16,6 +16,7 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -270,9 +271,9 @@ def claim(name: str) -> str:
     return CLAIMS[name].text
 
 
-def stability(name: str, only: Sequence[str]) -> str:
+def stability(name: str, only: Sequence[str], **where: Any) -> str:
     """Return how alike the seeds select: share of images with the same template, and Rand index."""
-    table = selection_stability(study(name).where(regime=only).samples)
+    table = selection_stability(study(name).where(regime=only, **where).samples)
     means = table.groupby("regime", sort=False)[["same_template", "adjusted_rand"]].mean()
     rows = [
         [regime_title(r), f"{means.same_template[r]:.0%}", f"{means.adjusted_rand[r]:.2f}"]
@@ -300,6 +301,28 @@ def agreement(one: str, other: str, only: Sequence[str], **where: Any) -> str:
     both = pd.merge(*samples, on=[*runs, "id", "view"])
     same = (both["template_x"] == both["template_y"]).groupby(both["regime"]).mean()
     return _table(["regime", "same template"], [[regime_title(r), f"{same[r]:.0%}"] for r in only])
+
+
+def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
+    """Return how far apart the mean scores of two trainings are, mean over regimes and pairs.
+
+    Of the same regime and seed in two studies, and of the same regime and two seeds in the first.
+    """
+    keys = ["category", "regime", "seed"]
+    runs = [study(name).where(**where).runs.set_index(keys)[list(measures)] for name in (one, other)]
+    same_seed = (runs[0] - runs[1]).abs().mean()
+    pairs = [
+        (part.loc[a] - part.loc[b]).abs()
+        for _, part in runs[0].groupby(keys[:2])
+        for a, b in combinations(part.index, 2)
+    ]
+    two_seeds = pd.DataFrame(pairs).mean()
+    columns = [_COLUMNS[measure] for measure in measures]
+    rows = [
+        [name, *(f"{k * x:.{places}f}" for x, (_, k, places) in zip(means, columns, strict=True))]
+        for name, means in (("the same seed in both", same_seed), ("two seeds", two_seeds))
+    ]
+    return _table(["", *(heading for heading, _, _ in columns)], rows)
 
 
 def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) -> str:
@@ -477,7 +500,7 @@ def pages() -> dict[str, str]:
     functions = (
         setup, scores, changes, changes_in, counts, changes_by_category, change, verdicts, word,
         stability, budgets, course, versions, versus, claim, agreement, same_template, seeds_of,
-        labels, figure, by_category, against, recipes, recipes_figure, recipe_of,
+        labels, figure, by_category, against, drift, recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     environment.globals["regime_studies"] = _REGIME_STUDIES
