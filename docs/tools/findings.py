@@ -184,9 +184,11 @@ def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
     return _table(["", *(_COLUMNS[m][0] for m in measures)], rows)
 
 
-def changes_by_category(name: str, pairs: Iterable[Sequence[str]], measure: str) -> str:
+def changes_by_category(
+    name: str, pairs: Iterable[Sequence[str]], measure: str, **where: Any
+) -> str:
     """Return a table of differences a - b in one measure, a row per category."""
-    table = _differences(name, tuple(map(tuple, pairs)), (measure,))
+    table = differences(study(name).where(**where), pairs, [measure])
     labels = list(dict.fromkeys(f"{a} - {b}" for a, b in zip(table["a"], table["b"], strict=True)))
     rows = []
     for category, part in table.groupby("category", sort=False):
