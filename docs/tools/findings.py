@@ -311,11 +311,12 @@ def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
     Of the same regime and seed in two studies, and of the same regime and two seeds in the first.
     """
     keys = ["category", "regime", "seed"]
-    runs = [study(name).where(**where).runs.set_index(keys)[list(measures)] for name in (one, other)]
-    same_seed = (runs[0] - runs[1]).abs().mean()
+    kept = (study(name).where(**where) for name in (one, other))
+    first, second = (part.runs.set_index(keys)[list(measures)] for part in kept)
+    same_seed = (first - second).abs().mean()
     pairs = [
         (part.loc[a] - part.loc[b]).abs()
-        for _, part in runs[0].groupby(keys[:2])
+        for _, part in first.groupby(keys[:2])
         for a, b in combinations(part.index, 2)
     ]
     two_seeds = pd.DataFrame(pairs).mean()
