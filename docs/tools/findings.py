@@ -328,6 +328,13 @@ def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
     return _table(["", *(heading for heading, _, _ in columns)], rows)
 
 
+def right_category(name: str, regime: str) -> str:
+    """Return for how many images a joint network selects a template of their own category."""
+    samples = study(name).where(regime=regime).samples
+    of_template = samples["template"].str.partition("/")[0]
+    return f"{(of_template == samples['category']).mean():.1%}"
+
+
 def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) -> str:
     """Return what the Chamfer distance is made of, a row per category and regime or number."""
     part = study(name).where(**{by: only}, **where)
@@ -503,7 +510,7 @@ def pages() -> dict[str, str]:
     functions = (
         setup, scores, changes, changes_in, counts, changes_by_category, change, verdicts, word,
         stability, budgets, course, versions, versus, claim, agreement, same_template, seeds_of,
-        labels, figure, by_category, against, drift, recipes, recipes_figure, recipe_of,
+        labels, figure, by_category, against, drift, right_category, recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     environment.globals["regime_studies"] = _REGIME_STUDIES
