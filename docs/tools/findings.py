@@ -510,7 +510,8 @@ def pages() -> dict[str, str]:
     functions = (
         setup, scores, changes, changes_in, counts, changes_by_category, change, verdicts, word,
         stability, budgets, course, versions, versus, claim, agreement, same_template, seeds_of,
-        labels, figure, by_category, against, drift, right_category, recipes, recipes_figure, recipe_of,
+        labels, figure, by_category, against, drift, right_category, recipes,
+        recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     environment.globals["regime_studies"] = _REGIME_STUDIES
