@@ -64,6 +64,7 @@ _COLUMNS = {  # of tables: heading, factor, places
     "stretch_95": ("stretch", 1, 2),
     "part_iou": ("part IoU ↑", 100, 1),
 }
+_PARTS = ["floor", "capacity", "deformation", "selection", "total"]  # of `error_budget`
 _REFERENCES = {
     "feature_retrieval": "retrieved by its features",
     "retrieval": "nearest training shape",
@@ -90,9 +91,10 @@ def setup(name: str, **columns: Any) -> str:
     """Say what was trained, on what, with which settings and on which machine."""
     kept = study(name).where(**columns)
     runs, steps = kept.runs, kept.about_runs["schedule.steps"]
-    tested_on = runs.groupby("category", sort=False)["num_samples"].first()
+    tested = kept.samples.drop_duplicates(["category", "id", "view"])
+    tested_on = tested.groupby("category", sort=False).size()
     told = [
-        f"{len(runs)} runs: {', '.join(tested_on.index)}",
+        f"{runs['run'].nunique()} runs: {', '.join(tested_on.index)}",
         f"seed {_few(runs['seed'])}",
         f"T = {_few(runs['templates'])}",
         f"{_few(steps)} steps",
@@ -328,6 +330,26 @@ def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
     return _table(["", *(heading for heading, _, _ in columns)], rows)
 
 
+def categories_of(studies: Mapping[str, str], regime: str, measure: str) -> str:
+    """Return a table of a measure of one regime: a row per category, a column per study."""
+    heading, factor, places = _COLUMNS[measure]
+    parts = {label: study(name).where(regime=regime).runs for label, name in studies.items()}
+    table = pd.DataFrame({n: runs.groupby("category")[measure].mean() for n, runs in parts.items()})
+    table.loc["mean"] = table.mean()
+    rows = [[str(c), *(f"{factor * x:.{places}f}" for x in row)] for c, row in table.iterrows()]
+    return _table([heading, *studies], rows)
+
+
+def budgets_of(studies: Mapping[str, str], regime: str) -> str:
+    """Return what the Chamfer distance of one regime is made of, mean over runs, by study."""
+    rows = []
+    for label, name in studies.items():
+        part = study(name).where(regime=regime)
+        means = error_budget(part.samples, part.protocol)[_PARTS].mean()
+        rows.append([label, *(f"{means[n]:.1f}" for n in _PARTS)])
+    return _table(["", *_PARTS], rows)
+
+
 def right_category(name: str, regime: str) -> str:
     """Return for how many images a joint network selects a template of their own category."""
     samples = study(name).where(regime=regime).samples
@@ -340,18 +362,17 @@ def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) ->
     part = study(name).where(**{by: only}, **where)
     runs = part.runs.set_index("run")[["category", by]]
     table = error_budget(part.samples, part.protocol).join(runs)
-    shown = ["floor", "capacity", "deformation", "selection", "total"]
-    means = table.groupby(["category", by], sort=False)[shown].mean()
+    means = table.groupby(["category", by], sort=False)[_PARTS].mean()
     rows = [
         [
             category,
             regime_title(str(value)),
-            *(f"{means.loc[(category, value), n]:.1f}" for n in shown),
+            *(f"{means.loc[(category, value), n]:.1f}" for n in _PARTS),
         ]
         for category in runs["category"].unique()
         for value in only
     ]
-    return _table(["category", by, *shown], rows)
+    return _table(["category", by, *_PARTS], rows)
 
 
 def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) -> str:
@@ -511,6 +532,7 @@ def pages() -> dict[str, str]:
         setup, scores, changes, changes_in, counts, changes_by_category, change, verdicts, word,
         stability, budgets, course, versions, versus, claim, agreement, same_template, seeds_of,
         labels, figure, by_category, against, drift, right_category, recipes,
+        categories_of, budgets_of,
         recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
