@@ -20,6 +20,7 @@ from itertools import combinations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import torch
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -34,6 +35,7 @@ from ffd_lightning.analysis.archive import write_archive
 from ffd_lightning.analysis.budget import error_budget
 from ffd_lightning.analysis.compare import compare_runs
 from ffd_lightning.analysis.labels import family_table
+from ffd_lightning.analysis.paired import LEVEL, holm
 from ffd_lightning.analysis.plots import (
     budget_bars,
     cumulative_curves,
@@ -160,11 +162,16 @@ def changes_in(
     studies: Mapping[str, str], pair: Sequence[str], measures: Sequence[str], **where: Any
 ) -> str:
     """Return a table of one difference a - b, a row per study, by what is said of it."""
-    rows = []
-    for label, name in studies.items():
-        table = differences(study(name).where(**where), [pair], measures)
-        each = (overall(table[table["measure"] == m]).iloc[0] for m in measures)
-        rows.append([label, *map(_cell, each)])
+    tables = [
+        overall(differences(study(name).where(**where), [pair], measures)).assign(label=label)
+        for label, name in studies.items()
+    ]
+    table = pd.concat(tables, ignore_index=True)
+    table["shown"] &= np.array(holm(table["p"].tolist())) < LEVEL
+    rows = [
+        [label, *(_cell(part[part["measure"] == m].iloc[0]) for m in measures)]
+        for label, part in table.groupby("label", sort=False)
+    ]
     return _table([" - ".join(pair), *(_COLUMNS[m][0] for m in measures)], rows)
 
 
