@@ -162,12 +162,10 @@ def changes_in(
     studies: Mapping[str, str], pair: Sequence[str], measures: Sequence[str], **where: Any
 ) -> str:
     """Return a table of one difference a - b, a row per study, by what is said of it."""
-    tables = [
-        overall(differences(study(name).where(**where), [pair], measures)).assign(label=label)
+    table = _together(
+        differences(study(name).where(**where), [pair], measures).assign(label=label)
         for label, name in studies.items()
-    ]
-    table = pd.concat(tables, ignore_index=True)
-    table["shown"] &= np.array(holm(table["p"].tolist())) < LEVEL
+    )
     rows = [
         [label, *(_cell(part[part["measure"] == m].iloc[0]) for m in measures)]
         for label, part in table.groupby("label", sort=False)
@@ -236,8 +234,16 @@ def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[s
         both = replace(new, samples=pd.concat(parts, ignore_index=True))
         pairs = [(f"{regime}: {label}", f"{regime}: {base}") for regime in only]
         tables.append(differences(both, pairs, measures, "setup", settings=False))
-    table = pd.concat(tables, ignore_index=True)
+    table = _together(tables)
     return _changes(table.assign(b=table["b"].str.partition(": ")[2]), measures)
+
+
+def _together(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
+    """Return several tables of `differences` as one: `overall`, shown if they are among all."""
+    table = pd.concat(map(overall, tables), ignore_index=True)
+    # Each was corrected for its own comparisons; a stricter p can only take `shown` away.
+    table["shown"] &= np.array(holm(table["p"].tolist())) < LEVEL
+    return table
 
 
 def change(name: str, a: str, b: str, measure: str) -> str:
@@ -315,9 +321,9 @@ def agreement(one: str, other: str, only: Sequence[str], **where: Any) -> str:
 
 
 def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
-    """Return how far apart the mean scores of two trainings are, mean over regimes and pairs.
+    """Return how far apart the mean scores of two trainings of a regime are: the mean over pairs.
 
-    Of the same regime and seed in two studies, and of the same regime and two seeds in the first.
+    Pairs are the same seed in two studies, and two seeds in the first.
     """
     keys = ["category", "regime", "seed"]
     kept = (study(name).where(**where) for name in (one, other))
@@ -342,9 +348,7 @@ def categories_of(studies: Mapping[str, str], regime: str, measure: str) -> str:
     heading, factor, places = _COLUMNS[measure]
     parts = {label: study(name).where(regime=regime).runs for label, name in studies.items()}
     table = pd.DataFrame({n: runs.groupby("category")[measure].mean() for n, runs in parts.items()})
-    table.loc["mean"] = table.mean()
-    rows = [[str(c), *(f"{factor * x:.{places}f}" for x in row)] for c, row in table.iterrows()]
-    return _table([heading, *studies], rows)
+    return _of_categories(factor * table, [heading, *studies], places)
 
 
 def budgets_of(studies: Mapping[str, str], regime: str) -> str:
@@ -425,9 +429,14 @@ def by_category(
     of_regimes = runs.pivot_table(measure, "category", "regime", sort=False)[list(only)]
     of_others = runs.groupby("category", sort=False)[[f"{r}_{measure}" for r in references]].mean()
     table = factor * of_regimes.join(of_others)
+    heads = [heading, *map(regime_title, only), *references.values()]
+    return _of_categories(table, heads, places)
+
+
+def _of_categories(table: pd.DataFrame, heads: Sequence[str], places: int) -> str:
+    """Write a table with a row per category, and their mean if there are several."""
     if len(table) > 1:
         table.loc["mean"] = table.mean()
-    heads = [heading, *map(regime_title, only), *references.values()]
     rows = [[str(c), *(f"{x:.{places}f}" for x in row)] for c, row in table.iterrows()]
     return _table(heads, rows)
 
@@ -538,9 +547,8 @@ def pages() -> dict[str, str]:
     functions = (
         setup, scores, changes, changes_in, counts, changes_by_category, change, verdicts, word,
         stability, budgets, course, versions, versus, claim, agreement, same_template, seeds_of,
-        labels, figure, by_category, against, drift, right_category, recipes,
-        categories_of, budgets_of,
-        recipes_figure, recipe_of,
+        labels, figure, by_category, categories_of, against, drift, right_category, budgets_of,
+        recipes, recipes_figure, recipe_of,
     )  # fmt: skip
     environment.globals.update({f.__name__: f for f in functions})
     environment.globals["regime_studies"] = _REGIME_STUDIES

@@ -176,6 +176,33 @@ def test_better_than_another_shape():
     assert table["difference"].tolist() == pytest.approx([-0.15] * 3, abs=0.01)
 
 
+def test_tables_put_together_are_corrected_together():
+    made = study({"b": (0.05, 0.2, 4), "w": (0.0506, 0.2, 4)})
+    table = differences(made, [("w", "b")], ["chamfer"])
+    row = findings.overall(table).assign(shown=True, p=0.03)
+    assert findings._together([row])["shown"].all()
+    assert not findings._together([row, row])["shown"].any()
+
+
+def test_drift_is_between_studies_and_between_seeds(monkeypatch):
+    one = study({"b": (lambda category, seed: (0.05 + 0.01 * seed, 0.2, 4))}, noise=0)
+    other = study({"b": (lambda category, seed: (0.053 + 0.01 * seed, 0.2, 4))}, noise=0)
+    monkeypatch.setattr(findings, "study", {"one": one, "other": other}.__getitem__)
+    lines = findings.drift("one", "other", ["chamfer"]).splitlines()
+    mean = one.samples["chamfer"].mean() / 0.06  # of the shapes, by which scores are multiplied
+    assert [float(line.split("|")[2]) for line in lines[2:]] == pytest.approx(
+        [3 * mean, 40 / 3 * mean], abs=0.06
+    )
+
+
+@pytest.mark.parametrize(("template", "told"), [("sofa/000", "50.0%"), ("lamp/000", "0.0%")])
+def test_the_right_category_is_the_templates(template, told, monkeypatch):
+    made = study({"b": (0.05, 0.2, 4)})
+    joint = dataclasses.replace(made, samples=made.samples.assign(template=template))
+    monkeypatch.setattr(findings, "study", lambda name: joint)
+    assert findings.right_category("joint", "b") == told
+
+
 def test_what_a_study_lacks_is_named(tmp_path):
     with pytest.raises(DataError, match="no study nothing"):
         Study.read(tmp_path, "nothing")
