@@ -165,18 +165,23 @@ def exactly(value: Any) -> Any:
     return value.hex() if isinstance(value, float) else value
 
 
-def differences(stored: Any, found: Any, path: tuple[str, ...] = ()) -> Iterator[str]:
-    """Yield where two digests differ, as `table/models/table-000003/faces: a -> b`."""
+def differences(
+    stored: Any, found: Any, path: tuple[str, ...] = (), exact: bool = False
+) -> Iterator[str]:
+    """Yield where two digests differ, as `table/models/table-000003/faces: a -> b`.
+
+    Numbers may differ by their tolerances, unless the digests are `exact`.
+    """
     if isinstance(stored, dict) and isinstance(found, dict):
         for key in dict.fromkeys([*stored, *found]):
             if key in stored and key in found:
-                yield from differences(stored[key], found[key], (*path, str(key)))
+                yield from differences(stored[key], found[key], (*path, str(key)), exact)
             else:
                 yield f"{'/'.join((*path, str(key)))}: {'gone' if key in stored else 'new'}"
     elif isinstance(stored, list) and isinstance(found, list) and len(stored) == len(found):
         for place, pair in enumerate(zip(stored, found, strict=True)):
-            yield from differences(*pair, (*path, str(place)))
-    elif not _same(stored, found, path):
+            yield from differences(*pair, (*path, str(place)), exact)
+    elif stored != found if exact else not _same(stored, found, path):
         yield f"{'/'.join(path)}: {stored} -> {found}"
 
 

@@ -7,20 +7,28 @@ file is adapted, and nothing else. What its functions return must stay as it is.
 from __future__ import annotations
 
 import logging
+import re
 import warnings
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
+import pandas as pd
 import torch
 from lightning import Callback, Trainer, seed_everything
 from torch import nn
 
 from ffd_lightning import shapes
+from ffd_lightning.analysis.report.write import write_report
+from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.app.build import build_data, build_module, build_network, build_preparations
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.training_run import train
 from ffd_lightning.data.preparation.preparation import FORMAT_VERSION as PREPARATION_VERSION
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
@@ -33,10 +41,28 @@ from ffd_lightning.evaluation.evaluator import (
     evaluate,
 )
 from ffd_lightning.evaluation.protocols import PROTOCOLS
+from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.nn.network import FfdPrediction
+from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.training.module import FfdModule
 
-REGIMES = ("b", "w", "e", "r")
+REGIMES = ("b", "w", "e", "r", "posterior")
 STEPS = 3
+RUNS = {
+    "posterior": ("regime=posterior", "schedule.learning_rate_decay=one_cycle"),
+    "joint": (
+        "regime=posterior",
+        "regime.selection.within_category=true",
+        "category=joint",
+        "category.members=[sofa,table]",
+        "templates=t4",
+    ),
+    "photo": ("regime=b", "augmentation=photo"),
+    "embedded": ("regime=e", "encoder.weights=embedded"),
+}
+"""Overrides of the runs that are recorded to the last bit."""
 _SETTINGS = (
     "category=table",
     "templates=t2",
@@ -181,6 +207,85 @@ def training(regime: str, folder: Path, double: bool) -> dict[str, Any]:
     }
 
 
+def run(name: str, folder: Path) -> dict[str, Any]:
+    """Train and evaluate one of `RUNS` as the command does.
+
+    Returns:
+        The network's state, what the evaluation measured for each sample and in the mean, and how
+        often each template was selected.
+    """
+    run = _run_folder(name, folder)
+    summary = train(_run_config(name, folder), run)
+    summary.pop("seconds_per_step")
+    samples = load_samples([run]).select_dtypes("number").drop(columns=["seed", "templates"])
+    ranking = pd.read_csv(run.path / "template_ranking.csv")
+    return {
+        "weights": _state(run),
+        "samples": {str(name): column.to_numpy() for name, column in samples.items()},
+        "means": dict(sorted(summary.items())),
+        "ranking": ranking["id"].tolist() + ranking["count"].tolist(),
+    }
+
+
+def resumed(folder: Path) -> np.ndarray:
+    """Return the weights of the first of `RUNS` where it fails at its last step and is resumed."""
+    name = next(iter(RUNS))
+    run = _run_folder("resumed", folder)
+    step = FfdModule.training_step
+
+    def fails(module: FfdModule, *arguments: Any) -> Any:
+        if module.global_step == STEPS - 1:
+            raise KeyboardInterrupt
+        return step(module, *arguments)
+
+    with mock.patch.object(FfdModule, "training_step", fails), suppress(KeyboardInterrupt):
+        train(_run_config(name, folder), run)
+    train(_run_config(name, folder), run)
+    return _state(run)
+
+
+def prediction() -> dict[str, Any]:
+    """Return what the packaged model predicts for a rendered table."""
+    mesh = ProceduralSource(1).load("table", _TEMPLATES[0]).mesh
+    settings = RenderSettings()
+    (camera,) = settings.cameras(_TEMPLATES[0])
+    image = render(mesh, camera, height=settings.height, width=settings.width, samples=1)
+    found = Predictor.load(device="cpu").predict(image)
+    return {
+        "image": found.photo.image,
+        "template": found.template_id,
+        "weights": found.weights,
+        "offsets": found.offsets,
+        "vertices": found.surface.vertices,
+        "cloud": found.cloud(1024),
+    }
+
+
+def report(folder: Path) -> list[str]:
+    """Return the numbers in the tables of the report on all `RUNS`, which are there already."""
+    page = write_report(_runs(folder), open_run, gallery_runs=0).read_text(encoding="utf-8")
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", page, re.DOTALL)
+    return [number for cell in cells for number in re.findall(r"-?\d+\.\d+", cell)]
+
+
+def _runs(folder: Path) -> Path:
+    return folder / "runs"
+
+
+def _run_folder(name: str, folder: Path) -> RunFolder:
+    return RunFolder(_runs(folder) / name)
+
+
+def _run_config(name: str, folder: Path) -> TrainConfig:
+    return _config(folder, "schedule.checkpoint_every=1", "callbacks.report=false", *RUNS[name])
+
+
+def _state(run: RunFolder) -> np.ndarray:
+    state = torch.load(run.checkpoint, weights_only=True)["state_dict"]
+    values = [v.reshape(-1).double() for name, v in state.items() if name.startswith("network.")]
+    return torch.cat(values).numpy()
+
+
 def evaluation(folder: Path) -> dict[str, float]:
     """Evaluate a network of fixed outputs, with references, and return the means."""
     found = _prepared(folder)
@@ -215,9 +320,6 @@ class _Terms(Callback):
 
     def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
         logged = {name: float(value) for name, value in trainer.callback_metrics.items()}
-        # As it was called, and counted, when the digests were recorded.
-        logged["train/entropy"] = -logged.pop("train/negative_entropy")
-        logged["train/chamfer"] = logged.pop("train/box_chamfer") / 1000
         self.steps.append(dict(sorted(logged.items())))
 
 
