@@ -60,3 +60,28 @@ def run_command(name, *arguments, cwd=ROOT):
         root.handlers[:] = handlers
         root.setLevel(level)
     return Done(code or 0, stdout.getvalue(), stderr.getvalue())
+
+
+def killed_training(step, method="on_train_batch_start"):
+    """Return Python that runs `ffd train` and dies at a step: as it begins, or before it is saved.
+
+    Args:
+        step: so many are done.
+        method: of Lightning's `ModelCheckpoint`, whose call is the moment.
+    """
+    return f"""
+import os, signal
+from lightning.pytorch.callbacks import ModelCheckpoint
+from ffd_lightning.app.main import run
+
+method = ModelCheckpoint.{method}
+
+def killed(self, trainer, *arguments):
+    if trainer.global_step == {step}:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return method(self, trainer, *arguments)
+
+ModelCheckpoint.{method} = killed
+if __name__ == "__main__":
+    run("train")
+"""

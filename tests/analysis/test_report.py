@@ -848,9 +848,13 @@ class Browser:
             mobile=False,
         )
         self.call("Page.navigate", url=path.as_uri())
-        end = time.monotonic() + 60
-        while self.ask("location.href + document.readyState") != f"{path.as_uri()}complete":
-            assert time.monotonic() < end, "the page does not load"
+        self.wait_for("location.href + document.readyState", f"{path.as_uri()}complete")
+
+    def wait_for(self, expression, value):
+        """Ask until the answer is this value."""
+        end = time.monotonic() + 60  # only ends a test that would hang
+        while (found := self.ask(expression)) != value:
+            assert time.monotonic() < end, found
             time.sleep(0.05)
 
     def complaints(self):
@@ -903,9 +907,7 @@ PIXELS = """new Promise(done => requestAnimationFrame(() => requestAnimationFram
 def opened(browser, path, width):
     browser.open(path, width)
     browser.ask("document.querySelector('canvas[data-mesh]').scrollIntoView({block: 'center'})")
-    end = time.monotonic() + 30
-    while not browser.ask(PIXELS)[0] and time.monotonic() < end:
-        time.sleep(0.1)
+    browser.wait_for(f"({PIXELS}).then(pixels => pixels[0] > 0)", True)
     yield
 
 
@@ -915,8 +917,7 @@ def test_a_browser_shows_it_without_a_word(browser, trained, width):
     browser.open(path, width)
     assert browser.ask("innerWidth") == width
     assert browser.ask("document.documentElement.scrollWidth") <= width
-    time.sleep(0.5)  # pictures are drawn after the page is there
-    assert browser.ask("document.querySelectorAll('canvas[data-mesh]').length") == 6
+    browser.wait_for("document.querySelectorAll('canvas[data-mesh]').length", 6)
     assert browser.complaints() == []
     assert [u for u in browser.requests() if not u.startswith("data:")] == [path.as_uri()]
 
@@ -963,8 +964,7 @@ def test_stills_show_where_nothing_can_be_drawn(browser, trained):
     browser.call("Emulation.setScriptExecutionDisabled", value=True)
     try:
         browser.call("Page.navigate", url=path.as_uri())
-        time.sleep(1)
-        assert browser.ask(VISIBLE) == [[True, False]] * 6
+        browser.wait_for(VISIBLE, [[True, False]] * 6)
     finally:
         browser.call("Emulation.setScriptExecutionDisabled", value=False)
 

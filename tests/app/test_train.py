@@ -1,16 +1,14 @@
 import csv
 import json
-import os
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import torch
-from commands import run_command
+from commands import killed_training, run_command
 from PIL import Image
 from torch.utils._python_dispatch import TorchDispatchMode
 
@@ -271,36 +269,15 @@ def the_run(tmp_path):
     return run
 
 
-# The command, with steps that take a while: it cannot come to its end before it is killed.
-SLOWLY = """
-import runpy, sys, time
-from ffd_lightning.training.callbacks import StepTimer
-
-end = StepTimer.on_train_batch_end
-StepTimer.on_train_batch_end = lambda *arguments: (time.sleep(0.3), end(*arguments))[1]
-sys.argv[0] = "train.py"
-runpy.run_path("train.py", run_name="__main__")
-"""
-
-
 def test_kill_9_and_the_same_command_give_the_same_metrics(finished, prepared, data_root, tmp_path):
     python, script, *arguments = command(tmp_path, data_root)
-    for kill_at in (2, 6):
-        process = subprocess.Popen(
-            [python, "-c", SLOWLY, *arguments],
-            cwd=ROOT,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        deadline = time.monotonic() + 600  # only ends a test that would hang
-        while process.poll() is None and time.monotonic() < deadline:
-            runs = [r for r in find_runs(tmp_path) if r.checkpoint.exists()]
-            if runs and torch.load(runs[0].checkpoint, weights_only=True)["global_step"] >= kill_at:
-                os.killpg(process.pid, signal.SIGKILL)
-            time.sleep(0.01)
-        assert process.wait() == -signal.SIGKILL
-        assert the_run(tmp_path).status["state"] == "running"
+    for step, method, left in ((3, "on_train_batch_start", 2), (6, "_save_checkpoint", 4)):
+        killed = [python, "-c", killed_training(step, method), *arguments]
+        done = subprocess.run(killed, cwd=ROOT, capture_output=True)
+        assert done.returncode == -signal.SIGKILL, done.stderr
+        run = the_run(tmp_path)
+        assert run.status["state"] == "running"
+        assert torch.load(run.checkpoint, weights_only=True)["global_step"] == left
     last = [python, script, *arguments]
     assert subprocess.run(last, cwd=ROOT, capture_output=True).returncode == 0
     assert samples(the_run(tmp_path)) == samples(finished[0])

@@ -5,11 +5,11 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
+from commands import killed_training
 from PIL import Image
 
 ROOT = Path(__file__).parents[2]
@@ -24,6 +24,7 @@ TINY = (
     "schedule.batch_size=4",
     "schedule.num_points=64",
     "schedule.checkpoint_every=2",
+    "schedule.steps=8",
     "preparation.workers=1",
     "trainer=cpu",
     "trainer.progress_bar=false",
@@ -45,22 +46,19 @@ OWN = (
 )
 
 
-def ffd(*arguments, folder, packages=None, wait=True):
-    """Run the command in a folder, with or without the example package."""
+def ffd(*arguments, folder, packages=None, program=("-m", "ffd_lightning")):
+    """Run the command in a folder, with or without the example package: exit code, output."""
     paths = [str(ROOT), *([] if packages is None else [str(packages)])]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "200"}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "ffd_lightning", *arguments],
+    done = subprocess.run(
+        [sys.executable, *program, *arguments],
         cwd=folder,
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
     )
-    if not wait:
-        return process
-    output, _ = process.communicate()
-    return process.returncode, output
+    return done.returncode, done.stdout
 
 
 @pytest.fixture(scope="module")
@@ -77,18 +75,13 @@ def packages(tmp_path_factory):
 def trained(packages, tmp_path_factory):
     """Train with all parts of the package, killed on the way and resumed: folder, run, output."""
     folder = tmp_path_factory.mktemp("work")
-    command = ("train", *OWN, *TINY)
-    process = ffd(*command, "schedule.steps=400", folder=folder, packages=packages, wait=False)
-    deadline = time.monotonic() + 300
-    while not list(folder.rglob("last.ckpt")):
-        assert process.poll() is None, process.communicate()[0]
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-    process.send_signal(signal.SIGKILL)
-    process.communicate()
+    settings = (*OWN, *TINY)
+    killed = ("-c", killed_training(5))
+    code, output = ffd(*settings, folder=folder, packages=packages, program=killed)
+    assert code == -signal.SIGKILL, output
     (checkpoint,) = folder.rglob("last.ckpt")
     before = checkpoint.stat().st_mtime_ns
-    code, output = ffd(*command, "schedule.steps=400", folder=folder, packages=packages)
+    code, output = ffd("train", *settings, folder=folder, packages=packages)
     assert code == 0, output
     assert checkpoint.stat().st_mtime_ns > before
     return folder, checkpoint.parents[1], output
@@ -112,7 +105,7 @@ def test_all_parts_are_used_and_named(trained):
 
 def test_a_finished_run_is_not_trained_again(trained, packages):
     folder, _, _ = trained
-    code, output = ffd("train", *OWN, *TINY, "schedule.steps=400", folder=folder, packages=packages)
+    code, output = ffd("train", *OWN, *TINY, folder=folder, packages=packages)
     assert code == 0
     assert "finished already" in output
 
