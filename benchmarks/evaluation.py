@@ -11,7 +11,6 @@ import numpy as np
 import torch
 import trimesh
 from scipy.optimize import linear_sum_assignment, minimize
-from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
 from benchmarks.timing import Row, compete, seconds_of
@@ -20,7 +19,7 @@ from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.evaluation.shapes import Cloud, PreparedShape, Surface, TemplateShape
 from ffd_lightning.geometry.hemisphere import bounding_hemisphere
 from ffd_lightning.geometry.voxels import PAPER_HALF_SIZE, voxelize
-from ffd_lightning.metrics import chamfer, earth_movers_distance
+from ffd_lightning.metrics import earth_movers_distance
 from ffd_lightning.parallel import available_cores, in_threads
 
 _SECTION = "evaluation"
@@ -38,7 +37,7 @@ def measure(quick: bool) -> list[Row]:
             pairs.append((template, PreparedShape(data.prepared, k)))
         rows = [_throughput(pairs, rounds)]
         torch.set_num_threads(1)
-        for part in (_emd, _chamfer, _voxels, _hemisphere):
+        for part in (_emd, _voxels, _hemisphere):
             rows += part(pairs, rounds)
         torch.set_num_threads(os.cpu_count() or 1)
     return rows
@@ -70,18 +69,9 @@ def _emd(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> list[
         distances = cdist(a, b)
         distances[linear_sum_assignment(distances)].mean()
 
-    ours = "ffd_lightning (POT, with proof)"
-    candidates = {ours: lambda a, b: earth_movers_distance(a, b, workers=1), "scipy": scipy}
+    ours = "ffd_lightning (POT)"
+    candidates = {ours: earth_movers_distance, "scipy": scipy}
     return _compete("EMD of 1,024 points", ours, candidates, _clouds(pairs), rounds)
-
-
-def _chamfer(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> list[Row]:
-    def scipy(a: Cloud, b: Cloud) -> None:
-        (cKDTree(b).query(a)[0] ** 2).mean() + (cKDTree(a).query(b)[0] ** 2).mean()
-
-    candidates = {"ffd_lightning": chamfer, "scipy cKDTree": scipy}
-    clouds = _clouds(pairs)
-    return _compete("Chamfer of 1,024 points", "ffd_lightning", candidates, clouds, rounds)
 
 
 def _voxels(pairs: list[tuple[TemplateShape, PreparedShape]], rounds: int) -> list[Row]:

@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from benchmarks.timing import Row, absent, compete, seconds_of
-from ffd_lightning.geometry.nearest import choose_backend, nearest_neighbors, usable_backends
+from ffd_lightning.geometry.nearest import nearest_neighbors, usable_backends
 
 QUERIES, TEMPLATES, POINTS = 32, 30, 1024
 FLOP_PER_DISTANCE = 8  # three differences, three products, two sums
@@ -70,12 +70,9 @@ def measure(device: torch.device, quick: bool) -> list[Row]:
         pairs = QUERIES * TEMPLATES
         name = f"nearest, {pairs} x {POINTS} points, {str(dtype)[6:]}, {device.type}"
         a, b = clouds(QUERIES, TEMPLATES, POINTS, device, dtype)
-        chosen = choose_backend(device, dtype, POINTS)
-        candidates = {
-            f"ffd_lightning {backend}": _ours(a, b, backend)
-            for backend in usable_backends(device, dtype)
-        }
-        ours = f"ffd_lightning {chosen}"
+        backends = usable_backends(device, dtype)
+        candidates = {f"ffd_lightning {backend}": _ours(a, b, backend) for backend in backends}
+        ours = f"ffd_lightning {backends[0]}"
         candidates[ours]()  # what cannot run here is an error, not a row
         searches, missing = peers(device)
         part = 1 if quick else 4  # of the queries: the slow ones take seconds for all
@@ -83,9 +80,8 @@ def measure(device: torch.device, quick: bool) -> list[Row]:
         for peer, search in searches.items():
             candidates[peer] = _peer(search, a[:part], b[:part])
             share[peer] = part / QUERIES
-        for backend in {"tree", "torch"} & set(usable_backends(device, dtype)):
-            candidates[f"ffd_lightning {backend}"] = _ours(a[:part], b[:part], backend)
-            share[f"ffd_lightning {backend}"] = part / QUERIES
+        candidates["ffd_lightning torch"] = _ours(a[:part], b[:part], "torch")
+        share["ffd_lightning torch"] = part / QUERIES
         _check(searches, a[:1, :2], b[:1])
         found = compete(name, ours, candidates, rounds, share)
         found += absent(name, missing)
@@ -251,10 +247,9 @@ def scaling(device: torch.device, quick: bool) -> dict[str, dict[str, list[tuple
         curves = result.setdefault(axis, {})
         for value, shape in places:
             a, b = clouds(*shape, device, dtype)
-            candidates: dict[str, Callable[[], object]] = {}
-            for backend in backends:
-                if backend != "tree" or axis.startswith("points"):
-                    candidates[f"ffd_lightning {backend}"] = _ours(a, b, backend)
+            candidates: dict[str, Callable[[], object]] = {
+                f"ffd_lightning {backend}": _ours(a, b, backend) for backend in backends
+            }
             for name, search in searches.items():
                 if name == "torch.cdist" and shape[0] * shape[1] * shape[2] ** 2 > 2**28:
                     continue  # a matrix of gigabytes

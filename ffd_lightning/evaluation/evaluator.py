@@ -243,7 +243,7 @@ def _score(
             "template": evaluated.bank.ids[t],
             "weight": float(prediction.weights[k, t]),
             **as_columns(scores),
-            **(model.quality() if protocol.quality else model.distortion()),
+            **model.distortion(),
         }
 
     names = [(prepared.ids[row], view) for row, view in samples]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 import torch
@@ -18,7 +18,7 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.deformation import bending_energy, deform
 from ffd_lightning.geometry.jacobian import deformation_jacobian
 from ffd_lightning.geometry.sampling import sample_stratified
-from ffd_lightning.metrics.mesh_quality import distortion, mesh_quality
+from ffd_lightning.metrics.distortion import distortion
 
 Cloud = NDArray[np.float64]
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
@@ -124,27 +124,21 @@ class TemplateShape:
         return _part_cloud(self._points(half), parts, half, self.bank.part_names)
 
     def distortion(self) -> dict[str, float]:
-        """Return how the deformation folds, stretches and bends; see `metrics.mesh_quality`.
+        """Return how the deformation folds, stretches and bends; see `metrics.distortion`.
 
         `bending` is the energy of the offsets, see `geometry.deformation.bending_energy`.
         """
-        return self._measured(distortion)
-
-    def quality(self) -> dict[str, float]:
-        """Return `distortion`, and what else became of the subdivided mesh."""
-        return self._measured(mesh_quality)
-
-    def _measured(self, measure: Callable[..., NamedTuple]) -> dict[str, float]:
         mesh, _ = self.bank.subdivided(self.index)
         jacobians = deformation_jacobian(
             torch.from_numpy(mesh.vertices),
             self.bank.lattices[self.index],
             torch.from_numpy(self._offsets.astype(np.float64)),
         )
-        measured = measure(mesh.vertices, self.mesh()[0], mesh.faces, jacobians)
         bending = bending_energy(torch.from_numpy(self._offsets), self.bank.degrees)
-        values = measured._asdict() | {"bending": bending}
-        return {name: float(value) for name, value in values.items()}
+        return {
+            **distortion(mesh.vertices, self.mesh()[0], mesh.faces, jacobians.numpy()),
+            "bending": float(bending),
+        }
 
     @property
     def _offsets(self) -> NDArray[np.float32]:

@@ -37,15 +37,9 @@ def print_summary(
     table_console().print(table)
     lines = [f"effective templates {summary['effective_templates']:.1f}"]
     if "folded" in summary:
-        through = summary.get("newly_intersecting")
         lines.append(
             f"deformed meshes: {summary['folded']:.1%} of the surface folded, edges stretched "
             f"{summary['stretch_95']:.2f} times (95th percentile)"
-            + (
-                f", faces that come to pass through others {through:.1%}"
-                if through is not None
-                else ""
-            )
         )
     of_parts = [(name, summary[name]) for name in summary if name.startswith(_PART)]
     if of_parts:

@@ -1,23 +1,19 @@
-"""The Chamfer distance between clouds, for training, metrics and the choice of templates."""
+"""The Chamfer distance between clouds, for training and the choice of templates."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Literal, TypeAlias
+from typing import Literal
 
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.geometry.nearest import NearestNeighbors, nearest_neighbors
-
-Reduction: TypeAlias = Literal["sum", "mean"] | Callable[[Tensor], Tensor]
-"""What becomes of one direction's squared distances, (*batch, N): one value a pair, (*batch,)."""
+from ffd_lightning.geometry.nearest import nearest_neighbors
 
 
 def chamfer_distance(
     pred_points: Float[Tensor, "*batch_a num_pred 3"],
     target_points: Float[Tensor, "*batch_b num_target 3"],
-    reduction: Reduction = "sum",
+    reduction: Literal["sum", "mean"] = "sum",
 ) -> Float[Tensor, "*batch"]:
     r"""Squared Chamfer distance of each pair of clouds, both directions added.
 
@@ -27,8 +23,7 @@ def chamfer_distance(
     Args:
         pred_points: (*batch_a, N, 3).
         target_points: (*batch_b, M, 3); batch shapes broadcast without copies.
-        reduction: over points only. "sum" as the paper trains, "mean" per direction as it reports,
-            or a function of the squared distances of one direction.
+        reduction: over points only. "sum" as the paper trains, "mean" per direction as it reports.
 
     Returns:
         One value per pair, (*batch,), in squared units of the points.
@@ -42,23 +37,9 @@ def chamfer_distance(
     >>> chamfer_distance(torch.zeros(1, 3), torch.tensor([[0.0, 0, 3], [0, 0, 1]]))
     tensor(11.)
     """
-    if not callable(reduction) and reduction not in ("sum", "mean"):
+    if reduction not in ("sum", "mean"):
         raise ValueError(f"reduction must be 'sum' or 'mean', got {reduction!r}")
-    return chamfer_of(nearest_neighbors(pred_points, target_points), reduction)
-
-
-def chamfer_of(nearest: NearestNeighbors, reduction: Reduction) -> Float[Tensor, "*batch"]:
-    """Return the Chamfer distance of clouds whose nearest neighbours are known.
-
-    Args:
-        nearest: of both clouds.
-        reduction: see `chamfer_distance`.
-
-    Returns:
-        One value per pair, (*batch,).
-    """
+    nearest = nearest_neighbors(pred_points, target_points)
     if reduction == "sum":
         return nearest.a_to_b.sum(-1) + nearest.b_to_a.sum(-1)
-    if reduction == "mean":
-        return nearest.a_to_b.mean(-1) + nearest.b_to_a.mean(-1)
-    return reduction(nearest.a_to_b) + reduction(nearest.b_to_a)
+    return nearest.a_to_b.mean(-1) + nearest.b_to_a.mean(-1)

@@ -7,7 +7,6 @@ from typing import Literal
 
 import numpy as np
 
-from ffd_lightning.metrics.clouds import as_clouds
 from ffd_lightning.metrics.surface import SurfaceSample, surface_scores
 
 
@@ -104,7 +103,7 @@ def score_like(
             when None.
 
     Raises:
-        ValueError: no such name, normals missing, a target without extent, more than one pair.
+        ValueError: no such name, normals missing, a target without extent.
 
     >>> line = SurfaceSample(np.array([[0.0, 0, 0], [0, 0, 1]]), np.eye(3)[:2])
     >>> moved = SurfaceSample(line.points + [0.02, 0, 0], line.normals)
@@ -113,22 +112,18 @@ def score_like(
     """
     if name not in SCALINGS:
         raise ValueError(f"no scaling {name!r}: use one of {sorted(SCALINGS)}")
-    scaling, points = SCALINGS[name], as_clouds(target.points, "target_points").double()
-    if points.ndim != 2 or np.ndim(pred.points) != 2:
-        raise ValueError("score_like takes one pair of (N, 3) points")
+    scaling, points = SCALINGS[name], target.points
     extent = {
         "factor": 1.0,
-        "longest_side": target_side or float((points.amax(0) - points.amin(0)).max()),
-        "radius": float((points - points.mean(0)).norm(dim=-1).max()),
+        "longest_side": target_side or np.ptp(points, axis=0).max(),
+        "radius": np.linalg.norm(points - points.mean(0), axis=1).max(),
     }[scaling.rule]
     if not extent > 0:
         raise ValueError("the target has no extent to scale by")
     factor = scaling.size / extent
-    scaled_pred, scaled_target = (
-        s._replace(points=as_clouds(s.points, "points").double() * factor) for s in (pred, target)
-    )
-    scores = surface_scores(scaled_pred, scaled_target, scaling.thresholds)
+    scaled = pred._replace(points=factor * pred.points)
+    scores = surface_scores(scaled, target._replace(points=factor * points), scaling.thresholds)
     missing = {score for score, _ in scaling.reported.values()} - scores.keys()
     if missing:
         raise ValueError(f"{name} reports {sorted(missing)}: give both samples normals")
-    return {k: float(scores[score]) * times for k, (score, times) in scaling.reported.items()}
+    return {k: scores[score] * times for k, (score, times) in scaling.reported.items()}

@@ -300,9 +300,9 @@ def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):
 
 
 @pytest.mark.parametrize("make", HOPELESS)
-def test_the_quality_of_hopeless_deformations_is_a_number(trained, make):
-    quality = hopeless(trained[2].bank, make).quality()
-    assert not any(np.isnan(value) for value in quality.values())
+def test_the_distortion_of_hopeless_deformations_is_a_number(trained, make):
+    distortion = hopeless(trained[2].bank, make).distortion()
+    assert not any(np.isnan(value) for value in distortion.values())
 
 
 def test_finished_evaluations_are_read_back(copy, monkeypatch):

@@ -355,17 +355,6 @@ def test_models_without_labels_are_left_out(copy, trained, monkeypatch):
     assert min(float(row["retrieval_part_accuracy"]) for row in rows) > 0, "others are retrieved"
 
 
-def test_other_protocols_are_known_as_before(trained):
-    """Their finished evaluations are told by this text: another one would throw them away."""
-    assert repr(PROTOCOLS["modern"]) == (
-        "ModernProtocol(name='modern', points=10000, quality=True)"
-    )
-    assert repr(PROTOCOLS["occnet"]) == "ScaledProtocol(name='occnet', quality=False)"
-    assert repr(PROTOCOLS["paper"]) == (
-        "PaperProtocol(name='paper', points=1024, resolution=32, half_size=0.51, quality=False)"
-    )
-
-
 def test_means_are_over_the_rows_that_have_a_number():
     rows = [
         {"id": "a", "category": "sofa", "iou": 0.0, "iou_seat": 0.5, "iou_wing": None},

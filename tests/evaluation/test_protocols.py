@@ -43,7 +43,7 @@ def test_the_main_measure_is_the_first_distance():
 class Warmth:
     """A protocol of another package, as small as one can be."""
 
-    name, note, quality, needs_parts = "warmth", "no unit", False, False
+    name, note, needs_parts = "warmth", "no unit", False
     measures = (Measure("warmth", "how warm it is", True, 1.0),)
 
     def __repr__(self):

@@ -303,7 +303,7 @@ def test_an_evaluation_that_was_cut_off_goes_on(sets, runs, shared, fits, only, 
 class Ruler:
     """A protocol of another package, whose code changes and whose settings do not."""
 
-    name, note, quality, needs_parts = "ruler", "", False, False
+    name, note, needs_parts = "ruler", "", False
     measures = (Measure("size", ""),)
     code = SimpleNamespace(scale=1.0)
 

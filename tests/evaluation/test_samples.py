@@ -10,7 +10,7 @@ from ffd_lightning.evaluation.shapes import PreparedShape
 class Mean:
     """A protocol that tells shapes apart."""
 
-    name, note, quality, needs_parts = "mean", "", False, False
+    name, note, needs_parts = "mean", "", False
     measures = (Measure("mean", ""),)
 
     def truth(self, shape, rng):

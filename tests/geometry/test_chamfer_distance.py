@@ -3,8 +3,7 @@ import pytest
 import torch
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.geometry.chamfer import chamfer_distance, chamfer_of
-from ffd_lightning.geometry.nearest import nearest_neighbors
+from ffd_lightning.geometry.chamfer import chamfer_distance
 
 
 def naive(pred, target, reduce):
@@ -24,21 +23,6 @@ def test_equals_all_distances(reduction, reduce):
     found = chamfer_distance(torch.from_numpy(pred), torch.from_numpy(target), reduction)
     expected = [naive(*pair, reduce) for pair in zip(pred, target, strict=True)]
     np.testing.assert_allclose(found, expected, rtol=1e-13)
-
-
-def test_a_function_reduces_each_direction():
-    pred, target = (torch.from_numpy(x) for x in clouds())
-    found = chamfer_distance(pred, target, lambda squared: squared.amax(-1))
-    expected = [naive(*pair, np.max) for pair in zip(pred, target, strict=True)]
-    np.testing.assert_allclose(found, expected, rtol=1e-13)
-
-
-def test_known_neighbours_give_the_same_bits():
-    pred, target = (torch.from_numpy(x) for x in clouds())
-    nearest = nearest_neighbors(pred, target)
-    for reduction in ("sum", "mean"):
-        expected = chamfer_distance(pred, target, reduction)
-        assert torch.equal(chamfer_of(nearest, reduction), expected)
 
 
 def test_of_itself_it_is_zero_and_shapes_broadcast():

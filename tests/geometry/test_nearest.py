@@ -16,7 +16,7 @@ def clouds(*shape, seed=0, dtype=torch.float64):
     return torch.randn(*shape, 3, dtype=dtype, generator=torch.Generator().manual_seed(seed))
 
 
-@pytest.fixture(params=["numba", "tree", "torch"])
+@pytest.fixture(params=["numba", "torch"])
 def backend(request, monkeypatch):
     monkeypatch.setattr(torch_backend, "_CHUNK_DISTANCES", 300)
     return request.param
@@ -108,26 +108,20 @@ def test_neighbouring_threads_do_not_mix(backend):
             assert torch.equal(whole[k], one)
 
 
-def test_backend_is_chosen_by_device_and_size(monkeypatch):
+def test_backend_is_chosen_by_device_and_dtype(monkeypatch):
     used = []
     module = nearest._module
     monkeypatch.setattr(nearest, "_module", lambda name: used.append(name) or module(name))
-    monkeypatch.setattr(nearest, "TREE_POINTS", 50)
-    cases = [
-        (49, torch.float32, "numba"),
-        (50, torch.float64, "tree"),
-        (50, torch.float16, "torch"),
-    ]
-    for points, dtype, expected in cases:
+    for dtype, expected in ((torch.float64, "numba"), (torch.float16, "torch")):
         used.clear()
-        nearest_neighbors(torch.rand(points, 3, dtype=dtype), torch.rand(60, 3, dtype=dtype))
+        nearest_neighbors(torch.rand(50, 3, dtype=dtype), torch.rand(60, 3, dtype=dtype))
         assert used[0] == expected
     cuda = torch.device("cuda")
     monkeypatch.setattr(nearest, "_triton_works", lambda _: True)
-    assert nearest.choose_backend(cuda, torch.float32, 10**6) == "triton"
-    assert nearest.choose_backend(cuda, torch.float64, 10**6) == "torch"
+    assert nearest.usable_backends(cuda, torch.float32) == ["triton", "torch"]
+    assert nearest.usable_backends(cuda, torch.float64) == ["torch"]
     monkeypatch.setattr(nearest, "_triton_works", lambda _: False)
-    assert nearest.choose_backend(cuda, torch.float32, 10**6) == "torch"
+    assert nearest.usable_backends(cuda, torch.float32) == ["torch"]
 
 
 def test_triton_that_is_missing_or_fails_is_not_used(monkeypatch, caplog):
@@ -165,7 +159,7 @@ def test_compiled_code_needs_no_place_on_disk(tmp_path):
 
 
 def test_a_backend_that_does_not_work_here_is_refused():
-    with pytest.raises(ValueError, match="numba', 'tree', 'torch'"):
+    with pytest.raises(ValueError, match="numba', 'torch'"):
         nearest_neighbors(clouds(3), clouds(3), "triton")
 
 

@@ -1,9 +1,5 @@
-import sys
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
-import torch
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
@@ -76,63 +72,24 @@ def test_is_a_distance_of_sets():
     assert earth_movers_distance(a, c) <= distance + earth_movers_distance(b, c)
 
 
-def test_batches_broadcast_and_workers_change_nothing():
-    rng = np.random.default_rng(1)
-    pred, target = rng.random((2, 1, 40, 3)), rng.random((3, 40, 3))
-    found = earth_movers_distance(pred, target)
-    assert found.shape == (2, 3)
-    assert found.tolist() == [[earth_movers_distance(p[0], t) for t in target] for p in pred]
-    for workers in (1, 2, 9):
-        assert earth_movers_distance(pred, target, workers=workers).tolist() == found.tolist()
-
-
-@pytest.mark.parametrize("dtype", [torch.float16, torch.float32, torch.float64])
-def test_tensors_give_tensors(dtype):
-    pred, target = (torch.tensor(x).to(dtype).requires_grad_() for x in clouds("random"))
-    found = earth_movers_distance(pred, target)
-    assert found.dtype == torch.float64
-    assert found.shape == ()
-    assert not found.requires_grad
-    oracle = by_assignment(pred.detach().double(), target.detach().double())
-    assert found.item() == pytest.approx(oracle, rel=1e-13)
-    assert isinstance(earth_movers_distance(pred.detach().numpy(), target), torch.Tensor)
-
-
 @pytest.mark.parametrize(
-    ("pred", "target", "message"),
+    ("pred", "target"),
     [
-        (np.zeros((4, 3)), np.zeros((5, 3)), "equal size, got 4 and 5"),
-        (np.zeros((0, 3)), np.zeros((0, 3)), "no points"),
-        (np.zeros((4, 2)), np.zeros((4, 2)), "pred_points"),
-        (np.zeros((4, 3)), np.full((4, 3), np.nan), "target_points holds values"),
-        (np.zeros((2, 4, 3)), np.zeros((3, 4, 3)), "do not go together"),
-        (np.zeros((0, 4, 3)), np.zeros((4, 3)), "no pair"),
-        (np.full((2, 3), -1.5e308), np.full((2, 3), 1.5e308), "overflow"),
+        (np.zeros((4, 3)), np.zeros((5, 3))),
+        (np.zeros((0, 3)), np.zeros((0, 3))),
+        (np.zeros((4, 3)), np.full((4, 3), np.nan)),
     ],
 )
-@pytest.mark.filterwarnings("ignore:overflow")
-def test_refuses(pred, target, message):
-    with pytest.raises(ValueError, match=message):
+def test_refuses(pred, target):
+    with pytest.raises(ValueError, match="finite clouds of equal size"):
         earth_movers_distance(pred, target)
 
 
-def test_refuses_workers():
-    with pytest.raises(ValueError, match="workers"):
-        earth_movers_distance(np.zeros((2, 3)), np.zeros((2, 3)), workers=0)
-
-
 @pytest.mark.filterwarnings("ignore:numItermax")
-@pytest.mark.parametrize("failure", ["too few iterations", "a worse assignment"])
-def test_no_unproven_result(monkeypatch, failure):
+def test_a_solver_that_stops_early_gives_no_result(monkeypatch):
     import ot
 
-    def stopped(a, b, cost, numItermax, log):
-        if failure == "too few iterations":
-            return real(a, b, cost, numItermax=20, log=log)
-        plan, found = real(a, b, cost, numItermax=numItermax, log=log)
-        return plan[[1, 0, *range(2, len(plan))]], found
-
-    real = ot.emd
-    monkeypatch.setitem(sys.modules, "ot", SimpleNamespace(emd=stopped))
+    solve = ot.emd
+    monkeypatch.setattr(ot, "emd", lambda *a, **options: solve(*a, **options | {"numItermax": 20}))
     with pytest.raises(RuntimeError, match="no optimal assignment"):
         earth_movers_distance(*clouds("random"))

@@ -150,7 +150,7 @@ def voxel_agreement(
         (R, R, R): 0 in neither, 1 in both, 2 only in the truth, 3 only predicted; and the IoU.
     """
     kinds = np.where(predicted, np.where(true, 1, 3), np.where(true, 2, 0))
-    return kinds, float(voxel_iou(predicted, true))
+    return kinds, voxel_iou(predicted, true)
 
 
 def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATES) -> Sheet:

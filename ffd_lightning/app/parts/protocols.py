@@ -35,7 +35,7 @@ class_part("protocol", "paper", Paper, "ffd_lightning.evaluation.protocols:Paper
 
 @dataclass
 class Modern:
-    """F-scores, normals, Chamfer-L1, mesh quality.
+    """F-scores, normals, Chamfer-L1.
 
     Attributes:
         points: drawn from each mesh.

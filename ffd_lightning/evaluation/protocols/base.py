@@ -65,11 +65,6 @@ class EvaluationProtocol(Protocol):
         ...
 
     @property
-    def quality(self) -> bool:
-        """Whether the quality of the model's own deformed mesh is measured too; by default not."""
-        return False
-
-    @property
     def needs_parts(self) -> bool:
         """Whether only shapes with part labels can be tested on; by default not."""
         return False

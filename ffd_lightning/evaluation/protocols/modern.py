@@ -38,7 +38,6 @@ class ModernProtocol:
 
     name: str = "modern"
     points: int = 10_000
-    quality: bool = True
     needs_parts: ClassVar[bool] = False
 
     @property
@@ -80,8 +79,8 @@ class ModernProtocol:
             "fscore_2": scores["fscore@0.02"],
             **{k: scores[k] for k in ("chamfer_l1", "chamfer_l2", "normal_consistency")},
             "hausdorff90": scores["hausdorff90"],
-            "iou_32": float(voxel_iou(grids[32], truth.coarse)),
-            "iou_128": float(voxel_iou(grids[128], truth.fine)),
+            "iou_32": voxel_iou(grids[32], truth.coarse),
+            "iou_128": voxel_iou(grids[128], truth.fine),
         }
 
     def _surface(

@@ -44,7 +44,6 @@ class PaperProtocol:
     points: int = 1024
     resolution: int = 32
     half_size: float = PAPER_HALF_SIZE
-    quality: bool = False
     needs_parts: ClassVar[bool] = False
     carries_points: ClassVar[bool] = True
 
@@ -73,9 +72,9 @@ class PaperProtocol:
         """See `EvaluationProtocol`."""
         cloud = truth.frame.transform(shape.cloud(self.points, rng))
         return {
-            "chamfer": float(chamfer(cloud, truth.cloud)),
-            "emd": float(earth_movers_distance(cloud, truth.cloud, workers=1)),
-            "iou": float(voxel_iou(self._voxels(*shape.mesh()), truth.voxels)),
+            "chamfer": chamfer(cloud, truth.cloud),
+            "emd": earth_movers_distance(cloud, truth.cloud),
+            "iou": voxel_iou(self._voxels(*shape.mesh()), truth.voxels),
         }
 
     def _voxels(self, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.bool_]:

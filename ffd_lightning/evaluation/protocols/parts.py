@@ -31,7 +31,6 @@ class PartProtocol:
     """
 
     name: str = "parts"
-    quality: bool = False
     needs_parts: ClassVar[bool] = True
 
     @property

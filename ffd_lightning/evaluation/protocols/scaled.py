@@ -19,7 +19,6 @@ class ScaledProtocol:
     """Another paper's scale, points and numbers; see `metrics.scalings.SCALINGS`."""
 
     name: str
-    quality: bool = False
     needs_parts: ClassVar[bool] = False
 
     @property

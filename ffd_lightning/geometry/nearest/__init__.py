@@ -1,10 +1,9 @@
 """Exact nearest neighbours between pairs of clouds, both ways, differentiable.
 
-One function, `nearest_neighbors`, and a module per backend behind it, chosen by device and size:
+One function, `nearest_neighbors`, and a module per backend behind it, chosen by device and dtype:
 
 =========  ==========================================================================
 `numba`    CPU: every distance once, queries as SIMD lanes
-`tree`     CPU, large clouds: scipy's k-d tree
 `triton`   CUDA: every distance once, running minima in registers
 `torch`    everything else, and the oracle of the tests: plain torch in bounded chunks
 =========  ==========================================================================
@@ -28,10 +27,7 @@ from torch import Tensor
 
 log = logging.getLogger(__name__)
 
-Backend = Literal["numba", "tree", "triton", "torch"]
-
-# From this many points in the smaller cloud on, the tree is faster (benchmarks/README.md).
-TREE_POINTS = 16_384
+Backend = Literal["numba", "triton", "torch"]
 
 
 class NearestNeighbors(NamedTuple):
@@ -58,7 +54,7 @@ def nearest_neighbors(
     Args:
         a: (*batch_a, N, 3), float32 or float64 (other floating types work, in plain torch).
         b: (*batch_b, M, 3), same dtype and device; N and M may differ.
-        backend: which of the backends to use, chosen by device and size when None.
+        backend: which of the backends to use, chosen by device and dtype when None.
 
     Returns:
         Squared distances a->b (*batch, N), indices into b, squared distances b->a (*batch, M),
@@ -90,26 +86,19 @@ def nearest_neighbors(
         )
     index_a, index_b = (_pair_index(x.shape[:-2], batch, x.device) for x in (a, b))
     clouds_a, clouds_b = a.reshape(-1, *a.shape[-2:]), b.reshape(-1, *b.shape[-2:])
-    chosen = backend or choose_backend(a.device, a.dtype, min(a.shape[-2], b.shape[-2]))
-    result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, chosen)
+    result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, backend or usable[0])
     return NearestNeighbors(*(r.reshape(*batch, -1) for r in result))
 
 
 def usable_backends(device: torch.device, dtype: torch.dtype) -> list[Backend]:
-    """Return the backends that work for such points, the one for small clouds first."""
+    """Return the backends that work for such points, the fastest first."""
     full = dtype in (torch.float32, torch.float64)
     usable: list[Backend] = []
     if device.type == "cpu" and full:
-        usable += ["numba", "tree"]
+        usable += ["numba"]
     if device.type == "cuda" and dtype == torch.float32 and _triton_works(device):
         usable += ["triton"]
     return [*usable, "torch"]
-
-
-def choose_backend(device: torch.device, dtype: torch.dtype, points: int) -> Backend:
-    """Return the backend for clouds of at least so many points."""
-    usable = usable_backends(device, dtype)
-    return "tree" if "tree" in usable and points >= TREE_POINTS else usable[0]
 
 
 @lru_cache

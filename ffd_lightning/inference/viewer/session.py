@@ -164,7 +164,7 @@ class Session:
             "undeformed": np.zeros_like(predicted),
         }
         return {
-            kind: float(chamfer(self._deformed(offsets)[:_SCORED], target))
+            kind: chamfer(self._deformed(offsets)[:_SCORED], target)
             for kind, offsets in kinds.items()
         }
 

@@ -1,0 +1,89 @@
+"""Against naive loops, and deformations whose folds and stretches are known."""
+
+import numpy as np
+import pytest
+import torch
+import trimesh
+
+from ffd_lightning.geometry.deformation import deform, deformation_matrix
+from ffd_lightning.geometry.jacobian import deformation_jacobian
+from ffd_lightning.geometry.lattice import Lattice
+from ffd_lightning.geometry.subdivision import subdivide
+from ffd_lightning.metrics.distortion import distortion, edge_stretch
+
+
+def arrays(mesh):
+    return np.asarray(mesh.vertices, float), np.asarray(mesh.faces, np.int64)
+
+
+def under(matrix, vertices, faces):
+    jacobians = np.tile(np.asarray(matrix, float), (len(vertices), 1, 1))
+    return distortion(vertices, vertices @ np.transpose(matrix), faces, jacobians)
+
+
+def test_linear_maps():
+    vertices, faces = arrays(trimesh.creation.icosphere(2))
+    assert under(np.eye(3), vertices, faces) == {"folded": 0, "stretch_median": 1, "stretch_95": 1}
+    assert under(np.diag([1, 1, -1]), vertices, faces)["folded"] == 1
+    turned = 0.25 * trimesh.transformations.rotation_matrix(1, [1, 2, 3])[:3, :3]
+    assert under(turned, vertices, faces) == pytest.approx(
+        {"folded": 0, "stretch_median": 4, "stretch_95": 4}  # shrinking counts as growing
+    )
+    wide = under(np.diag([3, 1, 1]), vertices, faces)
+    assert 1 < wide["stretch_median"] < wide["stretch_95"] < 3
+
+
+def test_a_box_pulled_over_itself():
+    """By x -> x + 1.8 x (1 - x), which turns back where its derivative is 0."""
+    fine = subdivide(*arrays(trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])), 0.08)
+    vertices = torch.from_numpy(fine.vertices)
+    lattice = Lattice.bounding(vertices, (2, 1, 1))
+    offsets = torch.zeros(12, 3, dtype=torch.float64)
+    offsets[4:8, 0] = 0.9
+    deformed = deform(deformation_matrix(vertices, lattice), lattice.control_points(), offsets)
+    x = vertices[:, 0]
+    np.testing.assert_allclose(deformed[:, 0], x + 1.8 * x * (1 - x), atol=1e-12)
+    jacobians = deformation_jacobian(vertices, lattice, offsets)
+    found = distortion(fine.vertices, deformed.numpy(), fine.faces, jacobians.numpy())
+    turn = (1 + 1 / 1.8) / 2
+    assert found["folded"] == pytest.approx((4 * (1 - turn) + 1) / 6, abs=0.03)
+
+
+def test_folds_are_weighed_by_area():
+    # One large folded triangle, many small ones that are not.
+    vertices = np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]])
+    vertices = np.vstack([vertices, *(0.1 * vertices + 10 * k for k in range(1, 9))])
+    jacobians = np.tile(np.eye(3), (27, 1, 1))
+    jacobians[:3, 2, 2] = -0.5
+    found = distortion(vertices, vertices, np.arange(27).reshape(-1, 3), jacobians)
+    assert found["folded"] == pytest.approx(1 / 1.08)
+
+
+def test_edge_stretch_is_what_a_loop_finds():
+    rng = np.random.default_rng(0)
+    vertices, deformed = rng.random((2, 30, 3))
+    faces = rng.integers(0, 30, (50, 3))
+    vertices[7], deformed[7] = vertices[3], deformed[3]  # the same point twice
+    edges, ratios = set(), []
+    for face in np.where(faces == 7, 3, faces):
+        edges |= {tuple(sorted((face[k], face[k - 1]))) for k in range(3)}
+    for a, b in edges:
+        if a != b:
+            ratio = np.linalg.norm(deformed[a] - deformed[b]) / np.linalg.norm(
+                vertices[a] - vertices[b]
+            )
+            ratios.append(max(ratio, 1 / ratio))
+    np.testing.assert_allclose(np.sort(edge_stretch(vertices, deformed, faces)), np.sort(ratios))
+
+
+def test_an_edge_that_collapses_is_stretched_without_bound():
+    found = under(np.diag([1, 1, 0]), *arrays(trimesh.creation.box()))
+    assert found["stretch_95"] == np.inf
+    assert found["stretch_median"] == pytest.approx(1)
+    assert found["folded"] == 0  # a determinant of 0 turns nothing inside out
+
+
+def test_a_mesh_without_area_is_refused():
+    vertices, faces = arrays(trimesh.creation.box())
+    with pytest.raises(ValueError, match="area"):
+        under(np.eye(3), vertices * [1, 0, 0], faces)
