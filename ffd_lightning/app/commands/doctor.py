@@ -80,8 +80,6 @@ def _notes(finding: Finding) -> list[str]:
     if finding.warnings:
         tried = "" if finding.prepared else " of those tried"
         lines.append(f"warnings{tried}: {finding.warnings}")
-    if finding.pose:
-        lines.append(finding.pose.removeprefix(f"{finding.name}: "))
     if finding.prepared:
         lines.append(f"{finding.prepared}")
     if finding.sheet:

@@ -26,7 +26,7 @@ from filelock import FileLock, Timeout
 from ffd_lightning.data.preparation.assembly import assemble
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.preparation.shape_file import Recipe, is_done
-from ffd_lightning.data.preparation.summary import describe, pose_warning, sheet_of, write_sheet
+from ffd_lightning.data.preparation.summary import describe, sheet_of, write_sheet
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.errors import ConfigError, DataError
@@ -260,7 +260,5 @@ def _locked(target: Path) -> Iterator[None]:
 
 def _report(prepared: PreparedSet) -> None:
     """Say what was prepared, rejected and seems wrong, and draw it."""
-    pose = pose_warning(prepared)
-    lines = [*describe(prepared), *([pose] if pose else [])]
-    lines.append(write_sheet(prepared, sheet_of(prepared.path), pose))
+    lines = [*describe(prepared), write_sheet(prepared, sheet_of(prepared.path))]
     print("\n".join(lines), file=sys.stderr)
