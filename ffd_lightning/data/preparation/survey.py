@@ -101,17 +101,14 @@ def _try_some(
     with tempfile.TemporaryDirectory() as folder:
         recipe = replace(preparation.recipe, folder=Path(folder))
         workers = preparation.workers or available_cores()
-        make_shapes(
+        failures = make_shapes(
             recipe, trial, workers, preparation.timeout, lambda: times.append(time.monotonic())
         )
-        rejections = {i: recipe.rejection(i) for i in trial}
-        finding.rejected = {
-            i: file.read_text(encoding="utf-8") for i, file in rejections.items() if file.exists()
-        }
+        finding.rejected = {i: failures[i].reason for i in trial if i in failures}
         sizes = [recipe.file(i).stat().st_size for i in trial if i not in finding.rejected]
         if sizes:
             target = Path(folder) / f"{preparation.category}-trial"
-            assemble(recipe, trial, preparation.settings, target)
+            assemble(recipe, trial, finding.rejected, preparation.settings, target)
             _look_at(PreparedSet.open(target), finding, sheet)
     finding.trial = len(trial)
     # From the first shape's end on: workers take seconds to start, once.
