@@ -37,6 +37,15 @@ def is_bug(error: BaseException) -> bool:
     return inside and isinstance(error, _BUGS)
 
 
+def is_of_machine(error: BaseException) -> bool:
+    """Tell whether disk, network or memory failed, which says nothing of what a file holds.
+
+    Libraries raise `OSError` for damaged content, too; only the system's have a number.
+    """
+    numbered = isinstance(error, OSError) and error.errno is not None
+    return numbered or isinstance(error, MemoryError)
+
+
 def explain_unforeseen(error: BaseException) -> str:
     """Return an unforeseen error's kind and message, and which function it comes from.
 

@@ -144,10 +144,6 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
             not 0 < network.batch_norm_momentum <= 1,
             "network.batch_norm_momentum must lie in (0, 1]",
         ),
-        (
-            cfg.preparation.shard is not None,
-            "preparation.shard goes with prepare: training needs all shapes",
-        ),
         (not 0 <= cfg.split.val_fraction < 1, "split.val_fraction must lie in [0, 1)"),
     ]
 

@@ -206,17 +206,15 @@ class NetworkConfig:
 
 @dataclass
 class PreparationConfig:
-    """How data is prepared; nothing here changes what comes out.
+    """How data is prepared. What comes out is the same, but for shapes that exceed `timeout`.
 
     Attributes:
         workers: processes, 0 for one per core.
-        timeout: seconds after which a shape is given up.
-        shard: 3/16 makes one machine's part.
+        timeout: seconds after which a shape is given up and left out.
     """
 
     workers: int = setting(0, only_where=True)
     timeout: float = setting(600.0, only_where=True)
-    shard: str | None = setting(None, only_where=True)
 
 
 @dataclass

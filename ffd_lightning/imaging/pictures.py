@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageCms, ImageOps
 
-from ffd_lightning.errors import RejectedShapeError, is_bug
+from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 
 FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF")
 """Of Pillow's, those that data sets' pictures are read in."""
@@ -188,7 +188,7 @@ def _read(root: Path, name: str, size: tuple[int, int] | None = None) -> Image.I
     except Image.DecompressionBombError as error:
         raise RejectedShapeError(f"{name} is too large: {error}") from None
     except Exception as error:  # Pillow meets anything in a damaged file
-        if is_bug(error):
+        if is_bug(error) or is_of_machine(error):
             raise
         reason = f"{type(error).__name__}: {error}"
         raise RejectedShapeError(f"{name} cannot be read ({reason})") from error

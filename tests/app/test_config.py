@@ -364,7 +364,6 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
         (["data=shapenet", "data.root=.", "data.mix_versions=true"], "without data.images=r2n2"),
         (["data=shapenet", "data.root=.", "data.images_root=."], "without data.images=r2n2"),
         (["preparation.timeout=0"], "preparation.timeout=0.0 must be above 0"),
-        (["preparation.shard=1/2"], "goes with prepare"),
         (["regime.min_weight=1"], r"regime.min_weight must lie in \[0, 1\)"),
         (["regime.terms.offset_penalty.weight=-1"], "offset_penalty.weight must not be negative"),
         (["regime.terms.weighted_chamfer.weight=0"], "regime b has no term of a weight above 0"),

@@ -159,6 +159,18 @@ def test_what_is_not_there(examine, tmp_path):
         examine("data=shapenet", f"data.root={tmp_path}")
 
 
+def test_a_root_one_level_too_deep_is_refused(examine, tmp_path):
+    """Shapes in place of categories: none of them is prepared on trial, nor drawn."""
+    obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+    files = {f"plane/{k}/model.obj": obj for k in range(12)} | {"plane/11/lod.obj": obj}
+    root = write_folder(tmp_path / "planes", files)
+    with pytest.raises(ConfigError, match=rf"12 folders of one shape each\. Set data\.root={root}"):
+        examine("data=folder", f"data.root={root}/plane")
+    assert not (tmp_path / "data").exists()
+    _, lines = examine("data=folder", f"data.root={root}", "sheets=null")
+    assert any(line.split()[:4] == ["plane", "12", "obj", "12"] for line in lines)
+
+
 def test_it_is_a_command(tmp_path):
     with zipfile.ZipFile(tmp_path / f"{CHAIR}.zip", "w") as archive:
         archive.writestr(f"{CHAIR}/a/model.obj", "v 0 0 0\n")

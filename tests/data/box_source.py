@@ -3,12 +3,13 @@
 import os
 import signal
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import SourceShape, Survey
-from ffd_lightning.errors import RejectedShapeError
+from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
@@ -51,10 +52,19 @@ class BoxSource:
             raise RejectedShapeError("it is\nno box")
         if fault == "raise":
             raise ZeroDivisionError("bad box")
-        if fault == "oserror":
-            raise FileNotFoundError("box.png")
+        if fault == "damaged":
+            raise OSError("box.png is no picture")
+        if fault == "unread":
+            Path("/nowhere/box.png").read_bytes()
+        if fault == "memory":
+            raise MemoryError
+        if fault == "no source":
+            raise DataError("the archive is damaged")
         if fault == "sleep":
             time.sleep(60)
+        if fault == "swallow":
+            with suppress(BaseException):  # trimesh does so
+                time.sleep(60)
         if fault == "hang":  # as a library would that never comes back to Python
             signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
             time.sleep(60)

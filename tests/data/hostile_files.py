@@ -77,8 +77,6 @@ _TRIANGLE = struct.pack("<9f", 0, 0, 0, 1, 0, 0, 0, 1, 0)
 _EPS = b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 9 9\n%%EndComments\nshowpage\n%%EOF\n"
 _FACET = b"solid a\nfacet\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendfacet\nendsolid a\n"
 _VIEW = {"buffer": 0, "byteLength": 900}
-_INDICES = {"bufferView": 1, "componentType": 5125}
-_SPARSE = {"count": 1, "indices": _INDICES, "values": {"bufferView": 0}}
 _NODES = 500
 
 
@@ -92,10 +90,9 @@ def _outside(path):
 
 _LITTLE = "binary_little_endian"
 _LONG_LIST = _TRIANGLE + struct.pack("<I3i", 4 * 10**8, 0, 1, 2)
-_LONG_CHUNK = b"glTF" + struct.pack("<4I", 2, 2**32 - 1, 2**32 - 1, 0x4E4F534A)
 _STATEMENTS = "call /etc/passwd\ninclude /etc/passwd\ncsh -touch x\nmaplib /etc/passwd\n"
 _STATEMENTS += "shadow_obj /etc/passwd\ntrace_obj http://localhost/\n"
-_PATHS = ("../../etc/passwd", "/etc/passwd", "http://localhost/x", "file:///etc/passwd")
+_PATHS = ("../../etc/passwd", "http://localhost/x")
 _CHAIN = [*({"children": [k + 1]} for k in range(_NODES)), {"mesh": 0}]
 _GRID = {"scenes": [{"nodes": list(range(_NODES))}], "nodes": [{"mesh": 0}] * _NODES}
 _VIEWS = [*scene()[0]["bufferViews"], *[_VIEW] * 5000]
@@ -104,16 +101,12 @@ _UNUSED = [*scene()[0]["accessors"], _zeros(10**8, "MAT4")]
 # What makes it, and the number of faces that come of it or the reason why it is rejected.
 DANGERS = {
     "PLY promises": (lambda: ply(_LITTLE, 4 * 10**9, 1, body=_TRIANGLE), "m.ply"),
-    "PLY promises text": (lambda: ply("ascii", 4 * 10**9, 9, body=b"0 0 0\n" * 9), "m.ply"),
     "PLY list": (lambda: ply(_LITTLE, 3, 1, "uint", _LONG_LIST), "m.ply"),
-    "PLY negative": (lambda: ply(_LITTLE, -3, 1, body=_TRIANGLE), "m.ply"),
-    "OFF promises": (lambda: _bare("m.off", b"OFF\n4000000000 9 0\n0 0 0\n"), "incomplete"),
     "OFF n-gon": (
         lambda: _bare("m.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n4000000000 0 1 2\n"),
         "m.off",
     ),
     "OBJ index": (lambda: obj(_HEAD + "f 1 2 4000000000\n"), "m.obj"),
-    "OBJ numbers": (lambda: obj(_HEAD + "v 1e400 -nan 1e308\nf 1 2 4\nf 1 2 3\n"), 1),
     "OBJ statements": (lambda: obj(_STATEMENTS + _HEAD + _FACE), 1),
     "many materials": (
         lambda: obj(_HEAD + "".join(f"usemtl m{k}\n{_FACE}" for k in range(3000))),
@@ -128,19 +121,13 @@ DANGERS = {
     },
     **{f"image {uri}": (functools.partial(gltf, images=[{"uri": uri}]), 80) for uri in _PATHS},
     "cycle": (lambda: glb(nodes=[{"mesh": 0, "children": [1]}, {"children": [0]}]), "m.glb"),
-    "own child": (lambda: glb(nodes=[{"mesh": 0, "children": [0]}]), "m.glb"),
     "deep": (lambda: glb(nodes=_CHAIN), "levels deep"),
     "many nodes": (lambda: glb(**_GRID), 40 * _NODES),
     "instances": (lambda: _instances(200), 200),
     "deep JSON": (lambda: _bare("m.gltf", b"[" * 100_000), "m.gltf"),
     "zeros": (lambda: _swapped(_zeros(10**12)), "claims 12,000,0"),
-    "fewer zeros": (lambda: _swapped(_zeros(2 * 10**7)), "claims 240,0"),
     "unused zeros": (lambda: glb(accessors=_UNUSED), "claims 6,400,0"),
-    "sparse": (lambda: _swapped(_zeros(9, sparse=_SPARSE)), "sparse"),
     "views": (lambda: glb(bufferViews=_VIEWS), "claims 4,50"),
-    "chunk": (lambda: _bare("m.glb", _LONG_CHUNK), "m.glb"),
-    "PNG promises": (lambda: obj(x_png=png(60_000, 60_000, b"x")), 1),
-    "PNG promises less": (lambda: obj(x_png=png(13_000, 13_000, b"x")), 1),
     "PNG bomb": (lambda: obj(x_png=png(9000, 9000)), 1),
     "glossy": (_gloss, 80),
     "PostScript": (lambda: obj(x_png=_EPS), 1),

@@ -1,5 +1,6 @@
 """Miniature trees of shapes."""
 
+import errno
 import json
 import os
 import pickle
@@ -13,7 +14,9 @@ from ffd_lightning.data.reading.frame import into_frame, mean_azimuth, turn
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.sources.folder import FolderSource
-from ffd_lightning.errors import DataError, RejectedShapeError
+from ffd_lightning.data.sources.modelnet import ModelNetSource
+from ffd_lightning.data.sources.pix3d import Pix3dSource
+from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -161,19 +164,46 @@ def test_nothing_outside_the_model_is_read(tree: Tree, name: str) -> None:
     mesh = tree.load()
     assert mesh.textures == ()
     assert mesh.face_textures is None
-    np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 255]])
+    np.testing.assert_array_equal(mesh.face_colors, [[178, 178, 178, 255]])
     tree.write("secret.bin", bytes(36))
     tree.write("chair/g.gltf", GLTF % name.replace("png", "bin"))
     with pytest.raises(RejectedShapeError, match="FileNotFoundError"):
         tree.load("g")
 
 
-def test_a_file_that_vanished_is_rejected(tree: Tree) -> None:
-    path = tree.write("chair/m.obj", TRIANGLE + "f 1 2 3\n")
-    assert tree.source.shape_ids("chair") == ["m"]
-    path.unlink()
-    with pytest.raises(RejectedShapeError, match=r"^m\.obj cannot be read"):
-        tree.source.load("chair", "m")
+@pytest.mark.parametrize("name", ["m.obj", "m.mtl", "x.png"])
+def test_a_disk_that_fails_is_no_fault_of_the_shape(tree: Tree, monkeypatch, name) -> None:
+    """Whatever the file: trimesh passes over errors with materials and textures."""
+    tree.write("chair/m/m.obj", TEXTURED)
+    tree.write("chair/m/m.mtl", "newmtl m\nmap_Kd x.png\n")
+    tree.image("chair/m/x.png", (5, 6, 7))
+    read = Path.read_bytes
+
+    def fail(path):
+        if path.name == name:
+            raise OSError(errno.EIO, "Input/output error", str(path))
+        return read(path)
+
+    monkeypatch.setattr(Path, "read_bytes", fail)
+    with pytest.raises(OSError, match="Input/output"):
+        tree.load()
+
+
+def test_folders_of_shapes_may_be_links(tree: Tree) -> None:
+    elsewhere = tree.write("elsewhere/m.obj", TRIANGLE + "f 1 2 3\n").parent
+    (tree.root / "chair").mkdir()
+    (tree.root / "chair/linked").symlink_to(elsewhere, target_is_directory=True)
+    assert tree.source.shape_ids("chair") == ["linked"]
+    before = tree.source.fingerprint("chair")
+    tree.write("elsewhere/m.mtl", "")
+    assert tree.source.fingerprint("chair") != before
+    assert len(tree.load("linked").faces) == 1
+
+
+def test_the_folder_of_the_category_itself_is_recognised(tree: Tree) -> None:
+    tree.write("chair/a/m.obj", TRIANGLE + "f 1 2 3\n")
+    with pytest.raises(DataError, match=rf"set data\.root={tree.root}$"):
+        FolderSource(tree.root / "chair").shape_ids("chair")
 
 
 def test_categories_are_named_by_the_project(tree: Tree) -> None:
@@ -240,8 +270,10 @@ def test_turns_are_anticlockwise_from_above_and_do_not_mirror() -> None:
             np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-15)
             assert np.linalg.det(matrix) == pytest.approx(1)
     assert turn([0, 0, 1], "z", 77).tolist() == [0, 1, 0]
-    with pytest.raises(ValueError, match="x"):
-        turn(front, "x", 0)
+    for up, yaw in (("x", 0.0), ("y", np.nan)):
+        for build in (FolderSource, ModelNetSource, Pix3dSource):
+            with pytest.raises(ConfigError, match="must be"):
+                build(Path(), up=up, yaw=yaw)
 
 
 def test_mean_azimuth() -> None:

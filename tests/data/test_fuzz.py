@@ -5,13 +5,11 @@
 
 import contextlib
 import copy
-import itertools
 import json
 import os
 import re
 import resource
 import signal
-import socket
 import subprocess
 import sys
 import sysconfig
@@ -112,21 +110,14 @@ def guard(tmp_path_factory):
 
 DEEDS = {
     "read": lambda: Path("/etc/hostname").read_bytes(),
-    "wrote": lambda: Path("left").touch(),
-    "os.remove": lambda: Path("none").unlink(missing_ok=True),
-    "socket.connect": lambda: socket.socket().connect_ex(("127.0.0.1", 9)),
     "subprocess.Popen": lambda: subprocess.run(["true"], check=True),
-    "took too long": lambda: sum(1 for _ in itertools.count()),
 }
 
 
 @pytest.mark.parametrize("name", DEEDS)
 def test_the_guard_sees_it(guard, name):
-    # Starting a process may take a tenth of a second: the others are not to be interrupted.
-    seconds = 0.1 if name == "took too long" else SECONDS
-    with pytest.raises(AssertionError, match=name), guard.watching(seconds=seconds):
+    with pytest.raises(AssertionError, match=name), guard.watching():
         DEEDS[name]()
-    Path("left").unlink(missing_ok=True)
 
 
 def assert_valid(mesh):
@@ -170,69 +161,14 @@ def survives(guard, case):
 # --- damage ---
 
 NUMBER = re.compile(rb"[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?")
-NUMBERS = [b"-1", b"0", b"1", b"255", b"60000", b"4000000000", b"-99999999999", b"1" + b"0" * 30]
-NUMBERS += [b"nan", b"inf", b"-inf", b"1e400", b"1e38", b"1e300", b"1e-320", b"0.5", b"9" * 5000]
-JUNK = [b"\xff" * 4, bytes(4), b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f", b"\0\0\x80\x7f", b"\xff\xfe"]
-JUNK += [
-    b"\n",
-    b" ",
-    b"\r",
-    b"/",
-    b"#",
-    b"\\\n",
-    b"f 1 2 3\n",
-    b"f -1 -2\n",
-    b"v 1\n",
-    b"v 1 2 3 4 5 6 7\n",
-]
-JUNK += [
-    b"usemtl \n",
-    b"mtllib m.mtl\n",
-    b"newmtl \n",
-    b"Kd nan 1e400 -3\n",
-    b"map_Kd m.obj\n",
-    b"vt 1\n",
-]
-JUNK += [
-    b"image x\n",
-    b"name\n",
-    b"Kd 1 1\n",
-    b"d nan\n",
-    b"Tr x\n",
-    b"solid\n",
-    b"endsolid\n",
-    b'"',
-    b"}",
-]
-VALUES = [
-    None,
-    True,
-    -1,
-    0,
-    1,
-    3,
-    0.5,
-    1e12,
-    float("inf"),
-    float("nan"),
-    10**30,
-    "",
-    "x",
-    [],
-    {},
-    [0],
-]
-VALUES += [
-    5121,
-    5123,
-    5125,
-    "SCALAR",
-    "VEC2",
-    "MAT4",
-    "file:///etc/passwd",
-    "http://x.org/a.bin",
-    [[]],
-]
+NUMBERS = b"-1 0 255 60000 4000000000 -99999999999 nan inf -inf 1e400 1e38 1e-320 0.5".split()
+NUMBERS += [b"1" + b"0" * 30, b"9" * 5000]
+JUNK = [b"\xff" * 4, bytes(4), b"\xff\xff\xff\x7f", b"\0\0\xc0\x7f", b"\xff\xfe", b"\n", b"\r"]
+JUNK += [b" ", b"/", b"#", b"\\\n", b"f -1 -2\n", b"v 1\n", b"v 1 2 3 4 5 6 7\n", b"usemtl \n"]
+JUNK += [b"mtllib m.mtl\n", b"newmtl \n", b"Kd nan 1e400 -3\n", b"map_Kd m.obj\n", b"vt 1\n"]
+JUNK += [b"image x\n", b"name\n", b"d nan\n", b"Tr x\n", b"solid\n", b"endsolid\n", b'"', b"}"]
+VALUES = [None, True, -1, 0, 3, 0.5, 1e12, float("inf"), float("nan"), 10**30, "", [], {}, [0]]
+VALUES += [[[]], 5121, 5125, "SCALAR", "MAT4", "file:///etc/passwd", "http://x.org/a.bin"]
 
 spots = st.integers(0, 2**16)
 edits = st.tuples(
@@ -320,9 +256,7 @@ def test_damaged_scenes_and_hostile_files_are_read_or_rejected(guard, case):
     survives(guard, case)
 
 
-@pytest.mark.parametrize(
-    "target", ["m.mtl", *(f"x.{e}" for e in ("png", "jpg", "gif", "tif", "tga"))]
-)
+@pytest.mark.parametrize("target", ["m.mtl", *(f"x.{e}" for e in ("png", "jpg", "tga"))])
 def test_damaged_materials_and_textures_do_not_reject_a_model(guard, target):
     name = "obj" if target == "m.mtl" else f"obj {target}"
 

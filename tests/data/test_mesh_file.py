@@ -3,7 +3,10 @@
 import base64
 import io
 import json
+import os
 import struct
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +22,7 @@ from ffd_lightning.geometry.mesh import Mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 TEXTURED = TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nmtllib m.mtl\nusemtl m\nf 1/1 2/2 3/3\n"
+GREY = [178, 178, 178, 255]
 PLY = (
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
     "property float z\n{colors}element face {count}\nproperty list uchar int vertex_indices\n"
@@ -54,6 +58,22 @@ def folder(tmp_path: Path) -> Folder:
 def area(mesh: Mesh) -> float:
     a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
     return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
+
+
+def test_reading_leaves_the_process_as_it_was(folder) -> None:
+    """Pillow may run Ghostscript for others, and trimesh tell them what it finds."""
+    script = (
+        "import logging; from PIL import EpsImagePlugin as eps; import pathlib\n"
+        "logging.getLogger('trimesh').setLevel(7); before = eps.gs_binary\n"
+        "from ffd_lightning.data.reading.mesh_file import read_mesh\n"
+        "read_mesh(pathlib.Path('m.obj'))\n"
+        "assert (logging.getLogger('trimesh').level, eps.gs_binary) == (7, before)\n"
+    )
+    folder.write("m.obj", TRIANGLE + "f 1 2 3\n")
+    path = str(Path(mesh_file.__file__).parents[3])
+    environment = os.environ | {"PYTHONPATH": path}
+    command = [sys.executable, "-c", script]
+    assert subprocess.run(command, cwd=folder.root, env=environment).returncode == 0
 
 
 def test_a_bug_of_ours_is_not_called_a_damaged_file(folder, monkeypatch) -> None:
@@ -123,7 +143,7 @@ def test_damaged_and_huge_textures(folder: Folder) -> None:
     assert folder.load().textures[0].shape == (10, 1024, 4)
     whole = (folder.root / "x.png").read_bytes()
     folder.write("x.png", whole[: len(whole) // 2])
-    np.testing.assert_array_equal(folder.load().face_colors, [[0, 255, 0, 255]])
+    np.testing.assert_array_equal(folder.load().face_colors, [GREY])
     folder.image("x.png", (5, 6, 7, 0))
     np.testing.assert_array_equal(folder.load().textures[0][0, 0], [5, 6, 7, 255])
 
@@ -139,17 +159,9 @@ PALETTE = Image.new("P", (8, 6), 1)
 PALETTE.putpalette([0, 0, 0, 200, 100, 50])
 KINDS = {
     "16-bit grey": (saved(Image.new("I;16", (8, 6), 128 * 257), "png"), [128, 128, 128, 255]),
-    "grey": (saved(Image.new("L", (8, 6), 128), "png"), [128, 128, 128, 255]),
-    "grey and alpha": (saved(Image.new("LA", (8, 6), (128, 64)), "png"), [128, 128, 128, 64]),
-    "1-bit": (saved(Image.new("1", (8, 6), 1), "png"), [255, 255, 255, 255]),
-    "palette": (saved(PALETTE, "png"), [200, 100, 50, 255]),
     "see-through palette": (saved(PALETTE, "png", transparency=b"\xff\x40"), [200, 100, 50, 64]),
     "CMYK JPEG": (saved(PLAIN.convert("CMYK"), "jpeg", quality=100), [200, 100, 50, 255]),
-    "animated GIF": (
-        saved(PALETTE, "gif", save_all=True, append_images=[Image.new("P", (8, 6))]),
-        [200, 100, 50, 255],
-    ),
-    **{kind: (saved(PLAIN, kind), [200, 100, 50, 255]) for kind in ("tga", "bmp", "tiff", "webp")},
+    "tga": (saved(PLAIN, "tga"), [200, 100, 50, 255]),
 }
 
 
@@ -166,33 +178,31 @@ def test_textures_of_all_kinds_are_read_whatever_their_name(folder: Folder, kind
 
 
 UNUSABLE: dict[str, tuple[str, bytes | None]] = {
-    "missing": ("x.png", None),
-    "missing, Windows": (r"C:\Users\me\maps\x.png", None),
+    "missing": (r"C:\Users\me\maps\x.png", None),
     "options only": ("-s 1 1 1 -clamp on", None),
-    "nothing": ("", None),
-    "a folder": ("..", None),
-    "empty": ("x.png", b""),
     "text": ("x.png", b"It was a dark and stormy night."),
-    "the model itself": ("m.obj", None),
     "promises": ("x.png", png(20_000, 20_000, b"x")),
-    "too large": ("x.png", png(9_000, 9_000)),
-    "no pixels": ("x.png", png(8, 6, b"")),
-    "no width": ("x.png", png(0, 6)),
 }
 
 
 @pytest.mark.parametrize("name", UNUSABLE)
-def test_a_texture_that_cannot_be_used_leaves_the_colour(folder: Folder, capfd, name: str) -> None:
+def test_a_material_whose_texture_cannot_be_used_is_grey(folder: Folder, capfd, name: str) -> None:
     path, content = UNUSABLE[name]
-    folder.write("m.mtl", f"newmtl m\nKd 0 1 0\nd 0.5\nmap_Kd {path}\n")
+    folder.write("m.mtl", f"newmtl m\nKd 1 1 1\nd 0.5\nmap_Kd {path}\n")
     folder.write("m.obj", TEXTURED)
     if content is not None:
         folder.write("x.png", content)
     mesh = folder.load()
     assert mesh.textures == ()
     assert (mesh.face_textures, mesh.face_uvs) == (None, None)
-    np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 128]])
+    np.testing.assert_array_equal(mesh.face_colors, [[178, 178, 178, 128]])
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_material_that_names_no_texture_keeps_its_colour(folder: Folder) -> None:
+    folder.write("m.mtl", "newmtl m\nKd 1 1 1\nmap_Kd \nmap_Ks lost.png\n")
+    folder.write("m.obj", TEXTURED)
+    np.testing.assert_array_equal(folder.load().face_colors, [[255, 255, 255, 255]])
 
 
 def test_options_of_all_kinds_may_precede_a_texture(folder: Folder) -> None:
@@ -203,7 +213,7 @@ def test_options_of_all_kinds_may_precede_a_texture(folder: Folder) -> None:
     np.testing.assert_array_equal(folder.load().face_colors, [[10, 20, 30, 255]])
 
 
-USELESS_MTL = [None, b"", b"\xff\xfe\0", b"Kd 1 0 0\nmap_Kd x.png\n", b"newmtl m\nimage x\n"]
+USELESS_MTL = [None, b"\xff\xfe\0", b"newmtl m\nimage x\n"]
 
 
 @pytest.mark.parametrize("mtl", USELESS_MTL)
@@ -225,23 +235,18 @@ def test_materials_that_share_a_texture_share_it_in_memory(folder: Folder) -> No
     assert sorted(mesh.face_colors.tolist()) == [[5, 6, 7, 128], [5, 6, 7, 255], [5, 6, 7, 255]]
 
 
-@pytest.mark.parametrize("uvs", ["vt 0\nvt 1\nvt 0\n", "vt nan 0\nvt 1e400 0\nvt 0 -inf\n"])
+@pytest.mark.parametrize("uvs", ["", "vt 0\nvt 1\nvt 0\n", "vt nan 0\nvt 1e400 0\nvt 0 -inf\n"])
 def test_bad_uvs_do_not_reject_a_model(folder: Folder, uvs: str) -> None:
+    """Without any that can be used, the texture cannot be shown."""
     folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
-    folder.write("m.obj", TEXTURED.replace("vt 0 0\nvt 1 0\nvt 0 1\n", uvs))
+    obj = TEXTURED.replace("vt 0 0\nvt 1 0\nvt 0 1\n", uvs)
+    folder.write("m.obj", obj if uvs else obj.replace("1/1 2/2 3/3", "1 2 3"))
     folder.image("x.png", (0, 255, 0))
     mesh = folder.load()
-    np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 255]])
+    shown = [0, 255, 0, 255] if "nan" in uvs else GREY
+    np.testing.assert_array_equal(mesh.face_colors, [shown])
     assert mesh.face_uvs is None or np.isfinite(mesh.face_uvs).all()
-
-
-def test_texture_without_uvs_gives_the_colour(folder: Folder) -> None:
-    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
-    folder.write("m.obj", "mtllib m.mtl\n" + TRIANGLE + "usemtl m\nf 1 2 3\n")
-    folder.image("x.png", (5, 6, 7))
-    mesh = folder.load()
-    np.testing.assert_array_equal(mesh.face_colors, [[0, 255, 0, 255]])
-    assert mesh.textures == ()
+    assert bool(mesh.textures) == ("nan" in uvs)
 
 
 def test_vertex_colours_are_averaged(folder: Folder) -> None:
@@ -297,6 +302,8 @@ def test_gltf_colours(folder: Folder) -> None:
     np.testing.assert_array_equal(mesh.textures[0][0, 0], [100, 0, 100, 255])
     assert mesh.face_uvs is not None
     np.testing.assert_allclose(mesh.face_uvs[0], mesh.vertices[mesh.faces[0], :2])
+    (folder.root / "x.png").unlink()
+    np.testing.assert_array_equal(folder.load("tex.gltf").face_colors, [[178, 0, 178, 255]])
 
 
 def test_a_specular_glossiness_material_keeps_its_diffuse_texture(folder: Folder) -> None:
@@ -334,21 +341,10 @@ GOOD = {
     "n-gons": ("obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 3, 4.0),
     "mixed": ("obj", TRIANGLE + "v 1 1 0\nv 0 0 1\nf 1 2 4 3\nf 1 2 5\n", 3, 1.5),
     "NaN face": ("obj", TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n", 1, 0.5),
-    "unused NaN": ("obj", TRIANGLE + "v nan inf 0\nf 1 2 3\n", 1, 0.5),
     "degenerate": ("obj", TRIANGLE + "f 1 2 3\nf 1 1 2\nf 3 3 3\n", 1, 0.5),
-    "lines too": ("obj", TRIANGLE + "l 1 2\nf 1 2 3\n", 1, 0.5),
-    "no newline": ("obj", TRIANGLE + "f 1 2 3", 1, 0.5),
     "latin-1": ("obj", b"# st\xfchle\ng l\xe4nge\n" + (TRIANGLE + "f 1 2 3\n").encode(), 1, 0.5),
     "utf-16": ("obj", (TRIANGLE + "f 1 2 3\n").encode("utf-16"), 1, 0.5),
-    "OFF run in": ("off", "OFF" + OFF, 1, 0.5),
     "OFF": ("off", "OFF\n# c\n\n" + OFF, 1, 0.5),
-    "OFF n-gons": (
-        "off",
-        "OFF\n6 3 0\n0 0 0\n2 0 0\n3 1 0\n1 2 0\n0 1 0\n0 0 1\n"
-        "5 0 1 2 3 4 255 0 0\n3 0 1 5\n4 0 1 1 0\n",
-        4,
-        5.0,
-    ),
     "STL": ("stl", STL, 1, 0.5),
     "STL latin-1": ("stl", STL.replace("solid s", "solid st\xfchle").encode("latin-1"), 1, 0.5),
     "PLY latin-1": (
@@ -393,28 +389,19 @@ def test_negative_indices_count_from_their_line(folder: Folder) -> None:
 
 BAD: dict[str, tuple[str, str | bytes, str]] = {
     "zero bytes": ("obj", b"", "m.obj is empty"),
-    "only blanks": ("stl", " \n ", "is empty"),
     "text": ("obj", "It was a dark and stormy night.\n", "m.obj"),
     "text as glb": ("glb", "It was a dark and stormy night.\n" * 9, "m.glb"),
-    "text as gltf": ("gltf", "{]", "m.gltf"),
-    "text as ply": ("ply", "It was a dark night.\n", "m.ply"),
     "text as off": ("off", "It was a dark night.\n", "m.off"),
     "text as stl": ("stl", "It was a dark night.\n", "m.stl"),
-    "noise": ("glb", bytes(range(256)) * 40, "m.glb"),
     # Which of both depends on whether a library that guesses encodings is installed.
     "noise stl": ("stl", bytes(range(256)) * 40, "not of this format|no faces"),
-    "image": ("obj", b"\x89PNG\r\n\x1a\n" + bytes(200), "m.obj"),
-    "wrong extension": ("off", TRIANGLE + "f 1 2 3\n", "m.off"),
     "all NaN": ("obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no face with a finite area"),
     "point": ("obj", "v 1 1 1\n" * 3 + "f 1 2 3\n", "no face with a finite area"),
-    "line": ("obj", "v 0 0 0\nv 1 1 1\nv 2 2 2\nf 1 2 3\n", "no face with a finite area"),
     "infinite": ("obj", "v 1e300 0 0\nv 0 1e300 0\nv 0 0 1\nf 1 2 3\n", "no face with a finite"),
     "only lines": ("obj", TRIANGLE + "l 1 2 3\n", "no faces"),
     "only points": ("obj", TRIANGLE, "no faces"),
     "point cloud": ("ply", PLY.format(colors="", count=0) + "0 0 0\n1 0 0\n0 1 0\n", "no faces"),
     "ply promises": ("ply", PLY.format(colors="", count=10**12) + "0 0 0\n", "m.ply"),
-    "truncated ply": ("ply", PLY.format(colors="", count=9) + "0 0 0\n1 0 0\n", "m.ply"),
-    "promises": ("off", "OFF\n999999999999 9 0\n0 0 0\n", "m.off"),
     "bad index": ("obj", TRIANGLE + "f 1 2 9\n", "m.obj"),
     "Draco": ("gltf", '{"extensionsUsed": ["KHR_draco_mesh_compression"]}', "Draco"),
     "sparse": (

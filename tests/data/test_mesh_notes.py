@@ -13,6 +13,7 @@ from ffd_lightning.data.reading.mesh_notes import (
     ABSENT_TEXTURES,
     REPEATED,
     UNDECODABLE,
+    UNDEFINED,
 )
 
 
@@ -65,6 +66,24 @@ def test_what_materials_lack_is_noted(notes_of, files, settings, expected):
 
 def test_the_same_material_twice_is_no_fault(notes_of):
     assert notes_of({}, extra="newmtl twin\nKd 1 0 0\n\nnewmtl twin\n# again\nKd 1  0 0\n") == []
+
+
+def test_materials_that_are_defined_nowhere_are_noted(tmp_path):
+    """As those of a second library, of which trimesh reads the first alone."""
+    triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+    faces = "usemtl red\nf 1 2 3\nusemtl dark  oak\nf 1 2 3\n"
+    red, oak = b"newmtl red\nKd 1 0 0\n", b"newmtl dark oak\nKd 0 1 0\n"
+    for libraries, files, lacking in [
+        (["a.mtl"], {"a.mtl": red + oak}, ""),
+        (["a.mtl"], {"a.mtl": red}, "dark oak"),
+        (["a.mtl", "b.mtl"], {"a.mtl": red, "b.mtl": oak}, "dark oak"),
+        ([], {}, "dark oak, red"),
+    ]:
+        obj = "".join(f"mtllib {name}\n" for name in libraries) + triangle + faces
+        write_folder(tmp_path, files | {"a.obj": obj.encode()})
+        mesh, notes = read_with_notes(tmp_path / "a.obj", [tmp_path / name for name in files])
+        assert notes == ((f"{UNDEFINED}: {lacking}",) if lacking else ())
+        assert len(mesh.faces) == 2
 
 
 def test_of_many_names_some_are_told(notes_of):

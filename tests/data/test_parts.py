@@ -241,41 +241,20 @@ def broken(table, row, column, value):
 @pytest.mark.parametrize(
     ("layout", "path", "content", "reason"),
     [
-        *[
-            (layout, path, content, reason)
-            for layout, path in [
-                (RELEASE, "points/m.pts"),
-                (RELEASE, "expert_verified/points_label/m.seg"),
-                (RELEASE, "points_label/seat/n.seg"),
-                (BENCHMARK, "points/m.pts"),
-                (BENCHMARK, "points_label/m.seg"),
-                (NORMAL, "m.txt"),
-            ]
-            for content, reason in [
-                (b" \n", "is empty"),
-                (bytes(range(256)), "cannot be read"),
-                (b"seat\n" * 200, "cannot be read"),
-                (b"1 2\n" * 200, r"has 2 columns, not [137]"),
-                (b"1 2 3\n1 2\n", "cannot be read"),
-            ]
-        ],
+        (RELEASE, "points/m.pts", b" \n", "is empty"),
+        (RELEASE, "points_label/seat/n.seg", b"seat\n" * 200, "cannot be read"),
+        (BENCHMARK, "points/m.pts", bytes(range(256)), "cannot be read"),
+        (BENCHMARK, "points_label/m.seg", b"1 2\n" * 200, r"has 2 columns, not 1"),
+        (NORMAL, "m.txt", b"1 2 3\n1 2\n", "cannot be read"),
         (BENCHMARK, "points/m.pts", None, "is missing"),
-        (RELEASE, "points/m.pts", None, "is missing"),
         (BENCHMARK, "points/m.pts", text(OWN[:-1]), "m.seg has 200 labels for 199 points"),
-        (BENCHMARK, "points_label/m.seg", text(LABELS[:-2] + 1), "198 labels for 200 points"),
         (BENCHMARK, "points_label/m.seg", broken(LABELS, 3, 0, 5), "label 5, not from 0 to 4"),
-        (BENCHMARK, "points_label/m.seg", broken(LABELS, 3, 0, -1), "label -1, not from 0"),
         (BENCHMARK, "points_label/m.seg", broken(LABELS, 3, 0, 0.5), "label 0.5, not from"),
-        (BENCHMARK, "points_label/m.seg", broken(LABELS, 3, 0, np.nan), "not finite"),
         (BENCHMARK, "points/m.pts", broken(OWN, 3, 1, np.nan), "not finite"),
-        (BENCHMARK, "points/m.pts", broken(OWN, 3, 1, np.inf), "not finite"),
         (BENCHMARK, "points/m.pts", broken(OWN, 3, 1, 1e9), "does not fit"),
-        (BENCHMARK, "points/m.pts", broken(OWN, 3, 1, 1e300), "has no extent|does not fit"),
         (BENCHMARK, "points/m.pts", "1 2 3\n" * 200, "no extent"),
         (BENCHMARK, "points_label/m.seg", "0\n" * 200, "gives no point a part"),
         (NORMAL, "m.txt", broken(ROWS, 3, 6, 11), "label 11, not from 12 to 15"),
-        (NORMAL, "m.txt", broken(ROWS, 3, 6, 16), "label 16, not from 12 to 15"),
-        (NORMAL, "m.txt", broken(ROWS, 3, 2, np.nan), "not finite"),
         (RELEASE, "expert_verified/points_label/m.seg", "5\n" * 200, "label 5, not from 0 to 4"),
         (RELEASE, "points_label/seat/n.seg", "2\n" * 200, "other numbers than 0 and 1"),
         (RELEASE, "points_label/seat/n.seg", "1\n" * 9, "9 labels for 200 points"),
@@ -310,9 +289,6 @@ def test_models_and_categories_without_annotation(tmp_path, layout):
     for call in (source.ids, source.fingerprint, source.layout):
         with pytest.raises(DataError, match=r"of plane \(02691156\) in .*it has: chair \(03001627"):
             call("plane")
-    parts, warning = source.read("plane", "m0", mesh)
-    assert parts is None
-    assert "no part annotation of plane" in warning
 
 
 def test_folders_that_are_not_annotations(tmp_path):
@@ -323,16 +299,12 @@ def test_folders_that_are_not_annotations(tmp_path):
     assert PartAnnotations(tmp_path).categories() == []
 
 
-@pytest.mark.parametrize(
-    "content", ["{", "[]", '{"03001627": 3}', '{"03001627": {"lables": [1]}}', b"\xff\xfe\x00",
-                '{"03001627": {"lables": ["a", "a"]}}']
-)  # fmt: skip
+@pytest.mark.parametrize("content", ["{", "[]", '{"03001627": {"lables": ["a", "a"]}}'])
 def test_damaged_metadata_is_named(tmp_path, content):
     files = tree(RELEASE, "chair", [0]) | {"metadata.json": content}
     source = PartAnnotations(write(tmp_path, files))
     with pytest.raises(DataError, match=r"metadata\.json cannot be read"):
         source.fingerprint("chair")
-    assert "metadata.json cannot be read" in source.read("chair", "m0", model("chair", 0)[0])[1]
 
 
 # --- Mapping ------------------------------------------------------------------------------------

@@ -15,9 +15,10 @@ import pytest
 from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
 from commands import run_command
 
-from ffd_lightning.data.preparation.preparation import Preparation, Shard
+from ffd_lightning.data.preparation import workers
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import DataError
 
 ROOT = Path(__file__).parents[2]
 COUNT = 10
@@ -29,12 +30,10 @@ import threading
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from box_source import BoxSource, boxes_of
-from ffd_lightning.data.preparation.preparation import Shard
 signal.signal(signal.SIGINT, signal.default_int_handler)  # jobs in a shell's background ignore it
 gate = Path({gate!r}) if {gate!r} else None
 try:
-    boxes = boxes_of(BoxSource({count}, Path({log!r}), gate=gate), {root!r})
-    boxes.run_shard(Shard.parse({shard!r})) if {shard!r} else boxes.run()
+    boxes_of(BoxSource({count}, Path({log!r}), gate=gate), {root!r}).run()
 except KeyboardInterrupt:
     sys.exit(130 if threading.active_count() == 1 else "threads are left")
 """
@@ -56,12 +55,11 @@ def start(tmp_path, log):
     """Return a function that prepares boxes in another process."""
     processes = []
 
-    def run(gate="", shard="", **kwargs):
+    def run(gate="", **kwargs):
         script = SCRIPT.format(
             tests=str(Path(__file__).parent),
             count=COUNT,
             gate=str(gate),
-            shard=shard,
             log=str(log),
             root=str(tmp_path),
         )
@@ -198,7 +196,7 @@ def test_workers_leave_ctrl_c_to_the_parent_even_while_they_start(tmp_path, star
 
 
 def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
-    faults = {"b01": "reject", "b02": "raise", "b04": "exit", "b05": "oserror"}
+    faults = {"b01": "reject", "b02": "raise", "b04": "exit", "b05": "damaged", "b07": "memory"}
     got = prepare_boxes(BoxSource(COUNT, tmp_path / "log", faults), tmp_path)
     rows = list(csv.reader((got.path / "rejected.csv").open(newline="")))
     assert rows == [
@@ -206,18 +204,19 @@ def test_bad_models_are_rejected_by_name(undisturbed, tmp_path, capfd):
         ["b01", "it is no box"],
         ["b02", "ZeroDivisionError: bad box (box_source.load)"],
         ["b04", "its worker process died twice (out of memory, or stuck)"],
-        ["b05", "FileNotFoundError: box.png"],
+        ["b05", "OSError: box.png is no picture"],
+        ["b07", "MemoryError: (box_source.load)"],
     ]
     assert got.ids == tuple(i for i in undisturbed.ids if i not in faults)
-    assert got.manifest["rejected"] == 4
+    assert got.manifest["rejected"] == 5
     np.testing.assert_array_equal(
         got.arrays["points"],
         undisturbed.arrays["points"][[undisturbed.index(i) for i in got.ids]],
     )
     summary, picture = capfd.readouterr().err.splitlines()[-2:]
-    assert f"prepared {COUNT - 4} shapes" in summary
+    assert f"prepared {COUNT - 5} shapes" in summary
     assert picture.endswith(f"how they stand: {tmp_path}/sheets/{got.path.name}.png")
-    assert "rejected 4 (b01: it is no box" in summary
+    assert "rejected 5 (b01: it is no box" in summary
     assert str(got.path / "rejected.csv") in summary
 
 
@@ -353,22 +352,17 @@ def test_kills_at_random_moments(undisturbed, tmp_path, start, log):
     assert left == {target.name, f".{target.name}.lock", f".{target.name}.checked"}
 
 
-@pytest.mark.parametrize("step", ["rename", "rmtree"])
-def test_killed_between_the_last_steps(undisturbed, tmp_path, monkeypatch, step):
-    """The set is in place, and the shapes' files are still where they were, or half removed."""
+def test_killed_before_the_last_step(undisturbed, tmp_path, monkeypatch):
+    """The set is in place, and the shapes' files are still where they were."""
 
     class Killed(BaseException):
         pass
 
-    def die(path, *_, **__):
-        if path.name.endswith((".partial", ".done")):
-            raise Killed
+    def die(self):
+        raise Killed
 
     with monkeypatch.context() as patch:
-        if step == "rename":
-            patch.setattr(Preparation, "_tidy", lambda self: die(self.recipe.folder))
-        else:
-            patch.setattr(shutil, "rmtree", die)
+        patch.setattr(Preparation, "_tidy", die)
         with pytest.raises(Killed):
             prepare_boxes(BoxSource(COUNT, tmp_path / "log"), tmp_path)
     left = [path for path in (tmp_path / "prepared").iterdir() if path.is_dir()]
@@ -378,63 +372,77 @@ def test_killed_between_the_last_steps(undisturbed, tmp_path, monkeypatch, step)
     assert [path for path in (tmp_path / "prepared").iterdir() if path.is_dir()] == [again.path]
 
 
-# --- shards -------------------------------------------------------------------------------------
+# --- what fails now and may not fail later ------------------------------------------------------
 
 
-def test_the_last_shard_joins_all(undisturbed, tmp_path, log, capfd):
-    preparation = boxes_of(BoxSource(COUNT, log), tmp_path, workers=1)
-    assert preparation.run_shard(Shard(2, 3)) is None
-    assert loads(log)[0] == ["b01", "b04", "b07"]
-    assert "shard 2/3 is done, 7 shapes of other shards are not" in capfd.readouterr().err
-    assert preparation.run_shard(Shard(2, 3)) is None, "again: nothing to do"
-    assert len(loads(log)[0]) == 3
-    assert preparation.run_shard(Shard(1, 3)) is None
-    joined = preparation.run_shard(Shard(3, 3))
-    assert contents(joined.path) == contents(undisturbed.path)
-    assert sorted(loads(log)[0]) == list(undisturbed.ids), "each loaded once"
-    assert preparation.run_shard(Shard(1, 3)).path == joined.path, "all done already"
-
-
-def test_shards_of_machines_that_share_nothing_are_copied_together(undisturbed, tmp_path, log):
-    for k in (1, 2):
-        boxes_of(BoxSource(COUNT, log), tmp_path / str(k)).run_shard(Shard(k, 2))
-        (folder,) = (tmp_path / str(k) / "prepared").glob(".*.partial")
-        shutil.copytree(folder, tmp_path / "all/prepared" / folder.name, dirs_exist_ok=True)
-    joined = prepare_boxes(BoxSource(COUNT, log), tmp_path / "all")
-    assert contents(joined.path) == contents(undisturbed.path)
-    assert sorted(loads(log)[0]) == list(undisturbed.ids), "none was made again"
-
-
-def test_shards_at_once_and_the_whole_beside_them(undisturbed, tmp_path, start):
-    jobs = [start(shard=shard) for shard in ("1/2", "2/2", "")]
-    for job in jobs:
-        _, said = job.communicate(timeout=LIMIT)
-        assert job.returncode == 0, said
-    (folder,) = (tmp_path / "prepared").glob("box-*")
-    assert contents(folder) == contents(undisturbed.path)
-    assert not list((tmp_path / "prepared").glob(".*.partial"))
-
-
-@pytest.mark.parametrize("text", ["", "3", "0/4", "5/4", "-1/4", "1/0", "a/b", "1/2/3"])
-def test_shards_that_make_no_sense(text):
-    with pytest.raises(ConfigError, match="NUMBER/COUNT"):
-        Shard.parse(text)
-    assert Shard.parse(" 3/16") == Shard(3, 16)
-
-
-# --- shapes that do not end ---------------------------------------------------------------------
-
-
-def test_a_model_that_takes_too_long_is_rejected(undisturbed, tmp_path, log):
+def test_shapes_that_take_too_long_make_a_set_of_that_timeout(undisturbed, tmp_path, log):
     """Whether Python runs, and is interrupted, or a library that does not return."""
-    faults = {"b01": "sleep", "b02": "hang"}
+    faults = {"b01": "sleep", "b02": "hang", "b03": "swallow"}
     # A box takes a hundredth of a second.
-    got = prepare_boxes(BoxSource(4, log, faults), tmp_path, timeout=1.0)
-    assert got.ids == ("b00", "b03")
+    got = prepare_boxes(BoxSource(5, log, faults), tmp_path, timeout=1.0)
+    assert got.ids == ("b00", "b04")
     assert got.rejected == {
-        "b01": "TimeoutError: it takes longer than preparation.timeout=1 seconds",
+        "b01": "it takes longer than preparation.timeout=1 seconds",
         "b02": "its worker process died twice (out of memory, or stuck)",
+        "b03": "it takes longer than preparation.timeout=1 seconds",
     }
+    assert got.manifest["settings"]["timeout"] == 1.0
+    log.unlink()
+    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=1).path == got.path
+    assert loads(log)[0] == [], "the very same set is not made again"
+    patient = prepare_boxes(BoxSource(5, log), tmp_path, timeout=60.0)
+    assert patient.ids == undisturbed.ids[:5]
+    assert patient.path != got.path
+    assert "timeout" not in patient.manifest["settings"]
+    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=1.0).path == patient.path
+
+
+def test_an_alarm_after_a_shape_is_computed_leaves_its_file_or_gives_it_up(tmp_path, monkeypatch):
+    """At whichever of the last lines it rings, never both and never neither."""
+    recipe = boxes_of(BoxSource(1, tmp_path / "log"), tmp_path).recipe
+    recipe.folder.mkdir(parents=True)
+    monkeypatch.setattr(workers, "_recipe", recipe)
+    monkeypatch.setattr(workers, "_timeout", 1000.0)
+    code, outcomes = workers._in_time.__code__, set()
+    lines = sorted({line for *_, line in code.co_lines() if line is not None})
+    before = signal.signal(signal.SIGALRM, workers._give_up)
+    try:
+        for rung in lines:
+
+            def trace(frame, event, _, rung=rung):
+                here = event == "line" and frame.f_code is code and frame.f_lineno == rung
+                if here and signal.getitimer(signal.ITIMER_REAL)[0]:  # it rings while it is set
+                    signal.raise_signal(signal.SIGALRM)
+                return trace if frame.f_code in (code, workers._work.__code__) else None
+
+            others = sys.gettrace()
+            sys.settrace(trace)
+            try:
+                failure = workers._work("b00")
+            finally:
+                sys.settrace(others)
+            assert (failure is None) == recipe.file("b00").exists()
+            outcomes.add(failure is None)
+            recipe.file("b00").unlink(missing_ok=True)
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert outcomes == {True, False}
+
+
+def test_what_cannot_be_read_now_makes_no_set(undisturbed, tmp_path, log):
+    faults = {"b01": "unread", "b05": "reject"}
+    with pytest.raises(DataError, match=r"1 of 10 shapes of box could not .*\(b01: .*No such"):
+        prepare_boxes(BoxSource(COUNT, log, faults), tmp_path)
+    log.unlink()
+    assert contents(prepare_boxes(BoxSource(COUNT, log), tmp_path).path) == contents(
+        undisturbed.path
+    )
+    assert sorted(loads(log)[0]) == ["b01", "b05"], "what failed is tried again, and nothing else"
+
+
+def test_an_error_that_concerns_all_shapes_ends_the_preparation(tmp_path, log):
+    with pytest.raises(DataError, match="the archive is damaged"):
+        prepare_boxes(BoxSource(2, log, {"b00": "no source"}), tmp_path, workers=1)
 
 
 def test_linux_ends_workers_first_where_memory_runs_out(tmp_path, start, log):
@@ -454,17 +462,6 @@ def small(tmp_path):
     return [*models, *render, f"paths.data={tmp_path}/data"]
 
 
-def test_shards_by_command(tmp_path):
-    overrides = ["-m", *small(tmp_path), "category=table,lamp", "preparation.shard=1/2,2/2"]
-    command = [sys.executable, str(ROOT / "prepare.py"), *overrides]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "table: shard 1/2 is done, 2 shapes of other shards are not" in done.stderr
-    folders = [path.name for path in (tmp_path / "data/prepared").iterdir() if path.is_dir()]
-    assert sorted(name.partition("-")[0] for name in folders) == ["lamp", "table"]
-    assert {path.name for path in tmp_path.iterdir()} == {"data"}
-
-
 def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
     overrides = ["-m", *small(tmp_path), "category=rifle,telephone,lamp"]
     done = run_command("prepare", *overrides, cwd=tmp_path)
@@ -478,7 +475,6 @@ def test_a_category_that_fails_does_not_stop_the_others(tmp_path):
 @pytest.mark.parametrize(
     ("override", "word"),
     [
-        ("preparation.shard=3/2", "NUMBER/COUNT"),
         ("data.num_points=0", "data.num_points=0 must be above 0"),
         ("regime=b", "regime"),
         ("data.num_modles=3", "Did you mean data.num_models?"),

@@ -5,7 +5,7 @@ from box_source import RENDER, BoxSource, box_mesh
 
 from ffd_lightning.data.preparation import shape_file
 from ffd_lightning.data.preparation.packing import unpack_mesh
-from ffd_lightning.data.preparation.shape_file import Recipe, is_done, make_shape, reject
+from ffd_lightning.data.preparation.shape_file import Recipe, compute_shape, is_done, write_shape
 from ffd_lightning.data.sources.base import SourceShape
 from ffd_lightning.geometry.mesh import Mesh
 
@@ -24,8 +24,12 @@ def recipe(folder, source):
     return Recipe(source, "box", 40, RENDER, folder)
 
 
+def make(recipe, shape_id):
+    write_shape(recipe, shape_id, compute_shape(recipe, shape_id))
+
+
 def read(recipe, shape_id):
-    make_shape(recipe, shape_id)
+    make(recipe, shape_id)
     with np.load(recipe.file(shape_id), allow_pickle=False) as arrays:
         mesh, point_parts = unpack_mesh(arrays["mesh"].tobytes())
         return {**arrays, "face_colors": mesh.face_colors, "point_parts": point_parts}
@@ -61,7 +65,7 @@ def test_textures_are_kept_and_stand_behind_plain_colours(tmp_path):
         face_uvs=np.concatenate([uv, uv]),
     )
     made = recipe(tmp_path, MeshSource(mesh))
-    make_shape(made, "a")
+    make(made, "a")
     with np.load(made.file("a"), allow_pickle=False) as arrays:
         found, _ = unpack_mesh(arrays["mesh"].tobytes())
     assert [t.shape for t in found.textures] == [(256, 256, 4)]
@@ -82,17 +86,14 @@ def test_unknown_parts(tmp_path):
 
 def test_a_mesh_without_area_is_rejected_with_the_reason(tmp_path):
     mesh = Mesh(np.eye(3), np.array([[0, 1, 1]]), np.full((1, 4), 255, np.uint8))
-    flat = recipe(tmp_path, MeshSource(mesh))
-    make_shape(flat, "a")
-    assert "no area" in flat.rejection("a").read_text()
-    assert is_done(flat, "a")
+    failure = compute_shape(recipe(tmp_path, MeshSource(mesh)), "a")
+    assert failure.kind == "rejected"
+    assert "no area" in failure.reason
 
 
 def test_a_bug_rejects_a_model_and_is_called_one(tmp_path, monkeypatch):
     monkeypatch.setattr(shape_file, "normalize", None)
-    odd = recipe(tmp_path, MeshSource(box_mesh(0)))
-    make_shape(odd, "a")
-    reason = odd.rejection("a").read_text()
+    reason = compute_shape(recipe(tmp_path, MeshSource(box_mesh(0))), "a").reason
     assert reason.startswith("TypeError: 'NoneType' object is not callable (shape_file._normalized")
     assert reason.endswith("a bug of ffd_lightning: please report it)")
 
@@ -100,7 +101,7 @@ def test_a_bug_rejects_a_model_and_is_called_one(tmp_path, monkeypatch):
 def test_is_done_takes_whole_files_only(tmp_path):
     made = recipe(tmp_path, BoxSource(1, tmp_path / "log"))
     assert not is_done(made, "b00")
-    make_shape(made, "b00")
+    make(made, "b00")
     assert is_done(made, "b00")
     whole = made.file("b00").read_bytes()
     at = whole.index(b"images.npy") + 200  # within the images
@@ -117,5 +118,3 @@ def test_is_done_takes_whole_files_only(tmp_path):
     with zipfile.ZipFile(made.file("b00"), "w") as archive:
         archive.writestr("images.npy", b"")
     assert not is_done(made, "b00"), "not all arrays are in it"
-    reject(made, "b00", "no box")
-    assert is_done(made, "b00")

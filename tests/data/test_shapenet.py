@@ -4,7 +4,16 @@ import zipfile
 import numpy as np
 import pytest
 from PIL import Image
-from shapenet_tree import BAD, CHAIR, bad_models, good_models, png, write_folder, write_zips
+from shapenet_tree import (
+    BAD,
+    CHAIR,
+    LAYOUTS,
+    bad_models,
+    good_models,
+    png,
+    write_folder,
+    write_zips,
+)
 
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources import shapenet
@@ -58,9 +67,17 @@ def test_it_does_not_matter_how_the_files_are_kept(layout, tmp_path):
         x, y = a.load("chair", name).mesh, b.load("chair", name).mesh
         np.testing.assert_array_equal(x.vertices, y.vertices)
         np.testing.assert_array_equal(x.face_colors, y.face_colors)
-    files[next(path for path in files if path.endswith(".obj"))] += b"#"
-    c = ShapeNetSource(write_folder(tmp_path / "c", files))
-    assert c.fingerprint("chair") != a.fingerprint("chair")
+    changes = [{path: files[path] + b"#"} for path in files if "textured" in path]
+    changes.append({f"{CHAIR}/nomtl/{LAYOUTS[layout].rpartition('/')[2]}.mtl": b"Kd 1 0 0"})
+    seen = [a.fingerprint("chair")]
+    for k, change in enumerate(changes):
+        changed = ShapeNetSource(write_folder(tmp_path / f"changed{k}", files | change))
+        seen.append(changed.fingerprint("chair"))
+    assert len(seen) == 5, "mesh, materials, a texture, and materials that were absent"
+    assert all(seen.count(one) == 1 for one in seen)
+    for path in (".DS_Store", "plain/.DS_Store"):
+        write_folder(tmp_path / "a", {f"{CHAIR}/{path}": b"?"})
+    assert a.fingerprint("chair") == b.fingerprint("chair")
 
 
 def test_workers_can_hold_it(tree):
@@ -158,7 +175,19 @@ def test_renderings_are_fitted_and_not_distorted(renderings, tmp_path):
     assert source.fingerprint("chair") != ShapeNetSource(tmp_path / "v1").fingerprint("chair")
 
 
-@pytest.mark.parametrize("content", [None, b"", png()[:-30], b"GIF89a" + bytes(50)])
+def test_the_fingerprint_follows_renderings_and_their_cameras(renderings, tmp_path):
+    folder = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering"
+    seen = [renderings.fingerprint("chair")]
+    write_metadata(tmp_path)
+    seen.append(renderings.fingerprint("chair"))
+    (folder / "07.png").write_bytes(png()[:-30])
+    seen.append(renderings.fingerprint("chair"))
+    (folder / "07.png").unlink()
+    seen.append(renderings.fingerprint("chair"))
+    assert all(seen.count(one) == 1 for one in seen)
+
+
+@pytest.mark.parametrize("content", [None, png()[:-30], b"GIF89a" + bytes(50)])
 def test_renderings_that_are_missing_or_damaged(renderings, tmp_path, content):
     source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
     file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / "07.png"

@@ -8,14 +8,8 @@ from shapenet_tree import model_text, png, write_folder
 
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.preparation.sheet import SHOWN, draw_set
-from ffd_lightning.data.preparation.summary import (
-    count_warnings,
-    pose_warning,
-    sheet_of,
-    warnings_of,
-)
-from ffd_lightning.data.reading.frame import turn
+from ffd_lightning.data.preparation.sheet import _expected
+from ffd_lightning.data.preparation.summary import count_warnings, sheet_of, warnings_of
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
 
@@ -26,27 +20,19 @@ WHITE = "\n".join(f"newmtl m{k}\nKd 1 1 1" for k in range(9))
 def prepare(tmp_path):
     """Return a function that prepares a folder of chairs."""
 
-    def run(files, up="y", yaw=0.0, category="chair"):
-        root = write_folder(tmp_path / "shapes", files)
-        source = FolderSource(root, up, yaw)
-        return Preparation(source, category, 512, RENDER, tmp_path, workers=1).run()
+    def run(files):
+        source = FolderSource(write_folder(tmp_path / "shapes", files))
+        return Preparation(source, "chair", 512, RENDER, tmp_path, workers=1).run()
 
     return run
 
 
-def chair(name, texture=None, mtl=None, pose=("y", 0.0), index=0, folder="chair"):
-    """Return the files of a chair, its coordinates as a data set has them that needs this pose."""
-    obj, materials = model_text(index, texture)
-    lines = []
-    for line in obj.replace("{stem}", "a").split("\n"):
-        if line.startswith("v "):
-            x, y, z = np.array(line.split()[1:], float) @ turn(np.eye(3), *pose).T
-            line = f"v {x} {y} {z}"
-        lines.append(line)
-    top = f"{folder}/{name}"
+def chair(name, texture=None, mtl=None):
+    """Return the files of a chair."""
+    obj, materials = model_text(0, texture)
     return {
-        f"{top}/a.obj": "\n".join(lines).encode(),
-        f"{top}/a.mtl": (materials if mtl is None else mtl).encode(),
+        f"chair/{name}/a.obj": obj.replace("{stem}", "a").encode(),
+        f"chair/{name}/a.mtl": (materials if mtl is None else mtl).encode(),
     }
 
 
@@ -88,38 +74,6 @@ def test_what_hardly_shows_on_white_is_told_by_its_pixels(tmp_path):
         assert told == (np.mean(values) > 225)
 
 
-@pytest.mark.parametrize(
-    ("pose", "now", "said"),
-    [
-        (("y", 0.0), ("y", 0.0), ""),
-        (("z", 0.0), ("y", 0.0), "try data.up=z ("),
-        (("z", 90.0), ("y", 0.0), "try data.up=z data.yaw=90 ("),
-        (("y", 0.0), ("z", 0.0), "try data.up=y ("),
-    ],
-)
-def test_the_setting_that_mends_the_pose_is_named(prepare, capfd, pose, now, said):
-    files = {}
-    for k in range(6):
-        index = k % 4  # model_text knows four
-        files |= chair(f"c{k}", pose=pose, index=index)
-    prepared = prepare(files, *now)
-    told = pose_warning(prepared)
-    assert said in told
-    assert bool(said) == bool(told)
-    assert told in capfd.readouterr().err
-
-
-def test_a_source_that_turns_nothing_is_asked_for_its_version(tmp_path):
-    prepared = prepare_boxes(BoxSource(6, tmp_path / "log"), tmp_path)
-    assert pose_warning(prepared) == "", "boxes look alike from front and side"
-
-
-def test_a_source_of_ones_own_may_mean_something_else_by_up_and_yaw(tmp_path):
-    prepared = prepare_boxes(BoxSource(6, tmp_path / "log"), tmp_path)
-    prepared.manifest["settings"]["source"] |= {"up": [0, 1, 0], "yaw": "random"}
-    assert pose_warning(prepared) == ""
-
-
 def test_a_line_of_warnings_names_the_commonest_kinds(monkeypatch, tmp_path):
     prepared = prepare_boxes(BoxSource(3, tmp_path / "log"), tmp_path)
     told = {"a": [f"fault {k}" for k in range(40)], "b": ["fault 7: here"]}
@@ -141,22 +95,8 @@ def test_the_picture_holds_what_the_network_sees(tmp_path):
     assert any(np.abs(place - inner).max() <= 1 for place in places)
 
 
-def test_the_picture_grows_with_the_set_and_tells_the_guess(tmp_path):
-    few = prepare_boxes(BoxSource(3, tmp_path / "a"), tmp_path / "few")
-    many = prepare_boxes(BoxSource(SHOWN + 4, tmp_path / "b"), tmp_path / "many")
-    rows = SHOWN // 8
-    small, large = draw_set(few), draw_set(many)
-    assert large.height - small.height == (rows - 1) * (144 + 17 + 4)
-    with_guess = np.asarray(draw_set(few, "turn them")).astype(int)
-    differs = np.abs(with_guess - np.asarray(small)).max(axis=2)
-    assert differs.any()
-    assert not differs[: small.height // 4].any(), "only below the images"
-
-
 @pytest.mark.parametrize("category", [*shapes.categories()[:2], "mug"])
 def test_expected_shapes_are_of_several_families(category):
-    from ffd_lightning.data.preparation.sheet import _expected
-
     names = [name for name, _ in _expected(category)]
     assert len(set(names)) == 3
     assert all(name.startswith(category) for name in names) == (category != "mug")

@@ -28,6 +28,7 @@ from ffd_lightning.app.studies.categories import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.survey import TRIAL, Finding, examine
 from ffd_lightning.data.sources.base import Source
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.parallel import available_cores
 from ffd_lightning.terminal import duration, table_console
 
@@ -80,8 +81,6 @@ def _notes(finding: Finding) -> list[str]:
     if finding.warnings:
         tried = "" if finding.prepared else " of those tried"
         lines.append(f"warnings{tried}: {finding.warnings}")
-    if finding.pose:
-        lines.append(finding.pose.removeprefix(f"{finding.name}: "))
     if finding.prepared:
         lines.append(f"{finding.prepared}")
     if finding.sheet:
@@ -142,6 +141,28 @@ def _neighbours(cfg: DoctorConfig) -> list[str]:
     return lines
 
 
+def _count(source: Source, name: str) -> int:
+    """Return how many shapes a category has, 0 for a folder without any."""
+    try:
+        return len(source.shape_ids(name))
+    except DataError:
+        return 0
+
+
+def _check_level(root: Path, counts: list[int]) -> None:
+    """Refuse a folder of shapes where one of categories is meant.
+
+    Raises:
+        ConfigError: hardly any of its folders holds more than one shape.
+    """
+    if len(counts) > 3 and sum(count > 1 for count in counts) <= len(counts) // 10:
+        raise ConfigError(
+            f"data.root={root} seems to be the folder of one category: it has {len(counts)} "
+            f"folders of one shape each. Set data.root={root.parent}, and for this category alone "
+            f"category=custom category.name={root.name}"
+        )
+
+
 def _examined(cfg: DoctorConfig, name: str) -> Finding:
     """Look at one category, and draw it."""
     (one,) = build_preparations(replace(cfg, category=CategoryConfig(name=name)))
@@ -165,6 +186,8 @@ def main(arguments: Sequence[str]) -> int:
         names.sort(key=lambda name: (order.get(name, len(order)), name))
     if not names:
         source.shape_ids(cfg.category.name)  # raises, and says why
+    if cfg.data.name == "folder" and len(names) > 1:
+        _check_level(Path(cfg.data.root), [_count(source, name) for name in names])
     with Console(stderr=True).status("") as status:
         findings = []
         for k, name in enumerate(names):

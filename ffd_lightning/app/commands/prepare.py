@@ -16,20 +16,16 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def prepare(cfg: PrepareConfig) -> None:
-    """Prepare a category, or the shard of it that is asked for.
+    """Prepare a category, or several.
 
     Raises:
         ConfigError: settings that cannot work.
         DataError: no usable shape, or a disk that is full or not writable.
     """
     from ffd_lightning.app.checks import validate
-    from ffd_lightning.data.preparation.preparation import Shard
 
     validate(cfg)
     from ffd_lightning.app.build import build_preparations
 
     for preparation in build_preparations(cfg):
-        if cfg.preparation.shard is None:
-            preparation.run()
-        else:
-            preparation.run_shard(Shard.parse(cfg.preparation.shard))
+        preparation.run()

@@ -6,7 +6,7 @@ import csv
 import importlib.metadata
 import json
 import shutil
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import IO, Any
@@ -28,12 +28,19 @@ from ffd_lightning.files import put_on_disk
 _PACKAGES = ("ffd_lightning", "numpy", "embreex")
 
 
-def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], target: Path) -> None:
+def assemble(
+    recipe: Recipe,
+    ids: Sequence[str],
+    reasons: Mapping[str, str],
+    settings: dict[str, Any],
+    target: Path,
+) -> None:
     """Write the set of all finished shapes beside `target`, then rename it to that.
 
     Args:
         recipe: how the shapes were made, and where their files are.
         ids: the shapes that were tried, in the order of the set.
+        reasons: why shapes are not in it, by id.
         settings: what decides the set; goes into the manifest.
         target: the set's folder, not there yet.
 
@@ -41,15 +48,11 @@ def assemble(recipe: Recipe, ids: Sequence[str], settings: dict[str, Any], targe
         DataError: there is no usable shape; the first reasons are named.
         OSError: a file cannot be written.
     """
-    good = [i for i in ids if recipe.file(i).exists()]
-    rejected = [
-        (i, recipe.rejection(i).read_text(encoding="utf-8"))
-        for i in ids
-        if recipe.rejection(i).exists()
-    ]
+    good = [i for i in ids if i not in reasons]
+    rejected = [(i, reasons[i]) for i in ids if i in reasons]
     if not good:
-        reasons = "; ".join(f"{i}: {why}" for i, why in rejected[:3])
-        found = f"all {len(rejected)} are rejected ({reasons})" if rejected else "there are none"
+        first = "; ".join(f"{i}: {why}" for i, why in rejected[:3])
+        found = f"all {len(rejected)} are rejected ({first})" if rejected else "there are none"
         raise DataError(f"no usable shape of {recipe.category}: {found}")
     folder = target.with_name(f".{target.name}.tmp")
     shutil.rmtree(folder, ignore_errors=True)

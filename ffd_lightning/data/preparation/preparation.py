@@ -2,8 +2,7 @@
 
 Each shape becomes one file of a working folder as soon as it is done; at the end all are joined
 into arrays in a second folder, which is renamed into place. So a kill costs the shapes in work and
-no more, and no process ever sees half a set. The shapes' files may come from several machines
-(`Shard`): they share the working folder, or it is copied together.
+no more, and no process ever sees half a set.
 """
 
 from __future__ import annotations
@@ -12,11 +11,10 @@ import hashlib
 import json
 import multiprocessing
 import pickle
-import re
 import shutil
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -25,8 +23,8 @@ from filelock import FileLock, Timeout
 
 from ffd_lightning.data.preparation.assembly import assemble
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.preparation.shape_file import Recipe, is_done
-from ffd_lightning.data.preparation.summary import describe, pose_warning, sheet_of, write_sheet
+from ffd_lightning.data.preparation.shape_file import Failure, Recipe, is_done
+from ffd_lightning.data.preparation.summary import describe, sheet_of, write_sheet
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.sources.base import Source
 from ffd_lightning.errors import ConfigError, DataError
@@ -36,28 +34,6 @@ from ffd_lightning.progress import CountProgress
 
 FORMAT_VERSION = 3
 """Goes up when the same settings give another set, so that prepared data is built anew."""
-
-
-@dataclass(frozen=True)
-class Shard:
-    """One machine's part of the shapes: every `count`-th, from the `number`-th on (1 is first)."""
-
-    number: int
-    count: int
-
-    @classmethod
-    def parse(cls, text: str) -> Shard:
-        """Read "3/16".
-
-        Raises:
-            ConfigError: it is not of that form.
-        """
-        match = re.fullmatch(r"(\d+)/(\d+)", text.strip())
-        if not match or not 1 <= int(match[1]) <= int(match[2]):
-            raise ConfigError(
-                f"preparation.shard={text} must be NUMBER/COUNT, from 1/COUNT to COUNT/COUNT"
-            )
-        return cls(int(match[1]), int(match[2]))
 
 
 @dataclass(frozen=True)
@@ -74,7 +50,7 @@ class Preparation:
         render: the images.
         root: prepared sets are kept in `root/prepared`.
         workers: processes, 0 for one per core.
-        timeout: seconds after which a shape is given up and rejected.
+        timeout: seconds after which a shape is given up: it is left out.
         progress: show on stderr how far it is.
     """
 
@@ -98,14 +74,26 @@ class Preparation:
             "render": self.render.to_json(),
         }
 
-    @cached_property
+    @property
     def target(self) -> Path:
-        """The set's folder, named by what decides it."""
-        fingerprint = self.settings["source"]
+        """The set's folder, named by what decides it; by the timeout too if shapes were given up.
+
+        So another timeout does not take a set for complete from which the clock left shapes out.
+        """
+        incomplete = self._folder({**self.settings, "timeout": float(self.timeout)})
+        return incomplete if incomplete.exists() and not self._whole.exists() else self._whole
+
+    @cached_property
+    def _whole(self) -> Path:
+        """The folder of the set that lacks no shape for want of time or memory."""
+        return self._folder(self.settings)
+
+    def _folder(self, settings: dict[str, object]) -> Path:
+        fingerprint = settings["source"]
         try:
             if not isinstance(fingerprint, dict):
                 raise TypeError(f"it is a {type(fingerprint).__name__}")
-            canonical = json.dumps(self.settings, sort_keys=True, separators=(",", ":"))
+            canonical = json.dumps(settings, sort_keys=True, separators=(",", ":"))
         except (TypeError, ValueError) as error:
             raise ConfigError(
                 f"the fingerprint of {type(self.source).__name__} must be a dict that JSON can "
@@ -118,57 +106,27 @@ class Preparation:
         """Return the prepared set, building what is missing of it.
 
         Raises:
-            DataError: no usable shape, a damaged set, or a disk that is full or not writable.
+            DataError: no usable shape, shapes whose files could not be read just now, a damaged
+                set, or a disk that is full or not writable.
         """
         if self.target.exists():
-            self._tidy()
+            if self._whole.exists():  # else another process may be making it
+                self._tidy()
             return PreparedSet.open(self.target)
         ids = self._ids()
-        with self._disk_errors(), _locked(self.target):
+        with self._disk_errors(), _locked(self._whole):
             made = not self.target.exists()  # else by the process that was waited for
             if made:
-                self._make(ids, ids)
-                self._assemble(ids)
+                self._assemble(ids, self._make(ids))
         prepared = PreparedSet.open(self.target)
         if made:
             _report(prepared)
         return prepared
 
-    def run_shard(self, shard: Shard) -> PreparedSet | None:
-        """Make a part of the shapes; join all of them if these were the last that were missing.
-
-        Returns:
-            The prepared set once all shapes are done, else None.
-
-        Raises:
-            DataError: as `run`.
-        """
-        if self.target.exists():
-            return self.run()
-        ids = self._ids()
-        mine = ids[shard.number - 1 :: shard.count]
-        name = f"{self.target.name}.{shard.number}-of-{shard.count}"
-        with self._disk_errors(), _locked(self.target.with_name(name)):
-            try:
-                self._make(mine, ids)
-            except OSError:
-                if not self.target.exists():  # else another process has made them all meanwhile
-                    raise
-        left = [] if self.target.exists() else [i for i in ids if not self.recipe.tried(i)]
-        if not left:
-            return self.run()
-        print(
-            f"{self.category}: shard {shard.number}/{shard.count} is done, {len(left)} shapes of "
-            f"other shards are not. The last shard joins all if they share {self.target.parent}; "
-            f"else copy the folders {self.recipe.folder} together and run without a shard",
-            file=sys.stderr,
-        )
-        return None
-
     @property
     def recipe(self) -> Recipe:
         """How single shapes are made, and the folder they are kept in until all are done."""
-        folder = self.target.with_name(f".{self.target.name}.partial")
+        folder = self._whole.with_name(f".{self._whole.name}.partial")
         return Recipe(self.source, self.category, self.num_points, self.render, folder)
 
     def _ids(self) -> list[str]:
@@ -187,23 +145,25 @@ class Preparation:
             ) from None
         return ids
 
-    def _make(self, ids: Sequence[str], all_ids: Sequence[str]) -> None:
-        """Make those shapes of `ids` that are not done yet; the caller holds a lock."""
+    def _make(self, ids: list[str]) -> dict[str, Failure]:
+        """Make the shapes that are not done yet, and return why others cannot be; under the lock.
+
+        What failed in an earlier call is tried again: its cause may have been mended.
+        """
         recipe = self.recipe
         recipe.folder.mkdir(exist_ok=True)
         todo = [i for i in ids if not is_done(recipe, i)]
         done = len(ids) - len(todo)
         if self.progress:
-            part = "" if len(ids) == len(all_ids) else f" of {len(all_ids)}"
             resumed = f" ({done} are done already)" if done else ""
             print(
-                f"preparing {len(ids)}{part} shapes of {self.category} in {self.target}{resumed}",
+                f"preparing {len(ids)} shapes of {self.category} in {self.target}{resumed}",
                 file=sys.stderr,
             )
         try:
             with CountProgress(self.category, len(ids), done, self.progress) as bar:
                 workers = self.workers or available_cores()
-                make_shapes(recipe, todo, workers, self.timeout, bar.advance)
+                return make_shapes(recipe, todo, workers, self.timeout, bar.advance)
         except KeyboardInterrupt:
             print(
                 "preparation interrupted: the same command resumes with the shapes that are left",
@@ -211,25 +171,28 @@ class Preparation:
             )
             raise
 
-    def _assemble(self, ids: Sequence[str]) -> None:
+    def _assemble(self, ids: list[str], failures: dict[str, Failure]) -> None:
+        unread = [f"{i}: {f.reason}" for i, f in failures.items() if f.kind == "unread"]
+        if unread:
+            raise DataError(
+                f"{len(unread)} of {len(ids)} shapes of {self.category} could not be read "
+                f"({'; '.join(unread[:3])}). The others are done: the same command tries these "
+                "again. A source of your own raises RejectedShapeError for what cannot be used"
+            )
+        settings = self.settings
+        if any(failure.kind == "given up" for failure in failures.values()):
+            settings = {**settings, "timeout": float(self.timeout)}
+        reasons = {i: failure.reason for i, failure in failures.items()}
         try:
-            assemble(self.recipe, ids, self.settings, self.target)
-        except DataError:  # all rejected: try them again when the cause may have been mended
-            shutil.rmtree(self.recipe.folder, ignore_errors=True)
+            assemble(self.recipe, ids, reasons, settings, self._folder(settings))
+        except DataError:  # none can be used, or views differ: make all again once that is mended
+            self._tidy()
             raise
         self._tidy()
 
     def _tidy(self) -> None:
         """Remove the shapes' files once they are in the set, also after a kill in between."""
-        folder = self.recipe.folder
-        gone = folder.with_suffix(".done")
-        if folder.exists():
-            shutil.rmtree(gone, ignore_errors=True)
-            # Renamed first: what a shard still writes must not bring it back. Where it cannot be,
-            # another process is at it or the set is not ours.
-            with suppress(OSError):
-                folder.rename(gone)
-        shutil.rmtree(gone, ignore_errors=True)
+        shutil.rmtree(self.recipe.folder, ignore_errors=True)
 
     @contextmanager
     def _disk_errors(self) -> Iterator[None]:
@@ -260,7 +223,5 @@ def _locked(target: Path) -> Iterator[None]:
 
 def _report(prepared: PreparedSet) -> None:
     """Say what was prepared, rejected and seems wrong, and draw it."""
-    pose = pose_warning(prepared)
-    lines = [*describe(prepared), *([pose] if pose else [])]
-    lines.append(write_sheet(prepared, sheet_of(prepared.path), pose))
+    lines = [*describe(prepared), write_sheet(prepared, sheet_of(prepared.path))]
     print("\n".join(lines), file=sys.stderr)

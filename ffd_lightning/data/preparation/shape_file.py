@@ -7,7 +7,7 @@ import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,13 @@ from ffd_lightning.data.preparation.packing import (
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
 from ffd_lightning.data.preparation.texture_reduction import reduce_textures
 from ffd_lightning.data.sources.base import Source, SourceShape
-from ffd_lightning.errors import RejectedShapeError, explain_unforeseen
-from ffd_lightning.files import atomic_file, write_atomic
+from ffd_lightning.errors import (
+    RejectedShapeError,
+    UserError,
+    explain_unforeseen,
+    is_of_machine,
+)
+from ffd_lightning.files import atomic_file
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import bounding_box, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
@@ -56,50 +61,63 @@ class Recipe:
         """Return where a finished shape goes; ids may hold anything, names of files may not."""
         return self.folder / f"{hashlib.sha256(shape_id.encode()).hexdigest()[:24]}.npz"
 
-    def rejection(self, shape_id: str) -> Path:
-        """Return where the reason goes for which a shape was rejected."""
-        return self.file(shape_id).with_suffix(".rejected")
 
-    def tried(self, shape_id: str) -> bool:
-        """Return whether a shape is finished or rejected, by the names of files alone."""
-        return self.file(shape_id).exists() or self.rejection(shape_id).exists()
+@dataclass(frozen=True)
+class Failure:
+    """Why a shape was not made.
+
+    Attributes:
+        kind: "rejected": it cannot be used; "given up": it took too much time or memory; "unread":
+            the disk or the network failed, so that nothing can be said of it.
+        reason: in words, in one line.
+    """
+
+    kind: Literal["rejected", "given up", "unread"]
+    reason: str
 
 
-def make_shape(recipe: Recipe, shape_id: str) -> None:
-    """Write one shape's file, or the reason why it is rejected.
+def compute_shape(recipe: Recipe, shape_id: str) -> dict[str, Any] | Failure:
+    """Load, normalise, sample and render one shape.
 
     An error that nobody foresaw rejects the model too, with the place in the code where it arose:
     one odd shape must not end hours of work.
 
     Args:
-        recipe: what to make, and where to.
+        recipe: what to make.
         shape_id: of the shape.
 
+    Returns:
+        What its file holds, or why it cannot be made.
+
     Raises:
-        OSError: the file cannot be written.
+        UserError: what no shape of the source can be loaded for.
     """
     try:
-        arrays = _arrays(recipe, shape_id)
+        return _arrays(recipe, shape_id)
+    except UserError:
+        raise
     except RejectedShapeError as error:
-        reject(recipe, shape_id, str(error))
-        return
+        return Failure("rejected", " ".join(str(error).split()))
     except Exception as error:
-        reject(recipe, shape_id, explain_unforeseen(error))
-        return
+        kind: Literal["rejected", "given up", "unread"] = "rejected"
+        if is_of_machine(error):
+            kind = "unread" if isinstance(error, OSError) else "given up"
+        return Failure(kind, " ".join(explain_unforeseen(error).split()))
+
+
+def write_shape(recipe: Recipe, shape_id: str, arrays: dict[str, Any]) -> None:
+    """Write one shape's file.
+
+    Raises:
+        OSError: it cannot be written.
+    """
     # Not durable: `is_done` sees a file that a power cut broke.
     with atomic_file(recipe.file(shape_id), durable=False) as file:
         np.savez(file, **arrays)
 
 
-def reject(recipe: Recipe, shape_id: str, reason: str) -> None:
-    """Write down why a shape is not in the set."""
-    write_atomic(recipe.rejection(shape_id), " ".join(reason.split()))
-
-
 def is_done(recipe: Recipe, shape_id: str) -> bool:
-    """Return whether a shape is rejected or its file is there and whole; remove a broken file."""
-    if recipe.rejection(shape_id).exists():
-        return True
+    """Return whether a shape's file is there and whole; remove a broken one."""
     file = recipe.file(shape_id)
     try:
         with zipfile.ZipFile(file) as archive:

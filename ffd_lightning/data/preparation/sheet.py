@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from textwrap import wrap
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning import shapes
-from ffd_lightning.data.preparation.pose import embedded_category
+from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
@@ -32,8 +31,6 @@ _COLUMNS = 8
 _CELL = (192, 144)  # pixels: width, height
 _POSED = 3  # shapes that are drawn from all sides
 _FONT = 12
-_HEAD, _LEADING, _WRAPPED = 34, 18, 95  # pixels: a title, a line below it; letters in that
-_SOFT, _WARM = (110, 118, 128), (176, 58, 20)
 _GROUND, _EXPECTED = (228, 233, 239), (228, 237, 226)
 _SIDES = {
     "front": Camera(azimuth=0, elevation=10),
@@ -45,13 +42,8 @@ _ANY_TITLE = "how shapes should stand, of whatever category"
 _LOOKED_AT = 20  # embedded shapes, to find different ones
 
 
-def draw_set(prepared: PreparedSet, guess: str = "") -> Image.Image:
-    """Draw up to 32 shapes of a set, spread over it, and what pose they are in.
-
-    Args:
-        prepared: the set.
-        guess: what seems wrong with the pose, in words.
-    """
+def draw_set(prepared: PreparedSet) -> Image.Image:
+    """Draw up to 32 shapes of a set, spread over it, and from four sides how they stand."""
     rows, category = _spread(prepared, SHOWN), prepared.category(0)
     which = f"{len(rows)} of {len(prepared)} shapes, the first image of each"
     images = [_framed(prepared.image(row)[..., :3]) for row in rows]
@@ -60,16 +52,15 @@ def draw_set(prepared: PreparedSet, guess: str = "") -> Image.Image:
     cameras = [prepared.camera(row) for row in own]
     expected = _expected(category)
     alike = [cameras[min(k, len(own) - 1)] for k in range(len(expected))]
-    title = f"how a {category} should stand" if embedded_category(category) else _ANY_TITLE
-    told, color = (guess, _WARM) if guess else ("the same sides of shapes of the set", _SOFT)
+    title = f"how a {category} should stand" if _embedded(category) else _ANY_TITLE
     left = _poses(expected, alike, _EXPECTED)
     right = _poses([(prepared.ids[row], prepared.mesh(row)) for row in own], cameras, _GROUND)
     poses = [
-        _headed(left, title, "embedded shapes: front to -z, y up", 3),
-        _headed(right, "how these stand", told, 3, color),
+        _headed(left, title, "embedded shapes: front to -z, y up"),
+        _headed(right, "how these stand", "the same sides of shapes of the set"),
     ]
     which = f"{which}   |   {prepared.path.name}"
-    above = _headed(seen, f"{category}: what the network sees", which, 1)
+    above = _headed(seen, f"{category}: what the network sees", which)
     return Image.fromarray(stacked([above, side_by_side(poses)]).draw())
 
 
@@ -79,12 +70,24 @@ def _spread(prepared: PreparedSet, count: int) -> list[int]:
     return [int(place) for place in np.unique(places.astype(int))]
 
 
+def _embedded(category: str) -> str:
+    """Return the embedded category of the same objects, "" if there is none.
+
+    >>> _embedded("03001627"), _embedded("rifle"), _embedded("mug")
+    ('chair', 'firearm', '')
+    """
+    names = {synset: name for name, synset in SYNSETS.items()}
+    name = names.get(category, category)
+    name = {"rifle": "firearm", "telephone": "cellphone"}.get(name, name)
+    return name if name in shapes.categories() else ""
+
+
 def _expected(category: str) -> list[tuple[str, Mesh]]:
     """Return embedded shapes that stand right, by name, their boxes' diagonals 1.
 
     They are of as many families of the category, or of other categories where it has none.
     """
-    known = embedded_category(category)
+    known = _embedded(category)
     names = (known,) if known else _EXAMPLES
     found: dict[str, Mesh] = {}
     for index, name in product(range(_LOOKED_AT), names):
@@ -114,14 +117,10 @@ def _poses(meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera], ground
     return lay_out(cells, len(heads), labels, headings=heads, font_size=_FONT)
 
 
-def _headed(sheet: Sheet, title: str, said: str, lines: int, color: Ink = _SOFT) -> Sheet:
-    """Return a sheet below a title and as many lines of what is said, in a colour."""
-    words = [
-        Line(text, 4, _HEAD + _LEADING * (k + 0.5), 14, color=color)
-        for k, text in enumerate(wrap(said, _WRAPPED)[:lines])
-    ]
-    height = _HEAD + lines * _LEADING + 8
-    return stacked([Sheet(height, sheet.width, lines=(Line(title, 4, 18, 20), *words)), sheet])
+def _headed(sheet: Sheet, title: str, said: str) -> Sheet:
+    """Return a sheet below a title and a line of what is said."""
+    words = (Line(title, 4, 18, 20), Line(said, 4, 43, 14, color=(110, 118, 128)))
+    return stacked([Sheet(60, sheet.width, lines=words), sheet])
 
 
 def _laid_over(image: NDArray[np.uint8], ground: Ink) -> NDArray[np.uint8]:

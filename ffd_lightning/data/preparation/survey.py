@@ -13,7 +13,7 @@ from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.assembly import assemble
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.preparation.summary import count_warnings, pose_warning, write_sheet
+from ffd_lightning.data.preparation.summary import count_warnings, write_sheet
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.sources.base import Survey
 from ffd_lightning.errors import DataError
@@ -37,7 +37,6 @@ class Finding:
         trial: shapes tried; reasons of those that were rejected.
         seconds, megabytes: what preparing all of it takes, on this machine.
         warnings: of the shapes tried or prepared, counted by kind, in words.
-        pose: how shapes should be turned, in words.
         sheet: where a picture of the shapes tried or prepared is, in words.
     """
 
@@ -53,7 +52,6 @@ class Finding:
     seconds: float = 0.0
     megabytes: float = 0.0
     warnings: str = ""
-    pose: str = ""
     sheet: str = ""
 
 
@@ -86,9 +84,9 @@ def examine(preparation: Preparation, of_shapenet: bool, sheet: Path | None = No
 
 def _look_at(prepared: PreparedSet, finding: Finding, sheet: Path | None) -> None:
     """Note what is to be said of shapes that are prepared, and draw them."""
-    finding.warnings, finding.pose = count_warnings(prepared), pose_warning(prepared)
+    finding.warnings = count_warnings(prepared)
     if sheet is not None:
-        finding.sheet = write_sheet(prepared, sheet, finding.pose)
+        finding.sheet = write_sheet(prepared, sheet)
 
 
 def _try_some(
@@ -103,17 +101,14 @@ def _try_some(
     with tempfile.TemporaryDirectory() as folder:
         recipe = replace(preparation.recipe, folder=Path(folder))
         workers = preparation.workers or available_cores()
-        make_shapes(
+        failures = make_shapes(
             recipe, trial, workers, preparation.timeout, lambda: times.append(time.monotonic())
         )
-        rejections = {i: recipe.rejection(i) for i in trial}
-        finding.rejected = {
-            i: file.read_text(encoding="utf-8") for i, file in rejections.items() if file.exists()
-        }
+        finding.rejected = {i: failures[i].reason for i in trial if i in failures}
         sizes = [recipe.file(i).stat().st_size for i in trial if i not in finding.rejected]
         if sizes:
             target = Path(folder) / f"{preparation.category}-trial"
-            assemble(recipe, trial, preparation.settings, target)
+            assemble(recipe, trial, finding.rejected, preparation.settings, target)
             _look_at(PreparedSet.open(target), finding, sheet)
     finding.trial = len(trial)
     # From the first shape's end on: workers take seconds to start, once.

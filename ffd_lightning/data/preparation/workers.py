@@ -14,7 +14,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from ffd_lightning.data.preparation.shape_file import Recipe, is_done, make_shape, reject
+from ffd_lightning.data.preparation.shape_file import (
+    Failure,
+    Recipe,
+    compute_shape,
+    is_done,
+    write_shape,
+)
 from ffd_lightning.errors import DataError
 
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
@@ -26,29 +32,40 @@ def make_shapes(
     workers: int,
     timeout: float,
     advance: Callable[[], None],
-) -> None:
-    """Make shapes in worker processes; reject by name the one at which a process dies.
+) -> dict[str, Failure]:
+    """Make shapes in worker processes; give up by name the one at which a process dies.
 
     Args:
         recipe: what to make, and where to.
         ids: the shapes.
         workers: at most so many processes.
-        timeout: seconds after which a shape is given up and rejected.
-        advance: called for every shape done.
+        timeout: seconds after which a shape is given up.
+        advance: called for every shape that was made or failed.
+
+    Returns:
+        Why shapes could not be made, by id, in the order in which they failed.
 
     Raises:
-        DataError: worker processes cannot start.
+        DataError: worker processes cannot start, or no shape of the source can be loaded.
         OSError: a shape's file cannot be written.
     """
     todo = deque(ids)
+    failures: dict[str, Failure] = {}
+
+    def record(shape_id: str, failure: Failure | None) -> None:
+        if failure is not None:
+            failures[shape_id] = failure
+        advance()
+
     while todo:
-        suspects = _run_pool(recipe, todo, workers, 2 * workers, timeout, advance)
+        suspects = _run_pool(recipe, todo, workers, 2 * workers, timeout, record)
         # A worker died while these were in hand. Alone, the culprit shows itself, and what was too
         # large beside others may fit.
         while suspects:
-            for culprit in _run_pool(recipe, suspects, 1, 1, timeout, advance):
-                reject(recipe, culprit, "its worker process died twice (out of memory, or stuck)")
-                advance()
+            for culprit in _run_pool(recipe, suspects, 1, 1, timeout, record):
+                reason = "its worker process died twice (out of memory, or stuck)"
+                record(culprit, Failure("given up", reason))
+    return failures
 
 
 def _run_pool(
@@ -57,7 +74,7 @@ def _run_pool(
     workers: int,
     in_hand: int,
     timeout: float,
-    advance: Callable[[], None],
+    record: Callable[[str, Failure | None], None],
 ) -> deque[str]:
     """Make shapes from the front of `todo` in worker processes, until none is left or one dies.
 
@@ -67,7 +84,7 @@ def _run_pool(
         workers: at most so many processes.
         in_hand: at most so many shapes are handed out at a time.
         timeout: seconds after which a shape is given up.
-        advance: called for every shape done.
+        record: called with every shape that was made or failed, and why.
 
     Returns:
         The shapes that were in hand, and not done, when a worker died.
@@ -75,7 +92,7 @@ def _run_pool(
     # spawn: a fork would copy the locks that threads of torch and of the bar may hold.
     context = multiprocessing.get_context("spawn")
     others = set(multiprocessing.active_children())
-    pending: dict[Future[None], str] = {}
+    pending: dict[Future[Failure | None], str] = {}
     with (
         _plain_processes(),
         ProcessPoolExecutor(
@@ -89,13 +106,17 @@ def _run_pool(
                     pending[_submit(pool, _work, todo[0])] = todo[0]
                     todo.popleft()
                 for future in wait(pending, return_when=FIRST_COMPLETED).done:
-                    future.result()
+                    record(pending[future], future.result())
                     del pending[future]
-                    advance()
         except BrokenProcessPool:
-            left = deque(i for i in pending.values() if not is_done(recipe, i))
-            for _ in range(len(pending) - len(left)):
-                advance()
+            left: deque[str] = deque()
+            for future, shape_id in pending.items():
+                if future.done() and future.exception() is None:
+                    record(shape_id, future.result())
+                elif is_done(recipe, shape_id):
+                    record(shape_id, None)
+                else:
+                    left.append(shape_id)
             return left
         except BaseException:
             # Ctrl-C or a full disk: no reason to wait for shapes in work. The pool gives up when
@@ -159,6 +180,11 @@ def _plain_processes() -> Iterator[None]:
 
 _recipe: Recipe | None = None
 _timeout = 0.0
+_expired = threading.Event()
+
+
+class _TimeUp(BaseException):
+    """Passes what catches errors of all kinds on the way; `_expired` tells of it if it is lost."""
 
 
 def _start_worker(recipe: Recipe, timeout: float) -> None:
@@ -182,22 +208,40 @@ def _start_worker(recipe: Recipe, timeout: float) -> None:
 
 
 def _give_up(*_: object) -> None:
-    raise TimeoutError(f"it takes longer than preparation.timeout={_timeout:g} seconds")
+    _expired.set()
+    raise _TimeUp
 
 
-def _work(shape_id: str) -> None:
+def _work(shape_id: str) -> Failure | None:
     assert _recipe is not None
     # The signal ends what Python runs; the process ends where a library does not return.
     last_resort = threading.Timer(2 * _timeout, os._exit, (1,))
     last_resort.daemon = True
     last_resort.start()
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, _timeout)
     try:
-        make_shape(_recipe, shape_id)
-    except TimeoutError as error:  # it came while the file was written
-        reject(_recipe, shape_id, f"TimeoutError: {error}")
+        made = _in_time(shape_id)
+        if not isinstance(made, Failure):  # without the clock: a shape is written or given up
+            write_shape(_recipe, shape_id, made)
+            return None
+        return made
     finally:
-        if hasattr(signal, "setitimer"):
-            signal.setitimer(signal.ITIMER_REAL, 0)
         last_resort.cancel()
+
+
+def _in_time(shape_id: str) -> dict[str, Any] | Failure:
+    """Compute a shape, or give it up when the time is up; no alarm rings later than this."""
+    assert _recipe is not None
+    late = Failure("given up", f"it takes longer than preparation.timeout={_timeout:g} seconds")
+    clock = hasattr(signal, "setitimer")
+    _expired.clear()
+    try:
+        try:
+            if clock:
+                signal.setitimer(signal.ITIMER_REAL, _timeout)
+            made = compute_shape(_recipe, shape_id)
+        finally:
+            if clock:
+                signal.setitimer(signal.ITIMER_REAL, 0)
+    except _TimeUp:
+        return late
+    return late if _expired.is_set() else made

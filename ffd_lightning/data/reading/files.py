@@ -24,6 +24,33 @@ def is_hidden(name: str) -> bool:
     return name.startswith(".") or name == "__MACOSX"
 
 
+def files_below(top: Path) -> dict[tuple[str, ...], os.stat_result]:
+    """Return size, time and so on of all files in a folder, by their paths below it, sorted.
+
+    Links to folders are not followed, and the system's own files passed over. Of a file it is that
+    file, by the path ().
+
+    Raises:
+        OSError: a folder cannot be read.
+    """
+    if not top.is_dir():
+        return {(): top.stat()} if top.is_file() else {}
+    found = {}
+
+    def look(folder: str, path: tuple[str, ...]) -> None:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                if is_hidden(entry.name):
+                    continue
+                if entry.is_dir(follow_symlinks=False):
+                    look(entry.path, (*path, entry.name))
+                elif entry.is_file():
+                    found[*path, entry.name] = entry.stat()
+
+    look(os.fspath(top), ())
+    return dict(sorted(found.items()))
+
+
 class File(Protocol):
     """What the readers of meshes need of a file; `pathlib.Path` offers it too."""
 
@@ -86,7 +113,8 @@ class ZipMember:
         """Return its content.
 
         Raises:
-            OSError: it is damaged, encrypted, or larger than 2 GB.
+            OSError: it is damaged, encrypted, or larger than 2 GB; with a number, as all of the
+                system's, where the archive itself cannot be read.
         """
         if self.info.file_size > MAX_BYTES:
             raise OSError(f"{self.name} unpacks to {self.info.file_size / 1e9:.1f} GB")
@@ -123,7 +151,9 @@ class ZipTree:
         if self._zip is None or self._process != os.getpid():
             try:
                 self._zip, self._process = zipfile.ZipFile(self.path), os.getpid()
-            except (OSError, zipfile.BadZipFile) as error:
+            except OSError as error:
+                raise DataError(f"the archive {self.path} cannot be read ({error})") from None
+            except zipfile.BadZipFile as error:
                 raise DataError(
                     f"the archive {self.path} is damaged or incomplete ({error}): get it again"
                 ) from None

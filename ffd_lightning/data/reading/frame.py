@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
 
 Up = Literal["y", "z"]
@@ -34,19 +35,30 @@ def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
         (..., 3) float64.
 
     Raises:
-        ValueError: another axis.
+        ConfigError: another axis, or an angle that is no number.
 
     >>> turn([0, 0, -1], "y", 90).tolist()
     [-1.0, 0.0, 0.0]
     """
+    check_turn(up, yaw)
     x, y, z = np.moveaxis(np.asarray(points, np.float64), -1, 0)
-    if up not in ("y", "z"):
-        raise ValueError(f"up={up!r} must be y or z")
     if up == "z":
         y, z = z, -y
     angle = np.radians(yaw)
     cosine, sine = _QUARTERS.get(yaw % 360, (np.cos(angle), np.sin(angle)))
     return np.stack([cosine * x + sine * z, y, cosine * z - sine * x], axis=-1) + 0.0  # no -0.0
+
+
+def check_turn(up: str, yaw: float) -> None:
+    """Check the settings of a source that turns its meshes.
+
+    Raises:
+        ConfigError: there is no such axis or angle.
+    """
+    if up not in get_args(Up):
+        raise ConfigError(f"up={up!r} must be one of {', '.join(get_args(Up))}")
+    if not math.isfinite(yaw):
+        raise ConfigError(f"yaw={yaw} must be a number of degrees")
 
 
 def into_frame(mesh: Mesh, up: Up, yaw: float) -> Mesh:

@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from PIL import EpsImagePlugin, Image
+from PIL import Image
 
+from ffd_lightning.data.reading.mesh_gltf import TEXTURED
 from ffd_lightning.errors import is_bug
 from ffd_lightning.imaging.pictures import to_rgba
 
-# Pillow would run Ghostscript on a texture that is PostScript, whatever its name.
-EpsImagePlugin.gs_binary = False
-
+_REFUSED = ("EPS", "IPTC")  # Pillow runs Ghostscript on PostScript, and IPTC may hold some
 _MAX_TEXTURE = 1024
 _MAX_PIXELS = 8192 * 8192  # of a file; decoding takes four bytes for each
 _MAX_TEXELS = 128 * _MAX_TEXTURE**2  # of a shape's textures together: 512 MB
@@ -96,7 +95,7 @@ def _content(image: Image.Image) -> str:
 def _decode(image: Image.Image) -> NDArray[np.uint8] | None:
     """Return an image as RGBA of at most 1024 x 1024, None if it is damaged or too large."""
     try:
-        if image.width * image.height > _MAX_PIXELS:
+        if image.width * image.height > _MAX_PIXELS or image.format in _REFUSED:
             return None
         small = to_rgba(image)
         small.thumbnail((_MAX_TEXTURE, _MAX_TEXTURE))
@@ -113,7 +112,11 @@ def _decode(image: Image.Image) -> NDArray[np.uint8] | None:
 
 
 def face_colors(geometry: trimesh.Trimesh, textures: Textures) -> Colored:
-    """Return colours (F, 4), texture indices (F,) and UVs (F, 3, 2), if any, of a geometry."""
+    """Return colours (F, 4), texture indices (F,) and UVs (F, 3, 2), if any, of a geometry.
+
+    A material whose texture cannot be shown is grey: the colour beside it is white as a rule, and
+    would not be seen on white.
+    """
     count = len(geometry.faces)
     visual: Any = geometry.visual
     colors = np.tile(_NO_COLOR, (count, 1))
@@ -160,7 +163,7 @@ def _opaque_if_unseen(colors: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _material(material: Any) -> tuple[Color, Image.Image | None, Color, float | None]:
-    """Return a material's colour, texture, the texture's tint, and where alpha is cut off."""
+    """Return a material's colour without texture, the texture, its tint, and where alpha is cut."""
     if isinstance(material, trimesh.visual.material.PBRMaterial):
         color = _WHITE.copy()
         if material.baseColorFactor is not None:
@@ -176,9 +179,12 @@ def _material(material: Any) -> tuple[Color, Image.Image | None, Color, float | 
             cutoff = 0.0  # opaque, whatever the alpha
         if cutoff is not None:
             color[3] = 255
-        return color, material.baseColorTexture, color, cutoff
+        plain = np.round(_NO_COLOR * (color / 255.0)).astype(np.uint8)
+        named = material.name == TEXTURED
+        return plain if named else color, material.baseColorTexture, color, cutoff
     options = getattr(material, "kwargs", {})
-    color = np.array(material.diffuse, np.uint8) if "kd" in options else _NO_COLOR.copy()
+    known = "kd" in options and "textured" not in options
+    color = np.array(material.diffuse, np.uint8) if known else _NO_COLOR.copy()
     color[3] = round(255 * _mtl_alpha(options))
     image = material.image
     if getattr(image, "format", None) is None:

@@ -11,6 +11,7 @@ import io
 import logging
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -24,16 +25,13 @@ from trimesh.resolvers import Resolver
 from ffd_lightning.data.reading.files import MAX_BYTES, File
 from ffd_lightning.data.reading.mesh_colors import Textures, face_colors, valid_faces
 from ffd_lightning.data.reading.mesh_gltf import mend_gltf
-from ffd_lightning.data.reading.mesh_notes import material_notes
-from ffd_lightning.data.reading.mesh_text import as_utf8, read_mended
-from ffd_lightning.errors import RejectedShapeError, is_bug
+from ffd_lightning.data.reading.mesh_notes import material_notes, used_materials
+from ffd_lightning.data.reading.mesh_text import mended_mtl, read_mended
+from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
 
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
 """Formats that can be read, the best at carrying colours first."""
-
-# It prints tracebacks about textures that are not there, of which there are many.
-logging.getLogger("trimesh").setLevel(logging.CRITICAL)
 
 _MAX_FACES = 10_000_000
 _MAX_DEPTH = 100
@@ -55,7 +53,8 @@ def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
         The mesh without faces that are degenerate, not finite or point to no vertex.
 
     Raises:
-        RejectedShapeError: the file cannot be read or has no surface; the message is the reason.
+        RejectedShapeError: the file is damaged or has no surface; the message is the reason.
+        OSError, MemoryError: of the system, see `errors.is_of_machine`.
     """
     return read_with_notes(path, side_files)[0]
 
@@ -67,24 +66,41 @@ def read_with_notes(path: File, side_files: Sequence[File] = ()) -> tuple[Mesh, 
         The mesh, and a note for each kind of fault: absent textures, say. See `mesh_notes`.
 
     Raises:
-        RejectedShapeError: as `read_mesh`.
+        RejectedShapeError, OSError, MemoryError: as `read_mesh`.
     """
     files, textures = SideFiles(side_files), Textures()
     try:
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # what a reader makes of a damaged file is judged here
-            mesh = _merge(path.name, _load(path, files), textures)
-            return mesh, material_notes(files.missing, files.found(), textures.undecodable)
-    except RejectedShapeError:
-        raise
+        with np.errstate(all="ignore"), _quiet():
+            scene, used = _load(path, files)
+            mesh = _merge(path.name, scene, textures)
+            notes = material_notes(files.missing, files.found(), textures.undecodable, used)
+        if files.failure is not None:
+            raise files.failure
+        return mesh, notes
     except Exception as error:  # trimesh meets anything in a damaged file
-        if is_bug(error):
+        if files.failure is not None:
+            raise files.failure from None
+        if isinstance(error, RejectedShapeError) or is_bug(error) or is_of_machine(error):
             raise
         reason = " ".join(str(error).split())[:200]
         if isinstance(error, ImportError):  # trimesh reaches for a decoder of unknown text
             reason = "its content is not of this format"
         message = f"{path.name} cannot be read ({type(error).__name__}: {reason})"
         raise RejectedShapeError(message) from error
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Let readers say nothing meanwhile: what they make of a damaged file is judged here."""
+    logger = logging.getLogger("trimesh")  # it prints tracebacks about textures that are absent
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        logger.setLevel(level)
 
 
 class _Once(io.BytesIO):
@@ -97,17 +113,19 @@ class _Once(io.BytesIO):
         return data
 
 
-def _load(path: File, side_files: SideFiles) -> trimesh.Scene:
-    """Return what trimesh makes of a file."""
+def _load(path: File, side_files: SideFiles) -> tuple[trimesh.Scene, set[str]]:
+    """Return what trimesh makes of a file, and the materials that an OBJ asks for."""
     if isinstance(path, Path) and path.stat().st_size > MAX_BYTES:
         raise RejectedShapeError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
     kind = path.suffix.lower().lstrip(".")
     data = read_mended(path)
     if kind in ("glb", "gltf"):
         data = mend_gltf(path.name, data, kind == "glb", side_files)
+    used = used_materials(data) if kind == "obj" else set()
     with _Once(data) as file:
         del data
-        return trimesh.load_scene(file, file_type=kind, resolver=side_files, process=False)
+        scene = trimesh.load_scene(file, file_type=kind, resolver=side_files, process=False)
+        return scene, used
 
 
 class SideFiles(Resolver):
@@ -119,10 +137,12 @@ class SideFiles(Resolver):
 
     Attributes:
         missing: the base names that were asked for in vain.
+        failure: of the system, over a file that is there: trimesh passes over errors of any kind.
     """
 
     def __init__(self, files: Iterable[File]) -> None:
         self.missing: list[str] = []
+        self.failure: Exception | None = None
         self._files: dict[str, list[File]] = {}
         self._contents: dict[int, tuple[str, bytes]] = {}
         self._parts = count()
@@ -139,6 +159,7 @@ class SideFiles(Resolver):
 
         Raises:
             FileNotFoundError: the model has no such file.
+            OSError, MemoryError: the file cannot be read.
         """
         words = unquote(key).replace("\\", "/").strip().strip('"').casefold().split()
         # A name may hold spaces and may follow options: try all of it, then less and less.
@@ -148,9 +169,14 @@ class SideFiles(Resolver):
             if namesakes:
                 file = max(namesakes, key=lambda f: _common_end(f, parts))
                 if id(file) not in self._contents:  # a hundred materials may name one texture
-                    data = file.read_bytes()
+                    try:
+                        data = file.read_bytes()
+                    except (OSError, MemoryError) as error:
+                        if is_of_machine(error):
+                            self.failure = error
+                        raise
                     text = file.suffix.lower() == ".mtl"
-                    self._contents[id(file)] = file.name, as_utf8(data) if text else data
+                    self._contents[id(file)] = file.name, mended_mtl(data) if text else data
                 return self._contents[id(file)][1]
         self.missing.append(key.replace("\\", "/").strip().strip('"').rpartition("/")[2])
         raise FileNotFoundError(key)

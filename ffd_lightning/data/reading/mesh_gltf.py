@@ -10,6 +10,9 @@ from typing import Any, Protocol
 from ffd_lightning.data.reading.mesh_text import as_utf8
 from ffd_lightning.errors import RejectedShapeError
 
+TEXTURED = "textured"
+"""The name that materials are given which name a texture: trimesh forgets absent ones."""
+
 _GLOSS = "KHR_materials_pbrSpecularGlossiness"
 _BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}  # of a component, by type
 _COMPONENTS = {
@@ -60,6 +63,8 @@ def mend_gltf(name: str, data: bytes, binary: bool, files: Files) -> bytes:
         _check_claims(name, tree, there)
         for material in tree.get("materials", []):
             _keep_diffuse(material)
+            textured = "baseColorTexture" in material.get("pbrMetallicRoughness", {})
+            material["name"] = TEXTURED if textured else ""
     except (AttributeError, TypeError) as error:  # a list where an object is due, and the like
         raise ValueError(f"its header is not as glTF's must be: {error}") from error
     header = json.dumps(tree).encode()

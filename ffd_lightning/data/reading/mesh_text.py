@@ -51,6 +51,11 @@ def as_utf8(data: bytes) -> bytes:
     return data.removeprefix(b"\xef\xbb\xbf")
 
 
+def mended_mtl(data: bytes) -> bytes:
+    """Return an MTL whose materials say that they name a texture: trimesh forgets absent ones."""
+    return re.sub(rb"(?im)^([ \t]*map_kd[ \t]+\S)", rb"textured yes\n\1", as_utf8(data))
+
+
 def _one_solid(data: bytes) -> bytes:
     """Put the solids of a text STL into one: trimesh takes quadratic time to name them."""
     facets, count = re.subn(rb"(?im)^[ \t]*(?:end)?solid\b[^\n]*", b"", data)

@@ -150,7 +150,7 @@ class AnnotatedCategory:
             table = np.loadtxt(io.BytesIO(data), np.float64, comments=None, ndmin=2)
         except FileNotFoundError:
             raise self._broken(name, "is missing") from None
-        except (OSError, ValueError) as error:
+        except ValueError as error:
             raise self._broken(name, f"cannot be read ({error})") from error
         if table.shape[1] != columns:
             raise self._broken(name, f"has {table.shape[1]} columns, not {columns}")

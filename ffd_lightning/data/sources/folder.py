@@ -5,17 +5,18 @@ from __future__ import annotations
 import hashlib
 import os
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.reading.files import is_hidden
-from ffd_lightning.data.reading.frame import Up, into_frame
+from ffd_lightning.data.reading.files import files_below, is_hidden
+from ffd_lightning.data.reading.frame import Up, check_turn, into_frame
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_with_notes
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.errors import DataError, RejectedShapeError
 
-_LOADER_VERSION = 1  # part of the fingerprint: raise it when the same files give another mesh
+_LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give another mesh
 _PREFERRED_STEMS = ("model_normalized", "model")
 
 
@@ -56,6 +57,7 @@ class FolderSource:
 
     def __post_init__(self) -> None:
         self.root = Path(self.root)
+        check_turn(self.up, self.yaw)
 
     def categories(self) -> list[str]:
         """Return what the folders in `root` stand for, sorted: synsets by the project's names.
@@ -98,15 +100,18 @@ class FolderSource:
         return SourceShape(into_frame(mesh, self.up, self.yaw)).warned(*notes)
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return how shapes are turned, and a hash over names, sizes and times of all files."""
+        """Return how shapes are turned, and a hash over names, sizes and times of all files.
+
+        Times, since people edit their own files and an edit may leave the size as it was. A copy
+        that does not keep the times is prepared anew.
+        """
         folder = self._category_folder(category)
         digest, count = hashlib.sha256(), 0
-        for entry in sorted(folder.iterdir()):
-            for file in _files_below(entry):
-                stat = file.stat()
+        for _, files in _entries(folder):
+            for file, stat in files.items():
                 digest.update(os.fsencode(file.relative_to(folder).as_posix()))
                 digest.update(f"\0{stat.st_size}\0{stat.st_mtime_ns}\n".encode())
-                count += 1
+            count += len(files)
         return {
             "source": "folder",
             "loader": _LOADER_VERSION,
@@ -148,23 +153,23 @@ class FolderSource:
         for name in names:
             if name in found:
                 return self.root / name
+        if self.root.name in names:
+            raise DataError(
+                f"{self.root} is the folder of one category, and data.root that of all: set "
+                f"data.root={self.root.parent}"
+            )
         by_synset = {synset: f"{name} ({synset})" for name, synset in SYNSETS.items()}
         there = ", ".join(by_synset.get(name, name) for name in found) or "nothing"
         wanted = " or ".join(repr(name) for name in names)
         raise DataError(f"{self.root} has no folder {wanted}; it has: {there}")
 
 
-def _files_below(entry: Path) -> list[Path]:
-    """Return the file itself, or all files in the folder and its subfolders, sorted."""
-    if is_hidden(entry.name):
-        return []
-    if entry.is_file():
-        return [entry]
-    files = []
-    for folder, subfolders, names in os.walk(entry):
-        subfolders[:] = [name for name in subfolders if not is_hidden(name)]
-        files += [Path(folder, name) for name in names if not is_hidden(name)]
-    return sorted(file for file in files if file.is_file())
+def _entries(folder: Path) -> Iterator[tuple[Path, dict[Path, os.stat_result]]]:
+    """Yield what a category's folder holds: each file, or folder with all files below it."""
+    for entry in sorted(folder.iterdir()):
+        if not is_hidden(entry.name):
+            found = files_below(entry)
+            yield entry, {entry.joinpath(*path): stat for path, stat in found.items()}
 
 
 def _find_shapes(folder: Path) -> dict[str, _ShapeFiles]:
@@ -172,10 +177,9 @@ def _find_shapes(folder: Path) -> dict[str, _ShapeFiles]:
     models: dict[str, _ShapeFiles] = {}
     single: dict[str, list[Path]] = {}
     shared: list[Path] = []
-    for entry in sorted(folder.iterdir()):
-        files = _files_below(entry)
+    for entry, files in _entries(folder):
         meshes = [file for file in files if file.suffix.lower() in EXTENSIONS]
-        if not meshes or entry.is_file():
+        if not meshes or entry in files:
             shared += files
             for mesh in meshes:
                 single.setdefault(entry.stem, []).append(mesh)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ffd_lightning.data.sources.base import Source, SourceShape, Survey
+from ffd_lightning.errors import ConfigError
 
 
 @dataclass(frozen=True)
@@ -18,6 +19,10 @@ class LimitedSource:
 
     source: Source
     limit: int
+
+    def __post_init__(self) -> None:
+        if self.limit < 1:
+            raise ConfigError(f"limit={self.limit} must be 1 or more")
 
     def categories(self) -> list[str]:
         """See `Source`."""
@@ -38,8 +43,10 @@ class LimitedSource:
         return {**self.source.fingerprint(category), "limit": self.limit}
 
     def survey(self, category: str) -> Survey:
-        """See `Source`."""
-        return self.source.survey(category)
+        """Return what there is to say of the whole, and the faults of the shapes that are taken."""
+        survey, taken = self.source.survey(category), set(self.shape_ids(category))
+        faults = {i: why for i, why in survey.faults.items() if i in taken}
+        return replace(survey, faults=faults)
 
     def split(self, category: str) -> dict[str, str]:
         """See `Source`."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.data.reading.files import File, ZipMember, ZipTree, is_hidden
-from ffd_lightning.data.reading.frame import Up, into_frame
+from ffd_lightning.data.reading.frame import Up, check_turn, into_frame
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.errors import DataError, RejectedShapeError
@@ -32,7 +32,7 @@ class _Model:
             return self.file.info.file_size
         try:
             return Path(*self.file.parts).stat().st_size
-        except OSError:
+        except FileNotFoundError:
             return -1
 
 
@@ -65,6 +65,7 @@ class ModelNetSource:
 
     def __post_init__(self) -> None:
         self.root = Path(self.root)
+        check_turn(self.up, self.yaw)
 
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_models": {}}  # listed again where it is needed: 12,311 files

@@ -94,7 +94,7 @@ class PartAnnotations:
             parts = self._category(category).read(shape_id)
             key = hashlib.sha256(f"parts/{shape_id}".encode()).digest()
             return align(parts, mesh, np.random.default_rng(list(key)))
-        except (RejectedShapeError, DataError) as error:
+        except RejectedShapeError as error:
             return None, str(error)
 
     def _tops(self) -> list[Path]:

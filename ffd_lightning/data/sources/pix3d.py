@@ -7,14 +7,16 @@ import json
 import math
 from collections.abc import Iterator
 from dataclasses import astuple, dataclass, field
+from functools import cache
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
 
-from ffd_lightning.data.reading.frame import Up, into_frame, mean_azimuth, turn
+from ffd_lightning.data.reading.files import files_below
+from ffd_lightning.data.reading.frame import Up, check_turn, into_frame, mean_azimuth, turn
 from ffd_lightning.data.reading.mesh_file import read_with_notes
 from ffd_lightning.data.sources.base import SourceShape, Survey
 from ffd_lightning.data.splits import HashSplit, SplitInput
-from ffd_lightning.errors import DataError, RejectedShapeError
+from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import bounding_box
 from ffd_lightning.imaging.camera import Camera
@@ -23,7 +25,7 @@ from ffd_lightning.imaging.pictures import OBJECT_FILL, cut_out, fit_picture
 FLAWS = ("truncated", "occluded", "slightly_occluded")
 """What a photograph can be left out for."""
 
-_LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give something else
+_LOADER_VERSION = 3  # part of the fingerprint: raise it when the same files give something else
 _LIST = "pix3d.json"
 _TRAIN_FRACTION = 0.8
 _FRONT = 45  # degrees within which cameras stand before an object
@@ -84,7 +86,8 @@ class Pix3dSource:
         self.root, self.leave_out = Path(self.root), tuple(self.leave_out)
         unknown = sorted(set(self.leave_out) - set(FLAWS))
         if unknown:
-            raise DataError(f"data.leave_out has {unknown[0]!r}: choose from {', '.join(FLAWS)}")
+            raise ConfigError(f"data.leave_out has {unknown[0]!r}: choose from {', '.join(FLAWS)}")
+        check_turn(self.up, self.yaw)
 
     def __getstate__(self) -> dict[str, object]:
         return {**self.__dict__, "_photos": {}}  # read again where it is needed
@@ -122,20 +125,30 @@ class Pix3dSource:
             raise RejectedShapeError(f"it has no {photo.model}")
         cut = cut_out(self.root, photo.img, photo.mask, photo.box)
         image = fit_picture(cut, self.height, self.width, OBJECT_FILL)
-        around = [path for path in file.parent.rglob("*") if path.is_file()]
+        around = [file.parent.joinpath(*path) for path in files_below(file.parent)]
         mesh, notes = read_with_notes(file, around)
         mesh = into_frame(mesh, self.up, self.yaw)
         shape = SourceShape(mesh, images=image[None], cameras=self._cameras(photo, mesh))
         return shape.warned(*notes)
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return the settings, and a hash over all entries that are used and their files' sizes."""
+        """Return the settings, and a hash over all entries that are used and their files' sizes.
+
+        Those beside the mesh count too: its materials and textures.
+        """
+
+        @cache
+        def beside(folder: Path) -> list[tuple[tuple[str, ...], int]]:
+            return [(path, stat.st_size) for path, stat in files_below(folder).items()]
+
         digest = hashlib.sha256()
         for shape_id, photo in sorted(self._category(category).items()):
             names = () if photo.problem else (photo.img, photo.mask, photo.model)
             files = [self.root / name for name in names]
             sizes = [file.stat().st_size if file.is_file() else -1 for file in files]
-            digest.update(f"{json.dumps([shape_id, *astuple(photo), *sizes])}\n".encode())
+            around = beside((self.root / photo.model).parent) if names else []
+            entry = [shape_id, *astuple(photo), *sizes, around]
+            digest.update(f"{json.dumps(entry)}\n".encode())
         return {
             "source": "pix3d",
             "loader": _LOADER_VERSION,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ffd_lightning import shapes
 from ffd_lightning.data.sources.base import SourceShape, Survey
-from ffd_lightning.errors import RejectedShapeError
+from ffd_lightning.errors import ConfigError, RejectedShapeError
 
 
 @dataclass(frozen=True)
@@ -22,6 +22,10 @@ class ProceduralSource:
 
     num_models: int
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        if self.num_models < 1:
+            raise ConfigError(f"num_models={self.num_models} must be 1 or more")
 
     def categories(self) -> list[str]:
         """Return the paper's categories."""

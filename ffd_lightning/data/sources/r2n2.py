@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.errors import DataError, RejectedShapeError, is_bug
+from ffd_lightning.data.reading.files import files_below
+from ffd_lightning.errors import DataError, RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import BLENDER_LENS, Camera, vertical_field_of_view
 from ffd_lightning.imaging.pictures import fit_picture
@@ -66,14 +67,22 @@ class R2n2Images:
         return set()
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return which shapes have renderings, as a hash, and the size they are brought to.
+        """Return a hash over sizes of images and camera files, and the size they are brought to.
 
         Raises:
             DataError: there is no folder for the category.
         """
-        ids = "\n".join(sorted(self.ids(category)))
-        digest = hashlib.sha256(ids.encode()).hexdigest()
-        return {"source": "r2n2", "sha256": digest, "height": self.height, "width": self.width}
+        digest, top = hashlib.sha256(), self._folder(category)
+        for shape_id in sorted(self.ids(category)):
+            found = files_below(top / shape_id / "rendering")
+            sizes = [(path, stat.st_size) for path, stat in found.items()]
+            digest.update(f"{shape_id}\0{sizes}\n".encode())
+        return {
+            "source": "r2n2",
+            "sha256": digest.hexdigest(),
+            "height": self.height,
+            "width": self.width,
+        }
 
     def read(self, category: str, shape_id: str) -> NDArray[np.uint8]:
         """Return a shape's images, (24, height, width, 4) uint8: RGB over white and coverage.
@@ -94,7 +103,7 @@ class R2n2Images:
             except FileNotFoundError:
                 raise RejectedShapeError(f"it has no {name}") from None
             except Exception as error:  # Pillow meets anything in a damaged file
-                if is_bug(error):
+                if is_bug(error) or is_of_machine(error):
                     raise
                 reason = f"{type(error).__name__}: {error}"
                 raise RejectedShapeError(f"{name} cannot be read ({reason})") from error
@@ -110,7 +119,7 @@ class R2n2Images:
         try:
             lines = file.read_text(encoding="utf-8-sig").split("\n")
             numbers = [[float(word) for word in line.split()] for line in lines if line.strip()]
-        except (OSError, ValueError) as error:
+        except (FileNotFoundError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             return None, f"its cameras are not known: {_METADATA} cannot be read ({reason})"
         known = len(numbers) == VIEWS and all(

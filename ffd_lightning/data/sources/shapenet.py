@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Protocol
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.reading.files import File, ZipMember, ZipTree
+from ffd_lightning.data.reading.files import File, ZipMember, ZipTree, files_below, is_hidden
 from ffd_lightning.data.reading.frame import into_frame
 from ffd_lightning.data.reading.mesh_file import read_with_notes
 from ffd_lightning.data.sources.base import SourceShape, Survey
@@ -19,7 +19,7 @@ from ffd_lightning.data.sources.parts import PartAnnotations
 from ffd_lightning.data.sources.r2n2 import R2n2Images
 from ffd_lightning.errors import DataError, RejectedShapeError
 
-_LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give another mesh
+_LOADER_VERSION = 3  # part of the fingerprint: raise it when the same files give another mesh
 MESHES = {1: ("model.obj",), 2: ("models", "model_normalized.obj")}
 """Where a model's mesh is, by version, below the model's folder."""
 _YAW = {1: 90.0, 2: 0.0}  # degrees, see `frame.turn`: v1 faces +x
@@ -44,6 +44,10 @@ class Category(Protocol):
         """Return a shape's files by their path below its folder."""
         ...
 
+    def sizes(self, shape_id: str) -> dict[tuple[str, ...], int]:
+        """Return the sizes of a shape's files in bytes, sorted by path."""
+        ...
+
 
 @dataclass
 class CategoryFolder:
@@ -60,19 +64,17 @@ class CategoryFolder:
         """Return the size of a shape's file in bytes, None where it has no such file."""
         try:
             return self.path.joinpath(shape_id, *path).stat().st_size
-        except OSError:
+        except (FileNotFoundError, NotADirectoryError):
             return None
 
     def files(self, shape_id: str) -> dict[tuple[str, ...], File]:
         """Return a shape's files; links to folders within it are not followed."""
         top = self.path / shape_id
-        found: dict[tuple[str, ...], File] = {}
-        for folder, _, names in os.walk(top):
-            for name in names:
-                file = Path(folder, name)
-                if file.is_file():
-                    found[file.relative_to(top).parts] = file
-        return found
+        return {path: top.joinpath(*path) for path in files_below(top)}
+
+    def sizes(self, shape_id: str) -> dict[tuple[str, ...], int]:
+        """Return the sizes of a shape's files in bytes, sorted by path."""
+        return {path: stat.st_size for path, stat in files_below(self.path / shape_id).items()}
 
 
 @dataclass
@@ -93,7 +95,7 @@ class CategoryZip:
                 parts = member.parts
                 if _SYNSET.fullmatch(parts[0]):
                     parts = parts[1:]
-                if len(parts) > 1 and parts[0] != "__MACOSX":
+                if len(parts) > 1 and not any(map(is_hidden, parts)):
                     self._models.setdefault(parts[0], {})[parts[1:]] = member
         return self._models
 
@@ -109,6 +111,11 @@ class CategoryZip:
     def files(self, shape_id: str) -> dict[tuple[str, ...], File]:
         """Return a shape's files by their path below its folder."""
         return dict(self._read().get(shape_id, {}))
+
+    def sizes(self, shape_id: str) -> dict[tuple[str, ...], int]:
+        """Return the sizes of a shape's files in bytes, sorted by path."""
+        members = self._read().get(shape_id, {})
+        return {path: members[path].info.file_size for path in sorted(members)}
 
 
 @dataclass
@@ -222,16 +229,16 @@ class ShapeNetSource:
         return replace(model, parts=parts).warned(warning)
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return version and a hash over ids and sizes of meshes.
+        """Return version and a hash over names and sizes of all files: meshes, materials, textures.
 
-        The same whether in folders or archives and wherever they are: the data set is published
-        and does not change, and looking into each of its 50,000 files would take minutes.
+        The same whether in folders or archives and wherever they are: the data set is published,
+        so that its files are added or replaced, but not edited, and their times say nothing.
         """
         models, version = self.category(category)
         annotations = self._annotations(category)
         digest = hashlib.sha256()
         for shape_id in models.ids():
-            digest.update(f"{shape_id}\0{models.size(shape_id, MESHES[version])}\n".encode())
+            digest.update(f"{shape_id}\0{list(models.sizes(shape_id).items())}\n".encode())
         return {
             "source": "shapenet",
             "loader": _LOADER_VERSION,
