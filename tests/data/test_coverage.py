@@ -9,7 +9,7 @@ import torch
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.packing import pack_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates import coverage
+from ffd_lightning.data.templates import coverage, strategies
 from ffd_lightning.data.templates.coverage import (
     POINTS,
     ShapeDistances,
@@ -19,6 +19,7 @@ from ffd_lightning.data.templates.coverage import (
 )
 from ffd_lightning.data.templates.strategies import (
     RandomStrategy,
+    choose_templates,
     diverse_templates,
     medoid_templates,
 )
@@ -196,6 +197,19 @@ def test_the_order_of_the_set_decides_nothing(mixed):
     table = found.table[np.ix_(order, order)]
     shuffled = medoids(ShapeDistances(found.rows, found.points[order], table), 12)
     assert order[shuffled].tolist() == medoids(found, 12)
+
+
+@pytest.mark.parametrize("candidates", [1000, 40])
+@pytest.mark.parametrize("strategy", [medoid_templates, diverse_templates, RandomStrategy(3)])
+def test_what_is_tested_on_changes_nothing(planes, odd, mixed, monkeypatch, strategy, candidates):
+    """The choice is that of a set that does not have these shapes at all."""
+    for module in (coverage, strategies):
+        monkeypatch.setattr(module, "CANDIDATES", candidates)
+    tested = {*list(planes)[::3], "lamp1", "wheel"}
+    rest = {i: points for i, points in (planes | odd).items() if i not in tested}
+    alone = strategy(set_of(rest.values(), rest), 12)
+    assert choose_templates(strategy, mixed, 12, tested) == alone
+    assert choose_templates(strategy, mixed, 5, tested) == alone[:5]
 
 
 def test_outliers_change_nothing(clean, mixed):

@@ -1,4 +1,5 @@
 import itertools
+import pickle
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,10 +9,11 @@ import torch
 from scipy.spatial import cKDTree
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
-from ffd_lightning.data.preparation.packing import pack_mesh, pack_points
+from ffd_lightning.data.preparation.packing import pack_mesh, pack_points, unpack_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates import coverage, strategies
 from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.templates.candidates import Candidates
 from ffd_lightning.data.templates.strategies import (
     ListedStrategy,
     RandomStrategy,
@@ -101,18 +103,39 @@ def test_random_is_a_function_of_the_seed(prepared):
 
 
 def test_more_templates_than_shapes(prepared):
-    with pytest.raises(DataError, match=r"25 templates .* only 24 shapes: choose fewer"):
-        choose_templates(diverse_templates, prepared, 25)
+    for exclude, count in ((), 25), (prepared.ids[:4], 21):
+        with pytest.raises(DataError, match=rf"{count} .* only {count - 1} shapes to choose from"):
+            choose_templates(diverse_templates, prepared, count, exclude)
 
 
 def test_what_a_strategy_of_ones_own_chooses_is_checked(prepared):
     a, b, c = prepared.ids[:3]
     assert choose_templates(lambda *_: [c, a], prepared, 2) == (c, a)
-    for ids in ([a], [a, a], [a, b, c]):
-        with pytest.raises(ConfigError, match=f"choose 2 shapes .*: {len(set(ids))} ids"):
+    for ids in ([a], [a, a], [a, a, b], [a, b, c]):
+        words = f"choose 2 shapes .*: it gives {len(ids)} ids, {len(set(ids))} different ones"
+        with pytest.raises(ConfigError, match=words):
             choose_templates(lambda *_, ids=ids: ids, prepared, 2)
     with pytest.raises(ConfigError, match="'unicorn' is not in"):
         choose_templates(lambda *_: [a, "unicorn"], prepared, 2)
+
+
+def test_candidates_are_a_set(prepared):
+    """A strategy of one's own may look at whatever a set has."""
+    candidates = Candidates.without(prepared, [prepared.ids[k] for k in (0, 1, 5)])
+    for own in (candidates, pickle.loads(pickle.dumps(candidates))):
+        assert own.ids == (*prepared.ids[2:5], *prepared.ids[6:])
+        assert own.families[3] == prepared.families[6]
+        assert own.index(prepared.ids[6]) == 3
+        np.testing.assert_array_equal(own.cloud(3, 9), prepared.cloud(6, 9))
+        np.testing.assert_array_equal(np.concatenate(own.mapped_clouds)[3], own.mapped_clouds[3][0])
+        np.testing.assert_array_equal(unpack_points(own.mapped_clouds[3])[0], prepared.cloud(6))
+        np.testing.assert_array_equal(own.image(3), prepared.image(6))
+        np.testing.assert_array_equal(own.mesh(3).face_parts, prepared.mesh(6).face_parts)
+        np.testing.assert_array_equal(own.point_parts(3), prepared.point_parts(6))
+        assert own.category(3) == prepared.category(6)
+        assert own.rejected == prepared.rejected
+        with pytest.raises(DataError, match="no shape"):
+            own.index(prepared.ids[5])
 
 
 # --- files --------------------------------------------------------------------------------------
@@ -173,6 +196,12 @@ def test_unreadable_file(prepared, tmp_path, make):
     make(tmp_path / "ids")
     with pytest.raises(ConfigError, match=r"template_strategy\.file=.*ids cannot be read"):
         choose_templates(ListedStrategy(tmp_path / "ids"), prepared, 2)
+
+
+def test_a_list_may_name_any_shape(prepared, tmp_path):
+    (tmp_path / "ids").write_text("\n".join(prepared.ids[:2]))
+    strategy = ListedStrategy(tmp_path / "ids")
+    assert choose_templates(strategy, prepared, 2, prepared.ids[1:9]) == prepared.ids[:2]
 
 
 def test_the_file_may_name_the_category(prepared, tmp_path):
@@ -365,6 +394,15 @@ def test_what_is_added_for_absent_templates_takes_their_places(prepared, distanc
         free = set(range(len(there))) - {*rows[:place], *papers}
         sums = {i: root[[*rows[:place], i]].min(0).sum() for i in free}
         assert sums[rows[place]] == pytest.approx(min(sums.values()))  # two may be as good
+
+
+def test_the_papers_templates_may_be_tested_on_and_what_is_added_may_not(prepared):
+    known = paper_templates("table")[:3]
+    there = as_shapenet(prepared, known[:2])
+    tested = {known[0], *(i for k, i in enumerate(there.ids) if k % 2 and i not in known)}
+    chosen = choose_templates(paper_choice, there, 8, tested)
+    assert chosen[:2] == known[:2]
+    assert not set(chosen[2:]) & tested
 
 
 def test_the_papers_further_templates_are_taken_where_there_is_nothing_else(prepared):

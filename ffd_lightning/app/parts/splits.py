@@ -8,6 +8,7 @@ from pathlib import Path
 from omegaconf import MISSING
 
 from ffd_lightning.app.parts.lazy import class_part
+from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.errors import ConfigError
 
 
@@ -23,8 +24,7 @@ class Hash:
 
     def check(self) -> None:
         """Raise ConfigError where it cannot work."""
-        if not 0 < self.train_fraction < 1:
-            raise ConfigError("split.train_fraction must lie between 0 and 1")
+        HashSplit(self.train_fraction)
 
 
 class_part("split", "hash", Hash, "ffd_lightning.data.splits:HashSplit")
