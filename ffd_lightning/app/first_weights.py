@@ -9,7 +9,6 @@ from typing import Any
 from ffd_lightning import registry
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.checkpoint import read_checkpoint
-from ffd_lightning.data.sources.limited import LimitedSource
 from ffd_lightning.data.splits import SplitInput, make_split
 
 
@@ -53,8 +52,6 @@ def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> tuple[set[st
     Both follow from the settings that it records, as any run's do.
     """
     source = registry.part("source", settings["data.name"], **_own("source", settings))
-    if settings["data.limit"] is not None:
-        source = LimitedSource(source, settings["data.limit"])
     rule = registry.part("split", settings["split.name"], **_own("split", settings))
     train, val = set(), set()
     for category in model["categories"]:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import json
 import logging
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping
@@ -23,7 +22,6 @@ log = logging.getLogger(__name__)
 SUBSETS = ("train", "val", "test")
 _R2N2_FRACTION = 0.8
 _FEW = 10  # shapes: the mean of fewer varies by a third of one shape's deviation, or more
-_LISTS = (".json", ".lst", ".txt")
 _ID_COLUMNS = ("modelId", "shape_id", "model_id", "id")
 
 
@@ -129,16 +127,6 @@ class R2n2Split:
         return {i: "train" if k < cut else "test" for k, i in enumerate(ids)}
 
 
-class PublishedSplit:
-    """The data set's own split."""
-
-    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
-        """See `SplitRule`."""
-        if not shapes.published:
-            raise ConfigError("this source has no split of its own: use split=hash")
-        return shapes.published
-
-
 class AutoSplit:
     """The data set's own split where it has one, else by the hash of the id.
 
@@ -160,11 +148,10 @@ class ListedSplit:
     Args:
         file: a text file of ids to test on, one a line (all others are trained on), or of lines
             `<id> <subset>`; a CSV with columns `split` and `id`, `modelId` or `shape_id`, of which
-            `synsetId` may choose the rows (ShapeNet's `all.csv`); a JSON object of lists by subset;
-            or a folder of `train.lst`, `val.lst`, `test.lst` (or .txt, or .json lists), where
-            `<synset>/` in it is taken first (occupancy networks'); a longer name must have one of
-            the three as a word, as `shuffled_train_file_list.json` has. A subset is train, val or
-            test. Of an id with slashes the last name counts.
+            `synsetId` may choose the rows (ShapeNet's `all.csv`); or a folder of `train.lst`,
+            `val.lst`, `test.lst` (or .txt), where `<synset>/` in it is taken first (occupancy
+            networks'); a longer name must have one of the three as a word, as `train_split.lst`
+            has. A subset is train, val or test. Of an id with slashes the last name counts.
     """
 
     def __init__(self, file: str | Path) -> None:
@@ -183,9 +170,9 @@ class ListedSplit:
                 subsets = _read_folder(place, synset)
             else:
                 text = place.read_text(encoding="utf-8-sig")
-                read = {".json": _read_json, ".csv": _read_csv}
-                subsets = read.get(place.suffix.lower(), _read_lines)(text, synset)
-        except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
+                read = _read_csv if place.suffix.lower() == ".csv" else _read_lines
+                subsets = read(text, synset)
+        except (OSError, ValueError, AttributeError) as error:  # None where a row is short
             raise ConfigError(f"split.file={place} cannot be read: {error}") from None
         if not subsets:
             raise ConfigError(f"split.file={place} lists no shapes of {category}")
@@ -273,25 +260,15 @@ def _read_csv(text: str, synset: str) -> dict[str, str]:
     }
 
 
-def _read_json(text: str, synset: str) -> dict[str, str]:
-    lists = json.loads(text)
-    lists = lists.get(synset, lists)
-    return {_last(name): subset for subset in SUBSETS for name in lists.get(subset, ())}
-
-
 def _read_folder(folder: Path, synset: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for top in (folder / synset, folder):
-        files = [file for file in sorted(top.glob("*.*")) if file.suffix in _LISTS]
+        files = [file for file in sorted(top.glob("*.*")) if file.suffix in (".lst", ".txt")]
         for subset, file in ((subset, file) for subset in SUBSETS for file in files):
             words = set(re.split("[^a-z]+", file.stem.lower()))
             if words & set(SUBSETS) != {subset}:
                 continue  # another's, or trainval.lst, say
-            text = file.read_text(encoding="utf-8-sig")
-            if file.suffix == ".json":  # shuffled_train_file_list.json of all categories
-                names = [n for n in json.loads(text) if synset in n.split("/")]
-            else:
-                names = text.split()
+            names = file.read_text(encoding="utf-8-sig").split()
             found |= {_last(name): subset for name in names}
         if found:
             break

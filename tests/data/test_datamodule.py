@@ -25,7 +25,6 @@ from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import (
     HashSplit,
     ListedSplit,
-    PublishedSplit,
     R2n2Split,
     SplitInput,
 )
@@ -581,8 +580,6 @@ def test_each_rule_splits(make_boxes, boxes, tmp_path):
         module = make_boxes(split=rule, val_fraction=0)
         train = tuple(i for i in ids if i not in {*module.bank.ids, *tested})
         assert module.split == (train, (), tested)
-    with pytest.raises(ConfigError, match="no split of its own"):
-        make_boxes(split=PublishedSplit())
 
 
 def test_a_rule_is_told_what_there_is(make_boxes, monkeypatch):

@@ -1,5 +1,3 @@
-import json
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,7 +6,6 @@ from ffd_lightning.data.splits import (
     AutoSplit,
     HashSplit,
     ListedSplit,
-    PublishedSplit,
     R2n2Split,
     Split,
     SplitInput,
@@ -84,7 +81,7 @@ def test_validation_takes_from_the_training_shapes_alone():
 def test_published_validation_shapes_are_the_ones_that_are_used():
     """Also where only some of them are there: the hash adds none."""
     published = {"a": "train", "b": "train", "c": "val", "d": "test", "e": "val"}
-    split = make_split("abcde", PublishedSplit()(shapes("abcde", published)), 0.9)
+    split = make_split("abcde", AutoSplit()(shapes("abcde", published)), 0.9)
     assert split == (("a", "b"), ("c", "e"), ("d",))
     assert split.without("ce").val == ()
     assert make_split("abd", published, 0.9) == (("a", "b"), (), ("d",))
@@ -106,11 +103,6 @@ def test_3d_r2n2_takes_the_first_four_fifths_of_the_sorted_ids():
     assert [i for i in ids if subsets[i] == "train"] == ids[:8]  # int(8.8)
     split = make_split(set(ids) - {"003", "009"}, subsets).without({"000"})
     assert split == (tuple(i for i in ids[1:8] if i != "003"), (), ("008", "010"))
-
-
-def test_the_published_split_must_be_there():
-    with pytest.raises(ConfigError, match="no split of its own: use split=hash"):
-        PublishedSplit()(shapes("ab"))
 
 
 def test_the_automatic_rule_takes_the_published_split_where_there_is_one():
@@ -145,8 +137,6 @@ FORMS = {
     "plain.csv": "a,train\nb,train\nc,test\nd,test\n",
     "all.csv": "id,synsetId,subSynsetId,modelId,split\n1,3001627,0,a,train\n2,3001627,0,b,train\n"
     "3,3001627,0,c,test\n4,3001627,0,d,test\n5,4379243,0,a,test\n",
-    "split.json": '{"train": ["a", "b"], "test": ["c", "03001627/d"], "val": ["e"]}',
-    "nested.json": '{"03001627": {"train": ["a", "b"], "test": ["c", "d"]}, "04379243": {}}',
     "folder": {"03001627/train.lst": "a\nb", "03001627/test.lst": "c\nd", "train.lst": "d"},
     "flat": {"train.txt": "a b", "val.txt": "e", "test.txt": "c d"},
     "unions": {
@@ -154,15 +144,10 @@ FORMS = {
         **{"train_val.lst": "a\nb\ne", "latest.txt": "a\nb"},
     },
     "shape_id.csv": "shape_id, split\na, train\nb, train\nc, test\nd, test\n",
-    "partnet": {
-        "shuffled_train_file_list.json": '["shape_data/03001627/a", "shape_data/03001627/b"]',
-        "shuffled_test_file_list.json": '["shape_data/03001627/c", "shape_data/03001627/d",'
-        ' "shape_data/04379243/a"]',
-    },
 }
 
 
-NAME_VAL = ("parts.txt", "split.json", "flat")
+NAME_VAL = ("parts.txt", "flat")
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -187,21 +172,12 @@ def test_shapes_that_a_list_does_not_name_are_left_out(tmp_path, caplog):
     assert "left out: 2 shapes that the split does not name" in caplog.text
 
 
-def test_a_list_may_be_of_the_category_by_name(tmp_path):
-    lists = {"mug": {"train": ["a"], "test": ["b"]}, "jar": {"train": ["b"], "test": ["a"]}}
-    (tmp_path / "s.json").write_text(json.dumps(lists))
-    subsets = ListedSplit(tmp_path / "s.json")(shapes("ab", category="jar"))
-    assert subsets == {"a": "test", "b": "train"}
-
-
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
         ("s.txt", "", "lists no shapes of chair"),
         ("s.txt", "a train\nb dev\n", "'dev' for one of train, val, test"),
         ("s.txt", "a train\nb\n", "cannot be read"),
-        ("s.json", "[1, 2", "cannot be read"),
-        ("s.json", "[1, 2]", "cannot be read"),
         ("s.csv", "id,synsetId,split\na,04379243,train\n", "lists no shapes of chair"),
         ("s.csv", "name,split\na,train\n", "needs the columns .* shape_id.*, and has name, split"),
         ("s.csv", "id,subset\na,train\n", "needs the columns `split` and .*, and has id, subset"),

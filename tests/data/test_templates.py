@@ -57,10 +57,6 @@ def choose_from(prepared, path, text, count=2, strategy=ListedStrategy):
     return choose_templates(strategy(path), prepared, count)
 
 
-def least_distance(distances, rows):
-    return min(distances[i, j] for i, j in itertools.combinations(rows, 2))
-
-
 # --- choosing -----------------------------------------------------------------------------------
 
 
@@ -71,15 +67,6 @@ def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, distanc
         rows.append(max(range(len(prepared)), key=lambda i: distances[i, rows].min()))
     chosen = choose_templates(diverse_templates, prepared, 6)
     assert chosen == tuple(prepared.ids[r] for r in rows)
-
-
-def test_diverse_spreads_better_than_random(prepared, distances):
-    def spread(strategy):
-        ids = choose_templates(strategy, prepared, 5)
-        return least_distance(distances, [prepared.index(i) for i in ids])
-
-    random = np.mean([spread(RandomStrategy(seed)) for seed in range(20)])
-    assert spread(diverse_templates) > 1.5 * random
 
 
 @pytest.mark.parametrize("strategy", [medoid_templates, diverse_templates, RandomStrategy()])
@@ -143,21 +130,9 @@ def test_candidates_are_a_set(prepared):
 
 def test_listed_keeps_the_order_of_the_file(prepared, tmp_path):
     a, b, c = prepared.ids[7], prepared.ids[2], prepared.ids[5]
-    text = f"# chosen by hand\n\n  {a}  # the first\n{a}\n\n{b}\n{c}\n"
+    text = f"\ufeff# chosen by hand\r\n\n  {a}  # the first\n{a}\r\n\n{b}\n{c}\n"
     assert choose_from(prepared, tmp_path / "ids", text) == (a, b)
     assert choose_from(prepared, tmp_path / "ids", text, 3) == (a, b, c)
-
-
-@pytest.mark.parametrize("strategy", [ListedStrategy, RankingStrategy])
-@pytest.mark.parametrize("mark", ["", "\ufeff"], ids=["plain", "byte order mark"])
-@pytest.mark.parametrize("end", ["\n", "\r\n"], ids=["unix", "windows"])
-def test_what_editors_do_to_a_file(prepared, tmp_path, strategy, mark, end):
-    lines = [prepared.ids[3], prepared.ids[1], ""]
-    if strategy is RankingStrategy:
-        lines = ["id,rank", *(f"{line},1" for line in lines[:2]), ""]
-    text = mark + end.join(lines)
-    chosen = choose_from(prepared, tmp_path / "ids", text, strategy=strategy)
-    assert chosen == (prepared.ids[3], prepared.ids[1])
 
 
 def test_ranking_reads_the_column_by_its_name(prepared, tmp_path):
@@ -166,22 +141,18 @@ def test_ranking_reads_the_column_by_its_name(prepared, tmp_path):
     assert choose_from(prepared, tmp_path / "r.csv", text, strategy=RankingStrategy) == (a, b)
 
 
-@pytest.mark.parametrize("text", ["", "name\nx\ny\n"])
-def test_ranking_without_ids(prepared, tmp_path, text):
-    with pytest.raises(ConfigError, match="no column `id`"):
-        choose_from(prepared, tmp_path / "r.csv", text, strategy=RankingStrategy)
-
-
-def test_short_rows_of_a_ranking_are_no_ids(prepared, tmp_path):
-    text = f"rank,id\n1,{prepared.ids[0]}\n2\n3,\n"
-    with pytest.raises(ConfigError, match="lists 1 ids, 2 are needed"):
-        choose_from(prepared, tmp_path / "r.csv", text, strategy=RankingStrategy)
-
-
-def test_repeated_ids_count_once(prepared, tmp_path):
-    text = f"{prepared.ids[0]}\n{prepared.ids[0]}\n"
-    with pytest.raises(ConfigError, match=r"ids lists 1 ids, 2 are needed"):
-        choose_from(prepared, tmp_path / "ids", text)
+@pytest.mark.parametrize(
+    ("strategy", "text", "message"),
+    [
+        (RankingStrategy, "", "no column `id`"),
+        (RankingStrategy, "name\nx\ny\n", "no column `id`"),
+        (RankingStrategy, "rank,id\n1,{0}\n2\n3,\n", "lists 1 ids, 2 are needed"),
+        (ListedStrategy, "{0}\n{0}\n", "lists 1 ids, 2 are needed"),
+    ],
+)
+def test_files_with_too_few_ids(prepared, tmp_path, strategy, text, message):
+    with pytest.raises(ConfigError, match=message):
+        choose_from(prepared, tmp_path / "f", text.format(*prepared.ids), strategy=strategy)
 
 
 def test_unknown_ids_are_named_where_they_are_needed(prepared, tmp_path):

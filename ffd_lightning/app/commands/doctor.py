@@ -128,22 +128,6 @@ def _summary(cfg: DoctorConfig, source: Source, findings: list[Finding]) -> list
                 f"of the paper's 13 categories there are not: {say_absent(source, absent)}. "
                 f"The study paper_table then needs category={left}"
             )
-        lines += _neighbours(cfg)
-    return lines
-
-
-def _neighbours(cfg: DoctorConfig) -> list[str]:
-    """Return what lies beside the shapes and could be used."""
-    root = Path(str(cfg.data.root)).expanduser()
-    tops = [root, root.absolute().parent]
-    lines = []
-    for top in tops:
-        if cfg.data.images.value == "render" and (top / "ShapeNetRendering").is_dir():
-            lines.append(f"3D-R2N2's renderings are there: data.images=r2n2 data.images_root={top}")
-        if cfg.data.parts_root is None:
-            for file in sorted(top.glob("*[pP]art[aA]nno*")):
-                if file.is_dir():
-                    lines.append(f"part annotations are there: data.parts_root={file}")
     return lines
 
 

@@ -57,20 +57,12 @@ class_part("split", "r2n2", R2n2, "ffd_lightning.data.splits:R2n2Split")
 
 
 @dataclass
-class Published:
-    """The data set's own, and nothing else."""
-
-
-class_part("split", "published", Published, "ffd_lightning.data.splits:PublishedSplit")
-
-
-@dataclass
 class Listed:
     """Read from a file.
 
     Attributes:
-        file: ids to test on, `<id> <subset>` lines, ShapeNet's all.csv, JSON, or a folder of
-            train.lst, val.lst, test.lst.
+        file: ids to test on, `<id> <subset>` lines, a CSV such as ShapeNet's all.csv, or a folder
+            of train.lst, val.lst, test.lst.
     """
 
     file: str = MISSING

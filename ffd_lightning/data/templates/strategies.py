@@ -168,44 +168,36 @@ class ListedStrategy:
         Raises:
             ConfigError: the file is missing, too short, or names shapes that the set lacks.
         """
-        text = _read(self._path(prepared))
-        return self._first(
-            [line.split("#")[0].strip() for line in text.splitlines()], prepared, count
-        )
-
-    def _path(self, prepared: PreparedSet) -> Path:
-        return Path(str(self.file).replace("{category}", _category(prepared))).expanduser()
-
-    def _first(self, column: Sequence[str], prepared: PreparedSet, count: int) -> tuple[str, ...]:
-        file = self._path(prepared)
-        ids = list(dict.fromkeys(i for i in column if i))
+        file = Path(str(self.file).replace("{category}", _category(prepared))).expanduser()
+        ids = list(dict.fromkeys(i for i in self._column(_read(file), file) if i))
         if len(ids) < count:
             raise ConfigError(
                 f"template_strategy.file={file} lists {len(ids)} ids, {count} are needed"
             )
-        unknown = sorted(set(ids[:count]) - set(whole_set(prepared).ids))
+        whole = whole_set(prepared)
+        unknown = sorted(set(ids[:count]) - set(whole.ids))
         if unknown:
             raise ConfigError(
                 f"template_strategy.file={file} names {len(unknown)} shapes that are not in "
-                f"{prepared.path}, the first {unknown[0]!r}"
+                f"{whole.path}, the first {unknown[0]!r}"
             )
         return tuple(ids[:count])
+
+    def _column(self, text: str, file: Path) -> list[str]:
+        return [line.split("#")[0].strip() for line in text.splitlines()]
 
 
 class RankingStrategy(ListedStrategy):
     """Takes the favourites of an earlier run: the first of its `template_ranking.csv`."""
 
-    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
-        """See `ListedStrategy`."""
-        file = self._path(prepared)
-        rows = list(csv.DictReader(_read(file).splitlines()))
+    def _column(self, text: str, file: Path) -> list[str]:
+        rows = list(csv.DictReader(text.splitlines()))
         if not rows or "id" not in rows[0]:
             raise ConfigError(
                 f"template_strategy.file={file} has no column `id`: give a run's "
                 "template_ranking.csv"
             )
-        column = [(row["id"] or "").strip() for row in rows]  # None where a row is short
-        return self._first(column, prepared, count)
+        return [(row["id"] or "").strip() for row in rows]  # None where a row is short
 
 
 def _read(file: Path) -> str:
