@@ -6,11 +6,13 @@ import re
 import pytest
 
 from ffd_lightning import shapes
+from ffd_lightning.app import training_run
 from ffd_lightning.app.build import build_part, build_source
 from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.data.splits import SplitInput, make_split
 from ffd_lightning.pretrained import pretrained_model
+from ffd_lightning.run_folder import RunFolder
 
 EMBEDDED = "encoder.weights=embedded"
 FEWER = ("category=table", "split.train_fraction=0.6")
@@ -65,3 +67,14 @@ def test_categories_trained_together(tiny_config):
     cfg = tiny_config(EMBEDDED, *members)
     assert "of 2 shapes" in leak_warning(cfg, ["table/table-000000", "sofa/sofa-000000"])
     assert leak_warning(cfg, ["table-000000", "table/sofa-000000"]) == ""
+
+
+def test_a_run_says_so_before_it_trains(tiny_config, tmp_path, caplog, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(training_run, "_trainer", stop)
+    with pytest.raises(KeyboardInterrupt):
+        training_run.train(tiny_config(EMBEDDED, *FEWER), RunFolder(tmp_path))
+    assert "were trained on" in caplog.text
+    assert "what is measured on fewer than 10 shapes says little" in caplog.text
