@@ -86,6 +86,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         hold_out=cfg.templates.hold_out,
         split=split,
         val_fraction=cfg.split.val_fraction,
+        drop_outliers=cfg.split.drop_outliers,
         degrees=cfg.network.degrees,
         max_edge=cfg.templates.max_edge,
         batch_size=cfg.schedule.batch_size,

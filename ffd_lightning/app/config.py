@@ -112,9 +112,12 @@ class CommonSplit:
 
     Attributes:
         val_fraction: share of the training shapes to validate on, where the split names none.
+        drop_outliers: leaves shapes that are like nothing else in their category out of all
+            subsets and of the choice of templates; of more than 1,000 shapes 1,000 are looked at.
     """
 
     val_fraction: float = 0.1
+    drop_outliers: bool = False
 
 
 @dataclass

@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import io
 import logging
-from collections.abc import Sequence
 
 from PIL import Image
 
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.templates.summary import outlier_rows, template_rows
+from ffd_lightning.data.templates.summary import outlier_note, outlier_rows, template_rows
 from ffd_lightning.evaluation.figures import template_figure
 from ffd_lightning.files import write_bytes_atomic, write_csv
 from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
-
-_NAMED = 3
 
 
 def record_templates(run: RunFolder, data: FfdDataModule) -> None:
@@ -45,17 +42,6 @@ def record_templates(run: RunFolder, data: FfdDataModule) -> None:
     run.outliers.unlink(missing_ok=True)
     if outliers:
         write_csv(run.outliers, outliers)
-        ids = [str(row["id"]) for row in outliers]
-        log.warning(
-            "%s: %d shapes are like nothing else in their category: %s (outliers.csv); %d of them "
-            "are templates",
-            run.path,
-            len(ids),
-            _some(ids),
-            len(set(ids) & set(bank.ids)),
-        )
-
-
-def _some(ids: Sequence[str]) -> str:
-    rest = len(ids) - _NAMED
-    return ", ".join(ids[:_NAMED]) + (f" and {rest} more" if rest > 0 else "")
+        note = outlier_note(data.prepared, outliers, data.drop_outliers)
+        chosen = len({row["id"] for row in outliers}.intersection(bank.ids))
+        log.warning("%s: %s (outliers.csv); %d of them are templates", run.path, note, chosen)

@@ -21,6 +21,7 @@ from ffd_lightning.app import identity
 from ffd_lightning.app.build import build_data, build_module, build_network, build_protocol
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import RankedSubset, Subset, TrainConfig
+from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.app.schema import part_names
 from ffd_lightning.app.template_record import record_templates
 from ffd_lightning.checkpoint import read_checkpoint
@@ -126,6 +127,9 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         *(len(subset) for subset in data.split),
         cfg.schedule.steps,
     )
+    tested = [data.prepared.ids[row] for row in evaluated.tested_on.rows]
+    for warning in filter(None, (data.split.warning(), leak_warning(cfg, tested))):
+        log.warning("%s: %s", run.path, warning)
     done = _checkpoint_step(run, data.bank.ids)
     if getattr(rank_zero_only, "rank", 0) == 0:
         record_templates(run, data)

@@ -34,6 +34,7 @@ from ffd_lightning.data.sources.base import Source
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.strategies import TemplateStrategy, auto_choice, choose_templates
+from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.lattice import Degrees
 from ffd_lightning.imaging.appearance import MOST_IMAGES, TrainingAppearance
@@ -206,7 +207,7 @@ class StepSampler(Sampler[int]):
 
 
 class FfdDataModule(LightningDataModule):
-    """Prepares categories, chooses templates, splits the other shapes, and serves batches.
+    """Prepares categories, splits their shapes, chooses templates, and serves batches.
 
     With `Trainer(max_steps=...)` the whole training is one epoch; with `max_epochs`, an epoch is as
     many batches as it takes to see every shape once.
@@ -221,6 +222,8 @@ class FfdDataModule(LightningDataModule):
             used: networks of different T then see the same shapes.
         split: assigns shapes to subsets, by the hash of their id unless told otherwise.
         val_fraction: share of the training shapes to validate on, where the split names none.
+        drop_outliers: leave what is like nothing else in its category, see
+            `templates.coverage.outlying`, out of all subsets and of the choice of templates.
         degrees: of the lattices, see `TemplateBank`.
         max_edge: of the templates' meshes, see `TemplateBank`.
         batch_size: queries a step, over all devices.
@@ -256,6 +259,7 @@ class FfdDataModule(LightningDataModule):
         hold_out: int | None = None,
         split: SplitRule | None = None,
         val_fraction: float = 0.1,
+        drop_outliers: bool = False,
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
         batch_size: int = 32,
@@ -290,6 +294,7 @@ class FfdDataModule(LightningDataModule):
         self.num_templates, self.template_strategy = num_templates, template_strategy
         self.hold_out, self.degrees, self.max_edge = hold_out, degrees, max_edge
         self.split_rule, self.val_fraction = split or HashSplit(), val_fraction
+        self.drop_outliers = drop_outliers
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.residency, self.num_workers = residency, num_workers
         self.augmentation = augmentation
@@ -310,7 +315,7 @@ class FfdDataModule(LightningDataModule):
             preparation.run()
 
     def setup(self, stage: str | None = None) -> None:
-        """Open the prepared sets, choose templates and split the rest; once, whatever the stage."""
+        """Open the prepared sets, split them and choose templates; once, whatever the stage."""
         if hasattr(self, "prepared"):
             return
         members = [self._member(preparation) for preparation in self.preparations]
@@ -324,20 +329,20 @@ class FfdDataModule(LightningDataModule):
         self.bank = TemplateBank.of(self.prepared, templates, self.degrees, self.max_edge)
 
     def _member(self, preparation: Preparation) -> tuple[PreparedSet, tuple[str, ...], Split]:
-        """Open a category's set, choose its templates and split the rest."""
+        """Open a category's set, split it, and choose templates from what is not tested on."""
         prepared, category = preparation.run(), preparation.category
         shares = len(self.preparations)
         count = self.num_templates // shares
         most = max(count, (self.hold_out or 0) // shares)
-        templates = choose_templates(self.template_strategy, prepared, most)
         published = preparation.source.split(category)
         given = SplitInput(category, prepared.ids, tuple(prepared.rejected), published)
-        subsets = self.split_rule(given)
-        return (
-            prepared,
-            templates[:count],
-            make_split(prepared.ids, subsets, templates, self.val_fraction),
+        dropped = {row["id"] for row in outlier_rows(prepared)} if self.drop_outliers else ()
+        kept = [shape_id for shape_id in prepared.ids if shape_id not in dropped]
+        split = make_split(kept, self.split_rule(given), self.val_fraction)
+        templates = choose_templates(
+            self.template_strategy, prepared, most, {*split.test, *dropped}
         )
+        return prepared, templates[:count], split.without(templates)
 
     def record(self) -> dict[str, Any]:
         """Return what there is to say of the data afterwards: plain values, after `setup`.

@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import csv
 import hashlib
-import json
 import logging
 import re
-from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -23,6 +21,8 @@ log = logging.getLogger(__name__)
 
 SUBSETS = ("train", "val", "test")
 _R2N2_FRACTION = 0.8
+_FEW = 10  # shapes: the mean of fewer varies by a third of one shape's deviation, or more
+_ID_COLUMNS = ("modelId", "shape_id", "model_id", "id")
 
 
 class Split(NamedTuple):
@@ -39,6 +39,32 @@ class Split(NamedTuple):
     def chosen_on(self) -> tuple[str, ...]:
         """The shapes that choices are made on: those to validate on, else those to train on."""
         return self.val or self.train
+
+    def without(self, templates: Collection[str]) -> Split:
+        """Return the subsets without templates.
+
+        Raises:
+            DataError: nothing is left to train on, or nothing to test on.
+        """
+        chosen = set(templates)
+        left = Split(*(tuple(i for i in ids if i not in chosen) for ids in self))
+        if not left.train or not left.test:
+            raise DataError(
+                f"{sum(map(len, left))} shapes beside {len(templates)} templates leave "
+                f"{_counts(left)}: add shapes, take fewer templates (templates=t1 ... t30) or "
+                "change the split (split.train_fraction=..., say)"
+            )
+        return left
+
+    def warning(self) -> str:
+        """Return in words that a subset has too few shapes for its numbers, "" if none has."""
+        if not any(0 < len(ids) < _FEW for ids in self):
+            return ""
+        return (
+            f"there are only {_counts(self)}: what is measured on fewer than {_FEW} shapes says "
+            "little. Add shapes, take fewer templates or change the split (split.train_fraction, "
+            "split.val_fraction)"
+        )
 
 
 class SplitInput(NamedTuple):
@@ -70,11 +96,16 @@ class HashSplit:
     Args:
         train_fraction: share of the training subset, met in expectation; the rest is tested on.
 
+    Raises:
+        ConfigError: it does not lie between 0 and 1.
+
     >>> HashSplit()(SplitInput("table", ("a", "b", "c"), (), {}))
     {'a': 'train', 'b': 'train', 'c': 'train'}
     """
 
     def __init__(self, train_fraction: float = 0.8) -> None:
+        if not 0 < train_fraction < 1:
+            raise ConfigError(f"split.train_fraction={train_fraction} must lie between 0 and 1")
         self.train_fraction = train_fraction
 
     def __call__(self, shapes: SplitInput) -> dict[str, str]:
@@ -96,16 +127,6 @@ class R2n2Split:
         return {i: "train" if k < cut else "test" for k, i in enumerate(ids)}
 
 
-class PublishedSplit:
-    """The data set's own split."""
-
-    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
-        """See `SplitRule`."""
-        if not shapes.published:
-            raise ConfigError("this source has no split of its own: use split=hash")
-        return shapes.published
-
-
 class AutoSplit:
     """The data set's own split where it has one, else by the hash of the id.
 
@@ -114,11 +135,11 @@ class AutoSplit:
     """
 
     def __init__(self, train_fraction: float = 0.8) -> None:
-        self.train_fraction = train_fraction
+        self.by_hash = HashSplit(train_fraction)
 
     def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
         """See `SplitRule`."""
-        return shapes.published or HashSplit(self.train_fraction)(shapes)
+        return shapes.published or self.by_hash(shapes)
 
 
 class ListedSplit:
@@ -127,10 +148,10 @@ class ListedSplit:
     Args:
         file: a text file of ids to test on, one a line (all others are trained on), or of lines
             `<id> <subset>`; a CSV with columns `split` and `id`, `modelId` or `shape_id`, of which
-            `synsetId` may choose the rows (ShapeNet's `all.csv`); a JSON object of lists by subset;
-            or a folder of `train.lst`, `val.lst`, `test.lst` (or .txt, or .json lists), where
-            `<synset>/` in it is taken first (occupancy networks'). A subset is train, val or test.
-            Of an id with slashes the last name counts.
+            `synsetId` may choose the rows (ShapeNet's `all.csv`); or a folder of `train.lst`,
+            `val.lst`, `test.lst` (or .txt), where `<synset>/` in it is taken first (occupancy
+            networks'); a longer name must have one of the three as a word, as `train_split.lst`
+            has. A subset is train, val or test. Of an id with slashes the last name counts.
     """
 
     def __init__(self, file: str | Path) -> None:
@@ -149,9 +170,9 @@ class ListedSplit:
                 subsets = _read_folder(place, synset)
             else:
                 text = place.read_text(encoding="utf-8-sig")
-                read = {".json": _read_json, ".csv": _read_csv}
-                subsets = read.get(place.suffix.lower(), _read_lines)(text, synset)
-        except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
+                read = _read_csv if place.suffix.lower() == ".csv" else _read_lines
+                subsets = read(text, synset)
+        except (OSError, ValueError, AttributeError) as error:  # None where a row is short
             raise ConfigError(f"split.file={place} cannot be read: {error}") from None
         if not subsets:
             raise ConfigError(f"split.file={place} lists no shapes of {category}")
@@ -166,7 +187,6 @@ class ListedSplit:
 def make_split(
     ids: Iterable[str],
     subsets: Mapping[str, str],
-    exclude: Collection[str] = (),
     val_fraction: float = 0.0,
 ) -> Split:
     """Return the three subsets of the shapes that there are.
@@ -174,12 +194,11 @@ def make_split(
     Args:
         ids: of the shapes.
         subsets: as a `SplitRule` gives them; shapes that are in none are left out.
-        exclude: ids in no subset (the templates).
         val_fraction: share of the training shapes to validate on instead, by the hash of the id,
             where the rule has named none.
 
     Raises:
-        ConfigError: a subset that there is not.
+        ConfigError: a subset that there is not, or a `val_fraction` outside [0, 1).
         DataError: nothing to train on, or nothing to test on.
     """
     if not isinstance(subsets, Mapping):
@@ -187,22 +206,22 @@ def make_split(
     wrong = sorted(set(subsets.values()) - set(SUBSETS))
     if wrong:
         raise ConfigError(f"the split has {wrong[0]!r} for one of {', '.join(SUBSETS)}")
+    if not 0 <= val_fraction < 1:
+        raise ConfigError(f"split.val_fraction={val_fraction} must lie in [0, 1)")
     rest = subsets.get("*", "")
-    found = {i: subsets.get(i, rest) for i in sorted(set(ids) - set(exclude))}
+    found = {i: subsets.get(i, rest) for i in sorted(set(ids))}
     if "val" not in subsets.values():
         own = {i for i, subset in found.items() if subset == "train"}
         found |= {i: "val" for i in own if _position(f"val/{i}") < val_fraction}
-    counts = Counter(found.values())
-    if counts[""]:
-        log.info("left out: %d shapes that the split does not name", counts[""])
-    train, val, test = (tuple(i for i in found if found[i] == subset) for subset in SUBSETS)
-    if not train or not test:
-        raise DataError(
-            f"{len(found)} shapes beside {len(set(exclude))} templates leave {len(train)} to train "
-            f"on, {len(val)} to validate on and {len(test)} to test on: add shapes, take fewer "
-            "templates (templates=t1 ... t30) or change the split (split.train_fraction=..., say)"
-        )
-    return Split(train, val, test)
+    unnamed = sum(not subset for subset in found.values())
+    if unnamed:
+        log.info("left out: %d shapes that the split does not name", unnamed)
+    return Split(*(tuple(i for i in found if found[i] == name) for name in SUBSETS)).without(())
+
+
+def _counts(split: Split) -> str:
+    train, val, test = map(len, split)
+    return f"{train} to train on, {val} to validate on and {test} to test on"
 
 
 def _position(shape_id: str) -> float:
@@ -225,11 +244,14 @@ def _read_lines(text: str, _: str) -> dict[str, str]:
 
 
 def _read_csv(text: str, synset: str) -> dict[str, str]:
-    rows = list(csv.DictReader(text.splitlines()))
-    columns = set(rows[0]) if rows else set()
-    key = next((k for k in ("modelId", "model_id", "id") if k in columns), None)
+    table = csv.DictReader(text.splitlines(), skipinitialspace=True)
+    rows, columns = list(table), set(table.fieldnames or ())
+    key = next((k for k in _ID_COLUMNS if k in columns), None)
+    if key is None and "split" not in columns:
+        return _read_lines(text, synset)  # there is no header
     if key is None or "split" not in columns:
-        return _read_lines(text, synset)
+        needed = f"the columns `split` and one of {', '.join(_ID_COLUMNS)}"
+        raise ValueError(f"it needs {needed}, and has {', '.join(table.fieldnames or ())}")
     # Numbers lose their leading zeros in many a table.
     return {
         _last(row[key]): row["split"]
@@ -238,25 +260,16 @@ def _read_csv(text: str, synset: str) -> dict[str, str]:
     }
 
 
-def _read_json(text: str, synset: str) -> dict[str, str]:
-    lists = json.loads(text)
-    lists = lists.get(synset, lists)
-    return {_last(name): subset for subset in SUBSETS for name in lists.get(subset, ())}
-
-
 def _read_folder(folder: Path, synset: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for top in (folder / synset, folder):
-        for subset in SUBSETS:
-            for file in sorted(top.glob(f"*{subset}*")):
-                text = file.read_text(encoding="utf-8-sig")
-                if file.suffix == ".json":  # shuffled_train_file_list.json of all categories
-                    names = [n for n in json.loads(text) if synset in n.split("/")]
-                elif file.suffix in (".lst", ".txt"):
-                    names = text.split()
-                else:
-                    continue
-                found |= {_last(name): subset for name in names}
+        files = [file for file in sorted(top.glob("*.*")) if file.suffix in (".lst", ".txt")]
+        for subset, file in ((subset, file) for subset in SUBSETS for file in files):
+            words = set(re.split("[^a-z]+", file.stem.lower()))
+            if words & set(SUBSETS) != {subset}:
+                continue  # another's, or trainval.lst, say
+            names = file.read_text(encoding="utf-8-sig").split()
+            found |= {_last(name): subset for name in names}
         if found:
             break
     return found

@@ -213,7 +213,7 @@ MISTAKES = [
     (["category=tabel"], ["no category 'tabel'. Did you mean category=table?", "watercraft"]),
     (["data=procedurl"], ["no data 'procedurl'. Did you mean data=procedural?", "pix3d"]),
     (["encoder=mobilnet"], ["Did you mean encoder=mobilenet? Choices: mobilenet, timm"]),
-    (["split=lsted"], ["Did you mean split=listed?", "auto, hash, listed, published, r2n2"]),
+    (["split=lsted"], ["Did you mean split=listed?", "auto, hash, listed, r2n2"]),
     (["protocol=moden"], ["Did you mean protocol=modern?", "occnet"]),
     (["augmentation=phto"], ["Did you mean augmentation=photo?", "none"]),
     (["template_strategy=randm"], ["Did you mean template_strategy=random?", "ranking"]),
@@ -227,7 +227,10 @@ MISTAKES = [
         ["schedule.stps=3"],
         ["Did you mean schedule.steps?", "Settings in schedule: annealing_steps"],
     ),
-    (["split.fil=a", "split=listed"], ["Did you mean split.file? Settings in split: file, "]),
+    (
+        ["split.fil=a", "split=listed"],
+        ["Did you mean split.file? Settings in split: drop_outliers"],
+    ),
     (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths, camera"]),
     (
         ["regime.terms.offset_penlty.weight=1"],
@@ -344,7 +347,7 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
         (["network.degrees=[3,0,3]"], r"network.degrees=\[3, 0, 3\] must be 1 or more"),
         (["encoder.weights=/no/such.h5"], "encoder.weights=/no/such.h5 is not a file"),
         (["encoder.width=0"], "encoder.width=0.0 must be above 0"),
-        (["split.train_fraction=1.0"], "split.train_fraction must lie between 0 and 1"),
+        (["split.train_fraction=1.0"], "split.train_fraction=1.0 must lie between 0 and 1"),
         (
             ["augmentation=photo", "augmentation.roll=90"],
             r"augmentation.roll=90.0 must lie in \[0, 45",

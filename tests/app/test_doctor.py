@@ -1,15 +1,17 @@
 import re
-import subprocess
-import sys
 import zipfile
 
+import numpy as np
 import pytest
 from commands import run_command
 from PIL import Image
 from shapenet_tree import BAD, CHAIR, bad_models, good_models, write_folder, write_zips
 
 from ffd_lightning.app.commands import doctor
+from ffd_lightning.app.commands.prepare import prepare
 from ffd_lightning.data.categories import paper_templates
+from ffd_lightning.data.splits import HashSplit, SplitInput
+from ffd_lightning.data.templates.coverage import ShapeDistances
 from ffd_lightning.errors import ConfigError, DataError
 
 SMALL = [
@@ -39,8 +41,6 @@ def test_what_is_said_of_shapenet(examine, tmp_path):
     root = write_folder(tmp_path / "shapenet", renamed)
     write_zips(root, good_models("v1", "04379243"))
     (root / "02691156.zip").write_bytes(b"PK\3\4 cut off")
-    (root / "ShapeNetRendering").mkdir()
-    (root.parent / "PartAnnotation").mkdir()
     code, lines = examine("data=shapenet", f"data.root={root}")
     text = "\n".join(lines)
     assert code == 1, "something cannot be used"
@@ -61,8 +61,6 @@ def test_what_is_said_of_shapenet(examine, tmp_path):
     assert "02691156.zip is damaged or incomplete" in text
     assert "are not: bench (02828884)" in text
     assert "chair (03001627)" not in text
-    assert f"data.images=r2n2 data.images_root={root}" in text
-    assert f"data.parts_root={root.parent}/PartAnnotation" in text
     assert re.search(r"to prepare: about \d+ (s|min), \d+ MB", text)
     assert "GB free" in text
     left = [path for path in (tmp_path / "data").glob("**/*") if path.is_file()]
@@ -136,18 +134,22 @@ def test_categories_that_a_version_lacks(examine, tmp_path):
     assert absent.endswith("needs category=chair")
 
 
-def test_a_picture_that_cannot_be_written(examine, tmp_path):
-    (tmp_path / "file").write_text("")
-    wanted = ["data=procedural", "data.num_models=3", "category=table"]
-    code, lines = examine(*wanted, f"sheets={tmp_path}/file")
-    assert code == 0, "the data can be used all the same"
-    assert any(line.startswith("table: no picture could be written: ") for line in lines)
-
-
-def test_models_that_are_computed(examine):
-    code, lines = examine("data=procedural", "data.num_models=3", "category=table")
+def test_outliers_and_small_subsets_are_told(
+    examine, tiny_config, prepared, data_root, capsys, monkeypatch
+):
+    odd = np.array([shape_id == "table-000003" for shape_id in prepared.ids])
+    monkeypatch.setattr(ShapeDistances, "outlying", lambda found: (odd, np.ones(len(odd))))
+    note = "table: 1 of 24 shapes are like nothing else in their category: table-000003; split."
+    prepare(tiny_config())
+    assert note in capsys.readouterr().err
+    settings = ("data.num_points=256", "data.render.height=48", "data.render.width=64")
+    there = ("data.num_models=24", "data.render.samples=1", f"paths.data={data_root}")
+    code, lines = examine("category=table", "sheets=null", *settings, *there)
     assert code == 0
-    assert any(line.split()[:3] == ["table", "computed", "3"] for line in lines)
+    assert any(line.split()[:3] == ["table", "computed", "24"] for line in lines)
+    assert any(line.startswith(note) for line in lines)
+    tested = [i for i in prepared.ids if HashSplit()(SplitInput("", (i,), (), {}))[i] == "test"]
+    assert any(f"and {len(tested)} to test on: what is measured on fewer" in x for x in lines)
 
 
 def test_what_is_not_there(examine, tmp_path):
@@ -175,25 +177,13 @@ def test_it_is_a_command(tmp_path):
     with zipfile.ZipFile(tmp_path / f"{CHAIR}.zip", "w") as archive:
         archive.writestr(f"{CHAIR}/a/model.obj", "v 0 0 0\n")
 
-    def process(*arguments):
-        command = [sys.executable, "-m", "ffd_lightning", "doctor", *arguments]
-        return subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-
-    def here(*arguments):
-        return run_command("doctor", *arguments, cwd=tmp_path)
-
-    for run, arguments, code, said in (
-        (here, ["--help"], 0, "data.root=DIR"),
-        (here, ["data=shapnet"], 1, "Did you mean data=shapenet?"),
-        (here, ["data=shapenet"], 1, "these settings must be given: data.root=..."),
-        (
-            process,
-            ["data=shapenet", f"data.root={tmp_path}", "timing=false"],
-            0,
-            "1 of 1 tried are",
-        ),
+    for arguments, code, said in (
+        (["--help"], 0, "data.root=DIR"),
+        (["data=shapnet"], 1, "Did you mean data=shapenet?"),
+        (["data=shapenet"], 1, "these settings must be given: data.root=..."),
+        (["data=shapenet", f"data.root={tmp_path}", "timing=false"], 0, "1 of 1 tried are"),
     ):
-        done = run(*arguments)
+        done = run_command("doctor", *arguments, cwd=tmp_path)
         assert done.returncode == code, done.stderr
         assert said in done.stdout + done.stderr
         assert "Traceback" not in done.stderr

@@ -18,7 +18,8 @@ from ffd_lightning.run_folder import RunFolder
 def data(prepared):
     """What `record_templates` reads of a data module."""
     ids = prepared.ids[3:8]
-    return SimpleNamespace(prepared=prepared, bank=TemplateBank.of(prepared, ids))
+    bank = TemplateBank.of(prepared, ids)
+    return SimpleNamespace(prepared=prepared, bank=bank, drop_outliers=False)
 
 
 def test_ids_and_pictures_are_in_the_folder_and_in_the_log(data, tmp_path, caplog):
@@ -41,7 +42,10 @@ def test_outliers_are_written_named_and_gone_when_there_are_none(
     monkeypatch.setattr(template_record, "outlier_rows", lambda prepared: strange)
     record_templates(run, data)
     assert run.outliers.read_text() == f"id,times_usual\n{data.bank.ids[0]},9.5\nother,4.0\n"
-    assert f"2 shapes are like nothing else in their category: {data.bank.ids[0]}" in caplog.text
+    assert f"2 of 24 shapes are like nothing else in their category: {strange[0]['id']}, other" in (
+        caplog.text
+    )
+    assert "split.drop_outliers=true leaves them out" in caplog.text
     assert "1 of them are templates" in caplog.text
     monkeypatch.setattr(template_record, "outlier_rows", lambda prepared: [])
     record_templates(run, data)

@@ -291,7 +291,7 @@ def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_r
     states = load_runs(find_runs(tmp_path)).set_index("templates")
     assert states.loc[2, "state"] == "finished"
     assert states.loc[500, "state"] == "failed"
-    assert "24 shapes" in states.loc[500, "reason"]
+    assert "only 21 shapes to choose from" in states.loc[500, "reason"]
     assert "Results" in first.stdout
     second = run_command("train", *arguments[2:])
     assert second.returncode == 1

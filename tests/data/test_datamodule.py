@@ -25,10 +25,10 @@ from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import (
     HashSplit,
     ListedSplit,
-    PublishedSplit,
     R2n2Split,
     SplitInput,
 )
+from ffd_lightning.data.templates.coverage import ShapeDistances
 from ffd_lightning.data.templates.strategies import diverse_templates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -574,15 +574,12 @@ def test_each_template_has_its_own_points(tables):
 
 
 def test_each_rule_splits(make_boxes, boxes, tmp_path):
-    rest = [i for i in boxes.prepared.ids if i not in boxes.bank.ids]
-    (tmp_path / "test.txt").write_text("\n".join(rest[:3]))
-    listed = make_boxes(split=ListedSplit(tmp_path / "test.txt"), val_fraction=0)
-    assert listed.split == (tuple(rest[3:]), (), tuple(rest[:3]))
-    r2n2 = make_boxes(split=R2n2Split(), val_fraction=0).split
-    sides = [tuple(i for i in rest if (i < "b08") == side) for side in (True, False)]
-    assert r2n2 == (sides[0], (), sides[1])
-    with pytest.raises(ConfigError, match="no split of its own"):
-        make_boxes(split=PublishedSplit())
+    ids = boxes.prepared.ids
+    (tmp_path / "test.txt").write_text("\n".join(ids[:3]))
+    for rule, tested in ((ListedSplit(tmp_path / "test.txt"), ids[:3]), (R2n2Split(), ids[8:])):
+        module = make_boxes(split=rule, val_fraction=0)
+        train = tuple(i for i in ids if i not in {*module.bank.ids, *tested})
+        assert module.split == (train, (), tested)
 
 
 def test_a_rule_is_told_what_there_is(make_boxes, monkeypatch):
@@ -597,6 +594,37 @@ def test_a_rule_is_told_what_there_is(make_boxes, monkeypatch):
     split = make_boxes(split=rule).split
     assert seen == [SplitInput("box", tuple(published), (), published)]
     assert {i for i in split.val if published[i] == "val"} == set(split.val) != set()
+
+
+@pytest.mark.parametrize("hold_out", [None, 4])
+def test_templates_are_chosen_from_what_is_not_tested_on(make_boxes, hold_out):
+    seen = []
+
+    def first(prepared, count):
+        seen.append(prepared.ids)
+        return prepared.ids[:count]
+
+    rule = {f"b{k:02d}": "train" if k > 3 else "test" for k in range(9)}  # nothing is said of b09
+    module = make_boxes(split=lambda _: rule, template_strategy=first, hold_out=hold_out)
+    assert seen == [tuple(f"b{k:02d}" for k in range(4, 10))]
+    assert module.bank.ids == ("b04", "b05")
+    assert module.split.test == ("b00", "b01", "b02", "b03")
+    assert set(module.split.train + module.split.val) == {
+        f"b{k:02d}" for k in range(4 + (hold_out or 2), 9)
+    }
+    with pytest.raises(DataError, match=r"holds only 6 shapes to choose from, and 4 that are"):
+        make_boxes(split=lambda _: rule, hold_out=7)
+
+
+def test_outliers_may_be_left_out(make_boxes, monkeypatch):
+    whole = make_boxes()
+    odd = {subset[0] for subset in (whole.split.train, whole.split.test, whole.bank.ids)}
+    table = np.array([shape_id in odd for shape_id in whole.prepared.ids])
+    monkeypatch.setattr(ShapeDistances, "outlying", lambda found: (table, np.ones(len(table))))
+    without = make_boxes(drop_outliers=True)
+    assert not odd & {*without.bank.ids, *(i for subset in without.split for i in subset)}
+    assert set(without.split.test) == set(whole.split.test) - odd
+    assert len(without.bank) + sum(map(len, without.split)) == 7
 
 
 def test_without_shapes_to_validate_on_there_is_no_validation(make_boxes):

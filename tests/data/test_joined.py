@@ -11,7 +11,7 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.strategies import ListedStrategy, diverse_templates
+from ffd_lightning.data.templates.strategies import diverse_templates
 from ffd_lightning.errors import DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 
@@ -125,15 +125,6 @@ def test_batches_are_gathered_from_all_members(data_root):
     gathered = joint.train_dataloader().dataset
     points = resident.batch(gathered.indices[1]).target_points
     assert torch.equal(points, gathered[1].target_points)
-
-
-def test_the_templates_file_may_name_the_category(members, data_root, tmp_path):
-    for name, member in zip(NAMES, members, strict=True):
-        (tmp_path / f"{name}.txt").write_text("\n".join(member.ids[3:6]))
-    strategy = ListedStrategy(tmp_path / "{category}.txt")
-    joint = module(data_root, num_templates=2, template_strategy=strategy)
-    expected = (f"{n}/{m.ids[3]}" for n, m in zip(NAMES, members, strict=True))
-    assert joint.bank.ids == tuple(expected)
 
 
 def test_each_shape_knows_the_templates_of_its_category(joined, members):

@@ -1,5 +1,3 @@
-import json
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,8 +6,8 @@ from ffd_lightning.data.splits import (
     AutoSplit,
     HashSplit,
     ListedSplit,
-    PublishedSplit,
     R2n2Split,
+    Split,
     SplitInput,
     make_split,
 )
@@ -22,7 +20,7 @@ def shapes(ids, published=None, rejected=(), category="chair"):
 
 def split_ids(ids, fraction, exclude=(), val_fraction=0.0):
     ids = list(ids)
-    return make_split(ids, HashSplit(fraction)(shapes(ids)), exclude, val_fraction)
+    return make_split(ids, HashSplit(fraction)(shapes(ids)), val_fraction).without(exclude)
 
 
 IDS = [f"table-{i:06d}" for i in range(5000)]
@@ -83,10 +81,10 @@ def test_validation_takes_from_the_training_shapes_alone():
 def test_published_validation_shapes_are_the_ones_that_are_used():
     """Also where only some of them are there: the hash adds none."""
     published = {"a": "train", "b": "train", "c": "val", "d": "test", "e": "val"}
-    split = make_split("abcde", PublishedSplit()(shapes("abcde", published)), (), 0.9)
+    split = make_split("abcde", AutoSplit()(shapes("abcde", published)), 0.9)
     assert split == (("a", "b"), ("c", "e"), ("d",))
-    assert make_split("abcde", published, exclude="ce", val_fraction=0.9).val == ()
-    assert make_split("abd", published, (), 0.9) == (("a", "b"), (), ("d",))
+    assert split.without("ce").val == ()
+    assert make_split("abd", published, 0.9) == (("a", "b"), (), ("d",))
 
 
 def test_templates_are_in_no_subset():
@@ -103,13 +101,8 @@ def test_3d_r2n2_takes_the_first_four_fifths_of_the_sorted_ids():
     ids = [f"{i:03d}" for i in range(11)]
     subsets = R2n2Split()(shapes(["007", *ids[:2:-1]], rejected=ids[:3]))
     assert [i for i in ids if subsets[i] == "train"] == ids[:8]  # int(8.8)
-    split = make_split(set(ids) - {"003", "009"}, subsets, exclude={"000"})
+    split = make_split(set(ids) - {"003", "009"}, subsets).without({"000"})
     assert split == (tuple(i for i in ids[1:8] if i != "003"), (), ("008", "010"))
-
-
-def test_the_published_split_must_be_there():
-    with pytest.raises(ConfigError, match="no split of its own: use split=hash"):
-        PublishedSplit()(shapes("ab"))
 
 
 def test_the_automatic_rule_takes_the_published_split_where_there_is_one():
@@ -121,6 +114,22 @@ def test_the_automatic_rule_takes_the_published_split_where_there_is_one():
     assert AutoSplit()(shapes(IDS)) == HashSplit(0.8)(shapes(IDS)) != by_hash
 
 
+@pytest.mark.parametrize("fraction", [-0.1, 0, 1, 1.5])
+def test_fractions_that_leave_a_subset_out_are_refused(fraction):
+    for rule in (HashSplit, AutoSplit):
+        with pytest.raises(ConfigError, match=r"split.train_fraction=.* between 0 and 1"):
+            rule(fraction)
+    if fraction:
+        with pytest.raises(ConfigError, match=r"split.val_fraction=.* in \[0, 1\)"):
+            make_split("ab", {"a": "train", "b": "test"}, fraction)
+
+
+def test_subsets_of_few_shapes_are_told():
+    subsets = tuple(tuple(IDS[k : k + n]) for k, n in ((0, 10), (10, 1), (20, 6)))
+    assert "only 10 to train on, 1 to validate on and 6 to test on" in Split(*subsets).warning()
+    assert Split(IDS[:10], (), IDS[20:30]).warning() == "", "no validation may be meant"
+
+
 FORMS = {
     "ids.txt": "c\nd\n\n",
     "synset.txt": "03001627/c\n03001627/d/\n",
@@ -128,19 +137,17 @@ FORMS = {
     "plain.csv": "a,train\nb,train\nc,test\nd,test\n",
     "all.csv": "id,synsetId,subSynsetId,modelId,split\n1,3001627,0,a,train\n2,3001627,0,b,train\n"
     "3,3001627,0,c,test\n4,3001627,0,d,test\n5,4379243,0,a,test\n",
-    "split.json": '{"train": ["a", "b"], "test": ["c", "03001627/d"], "val": ["e"]}',
-    "nested.json": '{"03001627": {"train": ["a", "b"], "test": ["c", "d"]}, "04379243": {}}',
     "folder": {"03001627/train.lst": "a\nb", "03001627/test.lst": "c\nd", "train.lst": "d"},
     "flat": {"train.txt": "a b", "val.txt": "e", "test.txt": "c d"},
-    "partnet": {
-        "shuffled_train_file_list.json": '["shape_data/03001627/a", "shape_data/03001627/b"]',
-        "shuffled_test_file_list.json": '["shape_data/03001627/c", "shape_data/03001627/d",'
-        ' "shape_data/04379243/a"]',
+    "unions": {
+        **{"train.lst": "a\nb", "test.lst": "c\nd", "trainval.lst": "a\nb\ne"},
+        **{"train_val.lst": "a\nb\ne", "latest.txt": "a\nb"},
     },
+    "shape_id.csv": "shape_id, split\na, train\nb, train\nc, test\nd, test\n",
 }
 
 
-NAME_VAL = ("parts.txt", "split.json", "flat")
+NAME_VAL = ("parts.txt", "flat")
 
 
 @pytest.mark.parametrize("name", FORMS)
@@ -160,16 +167,9 @@ def test_shapes_that_a_list_does_not_name_are_left_out(tmp_path, caplog):
     caplog.set_level("INFO")
     (tmp_path / "s.txt").write_text(FORMS["parts.txt"])
     subsets = ListedSplit(tmp_path / "s.txt")(shapes("abcdefg"))
-    split = make_split("abcdefg", subsets, exclude="a", val_fraction=0.9)
+    split = make_split("abcdefg", subsets, val_fraction=0.9).without("a")
     assert split == (("b",), ("e",), ("c", "d"))
     assert "left out: 2 shapes that the split does not name" in caplog.text
-
-
-def test_a_list_may_be_of_the_category_by_name(tmp_path):
-    lists = {"mug": {"train": ["a"], "test": ["b"]}, "jar": {"train": ["b"], "test": ["a"]}}
-    (tmp_path / "s.json").write_text(json.dumps(lists))
-    subsets = ListedSplit(tmp_path / "s.json")(shapes("ab", category="jar"))
-    assert subsets == {"a": "test", "b": "train"}
 
 
 @pytest.mark.parametrize(
@@ -178,9 +178,9 @@ def test_a_list_may_be_of_the_category_by_name(tmp_path):
         ("s.txt", "", "lists no shapes of chair"),
         ("s.txt", "a train\nb dev\n", "'dev' for one of train, val, test"),
         ("s.txt", "a train\nb\n", "cannot be read"),
-        ("s.json", "[1, 2", "cannot be read"),
-        ("s.json", "[1, 2]", "cannot be read"),
         ("s.csv", "id,synsetId,split\na,04379243,train\n", "lists no shapes of chair"),
+        ("s.csv", "name,split\na,train\n", "needs the columns .* shape_id.*, and has name, split"),
+        ("s.csv", "id,subset\na,train\n", "needs the columns `split` and .*, and has id, subset"),
     ],
 )
 def test_lists_that_cannot_be_used(tmp_path, name, text, message):

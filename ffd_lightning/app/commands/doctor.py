@@ -26,8 +26,12 @@ from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.step_time import training_times
 from ffd_lightning.app.studies.categories import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.preparation.survey import TRIAL, Finding, examine
 from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.splits import AutoSplit, SplitInput, make_split
+from ffd_lightning.data.templates.summary import outlier_note, outlier_rows
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.parallel import available_cores
 from ffd_lightning.terminal import duration, table_console
@@ -122,22 +126,6 @@ def _summary(cfg: DoctorConfig, source: Source, findings: list[Finding]) -> list
                 f"of the paper's 13 categories there are not: {say_absent(source, absent)}. "
                 f"The study paper_table then needs category={left}"
             )
-        lines += _neighbours(cfg)
-    return lines
-
-
-def _neighbours(cfg: DoctorConfig) -> list[str]:
-    """Return what lies beside the shapes and could be used."""
-    root = Path(str(cfg.data.root)).expanduser()
-    tops = [root, root.absolute().parent]
-    lines = []
-    for top in tops:
-        if cfg.data.images.value == "render" and (top / "ShapeNetRendering").is_dir():
-            lines.append(f"3D-R2N2's renderings are there: data.images=r2n2 data.images_root={top}")
-        if cfg.data.parts_root is None:
-            for file in sorted(top.glob("*[pP]art[aA]nno*")):
-                if file.is_dir():
-                    lines.append(f"part annotations are there: data.parts_root={file}")
     return lines
 
 
@@ -167,7 +155,28 @@ def _examined(cfg: DoctorConfig, name: str) -> Finding:
     """Look at one category, and draw it."""
     (one,) = build_preparations(replace(cfg, category=CategoryConfig(name=name)))
     sheet = None if cfg.sheets is None else Path(cfg.sheets) / f"{cfg.data.name}-{name}.png"
-    return examine(one, cfg.data.name == "shapenet", sheet)
+    finding = examine(one, cfg.data.name == "shapenet", sheet)
+    if not finding.problem:
+        notes = (*finding.survey.notes, *_split_notes(one, finding))
+        finding.survey = replace(finding.survey, notes=notes)
+    return finding
+
+
+def _split_notes(preparation: Preparation, finding: Finding) -> list[str]:
+    """Return whether there are shapes enough, and which of those prepared are outliers."""
+    if finding.prepared:
+        prepared = PreparedSet.open(finding.prepared)
+        ids, note = prepared.ids, outlier_note(prepared, outlier_rows(prepared))
+    else:
+        ids, note = tuple(preparation.source.shape_ids(finding.name)), ""
+        ids = tuple(i for i in ids if i not in finding.survey.faults)
+    published = preparation.source.split(finding.name)
+    try:
+        split = make_split(ids, AutoSplit()(SplitInput(finding.name, ids, (), published)), 0.1)
+        few = split.warning()
+    except DataError as error:
+        few = str(error)
+    return [*([f"by the default split {few}"] if few else []), *([note] if note else [])]
 
 
 def main(arguments: Sequence[str]) -> int:

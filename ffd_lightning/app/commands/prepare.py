@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 
 from ffd_lightning.app.config import PrepareConfig
@@ -26,6 +27,9 @@ def prepare(cfg: PrepareConfig) -> None:
 
     validate(cfg)
     from ffd_lightning.app.build import build_preparations
+    from ffd_lightning.data.templates.summary import outlier_note, outlier_rows
 
     for preparation in build_preparations(cfg):
-        preparation.run()
+        prepared = preparation.run()
+        if note := outlier_note(prepared, outlier_rows(prepared)):
+            print(f"{preparation.category}: {note}", file=sys.stderr)

@@ -73,6 +73,10 @@ class MobileNet:
                 "encoder.weights: Keras' files need h5py: pip install 'ffd_lightning[keras]'"
             )
 
+    def checkpoint(self) -> Path | None:
+        """Return the checkpoint that the first weights are of, None where there is none."""
+        return pretrained_model() if _is_embedded(self.weights) else None
+
 
 @register("encoder", "mobilenet", MobileNet)
 def mobilenet(

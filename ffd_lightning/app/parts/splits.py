@@ -8,6 +8,7 @@ from pathlib import Path
 from omegaconf import MISSING
 
 from ffd_lightning.app.parts.lazy import class_part
+from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.errors import ConfigError
 
 
@@ -23,8 +24,7 @@ class Hash:
 
     def check(self) -> None:
         """Raise ConfigError where it cannot work."""
-        if not 0 < self.train_fraction < 1:
-            raise ConfigError("split.train_fraction must lie between 0 and 1")
+        HashSplit(self.train_fraction)
 
 
 class_part("split", "hash", Hash, "ffd_lightning.data.splits:HashSplit")
@@ -57,20 +57,12 @@ class_part("split", "r2n2", R2n2, "ffd_lightning.data.splits:R2n2Split")
 
 
 @dataclass
-class Published:
-    """The data set's own, and nothing else."""
-
-
-class_part("split", "published", Published, "ffd_lightning.data.splits:PublishedSplit")
-
-
-@dataclass
 class Listed:
     """Read from a file.
 
     Attributes:
-        file: ids to test on, `<id> <subset>` lines, ShapeNet's all.csv, JSON, or a folder of
-            train.lst, val.lst, test.lst.
+        file: ids to test on, `<id> <subset>` lines, a CSV such as ShapeNet's all.csv, or a folder
+            of train.lst, val.lst, test.lst.
     """
 
     file: str = MISSING

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.candidates import Candidates
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.progress import CountProgress
 
@@ -59,6 +60,11 @@ class ShapeDistances:
         """Return `outlying` of the shapes."""
         return outlying(self.table, self.same)
 
+    def among(self, places: Sequence[int]) -> ShapeDistances:
+        """Return the distances between some of the shapes, which are then all there is."""
+        own = list(places)
+        return ShapeDistances(np.arange(len(own)), self.points[own], self.table[np.ix_(own, own)])
+
 
 def spread_rows(count: int, size: int) -> NDArray[np.int64]:
     """Return `size` rows, evenly spread over `count`; all where there are no more."""
@@ -75,6 +81,8 @@ def shape_distances(prepared: PreparedSet, at_least: int = 0) -> ShapeDistances:
         prepared: a set of one category.
         at_least: look at so many, if there are.
     """
+    if isinstance(prepared, Candidates) and len(prepared.whole) <= CANDIDATES:
+        return shape_distances(prepared.whole).among(prepared.rows)
     size = min(len(prepared), max(CANDIDATES, at_least))
     key = (str(prepared.path), prepared.manifest.get("sha256"), size)
     if key not in _known:

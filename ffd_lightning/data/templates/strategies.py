@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import logging
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from jaxtyping import Float
 
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.candidates import Candidates, whole_set
 from ffd_lightning.data.templates.coverage import (
     CANDIDATES,
     POINTS,
@@ -29,40 +30,49 @@ log = logging.getLogger(__name__)
 _SPREAD = 16
 
 TemplateStrategy = Callable[[PreparedSet, int], Sequence[str]]
-"""From a prepared set of one category, and how many are wanted, to as many ids of it."""
+"""From the shapes of a category to choose from, and how many are wanted, to as many ids."""
 
 
 def choose_templates(
-    strategy: TemplateStrategy, prepared: PreparedSet, count: int
+    strategy: TemplateStrategy, prepared: PreparedSet, count: int, exclude: Collection[str] = ()
 ) -> tuple[str, ...]:
     """Choose template ids from a prepared set, and check what was chosen.
 
+    The strategy is given the shapes that are not excluded as a set. Lists, the paper's and a
+    user's, may name any shape of the set.
+
     Args:
         strategy: how to choose.
-        prepared: the shapes to choose from.
+        prepared: the shapes of a category.
         count: how many, T.
+        exclude: ids not to choose from: those to test on.
 
     Raises:
-        ConfigError: the strategy cannot choose so many, or chose what the set does not hold.
-        DataError: fewer shapes than templates.
+        ConfigError: the strategy cannot choose so many, chose a shape twice, or chose what the set
+            does not hold.
+        DataError: fewer shapes to choose from than templates.
     """
-    if count > len(prepared):
+    candidates = Candidates.without(prepared, exclude) if exclude else prepared
+    if count > len(candidates):
         raise DataError(
-            f"{count} templates asked for, but {prepared.path} holds only {len(prepared)} shapes: "
-            "choose fewer (templates=t1 ... t30) or prepare more shapes"
+            f"{count} templates asked for, but {prepared.path} holds only {len(candidates)} shapes "
+            f"to choose from, and {len(prepared) - len(candidates)} that are tested on or left "
+            "out: choose fewer (templates=t1 ... t30), prepare more shapes or change the split"
         )
-    chosen = strategy(prepared, count)
+    chosen = strategy(candidates, count)
     if not isinstance(chosen, Iterable):
         raise ConfigError(
             f"the template strategy must choose {count} shapes of the set, and gives a "
             f"{type(chosen).__name__}"
         )
-    ids = tuple(chosen)
-    unknown = sorted(set(ids) - set(prepared.ids))
-    if unknown or len(set(ids)) != count:
-        wrong = f"{unknown[0]!r} is not in {prepared.path}" if unknown else f"{len(set(ids))} ids"
+    templates = tuple(chosen)
+    unknown = sorted(set(templates) - set(prepared.ids))
+    if unknown or not len(templates) == len(set(templates)) == count:
+        wrong = f"it gives {len(templates)} ids, {len(set(templates))} different ones"
+        if unknown:
+            wrong = f"{unknown[0]!r} is not in {prepared.path}"
         raise ConfigError(f"the template strategy must choose {count} shapes of the set: {wrong}")
-    return ids
+    return templates
 
 
 class RandomStrategy:
@@ -113,7 +123,8 @@ def paper_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
         raise ConfigError(
             f"template_strategy=paper: the paper has no templates for {category}; use medoids"
         )
-    wanted, held = known[:count], set(prepared.ids)
+    whole = whole_set(prepared)
+    wanted, held = known[:count], set(whole.ids)
     absent = [i for i in wanted if i not in held]
     if absent:
         log.warning(
@@ -124,7 +135,7 @@ def paper_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
             ", ".join(absent),
         )
     # The paper's further templates are not used up, unless there is hardly anything else.
-    enough = len(held.difference(known)) >= count - len(wanted) + len(absent)
+    enough = len(set(prepared.ids).difference(known)) >= count - len(wanted) + len(absent)
     spared = known if enough else wanted
     chosen: list[str] = []
     for k in range(count):
@@ -157,44 +168,36 @@ class ListedStrategy:
         Raises:
             ConfigError: the file is missing, too short, or names shapes that the set lacks.
         """
-        text = _read(self._path(prepared))
-        return self._first(
-            [line.split("#")[0].strip() for line in text.splitlines()], prepared, count
-        )
-
-    def _path(self, prepared: PreparedSet) -> Path:
-        return Path(str(self.file).replace("{category}", _category(prepared))).expanduser()
-
-    def _first(self, column: Sequence[str], prepared: PreparedSet, count: int) -> tuple[str, ...]:
-        file = self._path(prepared)
-        ids = list(dict.fromkeys(i for i in column if i))
+        file = Path(str(self.file).replace("{category}", _category(prepared))).expanduser()
+        ids = list(dict.fromkeys(i for i in self._column(_read(file), file) if i))
         if len(ids) < count:
             raise ConfigError(
                 f"template_strategy.file={file} lists {len(ids)} ids, {count} are needed"
             )
-        unknown = sorted(set(ids[:count]) - set(prepared.ids))
+        whole = whole_set(prepared)
+        unknown = sorted(set(ids[:count]) - set(whole.ids))
         if unknown:
             raise ConfigError(
                 f"template_strategy.file={file} names {len(unknown)} shapes that are not in "
-                f"{prepared.path}, the first {unknown[0]!r}"
+                f"{whole.path}, the first {unknown[0]!r}"
             )
         return tuple(ids[:count])
+
+    def _column(self, text: str, file: Path) -> list[str]:
+        return [line.split("#")[0].strip() for line in text.splitlines()]
 
 
 class RankingStrategy(ListedStrategy):
     """Takes the favourites of an earlier run: the first of its `template_ranking.csv`."""
 
-    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
-        """See `ListedStrategy`."""
-        file = self._path(prepared)
-        rows = list(csv.DictReader(_read(file).splitlines()))
+    def _column(self, text: str, file: Path) -> list[str]:
+        rows = list(csv.DictReader(text.splitlines()))
         if not rows or "id" not in rows[0]:
             raise ConfigError(
                 f"template_strategy.file={file} has no column `id`: give a run's "
                 "template_ranking.csv"
             )
-        column = [(row["id"] or "").strip() for row in rows]  # None where a row is short
-        return self._first(column, prepared, count)
+        return [(row["id"] or "").strip() for row in rows]  # None where a row is short
 
 
 def _read(file: Path) -> str:
@@ -215,27 +218,26 @@ def _medoids(
 ) -> tuple[str, ...]:
     """Choose so many more after the shapes `first` as `coverage.medoids` does, none of `spared`."""
     found = shape_distances(prepared, count + len(first))
-    rows = {shape_id: prepared.index(shape_id) for shape_id in first}
-    taken = [_distances(prepared, found, row) for row in rows.values()]
-    held = set(prepared.ids)
-    barred = [*rows.values(), *(prepared.index(i) for i in spared if i in held)]
+    ids = [prepared.ids[row] for row in found.rows]
+    taken = [
+        found.table[ids.index(i)] if i in ids else _distances(prepared, found, i) for i in first
+    ]
+    barred = {*first, *spared}
     chosen = medoids(
         found,
         count,
-        np.flatnonzero(np.isin(found.rows, barred)).tolist(),
+        [place for place, shape_id in enumerate(ids) if shape_id in barred],
         np.min(taken, axis=0) if taken else None,
     )
-    return tuple(prepared.ids[found.rows[place]] for place in chosen)
+    return tuple(ids[place] for place in chosen)
 
 
 def _distances(
-    prepared: PreparedSet, found: ShapeDistances, row: int
+    prepared: PreparedSet, found: ShapeDistances, shape_id: str
 ) -> Float[np.ndarray, " candidates"]:
-    """Return how far any shape of the set is from those that were looked at."""
-    place = np.flatnonzero(found.rows == row)
-    if len(place):
-        return found.table[place[0]]
-    cloud = torch.from_numpy(prepared.cloud(row, POINTS))
+    """Return how far any shape of the whole set is from those that were looked at."""
+    whole = whole_set(prepared)
+    cloud = torch.from_numpy(whole.cloud(whole.index(shape_id), POINTS))
     return chamfer_distance(cloud, found.points, "mean").numpy()
 
 

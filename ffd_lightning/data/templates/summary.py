@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,8 @@ from ffd_lightning.data.templates.coverage import (
 from ffd_lightning.geometry.chamfer import chamfer_distance
 
 Row = dict[str, Any]
+
+_NAMED = 3
 
 
 def template_rows(prepared: PreparedSet, bank: TemplateBank) -> tuple[list[Row], float]:
@@ -69,9 +72,8 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
         A row for each, the strangest first: `id`, and `times_usual`, by what factor the third
         nearest other is farther off than is usual in the set.
     """
-    members = prepared.members if isinstance(prepared, JoinedSet) else (prepared,)
     result: list[Row] = []
-    for member in members:
+    for member in _members(prepared):
         found = shape_distances(member)
         outlier, factor = found.outlying()
         prefix = f"{member.category(0)}/" if isinstance(prepared, JoinedSet) else ""
@@ -79,3 +81,27 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
             shape_id = prefix + member.ids[found.rows[k]]
             result.append({"id": shape_id, "times_usual": round(float(factor[k]), 2)})
     return sorted(result, key=lambda row: -row["times_usual"])
+
+
+def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = False) -> str:
+    """Return in words what `outlier_rows` has named, and what can be done, "" where it is nothing.
+
+    Args:
+        prepared: the set.
+        rows: of its outliers.
+        dropped: they are left out already.
+    """
+    if not rows:
+        return ""
+    looked_at = sum(min(len(member), CANDIDATES) for member in _members(prepared))
+    named = ", ".join(str(row["id"]) for row in rows[:_NAMED])
+    more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
+    return (
+        f"{len(rows)} of {looked_at} shapes are like nothing else in their category: "
+        f"{named}{more}; {'they are left' if dropped else 'split.drop_outliers=true leaves them'} "
+        "out of training and tests"
+    )
+
+
+def _members(prepared: PreparedSet) -> Sequence[PreparedSet]:
+    return prepared.members if isinstance(prepared, JoinedSet) else (prepared,)
