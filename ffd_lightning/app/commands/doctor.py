@@ -146,8 +146,7 @@ def _check_level(root: Path, counts: list[int]) -> None:
     if len(counts) > 3 and sum(count > 1 for count in counts) <= len(counts) // 10:
         raise ConfigError(
             f"data.root={root} seems to be the folder of one category: it has {len(counts)} "
-            f"folders of one shape each. Set data.root={root.parent}, and for this category alone "
-            f"category=custom category.name={root.name}"
+            f"folders of one shape each. Set data.root={root.absolute().parent}"
         )
 
 

@@ -153,10 +153,10 @@ class FolderSource:
         for name in names:
             if name in found:
                 return self.root / name
-        if self.root.name in names:
+        if self.root.absolute().name in names:
             raise DataError(
                 f"{self.root} is the folder of one category, and data.root that of all: set "
-                f"data.root={self.root.parent}"
+                f"data.root={self.root.absolute().parent}"
             )
         by_synset = {synset: f"{name} ({synset})" for name, synset in SYNSETS.items()}
         there = ", ".join(by_synset.get(name, name) for name in found) or "nothing"
