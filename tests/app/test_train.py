@@ -253,10 +253,8 @@ def test_a_damaged_checkpoint_is_named(tiny_config, tmp_path):
 
 def test_one_run_is_trained_by_one_process(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
-    lock = run.lock()
-    with pytest.raises(ConfigError, match="another process"):
+    with run.lock(), pytest.raises(ConfigError, match="another process"):
         train(tiny_config(), run)
-    lock.release()
 
 
 def command(tmp_path, data_root, *arguments):
