@@ -6,10 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+import torch
 from omegaconf import OmegaConf
 
 from ffd_lightning import registry
-from ffd_lightning.app.build import build_network, build_objective
+from ffd_lightning.app.build import build_module, build_network, build_objective
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import (
     Annealing,
@@ -78,6 +79,23 @@ def test_the_paper_schedule_brings_the_papers_momentum():
     assert typed("schedule=paper", "network.batch_norm_momentum=0.2").network.hidden == 512
     given = typed("network.batch_norm_momentum=0.2", "schedule=paper")
     assert given.network.batch_norm_momentum == 0.2, "what is given counts, wherever it stands"
+
+
+@pytest.mark.parametrize("decay", LearningRateDecay)
+def test_the_learning_rate_can_be_had_for_any_number_of_steps(decay):
+    cfg = typed(f"schedule.learning_rate_decay={decay.name}", "schedule.learning_rate=0.5")
+    make = build_module(cfg, build_network(cfg), {}).make_scheduler
+    assert (make is None) == (decay is LearningRateDecay.none)
+    for steps in range(1, 40) if make else ():
+        optimizer = torch.optim.SGD([torch.zeros(1, requires_grad=True)], lr=0.5)
+        schedule, rates = make(optimizer, steps), []
+        for _ in range(steps):
+            rates += schedule.get_last_lr()
+            optimizer.step()
+            schedule.step()
+        assert 0 < min(rates) <= max(rates) <= 0.5
+        fall = rates[rates.index(max(rates)) :]
+        assert fall == sorted(fall, reverse=True)
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,9 @@ def run_study(request: Request) -> int:
         from ffd_lightning.app.studies.search import run_search
 
         trials = study.search.quick_trials if request.quick else study.search.trials
-        code = run_search(study.search, trials, folder, sweeps[0], lambda x: train([*x, *request.options]))
+        code = run_search(
+            study.search, trials, folder, sweeps[0], lambda x: train([*x, *request.options])
+        )
     else:
         code = _run_stages([[*sweep, *request.options] for sweep in sweeps])
     from ffd_lightning.app.sweep_summary import print_beside_paper, report_quietly
