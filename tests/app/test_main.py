@@ -207,6 +207,8 @@ def test_a_command_that_needs_no_setting_runs_without(monkeypatch, capsys):
         (["figures", "figure=voxels", "runs=[a", "number=3"], "runs=[a cannot be used"),
         (["status", "/no/such"], "no run in /no/such"),
         (["shapes", "categories=[tabel]"], "no category 'tabel': "),
+        (["report", "x", "gallery=-1"], "gallery=-1 must be 0 or more"),
+        (["figures", "figure=overview", "runs=x", "size=1"], "size=1 must lie in [64, 2048]"),
         (["figures", "figure=ovrview", "x"], "figure=ovrview: choose one of method, overview"),
     ],
 )
