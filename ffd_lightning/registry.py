@@ -18,8 +18,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from types import ModuleType
-from typing import Any, TypeVar, get_type_hints
+from types import ModuleType, NoneType, UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from ffd_lightning.errors import ConfigError
 
@@ -132,7 +132,24 @@ def plain(value: Any) -> Any:
 
 
 def _typed(hint: Any, value: Any) -> Any:
-    """Return the value of which `plain` made a word."""
+    """Return the value of which `plain` made words.
+
+    Raises:
+        LookupError: a setting, or a word of an Enum, that there is not.
+    """
+    inner = [kind for kind in get_args(hint) if kind not in (NoneType, Ellipsis)]
+    if value is None:
+        return None
+    if get_origin(hint) in (Union, UnionType):
+        return _typed(inner[0], value) if len(inner) == 1 else value
+    if isinstance(value, list) and inner:
+        each = inner if len(inner) == len(value) else inner[:1] * len(value)
+        return [_typed(kind, one) for kind, one in zip(each, value, strict=True)]
+    if isinstance(value, dict) and inner:
+        return {_typed(inner[0], key): _typed(inner[1], one) for key, one in value.items()}
+    if isinstance(value, dict) and dataclasses.is_dataclass(hint):
+        hints = get_type_hints(hint)
+        return hint(**{name: _typed(hints[name], one) for name, one in value.items()})
     if isinstance(hint, type) and isinstance(value, str):
         if issubclass(hint, Enum):
             return hint[value]
@@ -161,13 +178,21 @@ class Part:
         """Build it again, without what only decides first weights.
 
         Raises:
-            ConfigError: the package that it came from is not here.
+            ConfigError: the package that it came from is not here, or does not know a setting.
         """
         entry = get(self.kind, self.name, {part_key(self.kind, self.name): self.provider})
         first = [f.name for f in dataclasses.fields(entry.settings) if f.metadata.get(_START)]
-        known = {f.name for f in dataclasses.fields(entry.settings)} - set(first)
-        hints = get_type_hints(entry.settings)
-        own = {k: _typed(hints[k], value) for k, value in self.settings.items() if k in known}
+        hints, own = get_type_hints(entry.settings), {}
+        for name in sorted(set(self.settings) - set(first)):
+            value = self.settings[name]
+            try:
+                own[name] = _typed(hints[name], value)
+            except LookupError:
+                raise ConfigError(
+                    f"the {_words(self.kind)} {self.name!r} was built with {name}={value}, which "
+                    f"{entry.provider} does not know here: install the version that built it "
+                    f"({self.provider})"
+                ) from None
         return entry.make(entry.settings(**own), **context)
 
 
