@@ -340,11 +340,9 @@ class DoctorConfig(PrepareConfig):
 
     Attributes:
         sheets: folder of the pictures, one of each category; null for none.
-        timing: measures a training step, to tell how long runs and the paper's table will take.
     """
 
     sheets: str | None = "${paths.data}/sheets"
-    timing: bool = True
 
 
 @dataclass

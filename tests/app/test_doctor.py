@@ -25,8 +25,7 @@ def examine(tmp_path, capsys):
     """Return a function from overrides to exit code and lines."""
 
     def run(*overrides):
-        fast = ["timing=false", f"paths.data={tmp_path}/data"]
-        code = doctor.main([*SMALL, *fast, *overrides])
+        code = doctor.main([*SMALL, f"paths.data={tmp_path}/data", *overrides])
         return code, capsys.readouterr().out.splitlines()
 
     return run
@@ -176,7 +175,7 @@ def test_it_is_a_command(tmp_path):
         (here, ["data=shapenet"], 1, "these settings must be given: data.root=..."),
         (
             process,
-            ["data=shapenet", f"data.root={tmp_path}", "timing=false"],
+            ["data=shapenet", f"data.root={tmp_path}"],
             0,
             "1 of 1 tried are",
         ),
