@@ -23,10 +23,6 @@ from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 from benchmarks.timing import Row
 from ffd_lightning.analysis.wording import measure_title
 from ffd_lightning.app.commands.train import train_command
-from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import compose_config
-from ffd_lightning.app.schema import typed_config
-from ffd_lightning.app.step_time import seconds_per_step, training_device
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.palette import COLORS
 from ffd_lightning.run_folder import RunFolder
@@ -40,6 +36,7 @@ _ALWAYS = (
     "evaluation.references=false",
     "callbacks.report=false",
 )
+_TIMED_STEPS = 20
 _KEPT = ("effective_templates", "folded", "stretch_95", "bending", "num_samples")
 _MEASURES = PaperProtocol().measures
 
@@ -144,8 +141,23 @@ def _train(trial: Trial, times: dict[tuple[str, ...], float]) -> bool:
         steps = int(trial.folder.settings["schedule"]["steps"])
     else:
         if trial.overrides not in times:
-            times[trial.overrides] = _seconds_per_step(trial.overrides)
+            seconds = _seconds_per_step(trial)
+            if seconds is None:
+                return False
+            times[trial.overrides] = seconds
         steps = max(2, round(trial.asked / times[trial.overrides]))
+    return _run(trial, trial.folder, steps)
+
+
+def _seconds_per_step(trial: Trial) -> float | None:
+    """Return what a step takes in a run of a few steps, None where that run fails."""
+    folder = RunFolder(trial.folder.path.parents[1] / "timing")
+    if not _run(trial, folder, _TIMED_STEPS):
+        return None
+    return float(folder.status["summary"]["seconds_per_step"])
+
+
+def _run(trial: Trial, folder: RunFolder, steps: int) -> bool:
     command = [
         *train_command(),
         *_ALWAYS,
@@ -153,15 +165,9 @@ def _train(trial: Trial, times: dict[tuple[str, ...], float]) -> bool:
         *trial.overrides,
         f"schedule.steps={steps}",
         f"seed={trial.seed}",
-        f"hydra.run.dir='{trial.folder.path}'",
+        f"hydra.run.dir='{folder.path}'",
     ]
     return subprocess.run(command, check=False).returncode == 0
-
-
-def _seconds_per_step(overrides: Sequence[str]) -> float:
-    composed = compose_config("train", TrainConfig, overrides)
-    cfg = typed_config(composed, TrainConfig)
-    return seconds_per_step(cfg, training_device(cfg))
 
 
 def _point(trial: Trial) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import io
 import os
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -86,8 +86,8 @@ def put_on_disk(path: Path) -> None:
         os.close(descriptor)
 
 
-def lock_folder(folder: Path, taken: str) -> FileLock:
-    """Take a folder for this process (a context manager); freed however the process ends.
+def lock_folder(folder: Path, taken: str) -> AbstractContextManager[object]:
+    """Take a folder for this process until the context ends; freed however the process ends.
 
     Args:
         folder: made where it is missing.
@@ -99,10 +99,8 @@ def lock_folder(folder: Path, taken: str) -> FileLock:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        lock = FileLock(folder / ".lock")
-        lock.acquire(timeout=_GLANCE)
+        return FileLock(folder / ".lock").acquire(timeout=_GLANCE)
     except Timeout:
         raise ConfigError(taken) from None
     except OSError as error:
         raise DataError(f"cannot write the folder {folder}: {error}") from None
-    return lock

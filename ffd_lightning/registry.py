@@ -18,8 +18,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from types import ModuleType
-from typing import Any, TypeVar, get_type_hints
+from types import ModuleType, NoneType, UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from ffd_lightning.errors import ConfigError
 
@@ -37,7 +37,7 @@ KINDS: dict[str, str] = {
 }
 """Everything that can be replaced, and what it does."""
 
-_WHERE, _START, _MEANING = "only_where", "only_start", "meaning"
+_WHERE, _START, _MEANING, _WITHIN = "only_where", "only_start", "meaning", "within"
 
 ENTRY_POINTS = "ffd_lightning.plugins"
 """The group in which packages name their modules: `my_parts = "my_package.parts"`."""
@@ -54,6 +54,7 @@ def setting(
     only_where: bool = False,
     only_start: bool = False,
     meaning: Callable[[Any, Any], Any] | None = None,
+    within: str | None = None,
 ) -> Any:
     """Return a dataclass field that says more about a setting than its type and default.
 
@@ -66,8 +67,9 @@ def setting(
         meaning: returns what a value stands for, of the value and all settings beside it, where
             there are words for values, "none" for None, say, or a default follows from another
             setting: runs of one meaning are the same run, and parts are built with it.
+        within: the interval of a number, or of all numbers of a list: "[0, inf)", "(0, 1]".
     """
-    metadata = {_WHERE: only_where, _START: only_start, _MEANING: meaning}
+    metadata = {_WHERE: only_where, _START: only_start, _MEANING: meaning, _WITHIN: within}
     if factory is not dataclasses.MISSING:
         return dataclasses.field(default_factory=factory, metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
@@ -76,6 +78,34 @@ def setting(
 def is_only_where(field: dataclasses.Field[Any]) -> bool:
     """Tell whether a setting does not change what a run computes; see `setting`."""
     return bool(field.metadata.get(_WHERE))
+
+
+def range_problems(settings: Any, prefix: str = "") -> list[str]:
+    """Return what settings, and settings in them, have that is out of range; see `setting`.
+
+    Args:
+        settings: instance of a dataclass, or a mapping of those.
+        prefix: stands before the names.
+    """
+    if isinstance(settings, Mapping):
+        below = settings.items()
+        return [x for key, value in below for x in range_problems(value, f"{prefix}{key}.")]
+    found = []
+    for f in dataclasses.fields(settings) if dataclasses.is_dataclass(settings) else ():
+        value, within = getattr(settings, f.name), f.metadata.get(_WITHIN)
+        found += range_problems(value, f"{prefix}{f.name}.")
+        if within is None or value is None:
+            continue
+        low, high = within[1:-1].split(", ")
+        opens, closes = within[0] == "(", within[-1] == ")"
+        for number in value if isinstance(value, list | tuple) else (value,):
+            above = float(low) < number if opens else float(low) <= number
+            if not (above and (number < float(high) if closes else number <= float(high))):
+                bound = f"be above {low}" if opens else f"be {low} or more"
+                must = f"lie in {within}" if above or high != "inf" else bound
+                found.append(f"{prefix}{f.name}={plain(value)} must {must}")
+                break
+    return found
 
 
 def meant(settings: Any, field: dataclasses.Field[Any]) -> Any:
@@ -102,7 +132,24 @@ def plain(value: Any) -> Any:
 
 
 def _typed(hint: Any, value: Any) -> Any:
-    """Return the value of which `plain` made a word."""
+    """Return the value of which `plain` made words.
+
+    Raises:
+        LookupError: a setting, or a word of an Enum, that there is not.
+    """
+    inner = [kind for kind in get_args(hint) if kind not in (NoneType, Ellipsis)]
+    if value is None:
+        return None
+    if get_origin(hint) in (Union, UnionType):
+        return _typed(inner[0], value) if len(inner) == 1 else value
+    if isinstance(value, list) and inner:
+        each = inner if len(inner) == len(value) else inner[:1] * len(value)
+        return [_typed(kind, one) for kind, one in zip(each, value, strict=True)]
+    if isinstance(value, dict) and inner:
+        return {_typed(inner[0], key): _typed(inner[1], one) for key, one in value.items()}
+    if isinstance(value, dict) and dataclasses.is_dataclass(hint):
+        hints = get_type_hints(hint)
+        return hint(**{name: _typed(hints[name], one) for name, one in value.items()})
     if isinstance(hint, type) and isinstance(value, str):
         if issubclass(hint, Enum):
             return hint[value]
@@ -131,13 +178,21 @@ class Part:
         """Build it again, without what only decides first weights.
 
         Raises:
-            ConfigError: the package that it came from is not here.
+            ConfigError: the package that it came from is not here, or does not know a setting.
         """
         entry = get(self.kind, self.name, {part_key(self.kind, self.name): self.provider})
         first = [f.name for f in dataclasses.fields(entry.settings) if f.metadata.get(_START)]
-        known = {f.name for f in dataclasses.fields(entry.settings)} - set(first)
-        hints = get_type_hints(entry.settings)
-        own = {k: _typed(hints[k], value) for k, value in self.settings.items() if k in known}
+        hints, own = get_type_hints(entry.settings), {}
+        for name in sorted(set(self.settings) - set(first)):
+            value = self.settings[name]
+            try:
+                own[name] = _typed(hints[name], value)
+            except LookupError:
+                raise ConfigError(
+                    f"the {_words(self.kind)} {self.name!r} was built with {name}={value}, which "
+                    f"{entry.provider} does not know here: install the version that built it "
+                    f"({self.provider})"
+                ) from None
         return entry.make(entry.settings(**own), **context)
 
 
@@ -276,8 +331,8 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
     Keywords that are no settings of the entry are handed to its factory as they are.
 
     Raises:
-        ConfigError: no such entry, a setting that it does not have, one that is not given, or one
-            that the entry's own `check` refuses.
+        ConfigError: no such entry, a setting that it does not have, one that is not given, one that
+            is out of its range, or that the entry's own `check` refuses.
     """
     if kind not in KINDS:
         raise ConfigError(f"no kind {kind!r} of parts: use one of {_list(KINDS)}")
@@ -298,6 +353,8 @@ def part(kind: str, name: str, /, **settings: Any) -> Any:
     if absent:
         needs = ", ".join(f"{key}=..." for key in absent)
         raise ConfigError(f"{_words(kind)} {name!r} must be given {needs}")
+    if problems := range_problems(own):
+        raise ConfigError(f"{_words(kind)} {name!r}: {problems[0]}")
     check = getattr(own, "check", None)
     if check is not None:
         check()

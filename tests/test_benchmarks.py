@@ -90,7 +90,8 @@ def test_other_settings_or_lengths_are_other_runs(tmp_path):
 
 def test_recipes_become_points(tiny_config, data_root, tmp_path, monkeypatch, capfd):
     recipes = {"b": ["regime=b"], "broken": ["regime=none_of_them"]}
-    monkeypatch.setattr(quality, "_seconds_per_step", lambda _: 0.5)
+    timed = quality._seconds_per_step
+    monkeypatch.setattr(quality, "_seconds_per_step", lambda trial: timed(trial) and 0.5)
     settings = [*TINY, f"paths.data={data_root}", "split.val_fraction=0.2"]
     rows, files = quality.measure(recipes, settings, [2], [0], tmp_path)
     assert [row.note.split(":")[0] for row in rows][1] == "failed"

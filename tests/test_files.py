@@ -68,7 +68,8 @@ def test_files_and_folders_can_be_put_on_disk(tmp_path, monkeypatch):
 
 
 def test_a_folder_is_taken_once(tmp_path):
-    with lock_folder(tmp_path / "new", "taken"), pytest.raises(ConfigError, match="taken"):
+    lock = lock_folder(tmp_path / "new", "taken")  # kept: what is collected frees its file too
+    with lock, pytest.raises(ConfigError, match="taken"):
         lock_folder(tmp_path / "new", "taken")
     with lock_folder(tmp_path / "new", "taken"):
         pass

@@ -163,9 +163,9 @@ def _cosine(optimizer: Optimizer, steps: int) -> LRScheduler:
 
 def _one_cycle(optimizer: Optimizer, steps: int) -> LRScheduler:
     highest = [group["lr"] for group in optimizer.param_groups]
-    return OneCycleLR(
-        optimizer, highest, total_steps=steps, pct_start=_WARM_UP, cycle_momentum=False
-    )
+    # OneCycleLR divides by the steps of the warm-up less one; of fewer steps it makes no warm-up.
+    share = 0.0 if steps * _WARM_UP == 1 else _WARM_UP
+    return OneCycleLR(optimizer, highest, total_steps=steps, pct_start=share, cycle_momentum=False)
 
 
 _SCHEDULERS = {

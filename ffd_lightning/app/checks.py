@@ -24,7 +24,7 @@ def validate(cfg: PrepareConfig) -> None:
     if isinstance(cfg, TrainConfig):
         checks += [*_number_checks(cfg), *_regime_checks(cfg), *_template_checks(cfg)]
     problems = [message for wrong, message in checks if wrong]
-    problems += part_problems(cfg)
+    problems += setting_problems(cfg)
     if isinstance(cfg, TrainConfig):
         problems += [*_weights_problems(cfg), *device_problems(cfg)]
     if problems:
@@ -37,7 +37,9 @@ def encoder_problems(cfg: Any) -> list[str]:
     Args:
         cfg: what `train` reads, typed or as it was composed.
     """
-    return [*_own_problems("encoder", cfg.encoder.name, cfg.encoder), *_weights_problems(cfg)]
+    name, node = cfg.encoder.name, cfg.encoder
+    found = registry.range_problems(registry.get("encoder", name).own_settings(node), "encoder.")
+    return [*found, *_own_problems("encoder", name, node), *_weights_problems(cfg)]
 
 
 def device_problems(cfg: Any) -> list[str]:
@@ -76,9 +78,9 @@ def _weights_problems(cfg: Any) -> list[str]:
 _Checks = list[tuple[bool, str]]  # whether something is wrong, and what
 
 
-def part_problems(cfg: Any) -> list[str]:
-    """Return what parts say of their own settings: `check()`, where they have it, raises."""
-    return [
+def setting_problems(cfg: Any) -> list[str]:
+    """Return which settings are out of range, and what parts' own `check()` says of theirs."""
+    return registry.range_problems(cfg) + [
         problem
         for kind, node in _parts(cfg)
         for problem in _own_problems(kind, node.term if kind == "term" else node.name, node)
@@ -109,60 +111,21 @@ def _parts(cfg: Any) -> Iterator[tuple[str, Any]]:
 
 def _number_checks(cfg: TrainConfig) -> _Checks:
     schedule = cfg.schedule
-    templates, network = cfg.templates, cfg.network
-    positive = {
-        "schedule.steps": schedule.steps,
-        "schedule.num_points": schedule.num_points,
-        "schedule.learning_rate": schedule.learning_rate,
-        "schedule.offset_rate": schedule.offset_rate,
-        "schedule.annealing_steps": schedule.annealing_steps,
-        "schedule.val_every": schedule.val_every,
-        "schedule.checkpoint_every": schedule.checkpoint_every,
-        "templates.count": templates.count,
-        "templates.max_edge": templates.max_edge,
-        "network.bottleneck": network.bottleneck,
-        "network.hidden": network.hidden,
-        "network.offset_std": network.offset_std,
-        "logger.every": cfg.logger.every,
-        "trainer.jobs_per_gpu": cfg.trainer.jobs_per_gpu,
-    }
     return [
-        *_all_positive(positive),
-        (cfg.seed < 0, "seed must not be negative"),
-        (schedule.batch_size < 2, "schedule.batch_size must be 2 or more (batch norm needs it)"),
         (
             schedule.num_points > cfg.data.num_points,
             f"schedule.num_points={schedule.num_points} is more than "
             f"data.num_points={cfg.data.num_points}, the points kept per shape",
         ),
         (
-            network.seen_height is not None and network.seen_height < 32,
-            f"network.seen_height={network.seen_height} must be 32 or more, or null",
-        ),
-        (min(network.degrees) < 1, f"network.degrees={list(network.degrees)} must be 1 or more"),
-        (
-            not 0 < network.batch_norm_momentum <= 1,
-            "network.batch_norm_momentum must lie in (0, 1]",
-        ),
-        (not 0 <= cfg.split.val_fraction < 1, "split.val_fraction must lie in [0, 1)"),
     ]
 
 
-def _all_positive(values: dict[str, float]) -> _Checks:
-    return [(not value > 0, f"{key}={value} must be above 0") for key, value in values.items()]
-
-
 def _data_checks(cfg: PrepareConfig) -> _Checks:
-    data, render, name = cfg.data, cfg.data.render, cfg.category.name
+    render, name = cfg.data.render, cfg.category.name
     members = cfg.category.members or []
-    positive = {
-        "data.num_points": data.num_points,
-        "data.render.samples": render.samples,
-        "preparation.timeout": cfg.preparation.timeout,
-    }
     return [
-        *_all_positive(positive),
-        (data.limit is not None and data.limit < 1, f"data.limit={data.limit} must be above 0"),
+        (render.samples < 1, f"data.render.samples={render.samples} must be above 0"),
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
         (render.random_views < 0, "data.render.random_views must not be negative"),
         (
@@ -212,7 +175,6 @@ def _told(value: Any) -> str:
 def _regime_checks(cfg: TrainConfig) -> _Checks:
     regime = cfg.regime
     alone = cfg.templates.count == 1 and regime.selection.name == "weighted"
-    negative = [f"regime.terms.{k}.weight" for k, t in regime.terms.items() if t.weight < 0]
     logged = {"box_chamfer", "chamfer", "loss", "selection"}
     taken = sorted(logged & set(regime.terms))
     return [
@@ -221,13 +183,11 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
             f"regime.terms.{''.join(taken[:1])}: another quantity is logged by that name; choose "
             f"another label: +regime.terms.my_{''.join(taken[:1])}.term=...",
         ),
-        (not 0 <= regime.min_weight < 1, "regime.min_weight must lie in [0, 1)"),
         (
             alone and regime.selection.function.value == "log",
             "regime.selection.function=log is infinite for a single template: use another regime "
             "(b, e, r) or more templates",
         ),
-        (bool(negative), f"{', '.join(negative)} must not be negative"),
         (
             not any(term.weight for term in regime.terms.values()),
             f"regime {regime.name} has no term of a weight above 0: nothing would be learnt",

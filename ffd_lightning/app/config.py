@@ -100,8 +100,8 @@ class CommonData:
         render: the images.
     """
 
-    limit: int | None = None
-    num_points: int = 16384
+    limit: int | None = setting(None, within="(0, inf)")
+    num_points: int = setting(16384, within="(0, inf)")
     residency: Residency = setting(Residency.auto, only_where=True)
     render: RenderSettings = field(default_factory=RenderSettings)
 
@@ -116,7 +116,7 @@ class CommonSplit:
             subsets and of the choice of templates; of more than 1,000 shapes 1,000 are looked at.
     """
 
-    val_fraction: float = 0.1
+    val_fraction: float = setting(0.1, within="[0, 1)")
     drop_outliers: bool = False
 
 
@@ -130,7 +130,7 @@ class CommonTerm:
             (`exponential`), or to nothing (`linear`).
     """
 
-    weight: float = 1.0
+    weight: float = setting(1.0, within="[0, inf)")
     annealing: Annealing = Annealing.constant
 
 
@@ -148,7 +148,7 @@ class RegimeConfig:
     """
 
     name: str = MISSING
-    min_weight: float = MISSING
+    min_weight: float = setting(MISSING, within="[0, 1)")
     selection: Any = MISSING
     terms: dict[str, Any] = field(default_factory=dict)
     mirror_offsets: bool = False
@@ -167,9 +167,9 @@ class TemplatesConfig:
     """
 
     name: str = MISSING
-    count: int = MISSING
+    count: int = setting(MISSING, within="(0, inf)")
     hold_out: int | None = None
-    max_edge: float = 0.02
+    max_edge: float = setting(0.02, within="(0, inf)")
 
 
 @dataclass
@@ -199,12 +199,12 @@ class NetworkConfig:
             whole factor that leaves so many pixels; null takes them as they are.
     """
 
-    bottleneck: int = 64
-    hidden: int = 512
-    degrees: tuple[int, int, int] = (3, 3, 3)
-    offset_std: float = 1e-4
-    batch_norm_momentum: float = 0.1
-    seen_height: int | None = None
+    bottleneck: int = setting(64, within="(0, inf)")
+    hidden: int = setting(512, within="(0, inf)")
+    degrees: tuple[int, int, int] = setting((3, 3, 3), within="[1, inf)")
+    offset_std: float = setting(1e-4, within="(0, inf)")
+    batch_norm_momentum: float = setting(0.1, within="(0, 1]")
+    seen_height: int | None = setting(None, within="[32, inf)")
 
 
 @dataclass
@@ -216,8 +216,8 @@ class PreparationConfig:
         timeout: seconds after which a shape is given up and left out.
     """
 
-    workers: int = setting(0, only_where=True)
-    timeout: float = setting(600.0, only_where=True)
+    workers: int = setting(0, only_where=True, within="[0, inf)")
+    timeout: float = setting(600.0, only_where=True, within="(0, inf]")
 
 
 @dataclass
@@ -229,15 +229,15 @@ class ScheduleConfig:
     """
 
     name: str = MISSING
-    steps: int = MISSING
-    batch_size: int = MISSING
-    num_points: int = MISSING
-    learning_rate: float = MISSING
+    steps: int = setting(MISSING, within="(0, inf)")
+    batch_size: int = setting(MISSING, within="[2, inf)")  # batch norm needs two
+    num_points: int = setting(MISSING, within="(0, inf)")
+    learning_rate: float = setting(MISSING, within="(0, inf)")
     learning_rate_decay: LearningRateDecay = LearningRateDecay.none
-    offset_rate: float = 1.0
-    annealing_steps: float = MISSING
-    val_every: int = setting(MISSING, only_where=True)
-    checkpoint_every: int = setting(MISSING, only_where=True)
+    offset_rate: float = setting(1.0, within="(0, inf)")
+    annealing_steps: float = setting(MISSING, within="(0, inf]")
+    val_every: int = setting(MISSING, only_where=True, within="(0, inf)")
+    checkpoint_every: int = setting(MISSING, only_where=True, within="(0, inf)")
 
 
 @dataclass
@@ -257,9 +257,9 @@ class TrainerConfig:
     devices: str = setting("1", only_where=True)
     strategy: str = setting("auto", only_where=True)
     precision: str = "32-true"
-    num_workers: int | None = setting(None, only_where=True)
+    num_workers: int | None = setting(None, only_where=True, within="[0, inf)")
     compile: bool = setting(False, only_where=True)
-    jobs_per_gpu: int = setting(1, only_where=True)
+    jobs_per_gpu: int = setting(1, only_where=True, within="(0, inf)")
     progress_bar: bool = setting(True, only_where=True)
 
 
@@ -268,7 +268,7 @@ class LoggerConfig:
     """What is logged, and every how many steps."""
 
     tensorboard: bool = setting(True, only_where=True)
-    every: int = setting(20, only_where=True)
+    every: int = setting(20, only_where=True, within="(0, inf)")
 
 
 @dataclass
@@ -282,9 +282,9 @@ class CallbacksConfig:
         report: `report.html` at the end of a sweep.
     """
 
-    figure_examples: int = setting(6, only_where=True)
-    training_examples: int = setting(2, only_where=True)
-    training_figures: int = setting(3, only_where=True)
+    figure_examples: int = setting(6, only_where=True, within="[0, inf)")
+    training_examples: int = setting(2, only_where=True, within="[0, inf)")
+    training_figures: int = setting(3, only_where=True, within="[0, inf)")
     report: bool = setting(True, only_where=True)
 
 
@@ -303,8 +303,8 @@ class EvaluationConfig:
     references: bool = setting(True, only_where=True)
     subset: Subset = setting(Subset.test, only_where=True)
     all_views: bool = setting(False, only_where=True)
-    seed: int = setting(0, only_where=True)
-    workers: int = setting(0, only_where=True)
+    seed: int = setting(0, only_where=True, within="[0, inf)")
+    workers: int = setting(0, only_where=True, within="[0, inf)")
 
 
 @dataclass
@@ -341,11 +341,9 @@ class DoctorConfig(PrepareConfig):
 
     Attributes:
         sheets: folder of the pictures, one of each category; null for none.
-        timing: measures a training step, to tell how long runs and the paper's table will take.
     """
 
     sheets: str | None = "${paths.data}/sheets"
-    timing: bool = True
 
 
 @dataclass
@@ -375,7 +373,7 @@ class TrainConfig(PrepareConfig):
     protocol: Any = setting(MISSING, only_where=True)
     evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
     name: str = setting("default", only_where=True)
-    seed: int = 0
+    seed: int = setting(0, within="[0, 4294967295]")
     restart: bool = setting(False, only_where=True)
     provided: dict[str, str] = setting(factory=dict, only_where=True)
     base: list[str] = setting(factory=list, only_where=True)
@@ -441,13 +439,13 @@ class PredictConfig:
     out: str = "predictions"
     mask: str | None = None
     background: Background = Background.auto
-    top_k: int = 1
-    points: int = 16384
+    top_k: int = setting(1, within="[1, inf)")
+    points: int = setting(16384, within="[1, inf)")
     colors: MeshColors = MeshColors.material
     obj: bool = False
     preview: bool = True
-    seed: int = 0
-    workers: int = 0
+    seed: int = setting(0, within="[0, inf)")
+    workers: int = setting(0, within="[0, inf)")
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False

@@ -136,9 +136,10 @@ def _job(config: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictC
         if HydraConfig.get().mode is not RunMode.MULTIRUN:
             # Not as an exception: Hydra would put a line of its own above it.
             sys.exit(f"error: {explain(error)}")
-        print(f"error: {explain(error)}", file=sys.stderr)
         if counted:
+            log.error("%s", explain(error))  # to the log in the job's folder too
             return None
+        print(f"error: {explain(error)}", file=sys.stderr)
         # Hydra goes on, and shows the first of all exceptions at the end.
         raise DataError("not all jobs came to their end: see the messages above") from None
 

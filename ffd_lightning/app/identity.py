@@ -121,7 +121,8 @@ def run_folder(root: DictConfig) -> str:
 def run_suffix(root: DictConfig) -> str:
     """Return what a run's folder says beside category, regime, templates and seed.
 
-    Options of groups that are not the default's, then settings that are not their options'.
+    Options of groups that are not the default's, then settings that are not their options'. What
+    cannot be run has a folder of its own, for its log.
     """
     content: Any = OmegaConf.to_container(root, resolve=False)
     # In the job itself the configuration comes without Hydra's own.
@@ -130,7 +131,9 @@ def run_suffix(root: DictConfig) -> str:
     try:
         config = typed_config(OmegaConf.create(content), TrainConfig)
     except (ConfigError, OmegaConfBaseException):
-        return ""  # the job itself says what is wrong, as soon as it starts
+        # The job itself says what is wrong, as soon as it starts: not in another run's folder.
+        told = "\n".join(hydra["overrides"]["task"])
+        return f"_invalid-{hashlib.sha256(told.encode()).hexdigest()[:_HASH]}"
     chosen = hydra["runtime"]["choices"]
     choices = {k: str(v) for k, v in chosen.items() if v and not k.startswith("hydra/")}
     placed = {group: choices[group] for group in _PLACED_GROUPS}

@@ -70,9 +70,8 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
     while True:
         for index, number in slots:
             name = hashlib.sha256(gpus[index].encode()).hexdigest()[:16]
-            lock = FileLock(folder / f"{name}-{number}.lock")
             try:
-                lock.acquire(timeout=0)
+                lock = FileLock(folder / f"{name}-{number}.lock").acquire(timeout=0)
             except Timeout:
                 continue
             with lock:

@@ -29,6 +29,7 @@ from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.inference.scenes import OBJ_TEXTURES
 from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
+from ffd_lightning.registry import range_problems
 
 FORMAT_VERSION = 3
 """Goes up when the same photograph and settings give other files."""
@@ -86,9 +87,8 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
 
 def _check(config: PredictConfig) -> None:
     """Refuse settings that cannot work."""
-    for name, least in (("points", 1), ("top_k", 1), ("workers", 0), ("seed", 0)):
-        if (value := getattr(config, name)) < least:
-            raise ConfigError(f"{name}={value} must be {least} or more")
+    if problems := range_problems(config):
+        raise ConfigError("; ".join(problems))
     for name in ("run", "image", "out", "mask"):
         if getattr(config, name) == "":
             raise ConfigError(f"{name}= is empty: name a file or a folder")

@@ -14,6 +14,7 @@ from omegaconf.errors import OmegaConfBaseException, ValidationError
 
 from ffd_lightning.app.messages import unknown_setting
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.registry import range_problems
 
 _Settings = TypeVar("_Settings")
 
@@ -27,7 +28,8 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         main: the setting that a lone argument, one without "=", is the value of.
 
     Raises:
-        ConfigError: an unknown setting, a value that does not fit, or one that is missing.
+        ConfigError: an unknown setting, a value that does not fit or is out of range, or one that
+            is missing.
     """
     names = [f.name for f in fields(schema)]  # type: ignore[arg-type]
     hints = get_type_hints(schema)
@@ -53,6 +55,8 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         raise ConfigError(f"these settings must be given: {', '.join(f'{n}=...' for n in missing)}")
     settings = OmegaConf.to_object(merged)
     assert isinstance(settings, schema)
+    if problems := range_problems(settings):
+        raise ConfigError("; ".join(problems))
     return settings
 
 

@@ -43,13 +43,9 @@ class SummaryTable(Callback):
     """
 
     def __init__(self) -> None:
-        self._notes = Path()
+        self._notes: Path | None = None  # of a single run there is none
         self._total = 0
         self._began: float | None = None
-
-    def on_run_start(self, config: DictConfig, **_: Any) -> None:
-        """Make the place for the job's note."""
-        self._notes = Path(tempfile.mkdtemp())
 
     def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
         """Make the place for the jobs' notes; refuse what no job could do."""
@@ -72,9 +68,9 @@ class SummaryTable(Callback):
 
     def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
         """Note which run this was, and whether it came to its end."""
+        if self._notes is None or _is_further(job_return):
+            return
         came_through = job_return.status is JobStatus.COMPLETED  # else there is no value to ask for
-        if came_through and job_return.return_value == {}:
-            return  # a further process of a distributed run
         good = came_through and job_return.return_value is not None
         path = str(Path(config.hydra.runtime.output_dir))
         number = OmegaConf.select(config, "hydra.job.num", default=0)
@@ -83,13 +79,10 @@ class SummaryTable(Callback):
         content = {"path": path, "good": good, "seconds": took}
         write_atomic(note, json.dumps(content))  # other jobs may read it while it is written
         if self._total > 1:
-            self._tell(config)
+            self._tell(config, _read(self._notes))
 
-    def _tell(self, config: DictConfig) -> None:
+    def _tell(self, config: DictConfig, notes: list[dict[str, Any]]) -> None:
         """Log how many jobs are done, and how long the others take if they are like those."""
-        notes = [
-            json.loads(note.read_text(encoding="utf-8")) for note in self._notes.glob("*.json")
-        ]
         times = [note["seconds"] for note in notes if note["good"] and note["seconds"] is not None]
         rest, at_once = self._total - len(notes), _at_once(config.hydra.launcher)
         left = ""
@@ -98,17 +91,21 @@ class SummaryTable(Callback):
             left = f", about {duration(seconds)} left"
         log.info("%d of %d runs are done%s", len(notes), self._total, left)
 
-    def on_run_end(self, config: DictConfig, **_: Any) -> None:
+    def on_run_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
         """Print the table of a single run."""
-        self._print(self._ended())
+        if not _is_further(job_return):
+            _print([config.hydra.runtime.output_dir])
 
     def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
         """Print the table of a sweep."""
-        jobs = self._ended()
-        self._print(jobs)
+        assert self._notes is not None
+        jobs = _read(self._notes)
+        _locks.pop(self._notes).release()
+        shutil.rmtree(self._notes)
+        _print([job["path"] for job in jobs])
         if config.callbacks.report and jobs:
             report_quietly(Path(config.hydra.sweep.dir))
-        failed = [path for path, good in jobs.items() if not good]
+        failed = [job["path"] for job in jobs if not job["good"]]
         if failed or not jobs:
             sys.exit(
                 f"{len(failed)} of {len(jobs)} runs failed, see the messages above: "
@@ -116,25 +113,29 @@ class SummaryTable(Callback):
                 "again"
             )
 
-    def _ended(self) -> dict[str, bool]:
-        """Return the jobs that ended, in their order: the run's folder, and if all was well."""
-        notes = sorted(self._notes.glob("*.json"), key=lambda p: int(p.stem))
-        read = [json.loads(note.read_text(encoding="utf-8")) for note in notes]
-        if self._notes in _locks:
-            _locks.pop(self._notes).release()
-        shutil.rmtree(self._notes)
-        return {job["path"]: job["good"] for job in read}
 
-    def _print(self, jobs: dict[str, bool]) -> None:
-        runs = [run for path in jobs if (run := RunFolder(Path(path))).config.exists()]
-        if not runs:
-            return
-        for table in summary_tables(runs, terminal_width()):
-            table_console().print(table)
-        if finished := [str(run.path) for run in runs if run.finished]:
-            each = "" if len(finished) == 1 else f"{len(finished)} runs, each with "
-            folder = os.path.commonpath(finished)
-            print(f"{folder}: {each}templates.png, reconstructions.png, evaluation/, tensorboard/")
+def _is_further(job_return: JobReturn) -> bool:
+    """Tell whether this was a further process of a distributed run, which returns no scores."""
+    return job_return.status is JobStatus.COMPLETED and job_return.return_value == {}
+
+
+def _read(notes: Path) -> list[dict[str, Any]]:
+    """Return the jobs that ended, in their order: run folder, whether all was well, seconds."""
+    files = sorted(notes.glob("*.json"), key=lambda file: int(file.stem))
+    return [json.loads(file.read_text(encoding="utf-8")) for file in files]
+
+
+def _print(paths: list[str]) -> None:
+    runs = [RunFolder(Path(path)) for path in dict.fromkeys(paths)]  # jobs may share a folder
+    runs = [run for run in runs if run.config.exists()]
+    if not runs:
+        return
+    for table in summary_tables(runs, terminal_width()):
+        table_console().print(table)
+    if finished := [str(run.path) for run in runs if run.finished]:
+        each = "" if len(finished) == 1 else f"{len(finished)} runs, each with "
+        folder = os.path.commonpath(finished)
+        print(f"{folder}: {each}templates.png, reconstructions.png, evaluation/, tensorboard/")
 
 
 def _jobs_in_all(config: DictConfig) -> int:

@@ -27,8 +27,7 @@ def examine(tmp_path, capsys):
     """Return a function from overrides to exit code and lines."""
 
     def run(*overrides):
-        fast = ["timing=false", f"paths.data={tmp_path}/data"]
-        code = doctor.main([*SMALL, *fast, *overrides])
+        code = doctor.main([*SMALL, f"paths.data={tmp_path}/data", *overrides])
         return code, capsys.readouterr().out.splitlines()
 
     return run
@@ -181,7 +180,7 @@ def test_it_is_a_command(tmp_path):
         (["--help"], 0, "data.root=DIR"),
         (["data=shapnet"], 1, "Did you mean data=shapenet?"),
         (["data=shapenet"], 1, "these settings must be given: data.root=..."),
-        (["data=shapenet", f"data.root={tmp_path}", "timing=false"], 0, "1 of 1 tried are"),
+        (["data=shapenet", f"data.root={tmp_path}"], 0, "1 of 1 tried are"),
     ):
         done = run_command("doctor", *arguments, cwd=tmp_path)
         assert done.returncode == code, done.stderr

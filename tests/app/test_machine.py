@@ -3,6 +3,7 @@ import time
 
 import pytest
 import torch
+from filelock import FileLock
 from omegaconf import OmegaConf
 
 from ffd_lightning.app import machine
@@ -45,6 +46,14 @@ def test_each_job_gets_a_gpu_of_its_own_before_any_is_shared(tmp_path):
         assert [first, second, third] == [0, 1, 0]
     with gpu_slot(gpus, 2, tmp_path) as again:
         assert again == 0
+
+
+def test_a_gpu_is_free_as_soon_as_its_job_ends(tmp_path, monkeypatch):
+    kept = []  # a lock that is collected frees its file too
+    monkeypatch.setattr(machine, "FileLock", lambda file: kept.append(FileLock(file)) or kept[-1])
+    for _ in range(2):
+        with gpu_slot(["GPU-a", "GPU-b"], 1, tmp_path) as index:
+            assert index == 0
 
 
 def test_gpus_are_known_by_name_not_by_place(tmp_path):

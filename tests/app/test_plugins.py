@@ -118,6 +118,47 @@ def test_a_checkpoints_part_holds_plain_values_and_is_built_again(tiny):
     assert again.notes == Path("a/b")
 
 
+@dataclass
+class Rich:
+    """Settings of all types."""
+
+    file: Path | None = None
+    none: Path | None = None
+    paddings: list[Padding] = field(default_factory=list)
+    pair: tuple[Padding, Path] = (Padding.ZERO, Path())
+    paths: dict[str, Path | None] = field(default_factory=dict)
+    tiny: Tiny = field(default_factory=Tiny)
+
+
+def test_settings_of_a_checkpoint_come_back_as_they_were(register):
+    given = []
+    register("encoder", "rich", Rich, lambda s, image_size, padding: given.append(s) or Kept())
+    same = [Padding.SAME, Padding.ZERO]
+    tiny = Tiny(Padding.SAME, Path("x"), [1, 2])
+    settings = {"file": Path("a"), "paddings": same, "pair": [Padding.SAME, Path("b")]}
+    settings |= {"paths": {"c": Path("d"), "e": None}, "tiny": tiny}
+    made = ffd.part("encoder", "rich", **settings, image_size=(48, 64), padding=1)
+    made.part.build(image_size=(48, 64), padding=1)
+    assert given[0] == given[1]
+
+
+class Kept:
+    part = None
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"depth": 3}, "'tiny' was built with depth=3, which ffd_lightning does not know"),
+        ({"padding": "MIRROR"}, "was built with padding=MIRROR, which .* not know"),
+    ],
+)
+def test_what_a_checkpoint_has_and_this_version_does_not_is_refused(tiny, settings, words):
+    part = registry.Part("encoder", "tiny", settings, "own-parts 9")
+    with pytest.raises(ConfigError, match=rf"{words}.*own-parts 9"):
+        part.build(image_size=(48, 64), batch_norm_momentum=0.1)
+
+
 def test_nodes_stay_as_they_are_when_a_job_in_another_process_sends_them_back():
     node = node_type(registry.get("source", "procedural"))
     there = (

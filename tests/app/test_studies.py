@@ -264,20 +264,21 @@ def request_of(tmp_path, *arguments):
 
 
 def test_a_stage_that_fails_does_not_stop_the_next_but_is_told(trained, tmp_path):
-    assert run_study(request_of(tmp_path, "template_counts", "category=chair")) == 1
+    given = ("template_counts", "category=chair", "--config-dir=conf")
+    assert run_study(request_of(tmp_path, *given)) == 1
     assert len(trained) == 3
     assert all("category=chair" in call and f"paths.runs={tmp_path}" in call for call in trained)
     note = OmegaConf.load(tmp_path / "template_counts-quick" / "study.yaml")
     assert note.study == "template_counts"
     assert note.question.startswith("How many")
-    assert "--quick" in note.command
+    assert "--quick --config-dir conf category=chair" in note.command
 
 
 def test_a_dry_run_only_prints(trained, tmp_path, capsys):
-    assert run_study(request_of(tmp_path, "regimes", "--dry-run")) == 0
+    assert run_study(request_of(tmp_path, "regimes", "--dry-run", "--config-dir=conf")) == 0
     assert not trained
     assert not list(tmp_path.iterdir())
-    assert "python train.py -m" in capsys.readouterr().out
+    assert "python train.py -m --config-dir conf" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 import torch
@@ -251,10 +252,8 @@ def test_a_damaged_checkpoint_is_named(tiny_config, tmp_path):
 
 def test_one_run_is_trained_by_one_process(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
-    lock = run.lock()
-    with pytest.raises(ConfigError, match="another process"):
+    with run.lock(), pytest.raises(ConfigError, match="another process"):
         train(tiny_config(), run)
-    lock.release()
 
 
 def command(tmp_path, data_root, *arguments):
@@ -310,6 +309,22 @@ def test_a_job_that_is_refused_before_it_begins_is_recorded_too(data_root, tmp_p
     assert len(list(tmp_path.rglob("train.log"))) == 2
 
 
+def test_a_job_that_fails_is_told_though_another_has_its_settings(prepared, data_root, tmp_path):
+    """One cannot be read at all; one shares the folder of a run that finishes."""
+    sweep = ("network.degrees=[3,3],[3,3,3]", "evaluation.subset=val,test", "split.val_fraction=0")
+    done = run_command("train", *command(tmp_path, data_root, "-m", *sweep)[2:])
+    assert done.returncode == 1
+    run = the_run(tmp_path)
+    assert run.finished
+    assert "3 of 4 runs failed" in done.stderr
+    unread = [log for log in tmp_path.rglob("train.log") if log.parent != run.path]
+    assert len(unread) == 2
+    for log in unread:
+        assert "network.degrees=[3, 3] must be three numbers" in log.read_text()
+        assert str(log.parent) in done.stderr
+    assert "three numbers" not in (run.path / "train.log").read_text()
+
+
 def test_jobs_side_by_side_report_to_the_sweep(prepared, data_root, tmp_path):
     arguments = [
         *command(tmp_path, data_root, "-m", "hydra/launcher=joblib", "hydra.launcher.n_jobs=2"),
@@ -335,6 +350,24 @@ def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path
     assert runs["state"].tolist() == ["finished"]
     assert done.stdout.count("Launching 1 jobs") == 1
     assert done.stderr.count("GLOBAL_RANK: 0") == done.stderr.count("GLOBAL_RANK: 1") == 1
+
+
+def test_a_job_in_a_process_of_its_own_has_the_users_options(tmp_path, monkeypatch):
+    commands = []
+
+    def run(command, check):
+        commands.append(command)
+        return SimpleNamespace(returncode=1)
+
+    monkeypatch.setattr("ffd_lightning.app.commands.train.subprocess.run", run)
+    (tmp_path / "regime").mkdir()
+    text = (ROOT / "conf" / "regime" / "r.yaml").read_text()
+    (tmp_path / "regime" / "mine.yaml").write_text(text)
+    given = ["-m", "--config-dir", tmp_path, "regime=mine", f"paths.runs={tmp_path}"]
+    done = run_command("train", *given, "trainer=ddp", "trainer.accelerator=cpu")
+    assert done.returncode == 1
+    assert commands[0][4:6] == ["--config-dir", str(tmp_path)]
+    assert "regime=mine" in commands[0]
 
 
 def test_labels_that_are_missing_are_told_before_the_training(tiny_config, tmp_path, monkeypatch):

@@ -1,11 +1,11 @@
-"""What a data set holds and what preparing it and training will cost, before anything is done.
+"""What a data set holds and what preparing it will cost, before anything is done.
 
     ffd doctor data=shapenet data.root=DIR
 
 Settings are those of prepare; category=chair looks at one category alone. A few shapes of each
 category are prepared on trial, in a folder that is removed again, and drawn beside shapes that
 stand as they should: sheets=DIR says where to (by default <paths.data>/sheets), sheets=null draws
-nothing. timing=false does not measure how long training would take, which is half a minute's work.
+nothing.
 """
 
 from __future__ import annotations
@@ -23,7 +23,6 @@ from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import CategoryConfig, DoctorConfig
 from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.schema import typed_config
-from ffd_lightning.app.step_time import training_times
 from ffd_lightning.app.studies.categories import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -201,16 +200,10 @@ def main(arguments: Sequence[str]) -> int:
         for k, name in enumerate(names):
             status.update(f"looking at {name} ({k + 1} of {len(names)})")
             findings.append(_examined(cfg, name))
-        times = []
-        if cfg.timing:
-            status.update("measuring a training step")
-            absent = absent_categories(source, PAPER_CATEGORIES)
-            own = [x for x in arguments if x.partition("=")[0] not in ("sheets", "timing")]
-            times = training_times(own, [n for n in PAPER_CATEGORIES if n not in absent])
     root = getattr(cfg.data, "root", None)
     console.print(f"{cfg.data.name}{'' if root is None else f' in {root}'}\n", highlight=False)
     report(findings, console)
     console.print()
-    for line in [*_summary(cfg, source, findings), *times]:
+    for line in _summary(cfg, source, findings):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     return 1 if any(finding.problem for finding in findings) else 0

@@ -44,7 +44,7 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
     import numpy as np
 
     from ffd_lightning.app.build import build_protocol
-    from ffd_lightning.app.checks import part_problems
+    from ffd_lightning.app.checks import setting_problems
     from ffd_lightning.app.open_run import open_run
     from ffd_lightning.data.preparation.prepared import PreparedSet
     from ffd_lightning.evaluation.evaluator import (
@@ -57,7 +57,7 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
     from ffd_lightning.inference.predictor import choose_device
     from ffd_lightning.parallel import available_cores
 
-    if problems := part_problems(cfg):
+    if problems := setting_problems(cfg):
         raise ConfigError("; ".join(problems))
     device = choose_device(cfg.device)
     run = RunFolder(Path(cfg.run))

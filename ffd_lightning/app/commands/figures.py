@@ -25,10 +25,10 @@ from pathlib import Path
 
 from ffd_lightning.app.settings import MISSING
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.registry import setting
 from ffd_lightning.run_folder import RunFolder
 
 MAIN = "runs"
-_SMALLEST, _LARGEST = 64, 2048  # pixels
 
 
 @dataclass
@@ -54,12 +54,12 @@ class Settings:
     figure: str = MISSING
     runs: list[str] = MISSING
     models: list[str] = field(default_factory=list)
-    number: int = 6
+    number: int = setting(6, within="(0, inf)")
     pick: str = "spread"
-    seed: int = 0
+    seed: int = setting(0, within="[0, inf)")
     protocol: str | None = None
-    size: int = 320
-    top: int = 4
+    size: int = setting(320, within="[64, 2048]")
+    top: int = setting(4, within="(0, inf)")
     out: str | None = None
     data_root: str | None = None
 
@@ -74,10 +74,6 @@ def main(settings: Settings) -> int:
     figure = settings.figure
     if figure not in FIGURES:
         raise ConfigError(f"figure={figure}: choose one of {', '.join(FIGURES)}")
-    if not _SMALLEST <= settings.size <= _LARGEST:
-        raise ConfigError(f"size={settings.size}: choose {_SMALLEST} to {_LARGEST} pixels")
-    if settings.top < 1:
-        raise ConfigError(f"top={settings.top}: at least one template must be shown")
     runs = [_run(Path(path)) for path in settings.runs]
     target = _target(settings.out, runs, figure)
     choice = Choice(

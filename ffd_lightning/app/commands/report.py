@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from ffd_lightning.app.settings import MISSING
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.registry import setting
 
 MAIN = "runs"
 
@@ -34,7 +34,7 @@ class Settings:
     runs: str = MISSING
     protocol: str | None = None
     data_root: str | None = None
-    gallery: int = 12
+    gallery: int = setting(12, within="[0, inf)")
 
 
 def main(settings: Settings) -> int:
@@ -42,8 +42,6 @@ def main(settings: Settings) -> int:
     from ffd_lightning.analysis.report.write import write_report
     from ffd_lightning.app.open_run import open_run
 
-    if settings.gallery < 0:
-        raise ConfigError(f"gallery={settings.gallery}: give a number of runs, 0 for none")
     opener = partial(open_run, data_root=settings.data_root)
     print(write_report(Path(settings.runs), opener, settings.protocol, settings.gallery))
     return 0

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.registry import setting
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -32,23 +33,21 @@ class Settings:
 
     out: str = "docs/categories"
     categories: list[str] = field(default_factory=list)
-    per_family: int = 6
-    seed: int = 0
+    per_family: int = setting(6, within="(0, inf)")
+    seed: int = setting(0, within="[0, inf)")
 
 
 def main(settings: Settings) -> int:
     """Write one picture for each category.
 
     Raises:
-        ConfigError: a category that there is not, or nothing to draw.
+        ConfigError: a category that there is not.
     """
     from ffd_lightning.shapes import categories
 
     unknown = sorted(set(settings.categories) - set(categories()))
     if unknown:
         raise ConfigError(f"no category {unknown[0]!r}: {', '.join(categories())}")
-    if settings.per_family < 1:
-        raise ConfigError(f"per_family={settings.per_family} must be above 0")
     folder = Path(settings.out)
     folder.mkdir(parents=True, exist_ok=True)
     for category in settings.categories or categories():

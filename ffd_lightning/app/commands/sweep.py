@@ -51,6 +51,11 @@ class Request:
     overrides: list[str] = field(default_factory=list)
     config_dir: str | None = None
 
+    @property
+    def options(self) -> list[str]:
+        """What the command line of each sweep has beside its overrides."""
+        return [] if self.config_dir is None else ["--config-dir", self.config_dir]
+
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> Request:
         """Read a command line.
@@ -109,7 +114,7 @@ def run_study(request: Request) -> int:
     folder = _folder(name, request)
     print(f"{study.question}\n\n{folder}\n", flush=True)
     for sweep in sweeps if request.dry_run else []:
-        print(shlex.join(["python", "train.py", "-m", *sweep]))
+        print(shlex.join(["python", "train.py", "-m", *request.options, *sweep]))
     problems = _problems(sweeps, request)
     if request.dry_run:
         if problems:
@@ -119,14 +124,15 @@ def run_study(request: Request) -> int:
         raise ConfigError(problems)
     check_categories(sweeps, request.config_dir)
     _note(folder, file.stem, study, request)
-    further = [] if request.config_dir is None else ["--config-dir", request.config_dir]
     if study.search is not None:
         from ffd_lightning.app.studies.search import run_search
 
         trials = study.search.quick_trials if request.quick else study.search.trials
-        code = run_search(study.search, trials, folder, sweeps[0], lambda x: train([*x, *further]))
+        code = run_search(
+            study.search, trials, folder, sweeps[0], lambda x: train([*x, *request.options])
+        )
     else:
-        code = _run_stages([[*sweep, *further] for sweep in sweeps])
+        code = _run_stages([[*sweep, *request.options] for sweep in sweeps])
     from ffd_lightning.app.sweep_summary import print_beside_paper, report_quietly
 
     if study.beside_paper:
@@ -174,8 +180,8 @@ def _folder(name: str, request: Request) -> Path:
 
 def _note(folder: Path, name: str, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
-    quick = ["--quick"] if request.quick else []
-    command = shlex.join(["python", "sweep.py", request.study, *quick, *request.overrides])
+    options = [*(["--quick"] if request.quick else []), *request.options]
+    command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
     content: dict[str, str | bool] = {
         "study": name,
         "question": study.question,

@@ -77,8 +77,10 @@ def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] 
 
     It starts the command that it finds itself in: here that would be the whole sweep.
     """
+    given = [x.path for x in hydra.runtime.config_sources if x.provider == "command-line"]
+    options = [word for path in given for word in ("--config-dir", path)]
     place = f"hydra.run.dir='{run.path}'"
-    command = [*train_command(), *hydra.overrides.task, place]
+    command = [*train_command(), *options, *hydra.overrides.task, place]
     if subprocess.run(command, check=False).returncode == 0:
         return dict(run.status["summary"])
     log.error("%s failed: see its messages above", run.path)

@@ -19,6 +19,7 @@ from ffd_lightning.app import viewed_runs
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.inference.viewer.photo import File, Photo
 from ffd_lightning.inference.viewer.studio import Studio, import_viser, start
+from ffd_lightning.registry import setting
 
 MAIN = "run"
 ALONE = True
@@ -48,7 +49,7 @@ class Settings:
     image: str | None = None
     mask: str | None = None
     data_root: str | None = None
-    port: int = 8080
+    port: int = setting(8080, within="[1, 65535]")
     device: str = "auto"
 
 
@@ -76,8 +77,6 @@ def main(settings: Settings) -> int:
 
 def _check(settings: Settings) -> None:
     """Refuse settings that cannot work."""
-    if not 0 < settings.port < 65536:
-        raise ConfigError(f"port={settings.port} must lie between 1 and 65535")
     if settings.mask and not settings.image:
         raise ConfigError("mask= is of a photograph: name it by image=")
     runs = settings.runs

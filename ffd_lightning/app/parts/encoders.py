@@ -54,13 +54,11 @@ class MobileNet:
             nothing is said, embedded is meant, of another width none; schedule=paper asks.
     """
 
-    width: float = 0.25
+    width: float = setting(0.25, within="(0, inf)")
     weights: str | None = setting(None, only_start=True, meaning=meant_weights)
 
     def check(self) -> None:
         """Raise ConfigError where it cannot work."""
-        if not self.width > 0:
-            raise ConfigError(f"encoder.width={self.width} must be above 0")
         if _is_embedded(self.weights):
             _embedded_weights(self)
             return

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ffd_lightning.app.parts.lazy import class_part, function_part
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.registry import setting
 
 _TERMS = "ffd_lightning.losses.terms"
 
@@ -71,13 +71,8 @@ class SlicedWasserstein:
         points: of each cloud, at most.
     """
 
-    directions: int = 8
-    points: int = 256
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        if self.directions < 1 or self.points < 1:
-            raise ConfigError("the term sliced_wasserstein needs one direction and one point")
+    directions: int = setting(8, within="(0, inf)")
+    points: int = setting(256, within="(0, inf)")
 
 
 class_part(
@@ -142,19 +137,10 @@ class Posterior:
         weight: of what the logits learn from, beside the costs.
     """
 
-    temperature: float = 0.5
-    uniform: float = 0.5
+    temperature: float = setting(0.5, within="(0, inf)")
+    uniform: float = setting(0.5, within="[0, 1]")
     within_category: bool = True
-    weight: float = 1.0
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        if not self.temperature > 0:
-            raise ConfigError(f"regime.selection.temperature={self.temperature} must be above 0")
-        if not 0 <= self.uniform <= 1:
-            raise ConfigError(f"regime.selection.uniform={self.uniform} must lie in [0, 1]")
-        if not self.weight > 0:
-            raise ConfigError(f"regime.selection.weight={self.weight} must be above 0")
+    weight: float = setting(1.0, within="(0, inf)")
 
 
 class_part("selection", "posterior", Posterior, "ffd_lightning.losses.selection:PosteriorTaught")

@@ -6,13 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ffd_lightning.app.parts.lazy import class_part
-from ffd_lightning.errors import ConfigError
-from ffd_lightning.registry import register
-
-
-def _check_points(points: int) -> None:
-    if points < 1:
-        raise ConfigError(f"protocol.points={points} must be above 0")
+from ffd_lightning.registry import register, setting
 
 
 @dataclass
@@ -23,11 +17,7 @@ class Paper:
         points: of each cloud.
     """
 
-    points: int = 1024
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        _check_points(self.points)
+    points: int = setting(1024, within="(0, inf)")
 
 
 class_part("protocol", "paper", Paper, "ffd_lightning.evaluation.protocols:PaperProtocol")
@@ -41,11 +31,7 @@ class Modern:
         points: drawn from each mesh.
     """
 
-    points: int = 10_000
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        _check_points(self.points)
+    points: int = setting(10_000, within="(0, inf)")
 
 
 class_part("protocol", "modern", Modern, "ffd_lightning.evaluation.protocols:ModernProtocol")

@@ -10,7 +10,7 @@ from typing import Any
 from omegaconf import MISSING
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.registry import register
+from ffd_lightning.registry import register, setting
 
 
 class Up(Enum):
@@ -36,15 +36,8 @@ class Procedural:
         seed: makes another set.
     """
 
-    num_models: int = 500
-    seed: int = 0
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        if self.num_models < 1:
-            raise ConfigError(f"data.num_models={self.num_models} must be above 0")
-        if self.seed < 0:
-            raise ConfigError("data.seed must not be negative")
+    num_models: int = setting(500, within="(0, inf)")
+    seed: int = setting(0, within="[0, inf)")
 
 
 @register("source", "procedural", Procedural)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from omegaconf import MISSING
 
 from ffd_lightning.app.parts.lazy import class_part, function_part
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.registry import setting
 
 _STRATEGIES = "ffd_lightning.data.templates.strategies"
 
@@ -67,12 +67,7 @@ class RandomTemplates:
         seed: decides which.
     """
 
-    seed: int = 0
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        if self.seed < 0:
-            raise ConfigError("template_strategy.seed must not be negative")
+    seed: int = setting(0, within="[0, inf)")
 
 
 class_part(
