@@ -117,7 +117,6 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
             f"schedule.num_points={schedule.num_points} is more than "
             f"data.num_points={cfg.data.num_points}, the points kept per shape",
         ),
-        (
     ]
 
 

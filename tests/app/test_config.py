@@ -239,7 +239,10 @@ MISTAKES = [
     # settings
     (["schdule=quick"], ["no setting 'schdule'. Did you mean schedule?"]),
     (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths, camera"]),
-    (["split.fil=a", "split=listed"], ["Did you mean split.file? Settings in split: file, "]),
+    (
+        ["split.fil=a", "split=listed"],
+        ["Did you mean split.file? Settings in split: drop_outliers"],
+    ),
     (
         ["regime.terms.offset_penlty.weight=1"],
         ["no setting 'regime.terms.offset_penlty'. Did you mean regime.terms.offset_penalty?"],
