@@ -38,8 +38,8 @@ def chamfer(
     >>> chamfer(np.zeros((1, 3)), np.array([[0.0, 0, 3], [0, 0, 1]]))
     6.0
     """
-    clouds = (torch.from_numpy(np.array(x, np.float64)) for x in (pred_points, target_points))
-    found = nearest_neighbors(*clouds)
+    pred, target = (torch.from_numpy(np.array(x, float)) for x in (pred_points, target_points))
+    found = nearest_neighbors(pred, target)
     there, back = found.a_to_b.numpy(), found.b_to_a.numpy()
     if power == 1:
         there, back = np.sqrt(there), np.sqrt(back)
