@@ -88,7 +88,7 @@ def test_help_of_training_lists_all_that_can_be_set(capsys):
         "  r                   regularized: large deformations are punished",
         "function=identity|log",
         "root=... images=render|r2n2 images_root=null",
-        "limit=null num_points=16384 residency=auto|disk|ram|device render=(height=192",
+        "limit=null num_points=16384 residency=auto|disk|device render=(height=192",
         "val_fraction=0.1",
         "\ncategory=chair\n",
         "\ndata=procedural    where shapes come from\n",
