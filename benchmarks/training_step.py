@@ -88,7 +88,7 @@ def measure(device: torch.device, quick: bool) -> list[Row]:
     rounds, steps = (1, 5) if quick else (4, 8)
     variants: dict[str, tuple[str, Residency, bool]] = {
         "full step": ("32-true", "auto", False),
-        "full step, data.residency=ram": ("32-true", "ram", False),
+        "full step, data.residency=device": ("32-true", "device", False),
         "full step, trainer.precision=bf16-mixed": ("bf16-mixed", "auto", False),
     }
     if device.type != "cpu":
@@ -128,7 +128,7 @@ def _parts(
     """Return what a step is made of, one function each."""
     network = module.network.to(device).train()
     data.trainer = None
-    items, steps = data.train_dataloader().dataset, itertools.count()
+    items, steps = data.train_dataloader().loader.dataset, itertools.count()
     batch = data.on_after_batch_transfer(items[next(steps)], 0)
     images = batch.images.to(device)
     templates = type(batch.templates)(*(t.to(device) for t in batch.templates))

@@ -122,7 +122,6 @@ def _number_checks(cfg: TrainConfig) -> _Checks:
 
 def _data_checks(cfg: PrepareConfig) -> _Checks:
     render, name = cfg.data.render, cfg.category.name
-    members = cfg.category.members or []
     return [
         (render.samples < 1, f"data.render.samples={render.samples} must be above 0"),
         (min(render.height, render.width) < 32, "data.render.height and width must be 32 or more"),
@@ -134,10 +133,6 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
         (
             render.elevation is not None and not -90 <= render.elevation <= 90,
             "data.render.elevation must lie in [-90, 90] degrees",
-        ),
-        (
-            len(set(members)) < len(members),
-            f"category.members={members} must not name a category twice",
         ),
         (
             Path(name).name != name,
@@ -195,21 +190,8 @@ def _regime_checks(cfg: TrainConfig) -> _Checks:
 
 
 def _template_checks(cfg: TrainConfig) -> _Checks:
-    templates, members = cfg.templates, cfg.category.members
     file = getattr(cfg.template_strategy, "file", None)
-    names = members or [cfg.category.name]
+    names = cfg.category.members or [cfg.category.name]
     files = [] if file is None else [Path(file.replace("{category}", name)) for name in names]
     absent = [str(path) for path in files if not path.expanduser().is_file()]
-    return [
-        (bool(absent), f"template_strategy.file={', '.join(absent)} is not there"),
-        (
-            members is not None and (not members or templates.count % len(members) != 0),
-            f"templates.count={templates.count} must be a multiple of the number of "
-            f"category.members ({len(members or ())}), each of which gives as many",
-        ),
-        (
-            templates.hold_out is not None and templates.hold_out < templates.count,
-            f"templates.hold_out={templates.hold_out} is less than "
-            f"templates.count={templates.count}",
-        ),
-    ]
+    return [(bool(absent), f"template_strategy.file={', '.join(absent)} is not there")]

@@ -21,11 +21,10 @@ from ffd_lightning.registry import setting
 
 
 class Residency(Enum):
-    """Where images and clouds are kept while training."""
+    """Where images and clouds are kept while training: files, or the device that trains."""
 
     auto = "auto"
     disk = "disk"
-    ram = "ram"
     device = "device"
 
 

@@ -135,9 +135,6 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         record_templates(run, data)
     timer = StepTimer()
     with warnings.catch_warnings():
-        # One loader item is a whole batch, made from memory-mapped arrays: no workers are needed.
-        warnings.filterwarnings("ignore", ".*does not have many workers.*")
-        warnings.filterwarnings("ignore", ".*before the epoch ended.*")
         warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
         warnings.filterwarnings("ignore", ".*LeafSpec.*")
         warnings.filterwarnings("ignore", ".*Total length of `list`.*")  # split.val_fraction=0

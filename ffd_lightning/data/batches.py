@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import os
 import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -26,8 +24,9 @@ from ffd_lightning.parallel import available_cores
 
 _BLOCK = 256  # shapes
 
-Residency = Literal["auto", "disk", "ram", "device"]
-"""Where images and clouds are kept while training."""
+Residency = Literal["auto", "disk", "device"]
+"""Where images and clouds are kept while training: in files, or on the device that trains; `auto`
+keeps on a GPU what fits there."""
 
 
 class BatchIndices(NamedTuple):
@@ -99,17 +98,15 @@ class ShapeStore:
         self.images: Tensor | None = None
         if device is None:
             return
-        size = resident_bytes(prepared, bank, coverage)
         try:
-            if device.type == "cpu" and size > _available_memory():
-                raise MemoryError  # the system would promise it, and kill the process later
             self.images = _unpacked(prepared, device, self._channels)
             self.clouds = [torch.cat([clouds.to(device) for clouds in self.clouds])]
             self.control_points = bank.control_points.to(device)
             self.matrix = bank.deformation_matrix.to(device)
             if self.own_templates is not None:
                 self.own_templates = self.own_templates.to(device)
-        except (torch.OutOfMemoryError, MemoryError):
+        except torch.OutOfMemoryError:
+            size = resident_bytes(prepared, bank, coverage)
             raise DataError(
                 f"the images and clouds of {prepared.path} take {size / 1e9:.1f} GB, more than "
                 f"{device} has left: use data.residency=disk"
@@ -175,12 +172,18 @@ def _own_templates(prepared: PreparedSet, bank: TemplateBank) -> Tensor | None:
     return torch.tensor([own[name] for name in categories])
 
 
-def augmented(batch: Batch, augmentation: Augmentation) -> Batch:
+def augmented(
+    batch: Batch, augmentation: Augmentation, rank: int = 0, world_size: int = 1
+) -> Batch:
     """Return a training batch with other images of its objects; any other batch as it is.
 
+    What is drawn for a query is what one device would draw for it that had the whole batch.
+
     Args:
-        batch: with coverage.
+        batch: with coverage; every `world_size`-th query of the whole batch, from the `rank`-th on.
         augmentation: what changes the images.
+        rank: of this device.
+        world_size: number of devices.
 
     Raises:
         ConfigError: it gives something else than images of the same kind.
@@ -188,6 +191,7 @@ def augmented(batch: Batch, augmentation: Augmentation) -> Batch:
     if batch.seed is None or batch.coverage is None:
         return batch
     images = torch.cat([batch.images, batch.coverage[:, None]], dim=1)
+    images = images.repeat_interleave(world_size, dim=0)  # this device's queries in their places
     with torch.random.fork_rng([images.device] if images.is_cuda else []):
         torch.manual_seed(batch.seed)
         made: Any = augmentation(images)
@@ -197,6 +201,7 @@ def augmented(batch: Batch, augmentation: Augmentation) -> Batch:
             f"the augmentation must turn images of {(*images.shape,)} uint8 into as many, and "
             f"gives {kind}"
         )
+    made = made[rank::world_size]
     return batch._replace(images=made[:, :3], coverage=made[:, 3])
 
 
@@ -207,29 +212,14 @@ def resident_bytes(prepared: PreparedSet, bank: TemplateBank, coverage: bool = F
     return images + clouds + bank.deformation_matrix.nbytes
 
 
-def choose_residency(size: int, device: torch.device) -> Residency:
-    """Return what `data.residency=auto` means for so many bytes and this device.
+def fits(size: int, device: torch.device) -> bool:
+    """Return whether `data.residency=auto` keeps so many bytes on a device.
 
-    On the CPU the files stay where they are: the system keeps what is read of them in memory, once
-    for all runs of a machine, and unpacking images is little beside a step there. A GPU takes all
-    that fits into half of its free memory, the machine's memory what fits into half of what is
-    available.
+    A GPU takes what fits into half of its free memory. Elsewhere the files stay where they are: the
+    system keeps what is read of them in memory, once for all runs of a machine, and unpacking
+    images is little beside a step there.
     """
-    if device.type == "cpu":
-        return "disk"
-    if device.type == "cuda" and size <= torch.cuda.mem_get_info(device)[0] / 2:
-        return "device"
-    return "ram" if size <= _available_memory() / 2 else "disk"
-
-
-def _available_memory() -> int:
-    """Return the memory that programs can still have, in bytes; half of it all where unknown."""
-    try:
-        lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-        sizes = dict(line.split(":", 1) for line in lines)
-        return int(sizes["MemAvailable"].split()[0]) * 1024
-    except (OSError, KeyError):
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
+    return device.type == "cuda" and size <= torch.cuda.mem_get_info(device)[0] / 2
 
 
 def _select(table: Tensor, first: Tensor, second: Tensor) -> Tensor:

@@ -7,14 +7,14 @@ killed and resumed, or split over devices, sees the same queries and the same po
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import torch
-from lightning import LightningDataModule
+from lightning import LightningDataModule, Trainer
 from numpy.typing import NDArray
 from torch.utils.data import DataLoader, Dataset, Sampler
 
@@ -24,7 +24,7 @@ from ffd_lightning.data.batches import (
     Residency,
     ShapeStore,
     augmented,
-    choose_residency,
+    fits,
     resident_bytes,
 )
 from ffd_lightning.data.preparation.joined import JoinedSet
@@ -96,9 +96,10 @@ class TrainingIndices(Dataset[BatchIndices]):
         rank: int = 0,
         world_size: int = 1,
     ) -> None:
-        if batch_size % world_size:
+        if batch_size % world_size or batch_size == world_size > 1:
             raise ConfigError(
-                f"schedule.batch_size={batch_size} cannot be split evenly over {world_size} devices"
+                f"schedule.batch_size={batch_size} cannot be split evenly over {world_size} "
+                "devices, two images or more each"
             )
         self.rows, self.sizes = rows, sizes
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
@@ -125,7 +126,7 @@ class TrainingIndices(Dataset[BatchIndices]):
             for clouds in (self.batch_size, self.sizes.templates)
         )
         mine = slice(self.rank, None, self.world_size)
-        own = np.random.SeedSequence([self.seed, 5, step, self.rank]).generate_state(1)
+        own = np.random.SeedSequence([self.seed, 5, step, 0]).generate_state(1)
         indices = _indices(rows[mine], views[mine], points[mine], template_points)
         return indices._replace(seed=int(own[0]))
 
@@ -181,29 +182,70 @@ class GatheredBatches(Dataset[Batch]):
 
 
 class StepSampler(Sampler[int]):
-    """Numbers of the batches of an epoch, from the first that is not done yet.
+    """Numbers of the batches of an epoch that are not done yet: batch k is the training's k-th.
 
     Its length stays that of the whole epoch, as Lightning counts from the epoch's first batch.
 
     Args:
         length: batches of an epoch.
-        done: returns how many batches of the training are done.
+        trainer: knows how many are done; None for none.
     """
 
-    def __init__(self, length: int, done: Callable[[], int] = lambda: 0) -> None:
-        self.length, self._done, self._epoch = length, done, 0
-
-    def set_epoch(self, epoch: int) -> None:
-        """Note the epoch that comes next; Lightning calls this."""
-        self._epoch = epoch
+    def __init__(self, length: int, trainer: Trainer | None = None) -> None:
+        self.length, self._trainer = length, trainer
 
     def __len__(self) -> int:
         return self.length
 
     def __iter__(self) -> Iterator[int]:
-        # Of a checkpoint of an epoch's last step Lightning notes too late that the epoch is over.
-        first = max(self._done(), self._epoch * self.length)
-        return iter(range(first, (first // self.length + 1) * self.length))
+        done, of_epoch = (0, 0) if self._trainer is None else _batches_done(self._trainer)
+        return iter(range(done, done + self.length - of_epoch))
+
+
+def _batches_done(trainer: Trainer) -> tuple[int, int]:
+    """Return how many batches of the training, and of its epoch, are done.
+
+    Raises:
+        ConfigError: a checkpoint from which the training would not go on as it went: gradients of
+            batches whose step is to come are not in it.
+    """
+    loop = trainer.fit_loop.epoch_loop
+    done, every = loop.batch_progress.current.ready, trainer.accumulate_grad_batches
+    steps = loop.automatic_optimization.optim_progress.optimizer.step.current.completed
+    if trainer.lightning_module.automatic_optimization and done != steps * every:
+        raise ConfigError(
+            f"the checkpoint was not written at the end of a step: after {done} batches of the "
+            f"epoch, of which {every} make a step (accumulate_grad_batches). Take another one; "
+            "ModelCheckpoint(every_n_train_steps=...) writes them at the end of steps"
+        )
+    return loop.batch_progress.total.completed, done
+
+
+class Batches:
+    """A `DataLoader` whose iterators are made when the first batch is asked for.
+
+    Lightning makes them earlier, before it has read from a checkpoint how many batches are done.
+    Nor does it put a sampler of its own into this, where each device loads its own share already.
+
+    Args:
+        loader: of whole batches.
+    """
+
+    def __init__(self, loader: DataLoader[Any]) -> None:
+        self.loader = loader
+
+    def __len__(self) -> int:
+        return len(self.loader)
+
+    def __iter__(self) -> Iterator[BatchIndices | Batch]:
+        yield from self.loader
+
+    def state_dict(self) -> dict[str, Any]:
+        """Return nothing, as Lightning keeps all counts; without it, it warns of resuming."""
+        return {}
+
+    def load_state_dict(self, state_dict: dict[str, Any]) -> None:
+        """Do nothing."""
 
 
 class FfdDataModule(LightningDataModule):
@@ -213,13 +255,12 @@ class FfdDataModule(LightningDataModule):
     many batches as it takes to see every shape once.
 
     Args:
-        categories: one, or several that one network is trained on together; these give equally
-            many templates each.
+        categories: one, or several that one network is trained on together.
         source: where shapes come from.
-        num_templates: T.
+        num_templates: T, equally many of each category.
         template_strategy: how templates are chosen.
         hold_out: keep as many of the first templates out of all subsets, also where fewer are
-            used: networks of different T then see the same shapes.
+            used: networks of different T then see the same shapes. Of each category equally many.
         split: assigns shapes to subsets, by the hash of their id unless told otherwise.
         val_fraction: share of the training shapes to validate on, where the split names none.
         drop_outliers: leave what is like nothing else in its category, see
@@ -233,11 +274,15 @@ class FfdDataModule(LightningDataModule):
         cloud_points: surface samples kept of each shape, of which steps draw theirs.
         root: prepared data is kept below it.
         augmentation: changes the images that are trained on, and no others.
-        residency: where images and clouds are kept while training.
+        residency: where images and clouds are kept while training, see `Residency`.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
         prepare_workers: see `Preparation`.
         prepare_timeout: see `Preparation`.
         progress: see `Preparation`.
+
+    Raises:
+        ConfigError: no category, or one twice; templates that categories cannot give equally many
+            of; fewer held out than used.
 
     Attributes:
         prepared: the prepared set, after `setup`.
@@ -277,6 +322,18 @@ class FfdDataModule(LightningDataModule):
     ) -> None:
         super().__init__()
         names = (categories,) if isinstance(categories, str) else tuple(categories)
+        if not names or len(set(names)) < len(names):
+            raise ConfigError(f"categories={list(names)} must name one or more, and none twice")
+        for setting, count in (("count", num_templates), ("hold_out", hold_out or 0)):
+            if count % len(names):
+                raise ConfigError(
+                    f"templates.{setting}={count} must be a multiple of {len(names)}, the number "
+                    "of categories, each of which gives equally many"
+                )
+        if hold_out is not None and hold_out < num_templates:
+            raise ConfigError(
+                f"templates.hold_out={hold_out} is less than templates.count={num_templates}"
+            )
         self.render = render or RenderSettings()
         self.preparations = tuple(
             Preparation(
@@ -298,6 +355,7 @@ class FfdDataModule(LightningDataModule):
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.residency, self.num_workers = residency, num_workers
         self.augmentation = augmentation
+        self._stored: tuple[torch.device, ShapeStore] | None = None
 
     @property
     def categories(self) -> tuple[str, ...]:
@@ -369,98 +427,93 @@ class FfdDataModule(LightningDataModule):
         cameras = [prepared.camera(*view) for view in views if prepared.camera_known(*view)]
         return TrainingAppearance.of([prepared.image(*view) for view in views], cameras)
 
-    @cached_property
+    @property
     def store(self) -> ShapeStore:
-        """Where batches come from: what `residency` says, on the trainer's device if it has one."""
+        """Where batches come from: what `residency` says, for the present trainer's device."""
         device = self.trainer.strategy.root_device if self.trainer else torch.device("cpu")
+        if self._stored is None or self._stored[0] != device:
+            self._stored = None  # what another device held is not needed any more
+            self._stored = device, self._store(device)
+        return self._stored[1]
+
+    def _store(self, device: torch.device) -> ShapeStore:
         coverage = self.augmentation is not None
         size = resident_bytes(self.prepared, self.bank, coverage)
-        residency = self.residency
-        if residency == "auto":
-            residency = choose_residency(size, device)
-        if residency == "disk":
-            return ShapeStore(self.prepared, self.bank, coverage=coverage)
-        place = device if residency == "device" else torch.device("cpu")
-        log.info("reading %.1f GB of images and clouds into memory (%s)", size / 1e9, place)
-        return ShapeStore(self.prepared, self.bank, place, coverage)
+        kept = fits(size, device) if self.residency == "auto" else self.residency == "device"
+        if kept:
+            log.info("reading %.1f GB of images and clouds into memory (%s)", size / 1e9, device)
+        return ShapeStore(self.prepared, self.bank, device if kept else None, coverage)
 
-    def train_dataloader(self) -> DataLoader[Any]:
+    def train_dataloader(self) -> Batches:
         """Batches of the training shapes, from the trainer's current one on."""
-        trainer = self.trainer
         indices = TrainingIndices(
             self.rows(self.split.train),
             self._sizes,
             self.batch_size,
             self.num_points,
             self.seed,
-            trainer.global_rank if trainer else 0,
-            trainer.world_size if trainer else 1,
+            *self._share,
         )
-        return self._loader(indices, StepSampler(self._batches_per_epoch, self._batches_done))
+        return self._loader(indices, StepSampler(self._batches_per_epoch, self.trainer))
 
-    def val_dataloader(self) -> DataLoader[Any] | list[Any]:
+    def val_dataloader(self) -> Batches | list[Any]:
         """The validation shapes with fixed points; nothing where there are none."""
-        return (
-            self._loader(self._evaluation_indices(self.split.val), None) if self.split.val else []
-        )
+        return self._loader(self._evaluation_indices(self.split.val)) if self.split.val else []
 
-    def test_dataloader(self) -> DataLoader[Any]:
+    def test_dataloader(self) -> Batches:
         """The test shapes with fixed points."""
-        return self._loader(self._evaluation_indices(self.split.test), None)
+        return self._loader(self._evaluation_indices(self.split.test))
 
-    def predict_dataloader(self) -> DataLoader[Any]:
+    def predict_dataloader(self) -> Batches:
         """The test shapes, in their order."""
         return self.test_dataloader()
 
     def on_after_batch_transfer(self, batch: BatchIndices | Batch, dataloader_idx: int) -> Batch:
         """Gather a batch where the loader has not, and change the images of a training step."""
         gathered = self.store.batch(batch) if isinstance(batch, BatchIndices) else batch
-        return gathered if self.augmentation is None else augmented(gathered, self.augmentation)
+        if self.augmentation is None:
+            return gathered
+        return augmented(gathered, self.augmentation, *self._share)
 
     def _evaluation_indices(self, ids: Sequence[str]) -> EvaluationIndices:
         """Return this device's share of some shapes, in chunks."""
-        trainer = self.trainer
-        rank, world_size = (trainer.global_rank, trainer.world_size) if trainer else (0, 1)
+        rank, world_size = self._share
         rows = self.rows(ids)[rank::world_size]
         return EvaluationIndices(rows, self._sizes, self.batch_size, self.num_points)
+
+    @property
+    def _share(self) -> tuple[int, int]:
+        """Which device this is, of how many."""
+        return (self.trainer.global_rank, self.trainer.world_size) if self.trainer else (0, 1)
 
     @property
     def _sizes(self) -> Sizes:
         return Sizes(self.prepared.image_shape[0], self.prepared.num_points, len(self.bank))
 
     @property
-    def _accumulated(self) -> int:
-        """How many batches make an optimizer step."""
-        return 1 if self.trainer is None else int(self.trainer.accumulate_grad_batches)
-
-    @property
     def _batches_per_epoch(self) -> int:
         trainer = self.trainer
         if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):
-            return trainer.max_steps * self._accumulated
+            return trainer.max_steps * trainer.accumulate_grad_batches
         return -(-len(self.split.train) // self.batch_size)
 
-    def _batches_done(self) -> int:
-        """Return how many batches of the training are done; an epoch's last ones step early."""
-        if self.trainer is None:
-            return 0
-        steps = -(-self._batches_per_epoch // self._accumulated)
-        epochs, left = divmod(self.trainer.global_step, steps)
-        return epochs * self._batches_per_epoch + left * self._accumulated
-
-    def _loader(self, indices: Dataset[BatchIndices], sampler: Sampler[int] | None) -> Any:
+    def _loader(
+        self, indices: Dataset[BatchIndices], sampler: Sampler[int] | None = None
+    ) -> Batches:
         on_gpu = self.trainer is not None and self.trainer.strategy.root_device.type == "cuda"
         workers = self.num_workers
         if workers is None:
             # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
             workers = _GPU_WORKERS if on_gpu else 0
-        return DataLoader(
-            GatheredBatches(indices, self.store) if self.store.device.type == "cpu" else indices,
+        here = self.store.device.type == "cpu"
+        loader: DataLoader[Any] = DataLoader(
+            GatheredBatches(indices, self.store) if here else indices,
             batch_size=None,
             sampler=sampler,
             num_workers=workers,
             pin_memory=on_gpu,
         )
+        return Batches(loader)
 
 
 def _prefixed(names: Sequence[str], ids: Sequence[Sequence[str]]) -> tuple[str, ...]:

@@ -32,6 +32,7 @@ from ffd_lightning.evaluation.samples import (
     Scores,
     as_columns,
     best_template,
+    encode,
     predict,
     score_shapes,
 )
@@ -313,10 +314,11 @@ def _shapes(
         return scored
     training = evaluated.trained_on.prepared
     seen = evaluated.trained_on.samples(options.all_views)
-    features = predict(
-        evaluated.network, training, seen, options.workers, options.progress
-    ).features
-    alike = nearest_by_feature(prediction.features, features)
+    features = [
+        encode(evaluated.network, *images, options.workers, options.progress)
+        for images in ((tested_on.prepared, samples), (training, seen))
+    ]
+    alike = nearest_by_feature(*features)
     free = network_free(
         references.known,
         bank,
@@ -354,7 +356,7 @@ def rank_templates(
 ) -> list[Row]:
     """Return `template_ranking` of a network's selections on some images, at least one."""
     counts, weights = np.zeros(len(bank), np.int64), np.zeros(len(bank))
-    # Predictions have offsets and features too: those of all images may not fit into memory.
+    # Predictions have offsets too: those of all images may not fit into memory.
     for start in range(0, len(samples), _AT_ONCE):
         prediction = predict(network, prepared, samples[start : start + _AT_ONCE], workers)
         counts += np.bincount(prediction.selected, minlength=len(bank))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -48,12 +48,10 @@ class Predictions:
     Attributes:
         weights: template weights, (n, T).
         offsets: of control points, (n, T, M, 3).
-        features: the encoder's, of length 1, (n, D).
     """
 
     weights: NDArray[np.float32]
     offsets: NDArray[np.float32]
-    features: Tensor
 
     @property
     def selected(self) -> NDArray[np.int64]:
@@ -70,9 +68,6 @@ def predict(
 ) -> Predictions:
     """Run a network over images, on the device it is on.
 
-    On the CPU one image at a time, each in one thread: the last digits of a convolution may depend
-    on what else is in the batch and on the number of threads, and a score must not.
-
     Args:
         network: put into evaluation mode here.
         prepared: where the images are.
@@ -83,34 +78,67 @@ def predict(
     Raises:
         DataError: an output is not finite.
     """
-    network.eval()
-    device = next(network.parameters()).device
-    size, threads = (1, workers) if device.type == "cpu" else (32, 1)
 
-    @torch.no_grad()
-    def run(start: int) -> tuple[Tensor, Tensor, Tensor]:
-        chunk = samples[start : start + size]
-        images = np.stack([prepared.image(s.row, s.view)[..., :3] for s in chunk])
-        batch = torch.from_numpy(images).permute(0, 3, 1, 2).to(device)
-        prediction = network(batch)
-        feature = network.encoder(standardize(batch)).flatten(1).float()
-        outputs = prediction.template_weights, prediction.offsets, normalize(feature, dim=1)
-        weights, offsets, features = (x.float().cpu() for x in outputs)
-        return weights, offsets, features
+    def outputs(images: Tensor) -> tuple[Tensor, ...]:
+        prediction = network(images)
+        return prediction.template_weights, prediction.offsets
 
-    done: dict[int, tuple[Tensor, Tensor, Tensor]] = {}
-    starts = range(0, len(samples), size)
-    with CountProgress("looking at images", len(starts), 0, show) as bar:
-        for start, outputs in in_threads(run, starts, threads):
-            done[start] = outputs
-            bar.advance()
-    weights, offsets, features = (torch.cat([done[k][n] for k in starts]) for n in range(3))
+    weights, offsets = _of_images(outputs, network, prepared, samples, workers, show)
     if not (weights.isfinite().all() and offsets.isfinite().all()):
         raise DataError(
             "the network's outputs are not finite: its training has diverged (a smaller "
             "schedule.learning_rate may help) or its checkpoint is damaged"
         )
-    return Predictions(weights.numpy(), offsets.numpy(), features)
+    return Predictions(weights.numpy(), offsets.numpy())
+
+
+def encode(
+    network: TemplateFfdNetwork,
+    prepared: PreparedSet,
+    samples: Sequence[Sample],
+    workers: int = 1,
+    show: bool = False,
+) -> Tensor:
+    """Return the encoder's features of images, of length 1, (n, D); see `predict`."""
+
+    def outputs(images: Tensor) -> tuple[Tensor, ...]:
+        features = network.encoder(standardize(images)).flatten(1).float()
+        return (normalize(features, dim=1),)
+
+    return _of_images(outputs, network, prepared, samples, workers, show)[0]
+
+
+def _of_images(
+    outputs: Callable[[Tensor], tuple[Tensor, ...]],
+    network: TemplateFfdNetwork,
+    prepared: PreparedSet,
+    samples: Sequence[Sample],
+    workers: int,
+    show: bool,
+) -> list[Tensor]:
+    """Return what comes out for all images.
+
+    On the CPU one image at a time, each in one thread: the last digits of a convolution may depend
+    on what else is in the batch and on the number of threads, and a score must not.
+    """
+    network.eval()
+    device = next(network.parameters()).device
+    size, threads = (1, workers) if device.type == "cpu" else (32, 1)
+
+    @torch.no_grad()
+    def run(start: int) -> list[Tensor]:
+        chunk = samples[start : start + size]
+        images = np.stack([prepared.image(s.row, s.view)[..., :3] for s in chunk])
+        batch = torch.from_numpy(images).permute(0, 3, 1, 2).to(device)
+        return [output.float().cpu() for output in outputs(batch)]
+
+    done: dict[int, list[Tensor]] = {}
+    starts = range(0, len(samples), size)
+    with CountProgress("looking at images", len(starts), 0, show) as bar:
+        for start, found in in_threads(run, starts, threads):
+            done[start] = found
+            bar.advance()
+    return [torch.cat(parts) for parts in zip(*(done[k] for k in starts), strict=True)]
 
 
 @torch.no_grad()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from functools import partial
 from typing import Any
 
@@ -26,6 +27,7 @@ from ffd_lightning.evaluation.template_scores import (
 )
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
+from ffd_lightning.training.batch_statistics import SharedBatchStatistics
 
 MakeOptimizer = Callable[[ParamsT], Optimizer]
 MakeScheduler = Callable[[Optimizer, int], LRScheduler]
@@ -113,7 +115,8 @@ class FfdModule(LightningModule):
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Return the objective's total."""
-        prediction = self.network(batch.images)
+        with nullcontext() if self.trainer.world_size == 1 else SharedBatchStatistics():
+            prediction = self.network(batch.images)
         total, terms = self.objective(
             prediction,
             batch.target_points,

@@ -39,7 +39,7 @@ from ffd_lightning.evaluation.references import (
     medoid,
     nearest_by_feature,
 )
-from ffd_lightning.evaluation.samples import Journal, Sample, best_template, predict
+from ffd_lightning.evaluation.samples import Journal, Sample, best_template, encode, predict
 from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.files import lock_folder
 from ffd_lightning.metrics.scalings import SCALINGS
@@ -372,6 +372,7 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     ("settings", "error", "message"),
     [
         ({"run": "/no/such"}, ConfigError, "is not a run folder"),
+        ({"run": __file__}, ConfigError, "is a checkpoint, .* give run=RUN checkpoint=FILE"),
         ({"checkpoint": "/no/such.ckpt"}, ConfigError, "there is no checkpoint"),
         ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
         ({"prepared": "/no/such"}, DataError, "is not a prepared set"),
@@ -463,7 +464,7 @@ def test_the_medoid(prepared):
 
 def test_the_most_similar_image(trained, network):
     data = trained[2]
-    features = predict(network, data.prepared, [Sample(k) for k in range(10)]).features
+    features = encode(network, data.prepared, [Sample(k) for k in range(10)])
     torch.testing.assert_close(features.norm(dim=1), torch.ones(10))
     known = torch.nn.functional.normalize(torch.randn(8, 50, generator=torch.manual_seed(0)))
     near = torch.nn.functional.normalize(known[[3, 0]] + 0.02)

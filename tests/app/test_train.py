@@ -181,7 +181,7 @@ def test_the_seed_fixes_everything(finished, tiny_config, tmp_path):
 
 def test_where_the_data_is_kept_and_who_draws_changes_nothing(finished, tiny_config, tmp_path):
     run = RunFolder(tmp_path / "run")
-    train(tiny_config("data.residency=ram", "trainer.num_workers=1"), run)
+    train(tiny_config("data.residency=device", "trainer.num_workers=1"), run)
     assert samples(run) == samples(finished[0])
     train(tiny_config("data.residency=disk"), run)  # the same run, not another one
 

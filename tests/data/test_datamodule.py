@@ -3,6 +3,7 @@ import json
 import pickle
 from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
+from unittest.mock import NonCallableMock
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import torch
 from box_source import RENDER, BoxSource
 from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import ModelCheckpoint
+from torch.optim.lr_scheduler import CosineAnnealingLR
 
 from ffd_lightning import registry
 from ffd_lightning.data import batches
@@ -18,7 +20,6 @@ from ffd_lightning.data.datamodule import (
     EvaluationIndices,
     FfdDataModule,
     GatheredBatches,
-    StepSampler,
     TrainingIndices,
 )
 from ffd_lightning.data.sources.procedural import ProceduralSource
@@ -108,10 +109,11 @@ def tensors(batch):
 
 
 @contextmanager
-def trained(module, **settings):
+def trained(module, device="cpu", **settings):
     """Give a module a trainer of so many steps."""
     given = {
-        "global_step": 0,
+        "fit_loop": Trainer(accelerator="cpu", logger=False).fit_loop,
+        "lightning_module": SimpleNamespace(automatic_optimization=True),
         "global_rank": 0,
         "world_size": 1,
         "max_steps": STEPS,
@@ -119,8 +121,8 @@ def trained(module, **settings):
         "accumulate_grad_batches": 1,
         **settings,
     }
-    strategy = SimpleNamespace(root_device=torch.device("cpu"))
-    module.trainer = SimpleNamespace(strategy=strategy, **given)
+    strategy = SimpleNamespace(root_device=torch.device(device))
+    module.trainer = NonCallableMock(Trainer, strategy=strategy, **given)
     try:
         yield
     finally:
@@ -211,8 +213,11 @@ def test_every_shape_is_seen_once_in_each_pass(tables):
 @pytest.mark.parametrize("world_size", [2, 4])
 def test_devices_share_out_what_one_would_see(boxes, world_size):
     for step in range(4):
-        whole = training_steps(boxes)[step]
-        shares = [training_steps(boxes, 0, rank, world_size)[step] for rank in range(world_size)]
+        whole = training_steps(boxes, batch_size=8)[step]
+        shares = [
+            training_steps(boxes, 0, rank, world_size, batch_size=8)[step]
+            for rank in range(world_size)
+        ]
         for rank, share in enumerate(shares):
             for name in ("rows", "images", "target_points"):
                 expected = tensors(whole)[name][rank::world_size]
@@ -223,8 +228,9 @@ def test_devices_share_out_what_one_would_see(boxes, world_size):
 
 
 def test_a_batch_that_cannot_be_shared_out(tables):
-    with pytest.raises(ConfigError, match=r"schedule\.batch_size=5 .* over 2 devices"):
-        training_steps(tables, world_size=2, batch_size=5)
+    for size in (5, 2):
+        with pytest.raises(ConfigError, match=rf"schedule\.batch_size={size} .* over 2 devices"):
+            training_steps(tables, world_size=2, batch_size=size)
 
 
 def test_views_vary(boxes):
@@ -347,7 +353,7 @@ def test_training_images_are_changed_with_their_coverage(boxes, dark_boxes):
         assert equal(same, after), "nothing else changes"
 
 
-def test_what_is_drawn_of_images_follows_from_seed_step_and_device(dark_boxes):
+def test_what_is_drawn_of_images_follows_from_seed_and_step(dark_boxes):
     steps = list(training_steps(dark_boxes)[k] for k in range(6))
     torch.manual_seed(0)
     forth = seen(dark_boxes, steps)
@@ -355,17 +361,17 @@ def test_what_is_drawn_of_images_follows_from_seed_step_and_device(dark_boxes):
     back = seen(dark_boxes, reversed(steps))[::-1]
     assert all(equal(a, b) for a, b in zip(forth, back, strict=True))
     assert torch.equal(torch.get_rng_state(), before), "nothing is drawn from others' numbers"
-    seeds = {
-        training_steps(dark_boxes, seed, rank, 2)[step].seed
-        for seed, rank, step in itertools.product((0, 1), (0, 1), range(6))
-    }
-    assert len(seeds) == 2 * 2 * 6
+    seeds = [training_steps(dark_boxes, seed)[step].seed for seed in (0, 1) for step in range(6)]
+    assert len(set(seeds)) == 2 * 6
 
 
-def test_a_resumed_run_sees_the_very_images(dark_boxes):
-    whole = seen(dark_boxes, loaded(dark_boxes))
-    resumed = seen(dark_boxes, loaded(dark_boxes, global_step=2))
-    assert all(equal(a, b) for a, b in zip(resumed, whole[2:], strict=True))
+def test_devices_change_a_querys_image_as_one_would(dark_boxes):
+    whole = seen(dark_boxes, [training_steps(dark_boxes)[2]])[0]
+    for rank in range(2):
+        with trained(dark_boxes, global_rank=rank, world_size=2):
+            (share,) = seen(dark_boxes, [training_steps(dark_boxes, 0, rank, 2)[2]])
+        assert torch.equal(share.images, whole.images[rank::2])
+        assert torch.equal(share.coverage, whole.coverage[rank::2])
 
 
 def test_where_the_data_is_kept_changes_no_image(make_boxes, dark_boxes, monkeypatch):
@@ -377,7 +383,7 @@ def test_where_the_data_is_kept_changes_no_image(make_boxes, dark_boxes, monkeyp
     monkeypatch.setattr(ShapeStore, "device", torch.device("cuda"))
     indices = list(kept.train_dataloader())
     monkeypatch.undo()
-    assert {type(i) for i in indices} == {BatchIndices}
+    assert {type(i) for i in indices} == {BatchIndices}, "gathered where the data is"
     assert all(equal(a, b) for a, b in zip(seen(kept, indices), files, strict=True))
 
 
@@ -428,18 +434,6 @@ def test_where_the_data_is_kept_changes_nothing(boxes, resident):
     assert equal(training_steps(resident)[2], training_steps(boxes)[2])
 
 
-def test_data_on_a_gpu_is_gathered_there(boxes, resident, monkeypatch):
-    """The loader then hands out indices alone."""
-    monkeypatch.setattr(ShapeStore, "device", torch.device("cuda"))
-    indices = list(resident.train_dataloader())
-    monkeypatch.undo()
-    assert {type(i) for i in indices} == {BatchIndices}
-    gathered = [resident.on_after_batch_transfer(i, 0) for i in indices]
-    expected = list(boxes.train_dataloader())
-    assert all(equal(a, b) for a, b in zip(gathered, expected, strict=True))
-    assert resident.on_after_batch_transfer(expected[0], 0) is expected[0]
-
-
 def test_another_process_maps_the_files_itself(resident):
     store = pickle.loads(pickle.dumps(resident.store))
     assert np.shares_memory(store.clouds[0].numpy(), store._prepared.arrays["points"])
@@ -464,50 +458,30 @@ def test_too_little_memory_is_said(boxes, monkeypatch):
     def full(*_, **__):
         raise torch.OutOfMemoryError("CUDA out of memory")
 
-    cpu = torch.device("cpu")
-    with monkeypatch.context() as patch:
-        patch.setattr(batches.torch, "empty", full)
-        with pytest.raises(
-            DataError, match=r"GB, more than cpu has left: use data\.residency=disk"
-        ):
-            ShapeStore(boxes.prepared, boxes.bank, cpu)
-    assert 2**20 < batches._available_memory() < 2**50
-    monkeypatch.setattr(batches, "_available_memory", lambda: 1000)
-    with pytest.raises(DataError, match="more than cpu has left"):
-        ShapeStore(boxes.prepared, boxes.bank, cpu)
+    monkeypatch.setattr(batches.torch, "empty", full)
+    with pytest.raises(DataError, match=r"GB, more than cpu has left: use data\.residency=disk"):
+        ShapeStore(boxes.prepared, boxes.bank, torch.device("cpu"))
 
 
 def test_automatic_residency(monkeypatch):
     gpu = torch.device("cuda", 0)
     monkeypatch.setattr(torch.cuda, "mem_get_info", lambda _: (100, 1000))
-    monkeypatch.setattr(batches, "_available_memory", lambda: 1000)
-    assert batches.choose_residency(1, torch.device("cpu")) == "disk"
-    assert batches.choose_residency(50, gpu) == "device"
-    assert batches.choose_residency(51, gpu) == "ram"
-    assert batches.choose_residency(501, gpu) == "disk"
+    assert not batches.fits(1, torch.device("cpu"))
+    assert batches.fits(50, gpu)
+    assert not batches.fits(51, gpu)
+
+
+def test_data_follows_the_trainer_to_another_device(make_boxes):
+    """As where a network is trained on a GPU and tested on the CPU."""
+    module = make_boxes(residency="device")
+    with trained(module, device="meta"):
+        assert module.store.device.type == "meta"
+        assert module.store is module.store
+    with trained(module):
+        assert next(iter(module.test_dataloader())).images.device.type == "cpu"
 
 
 # --- loaders ------------------------------------------------------------------------------------
-
-
-def test_sampler_counts_epochs_from_what_is_done():
-    sampler = StepSampler(3)
-    assert list(sampler) == [0, 1, 2]
-    sampler.set_epoch(2)
-    assert list(sampler) == [6, 7, 8]
-    resumed = StepSampler(5, lambda: 2)
-    assert list(resumed) == [2, 3, 4]
-    assert len(resumed) == 5, "of the whole epoch, from whose start Lightning counts"
-    later = StepSampler(5, lambda: 12)
-    later.set_epoch(2)
-    assert list(later) == [12, 13, 14]
-
-
-def test_a_checkpoint_of_an_epochs_end_is_followed_by_the_next_epoch():
-    """Lightning makes the iterator before it has noted that the epoch is over."""
-    sampler = StepSampler(5, lambda: 10)
-    sampler.set_epoch(1)
-    assert list(sampler) == [10, 11, 12, 13, 14]
 
 
 def test_an_epoch_is_the_training_or_a_pass(tables):
@@ -517,27 +491,6 @@ def test_an_epoch_is_the_training_or_a_pass(tables):
     assert len(loaded(tables, accumulate_grad_batches=3)) == 3 * STEPS
     for limits in ({"max_steps": -1, "max_epochs": 4}, {"max_epochs": 4}):
         assert len(loaded(tables, **limits)) == batches_of_a_pass
-
-
-@pytest.mark.parametrize("accumulated", [1, 2])
-def test_a_resumed_loader_goes_on_where_the_run_stopped(tables, accumulated):
-    whole = loaded(tables, accumulate_grad_batches=accumulated)
-    resumed = loaded(tables, global_step=2, accumulate_grad_batches=accumulated)
-    assert len(resumed) == (STEPS - 2) * accumulated
-    rest = whole[2 * accumulated :]
-    assert all(equal(a, b) for a, b in zip(resumed, rest, strict=True))
-
-
-def test_the_last_batches_of_an_epoch_make_a_step_of_their_own(tables):
-    """A pass of three batches, two a step, has two steps."""
-    assert -(-len(tables.split.train) // BATCH) == 3
-    done = []
-    for step in range(6):
-        with trained(
-            tables, global_step=step, max_steps=-1, max_epochs=3, accumulate_grad_batches=2
-        ):
-            done.append(tables._batches_done())
-    assert done == [0, 2, 3, 5, 6, 8]
 
 
 def test_each_device_loads_its_own_share(tables):
@@ -657,20 +610,20 @@ class Watch(Callback):
         self.rows.append(tuple(batch.rows.tolist()))
 
 
-def fit(data, folder, fails_at=None, resume=None, **settings):
+def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
     """Train a tiny network; return the rows of its batches, and its last weights."""
     torch.manual_seed(0)
     encoder = registry.part("encoder", "mobilenet", image_size=(48, 64))
     network = TemplateFfdNetwork(encoder, (48, 64), 2, 64, bottleneck=4, hidden=8)
-    module = FfdModule(network, Objective({"chamfer": WeightedTerm(chamfer)}))
+    objective = Objective({"chamfer": WeightedTerm(chamfer)})
+    module = FfdModule(network, objective, scheduler=CosineAnnealingLR)
     watch = Watch(fails_at)
     trainer = Trainer(
         accelerator="cpu",
         logger=False,
-        callbacks=[watch, ModelCheckpoint(folder, every_n_train_steps=1, save_top_k=-1)],
+        callbacks=[watch, *more, ModelCheckpoint(folder, every_n_train_steps=1, save_top_k=-1)],
         enable_progress_bar=False,
         enable_model_summary=False,
-        use_distributed_sampler=False,
         **settings,
     )
     failure = nullcontext() if fails_at is None else pytest.raises(RuntimeError, match="goes down")
@@ -684,28 +637,53 @@ LIMITS = {
     "accumulated steps": {"max_steps": 4, "accumulate_grad_batches": 2},
     "epochs": {"max_epochs": 3},
     "accumulated epochs": {"max_epochs": 3, "accumulate_grad_batches": 2},
+    "parts of epochs": {"max_epochs": 4, "limit_train_batches": 2},
+    "accumulated parts of steps": {
+        "max_steps": 5,
+        "limit_train_batches": 3,
+        "accumulate_grad_batches": 2,
+    },
 }
 
 
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
 def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, limits):
-    data = table_module(data_root)
+    data = table_module(data_root, augmentation=darkened)
     length = -(-len(data.split.train) // BATCH)
     assert length == 3, "an odd number, so that accumulation ends epochs early"
     indices = TrainingIndices(data.rows(data.split.train), data._sizes, BATCH, POINTS, 0)
     every = limits.get("accumulate_grad_batches", 1)
-    count = limits["max_steps"] * every if "max_steps" in limits else 3 * length
     rows, weights = fit(data, tmp_path / "whole", **limits)
-    assert rows == [tuple(indices[k].rows.tolist()) for k in range(count)]
+    assert rows == [tuple(indices[k].rows.tolist()) for k in range(len(rows))]
     for fails_at in {every, length, length + every}:
         folder = tmp_path / f"killed{fails_at}"
-        before, _ = fit(table_module(data_root), folder, fails_at, **limits)
+        before, _ = fit(data, folder, fails_at, **limits)
         newest = max(folder.iterdir(), key=lambda path: int(path.stem.rpartition("=")[2]))
-        resumed = table_module(data_root)
-        after, ends = fit(resumed, folder, resume=newest, **limits)
-        assert before == rows[:fails_at]
-        again = len(before) + len(after) - count
+        # Processes that read ahead start early.
+        ahead = table_module(data_root, augmentation=darkened, num_workers=fails_at % 2)
+        after, ends = fit(ahead, folder, resume=newest, **limits)
+        again = len(before) + len(after) - len(rows)
         assert 0 <= again < every, "of an accumulated step that was not done"
-        assert after == rows[fails_at - again :], fails_at
+        assert before[: fails_at - again] + after == rows, fails_at
         assert all(torch.equal(ends[name], weights[name]) for name in weights), fails_at
+
+
+class Save(Callback):
+    """Writes a checkpoint at a batch's end."""
+
+    def __init__(self, path, after):
+        self.path, self.after = path, after
+
+    def on_train_batch_end(self, trainer, module, outputs, batch, batch_idx):
+        if batch_idx + 1 == self.after:
+            trainer.save_checkpoint(self.path)
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_checkpoint_in_the_middle_of_a_step_is_refused(data_root, tmp_path):
+    data, path = table_module(data_root), tmp_path / "middle.ckpt"
+    limits = {"max_steps": 2, "accumulate_grad_batches": 2}
+    fit(data, tmp_path, more=[Save(path, after=3)], **limits)
+    with pytest.raises(ConfigError, match="after 3 batches of the epoch, of which 2 make a step"):
+        fit(data, tmp_path, resume=path, **limits)

@@ -11,8 +11,8 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.strategies import diverse_templates
-from ffd_lightning.errors import DataError
+from ffd_lightning.data.templates.strategies import ListedStrategy, diverse_templates
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 NAMES = ("table", "sofa")
@@ -113,6 +113,21 @@ def test_each_category_gives_its_share_of_templates_and_its_own_split(data_root)
     assert sum(len(subset) for subset in joint.split) == len(joint.prepared) - 6, "held out"
 
 
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"num_templates": 3}, r"templates\.count=3 must be a multiple of 2"),
+        ({"hold_out": 5}, r"templates\.hold_out=5 must be a multiple of 2"),
+        ({"hold_out": 2}, r"templates\.hold_out=2 is less than templates\.count=4"),
+        ({"categories": ("sofa", "sofa")}, "none twice"),
+        ({"categories": ()}, "one or more"),
+    ],
+)
+def test_templates_that_cannot_be_shared_out(data_root, settings, words):
+    with pytest.raises(ConfigError, match=words):
+        module(data_root, **settings)
+
+
 def test_batches_are_gathered_from_all_members(data_root):
     joint = module(data_root)
     batch = next(iter(joint.train_dataloader()))
@@ -122,7 +137,7 @@ def test_batches_are_gathered_from_all_members(data_root):
         rgb = joint.prepared.image(int(row))[..., :3]
         np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
     resident = ShapeStore(joint.prepared, joint.bank, torch.device("cpu"))
-    gathered = joint.train_dataloader().dataset
+    gathered = joint.train_dataloader().loader.dataset
     points = resident.batch(gathered.indices[1]).target_points
     assert torch.equal(points, gathered[1].target_points)
 

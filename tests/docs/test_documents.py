@@ -136,6 +136,7 @@ def test_the_script_with_a_trainer_runs(tmp_path):
         script = script.replace(words, fewer)
     assert "test/box_chamfer" in run_script(script, tmp_path)
     assert (tmp_path / "mesh.glb").stat().st_size > 1000
+    assert (tmp_path / "evaluation" / "samples.csv").is_file()
 
 
 def test_the_script_that_predicts_runs(tmp_path, joint_checkpoint):

@@ -2,7 +2,13 @@ from functools import partial
 
 import pytest
 import torch
+from lightning import Trainer
 
+from ffd_lightning.app.regimes import regime
+from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.imaging.augmentation import PhotoAugmentation
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.terms import chamfer
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
@@ -26,3 +32,45 @@ def test_weights_of_the_offset_layer_have_a_rate_of_their_own(rate):
     for name, weights in network.named_parameters():
         step = 0.5 * rate if name == "heads.offsets.weight" else 0.5
         torch.testing.assert_close(before[name] - weights.detach(), torch.full_like(weights, step))
+
+
+def train(devices, data_root):
+    """Train a few steps and return the weights."""
+    torch.manual_seed(0)
+    data = FfdDataModule(
+        "table",
+        ProceduralSource(24),
+        root=data_root,
+        render=RenderSettings(height=48, width=64, samples=1),
+        cloud_points=256,
+        num_templates=2,
+        batch_size=8,
+        num_points=32,
+        augmentation=PhotoAugmentation(),
+        progress=False,
+    )
+    network = TemplateFfdNetwork(MobileNetV1(), (48, 64), 2, 64, bottleneck=8, hidden=32)
+    objective = regime("e", "terms.offset_penalty.weight=1", annealing_steps=3)
+    module = FfdModule(network, objective)
+    Trainer(
+        accelerator="cpu",
+        devices=devices,
+        strategy="auto" if devices == 1 else "ddp_spawn",
+        precision="64-true",  # Adam makes of a gradient's rounding a whole step
+        max_steps=3,
+        limit_val_batches=0,
+        logger=False,
+        enable_checkpointing=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+    ).fit(module, datamodule=data)
+    return {name: value.double() for name, value in module.state_dict().items()}
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_two_devices_train_what_one_does(prepared, data_root):
+    """Batch norm, the entropy of the batch and augmentation included."""
+    one, two = train(1, data_root), train(2, data_root)
+    for name, value in one.items():
+        # Lightning brings the weights of the other process back in float32.
+        assert (value - two[name]).abs().max() <= 2e-7 * value.abs().max(), name

@@ -61,6 +61,12 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         raise ConfigError("; ".join(problems))
     device = choose_device(cfg.device)
     run = RunFolder(Path(cfg.run))
+    if run.path.is_file():
+        raise ConfigError(
+            f"run={run.path} is a checkpoint, which does not say on what shapes to test its "
+            "network: give run=RUN checkpoint=FILE, with a run of the same templates; or evaluate "
+            "in the script that trained it, as docs/python.md shows"
+        )
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
     data = opened.data
