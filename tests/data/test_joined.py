@@ -11,7 +11,7 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.strategies import ListedStrategy, diverse_templates
+from ffd_lightning.data.templates.strategies import diverse_templates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 

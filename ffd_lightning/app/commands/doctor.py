@@ -20,7 +20,7 @@ from rich.table import Table
 
 from ffd_lightning.app.build import build_preparations, build_source
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import CategoryConfig, DoctorConfig
+from ffd_lightning.app.config import CategoryConfig, CommonSplit, DoctorConfig
 from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.studies.categories import absent_categories, say_absent
@@ -168,10 +168,9 @@ def _split_notes(preparation: Preparation, finding: Finding) -> list[str]:
     else:
         ids, note = tuple(preparation.source.shape_ids(finding.name)), ""
         ids = tuple(i for i in ids if i not in finding.survey.faults)
-    published = preparation.source.split(finding.name)
+    shapes = SplitInput(finding.name, ids, (), preparation.source.split(finding.name))
     try:
-        split = make_split(ids, AutoSplit()(SplitInput(finding.name, ids, (), published)), 0.1)
-        few = split.warning()
+        few = make_split(ids, AutoSplit()(shapes), CommonSplit().val_fraction).warning()
     except DataError as error:
         few = str(error)
     return [*([f"by the default split {few}"] if few else []), *([note] if note else [])]
