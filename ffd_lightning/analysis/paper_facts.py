@@ -125,5 +125,6 @@ def _images(settings: Mapping[str, Any]) -> str:
 def _protocol(run: RunFolder) -> tuple[str, str]:
     """Return what a run was measured by, and what `protocol=paper` means by default."""
     found, default = described_protocols(run)[PROTOCOL], ProtocolDescription.of(PROTOCOLS[PROTOCOL])
-    other = "" if found == default or found.note != default.note else ", of another version"
+    changed = found.note == default.note and found.measures != default.measures
+    other = ", of another version" if changed else ""
     return found.note + other, default.note

@@ -669,8 +669,8 @@ def test_examples_are_the_network_s_own(trained):
     folder, cfg, _ = trained
     run = RunFolder(folder / "run")
     opened = open_run(run)
-    samples = load_samples([run])
-    order = sorted(read_rows(run), key=lambda row: float(row["chamfer"]))
+    samples = load_samples([run], "paper-points-64")
+    order = sorted(read_rows(run, "paper-points-64"), key=lambda row: float(row["chamfer"]))
     expected = [order[0], order[(len(order) - 1) // 2], order[-1]]
     chosen = choose_images(samples, CHAMFER)
     assert [image["id"] for image in chosen.values()] == [row["id"] for row in expected]
@@ -700,7 +700,7 @@ def test_the_page_shows_them(trained):
     assert page.tags["canvas"] == 6, "three images: the network, and what is true"
     meshes = json.loads(re.search(r'id="meshes">(.*?)</script>', text, re.S)[1])
     assert {v for t, k, v in page.attributes if k == "data-mesh"} == set(meshes)
-    row = read_rows(RunFolder(folder / "run"))[0]
+    row = read_rows(RunFolder(folder / "run"), "paper-points-64")[0]
     assert row["template"] in page.text, "named where its picture stands"
     assert page.tags["use"] > 3
     assert len(text) < 1_000_000
@@ -760,7 +760,7 @@ def test_a_report_prepares_no_data(trained, tmp_path, blank):
 
 def test_samples_of_other_weights_are_noticed(trained, tmp_path, blank):
     run = RunFolder(shutil.copytree(trained[0], tmp_path / "copy") / "run")
-    file = run.evaluation("paper") / "samples.csv"
+    file = run.evaluation("paper-points-64") / "samples.csv"
     table = pd.read_csv(file)
     table["template"] = [sorted(set(read_ranking(run)) - {t})[0] for t in table["template"]]
     table.to_csv(file, index=False)
