@@ -38,17 +38,10 @@ def compared_facts(run: RunFolder) -> dict[str, tuple[str, str]]:
 
     Of ShapeNet also the version; another data set is a setting.
     """
-    settings, summary = run.settings, _summary(run)
-    steps, last = select(settings, "schedule.steps"), summary.get("step")
-    all_views = (summary.get("settings") or {}).get("all_views")
+    settings = run.settings
     facts = {
         "the image source": (_images(settings), "the authors' renderings, by Blender"),
         "the protocol": _protocol(run),
-        "what is tested": (
-            "every view of a shape" if all_views else "one view of a shape",
-            "one view of a shape",
-        ),
-        "the step that is tested": ("the last" if last == steps else str(last), "the last"),
     }
     if select(settings, "data.name") == "shapenet":
         facts["ShapeNet's version"] = _version(run), "1"

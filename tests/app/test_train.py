@@ -140,13 +140,15 @@ def test_a_run_is_not_resumed_with_other_templates(tiny_config, tmp_path, monkey
         train(tiny_config("schedule.steps=2"), run)
 
 
-def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(tiny_config, tmp_path):
+def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(
+    tiny_config, tmp_path, monkeypatch
+):
     run = RunFolder(tmp_path / "run")
     few = ("schedule.steps=2", "split.val_fraction=0")
     train(tiny_config(*few), run)
     settings, status = run.config.read_bytes(), run.status
-    with pytest.MonkeyPatch.context() as patch, pytest.raises(KeyboardInterrupt):
-        patch.setattr("ffd_lightning.app.training_run.evaluate", interrupted)
+    monkeypatch.setattr("ffd_lightning.app.training_run.evaluate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
         train(tiny_config(*few, "evaluation.seed=1"), run)
     assert run.status == status, "nor is it called running after a kill"
     with pytest.raises(ConfigError, match="no validation shapes"):

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.analysis.figures.drawing import Picture, View
-from ffd_lightning.analysis.runs import described_protocol, evaluate_command, load_samples, own_protocol
+from ffd_lightning.analysis.runs import (
+    described_protocol,
+    evaluate_command,
+    load_samples,
+    own_protocol,
+)
 from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
