@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
@@ -31,7 +32,7 @@ class RunFolder:
 
     Holds `config.yaml`, `templates.csv`, `templates.png`, `outliers.csv` where the data has any,
     `checkpoints/last.ckpt`, `tensorboard/`, `status.json`, and once finished
-    `evaluation/<protocol>/{samples.csv, summary.json}`, `data.json`, `template_ranking.csv` and
+    `evaluation/<name>/{samples.csv, summary.json}`, `data.json`, `template_ranking.csv` and
     `reconstructions.png`.
     """
 
@@ -80,10 +81,17 @@ class RunFolder:
         """The shapes that are like nothing else in their category; missing where none are."""
         return self.path / "outliers.csv"
 
-    def evaluation(self, protocol: str, subset: str = "test") -> Path:
-        """Folder of one protocol's results: on the test shapes, or on another subset."""
-        name = protocol if subset == "test" else f"{protocol}-{subset}"
-        return self.path / "evaluation" / name
+    def evaluation(self, name: str, of: str = "test") -> Path:
+        """Folder of results.
+
+        Args:
+            name: how they were measured: `<protocol>`, then what differs from its defaults, as in
+                `paper-points-300`. Results of one name can be compared between runs.
+            of: `test`, the trained network on its test shapes, or whatever else was measured, which
+                is below those: `val`, another checkpoint or prepared set.
+        """
+        folder = self.path / "evaluation" / name
+        return folder if of == "test" else folder / of
 
     @property
     def status(self) -> dict[str, Any]:
@@ -100,18 +108,25 @@ class RunFolder:
         content = {"state": state, "time": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **details}
         write_atomic(self.path / "status.json", json.dumps(content, indent=2) + "\n")
 
-    def restore_status(self, status: Mapping[str, Any]) -> None:
-        """Write `status.json` as it was."""
-        write_atomic(self.path / "status.json", json.dumps(status, indent=2) + "\n")
-
     def discard(self) -> None:
-        """Remove what a training left, so that it starts anew."""
-        drawn = (self.templates, self.templates_picture, self.outliers)
-        noted = (self.path / "status.json", self.path / "progress.json")
-        for file in (self.checkpoint, *noted, *drawn):
+        """Remove what a training left, and all that was found out about its network.
+
+        Raises:
+            ConfigError: another process evaluates it.
+        """
+        results = self.path / "evaluation"
+        for folder in {file.parent for file in results.rglob(".lock")}:
+            lock_folder(folder, f"another process evaluates into {folder}: wait for it").release()
+        # The status first: what a kill leaves half removed must not be called finished.
+        names = ("status.json", "progress.json", "data.json", "template_ranking.csv")
+        for name in (*names, "reconstructions.png"):
+            (self.path / name).unlink(missing_ok=True)
+        for file in (self.checkpoint, self.templates, self.templates_picture, self.outliers):
             file.unlink(missing_ok=True)
         for events in (self.path / "tensorboard").glob("events.*"):
             events.unlink()
+        if results.is_dir():
+            shutil.rmtree(results)
 
     @property
     def data(self) -> dict[str, Any]:

@@ -71,9 +71,14 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
         the EMD is due to points that lie thinner where the template is stretched.
 
     Raises:
-        DataError: no run has the references.
+        DataError: no run has the references, or of the main measure more is better.
     """
     measure = protocol.main_measure
+    if measure.higher_is_better:
+        raise DataError(
+            f"no error to split: of {measure.title}, what protocol {protocol.name} measures, more "
+            "is better"
+        )
     names = [f"{s.upto}_{measure.name}" if s.upto else measure.name for s in SHARES]
     if not set(names) <= set(samples):
         raise DataError(
@@ -86,7 +91,12 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
     table = parts.set_axis([share.name for share in SHARES], axis=1)
     table["total"] = sums[measure.name]
     table["regret"] = table["selection"] / table["total"]
-    means = known.groupby("run", sort=False).mean(numeric_only=True)
+    return table.join(mesh_quality(known))
+
+
+def mesh_quality(samples: pd.DataFrame) -> pd.DataFrame:
+    """Return of `QUALITY` what samples have: means of each run (index `run`)."""
+    means = samples.groupby("run", sort=False).mean(numeric_only=True)
     if "resampled_emd" in means:
         means["density"] = 1 - means["resampled_emd"] / means["emd"]
-    return table.join(means[[name for name in QUALITY if name in means]])
+    return means[[name for name in QUALITY if name in means]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,27 +12,17 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ffd_lightning.analysis.paired import Comparison, holm, resampled_means
+from ffd_lightning.analysis.runs import decides, different_settings, without_seed
 from ffd_lightning.analysis.sentences import group_label, statement
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.run_folder import RunFolder
 
 REGIMES = ("b", "w", "e", "r")  # in the paper's order
 
 _HELD = ("regime", "templates")  # what is the same in a comparison unless it is what is compared
 _SEEDS_SHARE = ("category", "regime", "templates")
-_SETTINGS = (
-    "data.",
-    "split.",
-    "augmentation.",
-    "network.",
-    "encoder.",
-    "schedule.",
-    "regime.",
-    "templates.",
-    "template_strategy.",
-    "trainer.precision",
-)
 
 
 def aggregate_seeds(
@@ -50,8 +41,8 @@ def aggregate_seeds(
         standard deviation (divided by n - 1; NaN for one seed).
 
     Raises:
-        DataError: no finished run, a run without a measure, or two that only settings tell apart
-            that no column names.
+        DataError: no finished run, a run without a measure, or two that differ in more than their
+            seed, in settings that no column names.
     """
     keys = [*keys, "protocol"]
     require_columns(runs, ["run", "state", "seed", *keys])
@@ -227,12 +218,24 @@ def require_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:
 
 
 def check_seeds(part: pd.DataFrame) -> None:
-    """Raise a DataError if two runs of a group have the same seed: something else is different.
+    """Raise a DataError if runs of a group differ in more than their seed, or do not differ in it.
 
     Args:
-        part: rows of runs that count as seeds of each other; `run`, `seed`.
+        part: rows of runs that count as seeds of each other; `run`, `seed` and, where it is known,
+            `setting`.
     """
-    runs = part[["run", "seed"]].drop_duplicates()
+    known = [name for name in ("run", "seed", "setting") if name in part]
+    runs = part[known].drop_duplicates()
+    if "setting" in runs and runs["setting"].nunique() > 1:
+        first, second = runs.drop_duplicates("setting")["run"].iloc[:2]
+        try:
+            keys = different_settings(RunFolder(Path(first)), RunFolder(Path(second)))
+        except ConfigError:  # their folders are elsewhere
+            keys = ["settings"]
+        raise DataError(
+            f"{first} and {second} differ in {', '.join(keys)}, not in the seed alone, and are not "
+            "averaged: leave one out or compare them by that"
+        )
     twice = runs[runs["seed"].duplicated(keep=False)]
     if len(twice):
         first, second = twice["run"].iloc[:2]
@@ -246,7 +249,8 @@ def _compare(
     part: pd.DataFrame, measure: str, names: list[str], category: str, held: tuple[Any, ...]
 ) -> list[Comparison]:
     """Compare all pairs of groups in one category, over the images that all runs have."""
-    runs = part[list(dict.fromkeys(["run", "seed", *names]))].drop_duplicates()
+    own = ["run", "seed", *names, *({"setting"} & set(part))]
+    runs = part[list(dict.fromkeys(own))].drop_duplicates()
     if runs["run"].duplicated().any():
         raise DataError(f"{' and '.join(names)} must not change within a run")
     groups: dict[str, list[str]] = {}
@@ -361,9 +365,12 @@ def _check_settings(part: pd.DataFrame, names: list[str], settings: pd.DataFrame
     if {"run", "setup"} & set(names):
         return
     runs = part[["run", *names]].drop_duplicates().set_index("run")
-    keys = [k for k in settings if k.startswith(_SETTINGS) and k != "data.residency"]
+    # Of a category alone and of several together, test shapes are the same.
+    keys = [k for k in settings if decides(k) and not k.startswith("category.")]
+    seeds = settings.get("seed", pd.Series(index=settings.index))[runs.index]
     for key in keys:
         values = settings.loc[runs.index, key].map(_plain).astype(str)
+        values = values.combine(seeds, without_seed)
         allowed = key in names or key.split(".")[0] in names
         per_group = [group for _, group in values.groupby([runs[n] for n in names])]
         for group in per_group if allowed else [values]:

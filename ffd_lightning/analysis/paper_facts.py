@@ -38,17 +38,10 @@ def compared_facts(run: RunFolder) -> dict[str, tuple[str, str]]:
 
     Of ShapeNet also the version; another data set is a setting.
     """
-    settings, summary = run.settings, _summary(run)
-    steps, last = select(settings, "schedule.steps"), summary.get("step")
-    all_views = (summary.get("settings") or {}).get("all_views")
+    settings = run.settings
     facts = {
         "the image source": (_images(settings), "the authors' renderings, by Blender"),
         "the protocol": _protocol(run),
-        "what is tested": (
-            "every view of a shape" if all_views else "one view of a shape",
-            "one view of a shape",
-        ),
-        "the step that is tested": ("the last" if last == steps else str(last), "the last"),
     }
     if select(settings, "data.name") == "shapenet":
         facts["ShapeNet's version"] = _version(run), "1"
@@ -125,5 +118,6 @@ def _images(settings: Mapping[str, Any]) -> str:
 def _protocol(run: RunFolder) -> tuple[str, str]:
     """Return what a run was measured by, and what `protocol=paper` means by default."""
     found, default = described_protocols(run)[PROTOCOL], ProtocolDescription.of(PROTOCOLS[PROTOCOL])
-    other = "" if found == default or found.note != default.note else ", of another version"
+    changed = found.note == default.note and found.measures != default.measures
+    other = ", of another version" if changed else ""
     return found.note + other, default.note

@@ -28,36 +28,16 @@ def to_markdown(table: pd.DataFrame) -> str:
 
 
 def to_latex(table: pd.DataFrame) -> str:
-    r"""Return a comparison as a LaTeX table, for `\usepackage{booktabs,graphicx}`.
+    r"""Return a comparison in LaTeX, for a table and `\usepackage{booktabs}`: tabular, caption.
 
     Args:
         table: as `comparison_table` gives it.
     """
     head, rows = _layout(table)
-    sources = [source for source, _ in head]
-    groups, rules, start = [], [], 2
-    for source in dict.fromkeys(sources):
-        end = start + sources.count(source) - 1
-        groups.append(rf"\multicolumn{{{end - start + 1}}}{{c}}{{{source}}}")
-        rules.append(rf"\cmidrule(lr){{{start}-{end}}}")
-        start = end + 1
-    lines = [
-        r"\begin{table}",
-        r"\centering",
-        r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
-        rf"\begin{{tabular}}{{l{'c' * len(head)}}}",
-        r"\toprule",
-        " & ".join(["", *groups]) + r" \\",
-        " ".join(rules),
-        " & ".join(["category", *(_escape(method) for _, method in head)]) + r" \\",
-        r"\midrule",
-        *(" & ".join(map(_escape, row)) + r" \\" for row in rows),
-        r"\bottomrule",
-        r"\end{tabular}}",
-        rf"\caption{{{_escape(_caption_of(table))}}}",
-        r"\end{table}",
-    ]
-    return "\n".join(lines) + "\n"
+    frame = pd.DataFrame(rows, columns=pd.MultiIndex.from_tuples([("", "category"), *head]))
+    shape = "l" + "c" * len(head)
+    text = frame.to_latex(index=False, escape=True, multicolumn_format="c", column_format=shape)
+    return f"{text}\\caption{{{_escape(_caption_of(table))}}}\n"
 
 
 def stacked(table: pd.DataFrame) -> tuple[list[str], list[list[str]]]:

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 
 from ffd_lightning.palette import COLORS, REGIME_COLORS, regime_title
 
+_WORDS = {"category": "{}", "regime": "{}", "templates": "T = {}", "seed": "seed {}"}
 STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -45,23 +46,25 @@ def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
         titled: with the regimes' long names.
     """
     settings = _settings(table)
-    shown = [name for name in settings if settings[name].nunique() > 1]
+    shown = [name for name in settings if name in _WORDS and settings[name].nunique() > 1]
     return _labels(settings, shown or ["regime", "templates"], regime_title if titled else str)
 
 
 def _settings(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a row per run (index): category, regime, templates, seed; in the palette's order."""
+    """Return a row per run (index): category, regime, templates, seed and setting, in order."""
     groups = table.groupby("run", sort=False)
     settings = groups[["regime", "templates", "seed"]].first()
     names = groups["category"].unique()
     one = names.map(lambda found: str(found[0]) if len(found) == 1 else f"{len(found)} categories")
     settings.insert(0, "category", one)
     order = {"category": list(one), "regime": [*REGIME_COLORS, *settings["regime"]]}
-    return settings.sort_values(
+    settings = settings.sort_values(
         list(settings),
         kind="stable",
         key=lambda part: part.map(order[part.name].index) if part.name in order else part,
     )
+    # Last, and no label: equal for runs that differ in their seed alone.
+    return settings.assign(setting=groups["setting"].first() if "setting" in table else "")
 
 
 def _labels(
@@ -71,18 +74,20 @@ def _labels(
 
     `title` makes a regime's name what is shown of it.
     """
-    form = {"category": "{}", "regime": "{}", "templates": "T = {}", "seed": "seed {}"}
     told = settings.assign(regime=settings["regime"].map(title))
     labels = {
-        str(run): ", ".join(form[name].format(row[name]) for name in shown)
+        str(run): ", ".join(_WORDS[name].format(row[name]) for name in shown)
         for run, row in told.iterrows()
     }
-    alike = settings.reset_index().groupby(list(settings), dropna=False)["run"]
-    for _, runs in alike:
-        if len(runs) > 1:
-            root = commonpath(list(runs))
-            labels |= {run: f"{labels[run]}, {relpath(run, root)}" for run in runs}
-    return labels
+    rows, full = settings.reset_index(), dict(labels)
+    named = ["category", "regime", "templates"]
+    mixed = rows.groupby(named, dropna=False)["setting"].transform("nunique") > 1
+    for keys, part in ((list(_WORDS), rows), (named, rows[mixed])):
+        for _, runs in part.groupby(keys, dropna=False)["run"]:
+            if len(runs) > 1:
+                root = commonpath(list(runs))
+                full |= {run: f"{labels[run]}, {relpath(run, root)}" for run in runs}
+    return full
 
 
 def series_of(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:

@@ -18,6 +18,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from ffd_lightning.analysis.budget import SHARES, error_budget
+from ffd_lightning.analysis.compare import check_seeds
 from ffd_lightning.analysis.plot_layout import (
     DASHES,
     STYLE,
@@ -143,7 +144,7 @@ def template_count_curves(
 
     Raises:
         ConfigError: the protocol has no such measure.
-        DataError: no run with the measure, or only one T.
+        DataError: no run with the measure, only one T, or runs that differ in more than their seed.
     """
     chosen = protocol.measure(measure)
     table = runs[runs["protocol"] == protocol.name]
@@ -158,6 +159,8 @@ def template_count_curves(
             f"all runs have T = {table['templates'].iloc[0]}: a curve against the number of "
             "templates needs two or more (templates=t1,t4,t16)"
         )
+    for _, seeds in table.groupby(["category", "regime", "templates"]):
+        check_seeds(seeds)
     with matplotlib.rc_context(STYLE):
         colors = colors_of(list(dict.fromkeys(table["regime"])))
         categories = table["category"].unique()
@@ -184,28 +187,35 @@ def template_count_curves(
 def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
     """Draw what each run's error is made of as one stacked bar, see `budget.error_budget`.
 
+    A part below zero, where a choice by Chamfer distance is better by another measure, goes to the
+    left; a line is then where the parts come to.
+
     Args:
         samples: as `load_samples` gives them.
-        protocol: that they were measured under.
+        protocol: that they were measured under; its main measure is a distance.
 
     Raises:
-        DataError: no run has the references.
+        DataError: no run has the references, or more is better.
     """
     table, labels = error_budget(samples, protocol), run_labels(samples, titled=True)
     with matplotlib.rc_context(STYLE):
         title = f"What the {measure_title(protocol.main_measure.name)} is made of"
         figure, (panel,) = panels_of(1, 1, 1.4 * _WIDTH, 0.34 * len(table), title)
         table = table.loc[[run for run in labels if run in table.index]]
-        places, left = np.arange(len(table)), np.zeros(len(table))
+        places, right = np.arange(len(table)), np.zeros(len(table))
+        left = np.zeros(len(table))
         for share, color in zip(SHARES, _BUDGET, strict=True):
-            width = table[share.name].clip(lower=0).to_numpy()
-            panel.barh(places, width, left=left, color=color, label=share.name, height=0.7)
-            left += width
+            width = table[share.name].to_numpy()
+            start = np.where(width < 0, left, right)
+            panel.barh(places, width, left=start, color=color, label=share.name, height=0.7)
+            left, right = left + width.clip(max=0), right + width.clip(min=0)
         for place, total in zip(places, table["total"], strict=True):
-            panel.text(left[place], float(place), f" {total:.1f}", va="center", fontsize=8)
+            panel.text(right[place], float(place), f" {total:.1f}", va="center", fontsize=8)
+            if left[place] < 0:
+                panel.vlines(total, place - 0.35, place + 0.35, color="black", linewidth=1.5)
         panel.set_yticks(places, [labels[str(run)] for run in table.index])
         panel.invert_yaxis()
-        panel.set_xlim(0, 1.12 * left.max())
+        panel.set_xlim(1.12 * left.min(), 1.12 * right.max())
         panel.grid(axis="y", visible=False)
         figure.legend(loc="outside lower center", ncols=len(SHARES), frameon=False)
         panel.set_xlabel(scaled_title(protocol.main_measure))

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +24,13 @@ COLUMN_KEYS = {
     "seed": "seed",
 }
 """Columns of tables, and the keys of the settings that they hold."""
+
+_NOT_DECIDING = (
+    *("seed", "name", "restart", "base", "plugins", "provided", "paths", "preparation", "trainer"),
+    *("logger", "callbacks", "protocol", "evaluation"),
+    *("data.residency", "schedule.val_every", "schedule.checkpoint_every"),
+)  # settings, and groups of them, of where, how fast and how measured; see `decides`
+_HOW = ("format", "protocol", "all_views", "seed")  # in `summary.json`: decide scores, with weights
 
 
 def find_runs(root: Path) -> list[RunFolder]:
@@ -52,25 +62,86 @@ def select(settings: Mapping[str, Any], key: str) -> Any:
     return value
 
 
+def decides(key: str) -> bool:
+    """Tell whether runs that differ in a setting are no seeds of each other.
+
+    It then decides what is computed, not where, how fast or under what name.
+
+    >>> [decides(key) for key in ("schedule.steps", "seed", "trainer.devices", "trainer.precision")]
+    [True, False, False, True]
+    """
+    where = any(f"{key}.".startswith(f"{name}.") for name in _NOT_DECIDING)
+    return not where or key == "trainer.precision"
+
+
+def _setting(settings: Mapping[str, Any]) -> str:
+    """Return what is equal for runs that are seeds of each other, and for no others."""
+    told = repr([(key, value) for key, value in sorted(_flat(settings).items()) if decides(key)])
+    return f"setting {hashlib.sha256(told.encode()).hexdigest()[:12]}"
+
+
+def without_seed(value: Any, seed: Any) -> Any:
+    """Return a setting's value; the folder of a run of the same seed is the same for all seeds.
+
+    >>> without_seed("runs/a/seed1_steps-9/template_ranking.csv", 1)
+    'runs/a/seed_steps-9/template_ranking.csv'
+    """
+    named = isinstance(value, str)
+    return re.sub(rf"(?<=/)seed{seed}(?=[/_])", "seed", value) if named else value
+
+
+def _flat(settings: Mapping[str, Any]) -> dict[str, Any]:
+    values = pd.json_normalize(dict(settings)).iloc[0].to_dict()
+    return {key: without_seed(value, settings.get("seed")) for key, value in values.items()}
+
+
+def different_settings(a: RunFolder, b: RunFolder) -> list[str]:
+    """Return the settings that decide what runs compute and in which two differ, but for the seed.
+
+    Raises:
+        ConfigError: a `config.yaml` that is damaged.
+    """
+    one, other = _flat(a.settings), _flat(b.settings)
+    keys = sorted({*one, *other})
+    return [key for key in keys if decides(key) and one.get(key) != other.get(key)]
+
+
+def is_mixed(table: pd.DataFrame, keys: Sequence[str]) -> bool:
+    """Tell whether runs that have these columns in common differ in more than their seed."""
+    return "setting" in table and bool(table.groupby(list(keys))["setting"].nunique().max() > 1)
+
+
 def own_protocol(run: RunFolder) -> str:
-    """Return the name of the protocol that a run's training ended with, or will."""
+    """Return the name of the results that a run's training ended with, or will."""
     ended = run.status.get("evaluation") or {}
-    return str(ended.get("protocol") or select(run.settings, "protocol.name") or "paper")
+    before = ended.get("protocol") or select(run.settings, "protocol.name")
+    return str(ended.get("name") or before or "paper")
+
+
+def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
+    """Return the protocol of a run's results of this name, None where there are none.
+
+    It is as their `summary.json` describes it, so that it need not be installed, and None where
+    that is damaged. Its name is that of the results.
+    """
+    try:
+        text = (run.evaluation(name) / "summary.json").read_text(encoding="utf-8")
+        content = json.loads(text)
+        how = {key: value for key, value in content.get("settings", {}).items() if key in _HOW}
+        found = ProtocolDescription.from_json(content["protocol"])
+        return replace(found, name=name, settings=json.dumps(how, sort_keys=True) if how else "")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
 
 
 def described_protocols(run: RunFolder) -> dict[str, ProtocolDescription]:
     """Return the protocols that a run was evaluated under, by name, that of its training first.
 
-    They are as its `summary.json` files describe them, so that they need not be installed.
-    Evaluations whose summary is damaged, or describes no protocol, are left out.
+    Results are of the network that the run was trained to, on its test shapes. Those whose summary
+    is damaged, or describes no protocol, are left out.
     """
-    found = {}
-    for file in sorted(run.path.glob("evaluation/*/summary.json")):
-        try:
-            content = json.loads(file.read_text(encoding="utf-8"))["protocol"]
-            found[file.parent.name] = ProtocolDescription.from_json(content)
-        except (OSError, ValueError, KeyError, TypeError):
-            continue
+    names = sorted(folder.name for folder in run.path.glob("evaluation/*"))
+    found = {name: known for name in names if (known := described_protocol(run, name))}
     own = own_protocol(run) if len(found) > 1 else ""
     return {name: found[name] for name in sorted(found, key=lambda name: name != own)}
 
@@ -80,7 +151,8 @@ def find_protocol(runs: Iterable[RunFolder], name: str | None = None) -> Protoco
 
     Args:
         runs: evaluated runs.
-        name: of the protocol; whichever most runs have where it is None.
+        name: of the results, as in `paper` or `paper-points-300`; whichever most runs have where it
+            is None.
 
     Raises:
         ConfigError: no run was evaluated under a protocol of this name.
@@ -91,7 +163,7 @@ def find_protocol(runs: Iterable[RunFolder], name: str | None = None) -> Protoco
     asked = [each for each in found if name in (None, each.name)]
     if asked:
         return Counter(asked).most_common(1)[0][0]
-    command = f"ffd evaluate run={runs[0].path if runs else 'DIR'} protocol={name or 'paper'}"
+    command = evaluate_command(runs[0].path if runs else "DIR", name or "paper")
     if found:
         names = ", ".join(dict.fromkeys(each.name for each in found))
         raise ConfigError(
@@ -101,21 +173,54 @@ def find_protocol(runs: Iterable[RunFolder], name: str | None = None) -> Protoco
     raise DataError(f"no run was evaluated, or its summary.json is of another version: {command}")
 
 
+def evaluate_command(run: object, name: str) -> str:
+    """Return the command that makes a run's results of this name.
+
+    >>> evaluate_command("runs/a", "paper")
+    'ffd evaluate run=runs/a protocol=paper'
+    >>> evaluate_command("DIR", "paper-points-300")
+    'ffd evaluate run=DIR protocol=paper (with the settings that paper-points-300 names)'
+    """
+    protocol = re.split("[-/]", name)[0]
+    told = "" if protocol == name else f" (with the settings that {name} names)"
+    return f"ffd evaluate run={run} protocol={protocol}{told}"
+
+
+def _require_one_way(runs: Iterable[RunFolder], name: str) -> None:
+    """Raise a DataError if results of one name were not measured in one way.
+
+    As by versions of this package, or of another whose protocol it is, that measured otherwise.
+    """
+    known = [(run, how) for run in runs if (how := described_protocol(run, name))]
+    usual = Counter(how for _, how in known).most_common(1)
+    for run, how in known:
+        if how != usual[0][0]:
+            raise DataError(
+                f"{run.path} was evaluated in another way under protocol {name} than other runs: "
+                f"evaluate it again: {evaluate_command(run.path, name)} restart=true"
+            )
+
+
 def load_runs(runs: Iterable[RunFolder], protocol: str | None = None) -> pd.DataFrame:
     """Read runs into one table, a row each.
 
-    Columns: `run` (path), `category`, `regime`, `templates`, `seed`, `state`, `reason` (of a
-    failure), `protocol`, `seconds_per_step` and, for runs that were evaluated under it, all numbers
-    of their `summary.json`.
+    Columns: `run` (path), `category`, `regime`, `templates`, `seed`, `setting` (equal for runs that
+    differ in their seed alone, and for no others), `state`, `reason` (of a failure), `protocol`,
+    `seconds_per_step` and, for runs that were evaluated under it, all numbers of their
+    `summary.json`.
 
     Args:
         runs: their folders.
-        protocol: whose numbers are read; what the run's training ended with where it is None.
+        protocol: the name of the results whose numbers are read; those that the run's training
+            ended with where it is None.
 
     Raises:
         ConfigError: a `config.yaml` that is damaged.
+        DataError: results of this name that were not all measured in one way.
     """
-    rows = []
+    rows, runs = [], list(runs)
+    if protocol is not None:
+        _require_one_way(runs, protocol)
     for run in runs:
         settings, status = run.settings, run.status
         name = protocol or own_protocol(run)
@@ -127,6 +232,7 @@ def load_runs(runs: Iterable[RunFolder], protocol: str | None = None) -> pd.Data
             {
                 "run": str(run.path),
                 **{column: select(settings, key) for column, key in COLUMN_KEYS.items()},
+                "setting": _setting(settings),
                 "state": status.get("state", "unknown"),
                 "reason": status.get("reason", ""),
                 "protocol": name,
@@ -149,30 +255,59 @@ def _numbers(file: Path) -> dict[str, float]:
 def load_samples(runs: Iterable[RunFolder], protocol: str = "paper") -> pd.DataFrame:
     """Read the samples of runs under a protocol into one table, a row per test image and run.
 
-    Columns: `run`, `regime`, `templates`, `seed`, and those of `samples.csv`: `id`, `category` (the
-    shape's), `family`, `view`, `template`, `weight` and every measure of every shape. Runs that
-    were not evaluated under the protocol are left out.
+    Columns: `run`, `regime`, `templates`, `seed`, `setting` (see `load_runs`), and those of
+    `samples.csv`: `id`, `category` (the shape's), `family`, `view`, `template`, `weight` and every
+    measure of every shape. Runs that were not evaluated under the protocol are left out.
 
     Raises:
-        DataError: no run has samples.
+        DataError: no run has samples, or not all were measured in one way; samples that are
+            damaged.
     """
-    parts = []
+    runs, parts = list(runs), []
+    _require_one_way(runs, protocol)
     for run in runs:
         file = run.evaluation(protocol) / "samples.csv"
         if not file.is_file():
             continue
-        samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
+        try:
+            samples = _read_samples(file, described_protocol(run, protocol))
+        except (OSError, ValueError) as error:
+            raise DataError(
+                f"{file} is damaged ({' '.join(str(error).split())}): "
+                f"{evaluate_command(run.path, protocol)} restart=true"
+            ) from None
         settings = run.settings
         samples.insert(0, "run", str(run.path))
         for place, name in enumerate(("regime", "templates", "seed"), start=1):
             samples.insert(place, name, select(settings, COLUMN_KEYS[name]))
+        samples.insert(4, "setting", _setting(settings))
         parts.append(samples)
     if not parts:
         raise DataError(
-            f"no run has been evaluated under protocol {protocol}: ffd evaluate run=DIR "
-            f"protocol={protocol}"
+            f"no run has been evaluated under protocol {protocol}: "
+            f"{evaluate_command('DIR', protocol)}"
         )
     return pd.concat(parts, ignore_index=True)
+
+
+def _read_samples(file: Path, protocol: ProtocolDescription | None) -> pd.DataFrame:
+    """Read a `samples.csv`.
+
+    Raises:
+        OSError, ValueError: it cannot be read, or lacks what all have.
+    """
+    samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
+    if samples.empty:
+        raise ValueError("no rows")
+    measures = [] if protocol is None else [measure.name for measure in protocol.measures]
+    missing = [x for x in ("id", "category", "view", "template", *measures) if x not in samples]
+    if missing:
+        raise ValueError(f"no column {', '.join(missing)}")
+    for name in measures:
+        numbers = pd.to_numeric(samples[name], errors="coerce")
+        if not (numbers.notna() & (numbers.abs() < float("inf"))).all():
+            raise ValueError(f"{name} is not a finite number everywhere")
+    return samples
 
 
 def load_settings(runs: Iterable[RunFolder]) -> pd.DataFrame:

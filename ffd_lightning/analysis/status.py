@@ -48,7 +48,7 @@ def run_status(run: RunFolder) -> dict[str, object]:
 
 def _evaluated(run: RunFolder) -> int:
     """Return how many samples of an evaluation at work are done."""
-    files = list((run.path / "evaluation").glob("*/samples.partial"))
+    files = list((run.path / "evaluation").rglob("samples.partial"))
     return max((len(f.read_text(encoding="utf-8").splitlines()) - 1 for f in files), default=0)
 
 

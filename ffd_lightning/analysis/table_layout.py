@@ -14,6 +14,7 @@ from rich.constrain import Constrain
 from rich.table import Table
 from rich.text import Text
 
+from ffd_lightning.analysis.runs import is_mixed
 from ffd_lightning.palette import regime_title
 
 _READ_EASILY = 100  # characters in a line of prose
@@ -50,7 +51,7 @@ class RunHeads(NamedTuple):
         if len(same) == len(_HEADS):
             same.remove("regime")
         columns = [Column(name, told[name].tolist()) for name in _HEADS if name not in same]
-        if told.duplicated().any():
+        if told.duplicated().any() or is_mixed(runs, ["category", "regime", "templates"]):
             folders = [str(run) for run in runs["run"]]
             parent = os.path.commonpath(folders)
             columns.append(Column("run", [str(Path(run).relative_to(parent)) for run in folders]))

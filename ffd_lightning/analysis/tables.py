@@ -8,12 +8,13 @@ from typing import Any
 
 import pandas as pd
 from rich.console import RenderableType
+from rich.text import Text
 
 from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget
-from ffd_lightning.analysis.runs import find_protocol, load_runs, load_samples
+from ffd_lightning.analysis.runs import described_protocol, load_runs, load_samples
 from ffd_lightning.analysis.table_layout import Column, RunHeads, fitted, titled
 from ffd_lightning.analysis.wording import SHAPE_TITLES, number, scaled_title
-from ffd_lightning.errors import UserError
+from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
@@ -43,12 +44,13 @@ def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[
     table = load_runs(runs)
     finished = table[table["state"] == "finished"]
     shown: list[RenderableType] = []
-    for name, part in finished.groupby("protocol", sort=False):
+    protocols = [
+        described_protocol(by_path[run], name) or ProtocolDescription(name)
+        for run, name in zip(finished["run"], finished["protocol"], strict=True)
+    ]
+    for protocol in dict.fromkeys(protocols):
+        part = finished[[each == protocol for each in protocols]]
         own = [by_path[path] for path in part["run"]]
-        try:
-            protocol = find_protocol(own, str(name))
-        except UserError:  # its summary.json is damaged, or of a validation
-            protocol = ProtocolDescription(str(name))
         shown.append(_results(part, protocol, _evaluated_on(own), width))
         if (references := _references(part, protocol, width)) is not None:
             shown.append(references)
@@ -123,11 +125,17 @@ def _error_tables(
     runs: pd.DataFrame, protocol: ProtocolDescription, width: int | None
 ) -> list[RenderableType]:
     """Return what the runs' errors are made of and what their meshes are like, if it is known."""
+    known, damaged = [], []
+    for run in map(RunFolder, map(Path, runs["run"])):
+        if (run.evaluation(protocol.name) / "samples.csv").is_file():
+            try:
+                known.append(load_samples([run], protocol.name))
+            except DataError as error:
+                damaged.append(Text(f"{error}\n", style="red"))
     try:
-        samples = load_samples([RunFolder(Path(run)) for run in runs["run"]], protocol.name)
-        budget = error_budget(samples, protocol)
-    except UserError:
-        return []
+        budget = error_budget(pd.concat(known), protocol)
+    except (ValueError, DataError):  # no samples, or none to be split
+        return damaged
     heads = RunHeads.of(runs[runs["run"].isin(budget.index)])
     budget = budget.loc[[run for run in runs["run"] if run in budget.index]]
     parts = [*(share.name for share in SHARES), "total"]
@@ -143,7 +151,7 @@ def _error_tables(
         meanings = "; ".join(": ".join(QUALITY[key][:2]) for key in measured)
         title = _joined("Deformed meshes", heads.common)
         tables.append(titled(title, fitted(heads.columns, meshes, width), f"{meanings}.", width))
-    return tables
+    return [*tables, *damaged]
 
 
 def _failures(runs: pd.DataFrame) -> RenderableType:

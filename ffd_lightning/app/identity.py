@@ -20,7 +20,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
@@ -221,6 +221,23 @@ def difference_name(
         digest = hashlib.sha256(told.encode()).hexdigest()[:_HASH]
         name = f"{name}_{digest}" if name else digest
     return f"_{name}" if name else ""
+
+
+def evaluation_name(cfg: TrainConfig | EvaluateConfig) -> str:
+    """Return how results are measured: the protocol's name, then what differs from its defaults.
+
+    References are not in it: they stand beside the scores, and change none.
+    """
+    kind = type(cfg.protocol)
+    must_be_given = [f.name for f in dataclasses.fields(kind) if f.default is f.default_factory]
+    default = identity(kind(**dict.fromkeys(must_be_given)))
+    own = identity(cfg.protocol)
+    settings = {f"protocol.{key}": own.get(key) for key in _changed(default, own)}
+    if cfg.evaluation.seed:
+        settings["evaluation.seed"] = cfg.evaluation.seed
+    options = ["all-views"] if cfg.evaluation.all_views else []
+    among = {"evaluation.seed", *(f"protocol.{key}" for key in own)}
+    return cfg.protocol.name + difference_name(options, settings, among).replace("_", "-", 1)
 
 
 def _tail(key: str, among: Collection[str]) -> str:

@@ -76,26 +76,21 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     with run.lock():
         identity.check_folder(cfg, run)
         evaluated = {
-            "protocol": cfg.protocol.name,
+            "name": str(evaluation_folder(run, cfg).relative_to(run.evaluation(""))),
             "settings": protocol_key(build_protocol(cfg.protocol)),
             "references": cfg.evaluation.references,
             "subset": cfg.evaluation.subset.value,
-            "all_views": cfg.evaluation.all_views,
-            "seed": cfg.evaluation.seed,
         }
         if run.finished and run.status.get("evaluation") == evaluated:
             log.info("%s is finished already; restart=true would train it again", run.path)
             return dict(run.status["summary"])
-        before = run.status
-        run.set_status("running", steps=cfg.schedule.steps)
+        trained = run.finished  # and stays so, whatever becomes of an evaluation in another way
+        if not trained:
+            run.set_status("running", steps=cfg.schedule.steps)
         try:
             summary = _train(cfg, run)
         except Exception as error:
-            if (
-                before.get("state") == "finished"
-            ):  # its results are there, whatever was asked for now
-                run.restore_status(before)
-            else:
+            if not trained:
                 name = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
                 run.set_status("failed", reason=f"{name}{error}")
             raise
@@ -199,9 +194,10 @@ def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
     restart = "add restart=true to train from the start"
     try:
         found = read_checkpoint(run.checkpoint)
-    except DataError:
+        ids = tuple(found["model"]["templates"]["ids"])
+    except (DataError, KeyError, TypeError):  # cut off, or not written by this training
         raise DataError(f"the checkpoint {run.checkpoint} is damaged: {restart}") from None
-    if tuple(found["model"]["templates"]["ids"]) != tuple(templates):
+    if ids != tuple(templates):
         raise DataError(
             f"the checkpoint {run.checkpoint} has other templates than are chosen now, the first "
             f"of them {templates[0]}: {restart}"
@@ -316,5 +312,5 @@ def _rank(
 
 
 def evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:
-    """Return where an evaluation goes: the test shapes' has the protocol's name."""
-    return run.evaluation(cfg.protocol.name, cfg.evaluation.subset.value)
+    """Return where the evaluation of the trained network goes."""
+    return run.evaluation(identity.evaluation_name(cfg), cfg.evaluation.subset.value)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from enum import Enum
+from pathlib import Path, PurePath
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -139,7 +140,8 @@ def evaluate(
 
     Returns:
         The summary: means over all samples, and how templates were selected. Read back where the
-        same weights were evaluated in the same way already.
+        same weights were evaluated in the same way already; then it has references, too, where it
+        had them.
 
     Raises:
         ConfigError: another process writes to the folder.
@@ -149,7 +151,7 @@ def evaluate(
     settings = _settings(evaluated, protocol, options)
     key = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()
     description = ProtocolDescription.of(protocol).to_json()
-    finished = _read_summary(folder, key, description)
+    finished = _read_summary(folder, settings, description)
     if finished is not None and not options.restart:
         return finished
     evaluated = with_labels(evaluated, protocol, options.references)
@@ -175,6 +177,8 @@ def evaluate(
             "settings": settings,
             "key": key,
         }
+        # Tables are never beside a summary of others, not even after a kill.
+        (folder / "summary.json").unlink(missing_ok=True)
         for name, rows in zip(TABLES, (table, ranking), strict=True):
             write_csv(folder / name, rows)
         write_atomic(folder / "summary.json", json.dumps(content, indent=2) + "\n")
@@ -189,7 +193,7 @@ def _settings(
     return {
         "format": FORMAT_VERSION,
         "protocol": protocol_key(protocol),
-        "weights": _weights_digest(evaluated.network),
+        "weights": weights_digest(evaluated.network),
         "templates": list(evaluated.bank.ids),
         "max_edge": evaluated.bank.max_edge,
         "tested_on": evaluated.tested_on.fingerprint(),
@@ -365,29 +369,59 @@ def rank_templates(
 
 
 def protocol_key(protocol: EvaluationProtocol) -> str:
-    """Return what changes when a protocol measures something else."""
+    """Return what changes when a protocol measures something else: its type and its attributes.
+
+    The same in every process. Attributes are plain values, paths, arrays, dataclasses, and
+    containers of those; of anything else the type counts.
+    """
     if dataclasses.is_dataclass(protocol):
-        return repr(protocol)
+        return _written(protocol)
     kind = type(protocol)
-    own = {k: v for k, v in vars(protocol).items() if isinstance(v, str | int | float | bool)}
+    own = _written(getattr(protocol, "__dict__", {}))
     return f"{kind.__module__}.{kind.__qualname__} {protocol.name} {own} {protocol.measures}"
 
 
-def _weights_digest(network: TemplateFfdNetwork) -> str:
+def _written(value: Any) -> str:
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = (f"{f.name}={_written(getattr(value, f.name))}" for f in dataclasses.fields(value))
+        return f"{type(value).__qualname__}({', '.join(fields)})"  # as `repr`, which cuts arrays
+    if isinstance(value, Mapping):
+        items = ", ".join(f"{_written(key)}: {_written(one)}" for key, one in value.items())
+        return f"{{{items}}}"
+    if isinstance(value, list | tuple | set | frozenset):
+        parts = [_written(one) for one in value]
+        ordered = sorted(parts) if isinstance(value, set | frozenset) else parts
+        return f"{type(value).__name__}({', '.join(ordered)})"
+    if isinstance(value, np.ndarray | torch.Tensor):
+        return hashlib.sha256(f"{value.dtype} {value.tolist()}".encode()).hexdigest()
+    if value is None or isinstance(value, str | int | float | bytes | PurePath | Enum | np.generic):
+        return repr(value)
+    named = value if hasattr(value, "__qualname__") else type(value)  # functions, classes
+    return f"{named.__module__}.{named.__qualname__}"
+
+
+def weights_digest(network: TemplateFfdNetwork) -> str:
+    """Return what changes when any weight or statistic of a network does."""
     digest = hashlib.sha256()
     for value in network.state_dict().values():
         digest.update(value.detach().cpu().contiguous().reshape(-1).view(torch.uint8).numpy())
     return digest.hexdigest()
 
 
-def _read_summary(folder: Path, key: str, description: dict[str, Any]) -> dict[str, float] | None:
-    """Return the numbers of a finished evaluation of this key, None if there is none.
+def _read_summary(
+    folder: Path, settings: Mapping[str, Any], description: dict[str, Any]
+) -> dict[str, float] | None:
+    """Return the numbers of a finished evaluation of these settings, None if there is none.
 
-    One that describes its protocol in other words, or not at all, is none either.
+    One with references holds what one without them does, and more. One that describes its protocol
+    in other words, or not at all, is none.
     """
     try:
         content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-        if content["key"] != key or content["protocol"] != description:
+        found = dict(content["settings"])
+        if settings["trained_on"] is None:  # no references are asked for
+            found["trained_on"] = None
+        if found != settings or content["protocol"] != description:
             return None
         if not all((folder / name).is_file() for name in TABLES):
             return None

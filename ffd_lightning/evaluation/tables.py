@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from rich.table import Table
 
 from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
-from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.terminal import table_console
 
 _PART = "part_iou_"
 
 
 def print_summary(
-    run: RunFolder, protocol: EvaluationProtocol, summary: dict[str, float], subset: str = "test"
+    folder: Path, protocol: EvaluationProtocol, summary: dict[str, float], subset: str = "test"
 ) -> None:
     """Print a row for each shape that was scored and a column for each measure."""
     caption = "; ".join(f"{m.title}: {m.definition}" for m in protocol.measures)
     caption += f". {protocol.note}.{ProtocolDescription.of(protocol).factors}"
     scored = f"{summary['num_samples']:.0f} images of {subset} shapes"
     table = Table(
-        title=f"{run.path}, protocol {protocol.name}, {scored}",
+        title=f"{folder}, {scored}",
         caption=f"Means over the {subset} shapes. {caption}",
         caption_justify="left",
     )
@@ -45,5 +46,5 @@ def print_summary(
     if of_parts:
         told = ", ".join(f"{name.removeprefix(_PART)} {100 * x:.1f}" for name, x in of_parts)
         lines.append(f"the model's part IoU x 100, over the test shapes that have the part: {told}")
-    lines.append(f"samples.csv and summary.json: {run.evaluation(protocol.name, subset)}")
+    lines.append(f"samples.csv and summary.json: {folder}")
     print("\n".join(lines))

@@ -45,7 +45,7 @@ SUMMARY = {
 
 def write_summary(run, protocol, numbers):
     run.evaluation(protocol.name).mkdir(parents=True)
-    content = {**numbers, "settings": {"seed": 0}, "protocol": protocol.to_json()}
+    content = {**numbers, "settings": {"max_edge": 0.02}, "protocol": protocol.to_json()}
     (run.evaluation(protocol.name) / "summary.json").write_text(json.dumps(content))
 
 
@@ -278,9 +278,9 @@ def test_a_sweep_of_which_nothing_came_to_its_end(runs, tmp_path):
 def test_samples_of_runs_are_joined(runs):
     for run, values in zip(runs, ((0.1, 0.3), (0.2, 0.4)), strict=True):
         run.evaluation("paper").mkdir(parents=True, exist_ok=True)
-        lines = [f"00{k},chair,f,{value}" for k, value in enumerate(values)]
+        lines = [f"00{k},chair,f,0,t,{value},1,1" for k, value in enumerate(values)]
         (run.evaluation("paper") / "samples.csv").write_text(
-            "\n".join(["id,category,family,chamfer", *lines]) + "\n"
+            "\n".join(["id,category,family,view,template,chamfer,emd,iou", *lines]) + "\n"
         )
     table = load_samples(runs)
     assert table["regime"].tolist() == ["b", "b", "e", "e"]

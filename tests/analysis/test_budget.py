@@ -1,3 +1,6 @@
+from dataclasses import replace
+
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -49,6 +52,23 @@ def test_density_is_what_points_drawn_anew_take_off_the_emd():
     earlier = samples_of("r", (1, 2, 3, 4, 0)).assign(emd=0.6)
     both = error_budget(pd.concat([table, earlier]), PROTOCOL)["density"]
     assert both.isna().tolist() == [False, True], "not known of an earlier version's run"
+
+
+def test_parts_below_zero_are_drawn_below_zero():
+    """A choice by Chamfer distance may be better than the best one by another measure."""
+    (panel,) = budget_bars(samples_of("b", (0.02, 0.03, 0.055, 0.05, 0)), PROTOCOL).axes
+    spans = [(bar.get_x(), bar.get_x() + bar.get_width()) for (bar,) in panel.containers]
+    np.testing.assert_allclose(spans, [(0, 20), (20, 30), (30, 55), (0, -5)])
+    (line,) = panel.collections
+    np.testing.assert_allclose(line.get_segments()[0][:, 0], 50, err_msg="the total")
+    assert panel.get_xlim()[0] < -5
+
+
+def test_where_more_is_better_there_is_no_error_to_split():
+    measures = tuple(replace(m, higher_is_better=True) for m in PROTOCOL.measures)
+    better = replace(PROTOCOL, measures=measures)
+    with pytest.raises(DataError, match="more is better"):
+        error_budget(samples_of("b", (1, 2, 3, 4, 5)), better)
 
 
 def test_without_references_there_is_no_budget():

@@ -85,7 +85,7 @@ def drawn(monkeypatch):
 
 
 def samples_of(run):
-    return pd.read_csv(run.evaluation("paper") / "samples.csv").set_index("id")
+    return pd.read_csv(run.evaluation("paper-points-64") / "samples.csv").set_index("id")
 
 
 # --- voxels --------------------------------------------------------------------------------------
@@ -390,7 +390,7 @@ def test_random_images_need_no_scores(run, tmp_path):
 def test_scores_of_other_weights_are_refused(run, tmp_path):
     shutil.copytree(run.path, tmp_path / "run")
     other = RunFolder(tmp_path / "run")
-    file = other.evaluation("paper") / "samples.csv"
+    file = other.evaluation("paper-points-64") / "samples.csv"
     table = pd.read_csv(file)
     table["template"] = "table-x"
     table.to_csv(file)

@@ -102,19 +102,6 @@ def test_a_curve_is_the_share_of_samples_that_are_better(measure):
             assert height(line, x) == pytest.approx(better / len(values))
 
 
-def test_axes_are_named_shortly_and_say_which_way():
-    table = samples(("sofa", "b", 4, 0))
-    distance, overlap = cumulative_curves(table, PAPER), cumulative_curves(table, PAPER, "iou")
-    assert distance.axes[0].get_xscale() == "log"
-    assert overlap.axes[0].get_xscale() == "linear"
-    assert distance.axes[0].get_xlabel() == "Chamfer x 1000"
-    assert overlap.axes[0].get_xlabel() == "IoU x 1000"
-    assert distance.get_supylabel() == "share of test images below"
-    assert overlap.get_supylabel() == "share of test images above"
-    for figure, name in ((distance, "Chamfer"), (overlap, "IoU")):
-        assert name in figure.get_suptitle()
-
-
 def test_seeds_share_a_colour_and_regimes_keep_theirs():
     both = cumulative_curves(
         samples(("sofa", "b", 4, 0), ("sofa", "w", 4, 0), ("sofa", "w", 4, 1)), PAPER

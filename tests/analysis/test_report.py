@@ -11,6 +11,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import contextmanager
+from functools import partial
 from html.parser import HTMLParser
 from statistics import mean, stdev
 
@@ -18,8 +19,13 @@ import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
+from rich.console import Console
 from scipy.spatial import cKDTree
 
+from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs
+from ffd_lightning.analysis.paper import comparison_table
+from ffd_lightning.analysis.plot_layout import series_of
+from ffd_lightning.analysis.plots import template_count_curves
 from ffd_lightning.analysis.report import elements
 from ffd_lightning.analysis.report.gallery import (
     choose_images,
@@ -33,7 +39,9 @@ from ffd_lightning.analysis.report.stills import DEFORMED, still
 from ffd_lightning.analysis.report.sweep import Sweep
 from ffd_lightning.analysis.report.templates import heat_maps, percents
 from ffd_lightning.analysis.report.write import write_report
-from ffd_lightning.analysis.runs import load_samples
+from ffd_lightning.analysis.runs import load_runs, load_samples
+from ffd_lightning.analysis.selection import selection_stability
+from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import report
 from ffd_lightning.app.open_run import open_run
@@ -200,6 +208,37 @@ def test_seeds_become_a_mean_and_a_deviation(tmp_path, blank):
     assert "Agreement of seeds" in page.text
 
 
+def test_only_runs_that_differ_in_nothing_but_their_seed_are_averaged(tmp_path, blank):
+    runs = []
+    for seed, steps in enumerate((300, 60_000, 60_000)):
+        run = make_run(tmp_path / f"seed{seed}_steps-{steps}", seed=seed)
+        run.config.write_text(f"{run.config.read_text()}schedule: {{steps: {steps}}}\n")
+        runs.append(run)
+    head, *rows = Page(write_report(tmp_path, open_run)).tables[0]
+    assert [row[:2] for row in rows[:2]] == [["steps-300", "1"], ["steps-60000", "2"]]
+    of_run = [mean(1000 * float(r["chamfer"]) for r in read_rows(run)) for run in runs]
+    for row, expected in zip(rows, (of_run[0], mean(of_run[1:])), strict=False):
+        assert number_in(row[head.index("Chamfer ↓")]) == pytest.approx(expected, rel=0.01)
+    table, samples = load_runs(runs, "paper"), load_samples(runs)
+    table["chamfer"], other = of_run, table.iloc[1:].assign(templates=8)
+    other["chamfer"] = of_run[1:]
+    for average in (
+        lambda: aggregate_seeds(table, ["chamfer"]),
+        lambda: comparison_table(table),
+        lambda: selection_stability(samples),
+        lambda: compare_runs(samples.assign(half=samples["seed"] // 2), PAPER, "chamfer", "half"),
+        lambda: template_count_curves(pd.concat([table, other]), PAPER),
+    ):
+        with pytest.raises(DataError, match=r"seed0\S* and \S*seed1\S* differ in schedule\.steps"):
+            average()
+    assert aggregate_seeds(table[1:], ["chamfer"])["chamfer"].tolist() == [mean(of_run[1:])]
+    series, colors = series_of(samples)
+    assert len(colors) == series["series"].nunique() == 3
+    buffer = io.StringIO()
+    Console(file=buffer, width=300).print(*summary_tables(runs))
+    assert "seed0_steps-300" in buffer.getvalue()
+
+
 # --- which is best -------------------------------------------------------------------------------
 
 
@@ -217,29 +256,12 @@ def regimes(folder, seeds=(0,), **shifts):
     return Page(write_report(folder, open_run)).text
 
 
-def test_one_training_each_never_beats_another(tmp_path, blank):
-    text = regimes(tmp_path, b=0.05, w=0.0, posterior=0.1)
+def test_only_several_trainings_that_agree_beat_another(tmp_path, blank):
+    text = regimes(tmp_path / "one", b=0.05, w=0.0, posterior=0.1)
     assert "Best Chamfer, EMD and IoU: w, log-weighted." in text
-    assert "Shown on these test shapes: 3 of 3 leads. One training each: another seed may" in text
-    assert "lowest: w, log-weighted 325.8 b, base 377.1 next, difference 51.3 [" in text
-    assert "shown for these trained networks ; over 12 test shapes, one training each" in text
-    assert "highest: w, log-weighted" in text
     assert "beats" not in text
     assert "w scores better than b on table" in text
-
-
-def test_seeds_that_agree_are_said_to(tmp_path, blank):
-    text = regimes(tmp_path, (0, 1), b=0.05, w=0.0)
-    assert "shown, and all pairs of seeds agree ; over 12 test shapes, 2 seeds each" in text
-    assert "w beats b on table" in text
-    assert "another seed may" not in text
-
-
-def test_a_lead_that_is_not_shown_is_no_answer(tmp_path, blank):
-    for regime in "be":
-        make_run(tmp_path / regime, regime, count=12)
-    text = Page(write_report(tmp_path, open_run)).text
-    assert "not shown ; over 12 test shapes" in text
+    assert "w beats b on table" in regimes(tmp_path / "two", (0, 1), b=0.05, w=0.0)
 
 
 def test_the_marked_best_is_the_best_of_the_samples(tmp_path, blank):
@@ -272,13 +294,6 @@ def test_categories_have_each_their_best_and_the_mean_speaks_for_all(tmp_path, b
     assert head[:2] == ["category", "Chamfer x 1000, lower is better"]
     assert {row[0] for row in rows} == {"table", "chair"}
     assert all(row[1].startswith("e, entropy 325.8") and ", shown" in row[1] for row in rows)
-
-
-def test_a_run_alone_says_that_there_is_nothing_beside_it(tmp_path, blank):
-    make_run(tmp_path / "a", count=12)
-    text = Page(write_report(tmp_path, open_run)).text
-    assert "One run: there is nothing to compare it with." in text
-    assert "95% interval over test shapes [" in text
 
 
 # --- templates -----------------------------------------------------------------------------------
@@ -417,6 +432,28 @@ def test_a_sweep_without_any_result(tmp_path, evaluated):
     assert "no memory" in page.text
 
 
+def test_a_damaged_file_leaves_the_other_runs_their_tables(sweep):
+    (sweep[0].evaluation("paper") / "samples.csv").write_text("")
+    buffer = io.StringIO()
+    for table in summary_tables(sweep):
+        Console(file=buffer, width=400).print(table)
+    (line,) = [line for line in buffer.getvalue().splitlines() if "damaged" in line]
+    assert f"{sweep[0].evaluation('paper')}/samples.csv is damaged" in line
+    assert "ffd evaluate run=" in line
+    assert "Results under protocol paper" in buffer.getvalue()
+
+
+def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, tmp_path):
+    for run, format_version in zip(sweep, (5, 6), strict=True):
+        content = {"protocol": PAPER.to_json(), "settings": {"format": format_version}}
+        (run.evaluation("paper") / "summary.json").write_text(json.dumps(content))
+    for read in (load_samples, partial(load_runs, protocol="paper")):
+        with pytest.raises(DataError, match="evaluated in another way under protocol paper"):
+            read(sweep)
+    page = Page(write_report(tmp_path, open_run))
+    assert "evaluated under another protocol of this name" in page.text
+
+
 def test_the_protocol_is_that_of_most_runs_unless_it_is_named(tmp_path, blank):
     warmth, weight = Measure("warmth", "of the shape", True, 1.0), Measure("weight_of", "grams")
     own = ProtocolDescription("own", "a protocol that is not installed here", (warmth, weight))
@@ -481,13 +518,6 @@ def test_each_run_is_held_against_what_it_retrieves(tmp_path, blank):
         )
 
 
-def test_a_run_alone_is_held_against_what_it_retrieves(tmp_path, blank):
-    make_run(tmp_path / "b", count=12, retrieved=MEASURES)
-    text = Page(write_report(tmp_path, open_run)).text
-    assert "the network scores better than retrieval on table (b T=4)" in text
-    assert "Regimes, by" not in text
-
-
 def test_the_study_s_question_is_asked(sweep, tmp_path):
     (tmp_path / "study.yaml").write_text("study: Entropy\nquestion: Does it help?\ncommand: make\n")
     page = Page(write_report(tmp_path, open_run))
@@ -522,12 +552,6 @@ def test_results_beside_the_papers(tiny_run, sweep, tmp_path):
     ]
     assert "schedule.steps is 8 (paper: 100000)" in page.text
     assert "Compared were " in page.text
-
-
-def test_no_examples_without_a_checkpoint(written):
-    page = Page(written[1])
-    assert "no examples, since" in page.text
-    assert page.tags["canvas"] == 0
 
 
 def test_the_command(sweep, tmp_path, capsys):
@@ -669,8 +693,8 @@ def test_examples_are_the_network_s_own(trained):
     folder, cfg, _ = trained
     run = RunFolder(folder / "run")
     opened = open_run(run)
-    samples = load_samples([run])
-    order = sorted(read_rows(run), key=lambda row: float(row["chamfer"]))
+    samples = load_samples([run], "paper-points-64")
+    order = sorted(read_rows(run, "paper-points-64"), key=lambda row: float(row["chamfer"]))
     expected = [order[0], order[(len(order) - 1) // 2], order[-1]]
     chosen = choose_images(samples, CHAMFER)
     assert [image["id"] for image in chosen.values()] == [row["id"] for row in expected]
@@ -700,7 +724,7 @@ def test_the_page_shows_them(trained):
     assert page.tags["canvas"] == 6, "three images: the network, and what is true"
     meshes = json.loads(re.search(r'id="meshes">(.*?)</script>', text, re.S)[1])
     assert {v for t, k, v in page.attributes if k == "data-mesh"} == set(meshes)
-    row = read_rows(RunFolder(folder / "run"))[0]
+    row = read_rows(RunFolder(folder / "run"), "paper-points-64")[0]
     assert row["template"] in page.text, "named where its picture stands"
     assert page.tags["use"] > 3
     assert len(text) < 1_000_000
@@ -760,7 +784,7 @@ def test_a_report_prepares_no_data(trained, tmp_path, blank):
 
 def test_samples_of_other_weights_are_noticed(trained, tmp_path, blank):
     run = RunFolder(shutil.copytree(trained[0], tmp_path / "copy") / "run")
-    file = run.evaluation("paper") / "samples.csv"
+    file = run.evaluation("paper-points-64") / "samples.csv"
     table = pd.read_csv(file)
     table["template"] = [sorted(set(read_ranking(run)) - {t})[0] for t in table["template"]]
     table.to_csv(file, index=False)

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +17,12 @@ from commands import run_command
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
+from ffd_lightning.analysis.runs import described_protocols
 from ffd_lightning.app.build import build_data, build_network, build_protocol
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.identity import evaluation_name
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_weights
@@ -83,11 +85,14 @@ def config(run, *overrides):
 
 
 def evaluate(run, *overrides):
-    return evaluate_run(config(run, *overrides))
+    return evaluate_run(config(run, *overrides))[0]
 
 
-def samples(run):
-    return (run.evaluation("paper") / "samples.csv").read_text()
+FEW = "paper-points-64"  # where results of `config` are
+
+
+def samples(run, name=FEW):
+    return (run.evaluation(name) / "samples.csv").read_text()
 
 
 def test_what_is_written(copy, trained):
@@ -105,10 +110,10 @@ def test_what_is_written(copy, trained):
     assert all(r["resampled_iou"] == r["iou"] for r in rows), "the same mesh"
     assert not any(r["resampled_emd"] == r["emd"] for r in rows), "of other points"
     assert summary["num_samples"] == len(rows)
-    written = json.loads((copy.evaluation("paper") / "summary.json").read_text())
+    written = json.loads((copy.evaluation(FEW) / "summary.json").read_text())
     assert written["step"] == 8
     assert written["unit"] == "64 points, hemisphere of radius 3.2"
-    assert not (copy.evaluation("paper") / "samples.partial").exists()
+    assert not (copy.evaluation(FEW) / "samples.partial").exists()
 
 
 def twice_drawn(mesh, count, rng):
@@ -161,19 +166,20 @@ def test_nothing_but_the_checkpoint_and_the_seed_decides_the_numbers(copy):
     one = evaluate(copy, "evaluation.workers=1")
     first = samples(copy)
     assert evaluate(copy, "evaluation.workers=3", "restart=true") == one
-    assert samples(copy) == first
     other = evaluate(copy, "evaluation.seed=1")
+    assert samples(copy) == first
+    assert samples(copy, f"{FEW}_seed-1") != first
     assert other["chamfer"] != one["chamfer"]
     assert other["iou"] == one["iou"], "voxels are not drawn"
 
 
 def test_training_ends_with_the_same_evaluation(trained, monkeypatch):
     run = trained[0]
-    before = samples(run)
+    before = samples(run, "paper")
     monkeypatch.setattr(evaluator, "score_shapes", None)
     summary = evaluate(run, "evaluation.references=false", "protocol=paper")
     assert summary.items() <= run.status["summary"].items()
-    assert samples(run) == before
+    assert samples(run, "paper") == before
 
 
 def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
@@ -182,13 +188,13 @@ def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
     assert data.split.val
     assert set(data.split.val).isdisjoint(data.split.test)
     evaluate(copy, "evaluation.references=false", "evaluation.subset=val")
-    folder = copy.evaluation("paper", "val")
+    folder = copy.evaluation(FEW, "val")
     rows = list(csv.DictReader((folder / "samples.csv").read_text().splitlines()))
     assert [row["id"] for row in rows] == list(data.split.val)
     assert (copy.path / "template_ranking.csv").read_text() == (
         folder / "template_ranking.csv"
     ).read_text()
-    assert folder != copy.evaluation("paper")
+    assert folder != copy.evaluation(FEW)
 
 
 def test_a_run_without_validation_shapes_is_evaluated_on_the_others(copy):
@@ -205,9 +211,9 @@ def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained,
     summary = train(cfg, copy)
     assert summary["fscore_2"] > 0
     told = copy.status["evaluation"]
-    assert told["protocol"] == "modern"
+    assert told["name"] == "modern-points-100"
     assert "points=100" in told["settings"]
-    assert (told["references"], told["subset"], told["seed"]) == (False, "test", 0)
+    assert (told["references"], told["subset"]) == (False, "test")
     again = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
     assert all(torch.equal(again[name], value) for name, value in weights.items())
 
@@ -220,7 +226,7 @@ def test_all_views(tiny_config, tmp_path):
     one = evaluate(run)
     rows = list(csv.DictReader(samples(run).splitlines()))
     both = evaluate(run, "evaluation.all_views=true")
-    views = list(csv.DictReader(samples(run).splitlines()))
+    views = list(csv.DictReader(samples(run, "paper-all-views_points-64").splitlines()))
     assert [row["view"] for row in views] == ["0", "1"] * len(rows)
     assert [r["emd"] for r in views if r["view"] == "0"] == [r["emd"] for r in rows]
     assert [r["emd"] for r in views if r["view"] == "1"] != [r["emd"] for r in rows]
@@ -241,7 +247,7 @@ def test_runs_of_other_regimes_and_seeds_share_the_scores_of_references(
     train(tiny_config(*few, "regime=r", "seed=1"), run)
     shared = samples(run)
     assert samples(RunFolder(tmp_path / "first")) != shared
-    (run.evaluation("paper") / "summary.json").unlink()
+    (run.evaluation(FEW) / "summary.json").unlink()
     evaluate(run)
     assert samples(run) == shared
     monkeypatch.setattr(reference_scores, "fitted_template", fit)
@@ -250,7 +256,7 @@ def test_runs_of_other_regimes_and_seeds_share_the_scores_of_references(
 
 
 def test_one_evaluation_at_a_time(copy):
-    with lock_folder(copy.evaluation("paper"), ""), pytest.raises(ConfigError, match="evaluates"):
+    with lock_folder(copy.evaluation(FEW), ""), pytest.raises(ConfigError, match="evaluates"):
         evaluate(copy)
     evaluate(copy, "evaluation.references=false")
 
@@ -314,7 +320,7 @@ def test_finished_evaluations_are_read_back(copy, monkeypatch):
 def test_a_killed_evaluation_goes_on(copy, trained, data_root):
     undisturbed = evaluate(copy, "evaluation.references=false")
     expected = samples(copy)
-    shutil.rmtree(copy.evaluation("paper"))
+    shutil.rmtree(copy.evaluation(FEW))
     code = (
         "import sys, time\n"
         "from ffd_lightning.app.main import run\n"
@@ -326,7 +332,7 @@ def test_a_killed_evaluation_goes_on(copy, trained, data_root):
     overrides = ["protocol.points=64", "evaluation.workers=1", "evaluation.references=false"]
     command = [sys.executable, "-c", code, f"run={copy.path}", *overrides]
     process = subprocess.Popen(command, cwd=ROOT)
-    partial = copy.evaluation("paper") / "samples.partial"
+    partial = copy.evaluation(FEW) / "samples.partial"
     end = time.monotonic() + 180
     while not (partial.exists() and len(partial.read_text().splitlines()) > 2):
         assert process.poll() is None, "it has come to its end"
@@ -360,12 +366,44 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
             value.mul_(1.01)
     torch.save(content, other)
     first = evaluate(copy, "evaluation.references=false")
-    assert evaluate(copy, "evaluation.references=false", f"checkpoint={other}") != first
     own = samples(copy)
+    assert evaluate(copy, "evaluation.references=false", f"checkpoint={other}") != first
     everything = evaluate(copy, "evaluation.references=false", f"prepared={data.prepared.path}")
     assert everything["num_samples"] == len(data.prepared) - 2, "all but the templates"
-    assert samples(copy) == own, "those of the run's own shapes are not lost"
-    assert (copy.evaluation("paper", data.prepared.path.name) / "samples.csv").is_file()
+    same = evaluate(copy, "evaluation.references=false", f"checkpoint={run.checkpoint}")
+    assert same == first, "of the same weights, in another file"
+    assert samples(copy) == own, "those of the run's own network and shapes are not lost"
+    below = [file.parent.name for file in sorted(copy.evaluation(FEW).glob("*/samples.csv"))]
+    assert below[0].startswith(f"{data.prepared.path.name}-")
+    assert below[1].startswith("weights-")
+    assert list(described_protocols(copy)) == ["paper", FEW]
+    copy.set_status("running")  # its last checkpoint is not its last
+    evaluate(copy, "evaluation.references=false", "evaluation.seed=1")
+    assert not (copy.evaluation(f"{FEW}_seed-1") / "samples.csv").exists()
+    assert len(list(copy.evaluation(f"{FEW}_seed-1").glob("weights-*/samples.csv"))) == 1
+
+
+def test_an_evaluation_without_references_does_not_take_those_that_are_there(copy):
+    everything = evaluate(copy)
+    before = samples(copy)
+    assert evaluate(copy, "evaluation.references=false") == everything
+    assert samples(copy) == before
+
+
+@dataclass
+class Thresholds:
+    """A protocol's settings, one of them without a default."""
+
+    within: tuple[float, ...]
+    places: list[int] = field(default_factory=lambda: [1])
+    name: str = "shares"
+
+
+def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy):
+    protocols = [Thresholds((0.01,)), Thresholds((0.5,)), Thresholds((0.01,), [1, 2])]
+    names = [evaluation_name(replace(config(copy), protocol=x)) for x in protocols]
+    assert len(set(names)) == 3
+    assert all(name.startswith("shares-") for name in names)
 
 
 @pytest.mark.parametrize(
@@ -513,7 +551,7 @@ def test_a_journal_of_other_settings_is_begun_anew(tmp_path):
 
 def test_the_command(copy, data_root, prepared):
     assert isinstance(prepared, PreparedSet)
-    command = [sys.executable, str(ROOT / "evaluate.py"), f"run={copy.path}"]
+    command = [sys.executable, str(ROOT / "evaluate.py"), f"run={copy.path}", "protocol.points=64"]
     done = subprocess.run(
         [*command, "evaluation.references=false"],
         capture_output=True,
@@ -522,7 +560,7 @@ def test_the_command(copy, data_root, prepared):
     )
     assert done.returncode == 0, done.stderr
     assert "selected template, deformed" in done.stdout
-    assert (copy.evaluation("paper") / "samples.csv").is_file()
+    assert (copy.evaluation(FEW) / "samples.csv").is_file()
     for override, word in (
         ("run=/no/such", "is not a run folder"),
         ("protocol=papre", "no protocol 'papre'. Did you mean protocol=paper?"),

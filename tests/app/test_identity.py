@@ -5,11 +5,11 @@ import yaml
 from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
 
+from ffd_lightning.analysis.runs import decides, different_settings, load_runs, load_settings
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.hydra_app import config_folder, prepare_hydra
 from ffd_lightning.app.identity import (
     check_folder,
-    difference_name,
     identity,
     run_folder,
     to_yaml,
@@ -86,11 +86,38 @@ def test_a_default_that_is_said_is_the_default(tiny_config, tmp_path):
     check_folder(tiny_config(), run)
 
 
+def settings_of(*runs):
+    """What tables call the settings of runs: equal for those that are seeds of each other."""
+    return load_runs(runs)["setting"].tolist()
+
+
+def test_readers_of_run_folders_know_what_decides_a_run(tiny_config, tmp_path):
+    run = written(tiny_config("regime=posterior", "augmentation=photo"), tmp_path)
+    keys = set(identity(tiny_config("regime=posterior", "augmentation=photo")))
+    assert {key for key in load_settings([run]) if decides(key)} == keys - {"seed"}
+
+
+def test_files_of_a_run_of_the_same_seed_follow_from_the_seed(tiny_config, tmp_path):
+    ranked = [
+        tiny_config(
+            f"seed={seed}",
+            "template_strategy=ranking",
+            f"template_strategy.file=/runs/a/seed{other}_steps-9/template_ranking.csv",
+        )
+        for seed, other in ((0, 0), (1, 1), (2, 1))
+    ]
+    runs = [written(cfg, tmp_path / str(cfg.seed)) for cfg in ranked]
+    first, second, third = settings_of(*runs)
+    assert first == second != third
+    assert different_settings(*runs[1:]) == ["template_strategy.file"]
+
+
 @pytest.mark.parametrize("override", NO_OTHER_RUN)
 def test_where_and_how_fast_makes_no_other_run(tiny_config, tmp_path, override):
     run = written(tiny_config(), tmp_path)
     changed = tiny_config(override)
     assert identity(changed) == identity(tiny_config())
+    assert len(set(settings_of(run, written(changed, tmp_path / "other")))) == 1
     assert yaml.safe_load(to_yaml(changed)) != yaml.safe_load(run.config.read_text())
     checked(changed, run)
 
@@ -98,6 +125,8 @@ def test_where_and_how_fast_makes_no_other_run(tiny_config, tmp_path, override):
 @pytest.mark.parametrize("override", ANOTHER_RUN)
 def test_what_changes_the_result_is_refused_in_the_folder(tiny_config, tmp_path, override):
     run = written(tiny_config(), tmp_path)
+    other = written(tiny_config(override), tmp_path / "other")
+    assert len(set(settings_of(run, other))) == 1 + (override != "seed=1")
     before = run.config.read_text()
     with pytest.raises(ConfigError, match=r"holds a run with other settings: .* was .*, now "):
         checked(tiny_config(override), run)
@@ -147,16 +176,6 @@ def test_a_damaged_file_is_said(tiny_config, tmp_path, text):
         ConfigError, match=r"config\.yaml is of another version or damaged.*restart"
     ):
         checked(tiny_config(), run)
-
-
-def test_a_restart_discards_the_checkpoint(tiny_config, tmp_path):
-    run = written(tiny_config(), tmp_path)
-    run.checkpoint.parent.mkdir()
-    run.checkpoint.touch()
-    checked(tiny_config(), run)
-    assert run.checkpoint.exists()
-    checked(tiny_config("restart=true"), run)
-    assert not run.checkpoint.exists()
 
 
 # --- names ---------------------------------------------------------------------------------------
@@ -237,17 +256,6 @@ def test_names_are_distinct_short_and_can_be_written():
         assert "/" not in name
         assert set(name) <= set("abcdefghijklmnopqrstuvwxyz0123456789_.-")
     assert names == [folder(*x).removeprefix("chair/b/t16/") for x in DISTINCT], "always the same"
-
-
-def test_a_long_name_keeps_whole_words_and_ends_with_a_hash():
-    settings = {f"group.setting{k}": k for k in range(9)}
-    name = difference_name(["paper"], settings)
-    assert name.startswith("_paper_setting0-0_setting1-1_setting2-2_")
-    assert len(name) <= 50
-    other = difference_name(["paper"], settings | {"group.setting8": 9})
-    assert name.rpartition("_")[0] == other.rpartition("_")[0]
-    assert name != other
-    assert difference_name([], {}) == ""
 
 
 @pytest.mark.parametrize(

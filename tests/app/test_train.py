@@ -1,5 +1,6 @@
 import csv
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.files import lock_folder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import StepTimer
 from ffd_lightning.training.module import FfdModule
@@ -137,15 +139,40 @@ def test_a_run_is_not_resumed_with_other_templates(tiny_config, tmp_path, monkey
         train(tiny_config("schedule.steps=2"), run)
 
 
-def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(tiny_config, tmp_path):
+def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(
+    tiny_config, tmp_path, monkeypatch
+):
     run = RunFolder(tmp_path / "run")
     few = ("schedule.steps=2", "split.val_fraction=0")
     train(tiny_config(*few), run)
     settings, status = run.config.read_bytes(), run.status
+    monkeypatch.setattr("ffd_lightning.app.training_run.evaluate", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        train(tiny_config(*few, "evaluation.seed=1"), run)
+    assert run.status == status, "nor is it called running after a kill"
     with pytest.raises(ConfigError, match="no validation shapes"):
         train(tiny_config(*few, "evaluation.subset=val", "logger.every=7"), run)
     assert run.status == status
     assert run.config.read_bytes() == settings, "it says how the run was trained"
+
+
+def interrupted(*_):
+    raise KeyboardInterrupt
+
+
+def test_a_restart_discards_all_that_was_found_out_about_the_network(
+    finished, tiny_config, tmp_path, monkeypatch
+):
+    run = RunFolder(shutil.copytree(finished[0].path, tmp_path / "run"))
+    shutil.copytree(run.evaluation("paper"), run.evaluation("modern", "val"))
+    with lock_folder(run.evaluation("paper"), ""), pytest.raises(ConfigError, match="evaluates"):
+        train(tiny_config("restart=true"), run)
+    assert run.finished
+    monkeypatch.setattr("ffd_lightning.app.training_run._train", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        train(tiny_config("restart=true"), run)
+    left = {p.name for p in run.path.rglob("*") if p.is_file()}
+    assert left - {"train.log"} == {"config.yaml", "status.json", ".lock"}
 
 
 def test_a_run_knows_its_data_wherever_it_is_opened_from(tiny_config, tmp_path, monkeypatch):
@@ -242,10 +269,13 @@ def test_what_lightning_cannot_use_is_a_setting_of_the_trainer(override, tiny_co
 def test_a_damaged_checkpoint_is_named(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
     run.checkpoint.parent.mkdir()
-    run.checkpoint.write_bytes(b"PK not a checkpoint")
-    with pytest.raises(DataError, match=r"last\.ckpt is damaged.*restart=true"):
-        train(tiny_config(), run)
-    assert run.status["state"] == "failed"
+    others = tmp_path / "others.ckpt"  # a plain Lightning training's
+    torch.save({"global_step": 3, "state_dict": {}}, others)
+    for content in (b"PK not a checkpoint", others.read_bytes()):
+        run.checkpoint.write_bytes(content)
+        with pytest.raises(DataError, match=r"last\.ckpt is damaged.*restart=true"):
+            train(tiny_config(), run)
+        assert run.status["state"] == "failed"
     train(tiny_config("restart=true"), run)
     assert run.finished
 

@@ -1,6 +1,8 @@
+import copy
 import csv
 import json
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from ffd_lightning.evaluation.evaluator import (
     EvaluationOptions,
     Shapes,
     evaluate,
+    protocol_key,
 )
 from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
 from ffd_lightning.evaluation.samples import predict
@@ -38,6 +41,46 @@ def test_the_main_measure_is_the_first_distance():
     assert ProtocolDescription("mine", "", tuple(measures[:1])).main_measure.name == "a"
     with pytest.raises(ConfigError, match="mine has no measure 'd': choose one of a, b, c"):
         ProtocolDescription("mine", "", tuple(measures)).measure("d")
+
+
+class Shares:
+    """A protocol of another package, with whatever settings."""
+
+    name, measures = "shares", ()
+
+    def __init__(self, setting):
+        self.setting = setting
+
+
+@dataclass(frozen=True)
+class Frozen:
+    """The same, as a dataclass."""
+
+    setting: object
+
+
+@pytest.mark.parametrize("kind", [Shares, Frozen])
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        ((0.01,), (0.5,)),
+        ([1, 2], [2, 1]),
+        ({"at": [0.1]}, {"at": [0.2]}),
+        (Path("a"), Path("b")),
+        (frozenset("ab"), frozenset("ac")),
+        (np.arange(2000), np.arange(2000) + (np.arange(2000) == 1000)),
+        (Frozen((1,)), Frozen((2,))),
+        (len, max),
+    ],
+)
+def test_protocols_of_other_settings_share_nothing(kind, one, other):
+    assert protocol_key(kind(one)) != protocol_key(kind(other))
+    assert protocol_key(kind(one)) == protocol_key(kind(copy.copy(one)))
+
+
+@pytest.mark.parametrize("protocol", PROTOCOLS.values(), ids=list(PROTOCOLS))
+def test_the_keys_of_our_protocols_stay(protocol):
+    assert protocol_key(protocol) == repr(protocol)
 
 
 class Warmth:

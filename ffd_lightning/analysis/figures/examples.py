@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.analysis.figures.drawing import Picture, View
-from ffd_lightning.analysis.runs import described_protocols, load_samples, own_protocol
+from ffd_lightning.analysis.runs import (
+    described_protocol,
+    evaluate_command,
+    load_samples,
+    own_protocol,
+)
 from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
@@ -157,7 +162,7 @@ def collect(runs: Sequence[RunFolder], choice: Choice, open_run: RunOpener) -> l
         elif scores is None:
             raise DataError(
                 f"{run.path} has not been evaluated under protocol {name}, so there are no scores "
-                f"to choose by: ffd evaluate run={run.path} protocol={name}, or choose with "
+                f"to choose by: {evaluate_command(run.path, name)}, or choose with "
                 "pick=random or models=[ID,ID]"
             )
         else:
@@ -198,7 +203,7 @@ def pick_images(
 
 def _scores(run: RunFolder, name: str) -> _Scores | None:
     """Return a run's scores under a protocol, None where it was not evaluated under it."""
-    protocol = described_protocols(run).get(name)
+    protocol = described_protocol(run, name)
     if protocol is None or not (run.evaluation(name) / "samples.csv").is_file():
         return None
     return _Scores(load_samples([run], name), protocol)

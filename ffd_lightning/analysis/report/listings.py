@@ -8,28 +8,9 @@ from typing import ClassVar
 
 from ffd_lightning.analysis.report.elements import Table, cell
 from ffd_lightning.analysis.report.sweep import Sweep, varying
+from ffd_lightning.analysis.runs import decides
 
 _MANY = 12  # rows that are shown unasked
-# Where a run is made, not what it computes.
-_MACHINE = (
-    "trainer.",
-    "preparation.",
-    "paths.",
-    "logger.",
-    "callbacks.",
-    "evaluation.",
-    "protocol.",
-    "plugins",
-    "provided",
-    "base",
-    "restart",
-    "name",
-    "data.residency",
-    "data.root",
-    "data.images_root",
-    "data.parts_root",
-)
-_COUNTS = ("trainer.precision",)
 
 
 @dataclass(frozen=True)
@@ -67,7 +48,7 @@ class Missing:
 def settings(sweep: Sweep) -> Settings:
     """Return the settings in which runs differ, and those that all share."""
     table = sweep.settings
-    kept = [k for k in table if k in _COUNTS or not k.startswith(_MACHINE)]
+    kept = [key for key in table if decides(key) or key == "seed"]
     shown = table[kept].map(cell)
     different = varying(shown, kept)
     names = [sweep.name(str(run)) for run in shown.index]

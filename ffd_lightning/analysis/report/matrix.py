@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import pandas as pd
 
-from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget
+from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget, mesh_quality
 from ffd_lightning.analysis.ranking import mean_intervals
 from ffd_lightning.analysis.report.elements import NOTHING, Cell, Table, cell
 from ffd_lightning.analysis.report.standing import Standing
@@ -123,9 +123,8 @@ def _numbers(sweep: Sweep) -> tuple[pd.DataFrame, list[Column]]:
     columns += [Column("effective_templates", "effective\ntemplates")]
     try:
         told = error_budget(sweep.samples, protocol)
-    except DataError:  # no run has its references
-        quality = [name for name in QUALITY if name in sweep.samples]
-        told = sweep.samples.groupby("run")[quality].mean()
+    except DataError:  # no run has its references, or more is better
+        told = mesh_quality(sweep.samples)
     runs = runs.join(told, on="run")
     group = f"parts of {measure_title(main.name)}"
     columns += [Column(s.name, s.name, 1.0, -1, group) for s in SHARES[1:]]

@@ -14,8 +14,10 @@ from ffd_lightning.analysis.plot_layout import run_labels
 from ffd_lightning.analysis.runs import (
     COLUMN_KEYS,
     described_protocols,
+    evaluate_command,
     find_protocol,
     find_runs,
+    is_mixed,
     load_runs,
     load_samples,
     load_settings,
@@ -41,9 +43,9 @@ class Sweep:
     Attributes:
         folder: that holds them.
         runs: those that can be read, by category, regime (as in the paper), templates and seed.
-        table: a row per run: `run`, `setup` (its folder's name, without the seed's: what runs share
-            that are seeds of each other, whatever they differ in from others), `category`,
-            `regime`, `templates`, `seed`, `state` (finished, failed, running, interrupted),
+        table: a row per run: `run`, `setup` (its folder's name, without the seed's where runs that
+            share it are seeds of each other), `category`, `regime`, `templates`, `seed`,
+            `setting` (see `load_runs`), `state` (finished, failed, running, interrupted),
             `reason` (of having no scores, "" with scores),
             `protocol` and, with scores, the mean of each measure of each shape,
             `effective_templates` and `num_samples`.
@@ -84,7 +86,7 @@ class Sweep:
             chosen = find_protocol(runs, protocol)
         except DataError:  # none has come to its evaluation
             chosen = ProtocolDescription(protocol or own_protocol(runs[0]))
-        table = load_runs(runs)[["run", *SETTINGS, "seed", "state", "reason"]]
+        table = load_runs(runs)[["run", *SETTINGS, "seed", "setting", "state", "reason"]]
         order = table.sort_values([*SETTINGS, "seed"], key=_in_order, kind="stable").index
         table, runs = table.loc[order].reset_index(drop=True), [runs[k] for k in order]
         table["state"] = [str(run_status(run)["state"]) for run in runs]
@@ -98,8 +100,10 @@ class Sweep:
             if why and table.loc[place, "state"] != "failed":
                 table.loc[place, "reason"] = why
         samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame({"run": []})
-        names = [_setup(run.path.relative_to(folder)) for run in runs]
-        table = table.assign(protocol=chosen.name, setup=names)
+        names = pd.Series([str(run.path.relative_to(folder)) for run in runs])
+        setups = names.map(_setup)
+        mixed = table.groupby(setups)["setting"].transform("nunique") > 1
+        table = table.assign(protocol=chosen.name, setup=setups.where(~mixed, names))
         if parts:
             table = table.merge(_means(samples, chosen), how="left", on="run")
         shown = {str(path.relative_to(folder)): why for path, why in damaged.items()}
@@ -119,7 +123,7 @@ class Sweep:
     def keys(self) -> list[str]:
         """What tells runs apart, but for their seed: their setup where `SETTINGS` do not."""
         twice = self.table.duplicated([*SETTINGS, "seed"]).any()
-        return ["setup", *SETTINGS] if twice else SETTINGS
+        return ["setup", *SETTINGS] if twice or is_mixed(self.table, SETTINGS) else SETTINGS
 
     @cached_property
     def told_apart_by(self) -> list[str]:
@@ -149,15 +153,15 @@ class Sweep:
         return str(Path(run).relative_to(self.folder))
 
 
-def _setup(name: Path) -> str:
+def _setup(name: str) -> str:
     """Return a run's folder without the part that names its seed.
 
-    >>> _setup(Path("joint/r/t4-8views/seed0"))
+    >>> _setup("joint/r/t4-8views/seed0")
     'joint/r/t4-8views'
-    >>> _setup(Path("table/b/t8/seed1_schedule.steps-50"))
+    >>> _setup("table/b/t8/seed1_schedule.steps-50")
     'table/b/t8/schedule.steps-50'
     """
-    parts = [re.sub(r"^seed\d+_?", "", part) for part in name.parts]
+    parts = [re.sub(r"^seed\d+_?", "", part) for part in Path(name).parts]
     return "/".join(part for part in parts if part) or "."
 
 
@@ -216,32 +220,14 @@ def _scores(run: RunFolder, state: str, protocol: ProtocolDescription) -> pd.Dat
         on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
     found = described_protocols(run)
-    again = f"ffd evaluate run={run.path} protocol={protocol.name}"
+    again = evaluate_command(run.path, protocol.name)
     if not found:
         raise DataError(f"it has no evaluation of this version: {again}")
     if protocol.name not in found:
         raise DataError(f"evaluated under protocol {' and '.join(found)} only: {again}")
     if found[protocol.name] != protocol:
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
-    try:
-        samples = load_samples([run], protocol.name)
-        if samples.empty:
-            raise ValueError("no rows")
-        needed = ["id", "category", "view", "template", *(m.name for m in protocol.measures)]
-        missing = [name for name in needed if name not in samples]
-        if missing:
-            raise ValueError(f"no column {', '.join(missing)}")
-        wrong = [m.name for m in protocol.measures if not _all_finite(samples[m.name])]
-        if wrong:
-            raise ValueError(f"{wrong[0]} is not a finite number everywhere")
-    except ValueError as error:
-        raise DataError(f"its samples.csv is damaged ({error}): {again} restart=true") from None
-    return samples
-
-
-def _all_finite(values: pd.Series) -> bool:
-    numbers = pd.to_numeric(values, errors="coerce")
-    return bool(numbers.notna().all() and (numbers.abs() < float("inf")).all())
+    return load_samples([run], protocol.name)
 
 
 def _means(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:

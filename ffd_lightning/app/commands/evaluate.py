@@ -12,6 +12,8 @@ from ffd_lightning.run_folder import RunFolder
 
 SCHEMA = EvaluateConfig
 
+_DIGITS = 8  # of digests in names
+
 
 def main(arguments: Sequence[str]) -> None:
     """Evaluate what the command line names, and print the table."""
@@ -29,13 +31,16 @@ def evaluate_job(cfg: EvaluateConfig) -> None:
     from ffd_lightning.app.build import build_protocol
     from ffd_lightning.evaluation.tables import print_summary
 
-    summary = evaluate_run(cfg)
-    subset = shapes_name(cfg)
-    print_summary(RunFolder(Path(cfg.run)), build_protocol(cfg.protocol), summary, subset)
+    summary, folder = evaluate_run(cfg)
+    print_summary(folder, build_protocol(cfg.protocol), summary, shapes_name(cfg))
 
 
-def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
+def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     """Evaluate a run folder under a protocol; read the result back where it is there already.
+
+    Returns:
+        The summary, and the folder of the results. What is not measured as a training measures it,
+        or not of the network that it ended with on its test shapes, is in a folder of its own.
 
     Raises:
         ConfigError: no run, no checkpoint, one that does not fit, or settings that cannot work.
@@ -45,13 +50,16 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
 
     from ffd_lightning.app.build import build_protocol
     from ffd_lightning.app.checks import setting_problems
+    from ffd_lightning.app.identity import evaluation_name
     from ffd_lightning.app.open_run import open_run
+    from ffd_lightning.checkpoint import load_model
     from ffd_lightning.data.preparation.prepared import PreparedSet
     from ffd_lightning.evaluation.evaluator import (
         EvaluatedNetwork,
         EvaluationOptions,
         Shapes,
         evaluate,
+        weights_digest,
     )
     from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
     from ffd_lightning.inference.predictor import choose_device
@@ -74,11 +82,18 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
     ids = data.split.test if subset is Subset.test else data.split.val
     if not ids:
         raise ConfigError("evaluation.subset=val: the run has no validation shapes")
-    tested_on = Shapes(data.prepared, data.rows(ids))
+    tested_on, of = Shapes(data.prepared, data.rows(ids)), subset.value
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
         tested_on = Shapes(other, np.asarray(rows, np.int64))
+        of = f"{other.path.resolve().name}-{other.manifest['sha256'][:_DIGITS]}"
+    weights = weights_digest(opened.network)
+    newest = checkpoint is None or (
+        run.checkpoint.is_file() and weights_digest(load_model(run.checkpoint).network) == weights
+    )
+    if not (newest and run.finished):  # a checkpoint of an unfinished training will be another
+        of = f"weights-{weights[:_DIGITS]}_{of}".removesuffix("_test")
     evaluated = EvaluatedNetwork(
         opened.network.to(device),
         data.bank,
@@ -95,10 +110,10 @@ def evaluate_run(cfg: EvaluateConfig) -> dict[str, float]:
         restart=cfg.restart,
         shared=data.root / SHARED_FOLDER,
     )
-    protocol = build_protocol(cfg.protocol)
-    return evaluate(evaluated, protocol, run.evaluation(protocol.name, shapes_name(cfg)), options)
+    folder = run.evaluation(evaluation_name(cfg), of)
+    return evaluate(evaluated, build_protocol(cfg.protocol), folder, options), folder
 
 
 def shapes_name(cfg: EvaluateConfig) -> str:
-    """Return what the evaluated shapes are called in the name of their folder."""
+    """Return what the evaluated shapes are called."""
     return cfg.evaluation.subset.value if cfg.prepared is None else Path(cfg.prepared).name

@@ -91,14 +91,16 @@ class ProtocolDescription:
     """What results say of the protocol that they were measured under, which may be anyone's.
 
     Attributes:
-        name: of the protocol.
+        name: of the protocol, or of results under it, which says what settings they are of.
         note: points and unit of all its measures.
         measures: what it measures; none of a protocol that nobody has described yet.
+        settings: of results, what else their numbers follow from, "" where it is not known.
     """
 
     name: str
     note: str = ""
     measures: tuple[Measure, ...] = ()
+    settings: str = ""
 
     @classmethod
     def of(cls, protocol: EvaluationProtocol) -> ProtocolDescription:
@@ -133,7 +135,8 @@ class ProtocolDescription:
         >>> ProtocolDescription.from_json(description.to_json()) == description
         True
         """
-        return asdict(self) | {"measures": [asdict(measure) for measure in self.measures]}
+        measures = [asdict(measure) for measure in self.measures]
+        return {"name": self.name, "note": self.note, "measures": measures}
 
     @property
     def factors(self) -> str:
