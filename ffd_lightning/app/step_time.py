@@ -79,8 +79,9 @@ def seconds_per_step(cfg: TrainConfig, device: torch.device) -> float:
     members = len(category_names(cfg))
     of_category = torch.arange(cfg.templates.count, device=device).view(members, -1)
     own = of_category[torch.arange(len(images), device=device) % members]
-    objective = build_objective(cfg.regime, cfg.schedule.annealing_steps)
-    adam = torch.optim.Adam(network.parameters(), lr=cfg.schedule.learning_rate, fused=True)
+    objective = build_objective(cfg.regime, cfg.schedule.annealing_steps).to(device)
+    weights = [*network.parameters(), *objective.parameters()]
+    adam = torch.optim.Adam(weights, lr=cfg.schedule.learning_rate, fused=True)
     half = cfg.trainer.precision == "bf16-mixed"
 
     def step(number: int) -> float:
@@ -115,4 +116,4 @@ def _made_up(
     targets = torch.rand(queries, points, 3, device=device) - 0.5
     matrix = torch.rand(count, points, control_points, device=device).softmax(dim=-1)
     nodes = torch.rand(count, control_points, 3, device=device) - 0.5
-    return images, targets, TemplateSample(matrix, nodes)
+    return images, targets, TemplateSample(matrix, nodes, cfg.network.degrees)
