@@ -1,5 +1,4 @@
 import math
-import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,7 +8,6 @@ from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
-from tensorboard.plugins.custom_scalar import layout_pb2
 from tensorboard.util import tensor_util
 from torch import nn
 
@@ -153,12 +151,6 @@ def test_curves_count_steps_from_one_and_leave_the_epoch_out(logged):
     assert set(events.Tags()["scalars"]) == expected | judged | speed
 
 
-def test_what_matters_is_first_in_the_order_of_the_alphabet(logged):
-    tags = logged.events.Tags()
-    groups = sorted({tag.split("/")[0] for kind in ("scalars", "images") for tag in tags[kind]})
-    assert groups[:2] == ["train", "val"]
-
-
 def test_weighted_terms_add_up_to_the_loss(logged):
     events = logged.events
     parts = [
@@ -190,17 +182,6 @@ def test_throughput_leaves_validation_out(logged):
         points = logged.events.Scalars(tag)
         assert [p.step for p in points] == list(range(2, STEPS + 1))
         assert {p.value for p in points} == {value}
-
-
-def test_the_histogram_of_largest_weights_counts_every_query(logged):
-    largest = [weights.max() for weights, _ in logged.prediction.values()]
-    last = logged.events.Histograms("which_template/weight_of_selected")[-1]
-    assert last.step == STEPS
-    assert all(0.01 < value % 0.05 < 0.04 for value in largest), "rounding moves none"
-    assert sum(last.histogram_value.bucket) == len(largest) == len(logged.data.split.val) > 2
-    naive = [sum(k <= 20 * value < k + 1 for value in largest) for k in range(20)]
-    assert np.round(last.histogram_value.bucket, 20).tolist() == naive
-    assert last.histogram_value.bucket_limit == pytest.approx(np.arange(1, 21) / 20)
 
 
 def test_bars_and_histograms_are_drawn_at_every_validation(logged):
@@ -346,15 +327,3 @@ def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):
         for tag in whole.Tags()[kind]:
             steps = [[e.step for e in getattr(run, load)(tag)] for run in (whole, resumed)]
             assert steps[0] == steps[1], tag
-
-
-def test_the_layout_finds_its_tags(logged):
-    stored = logged.events.Tensors("custom_scalars__config__")
-    assert len(stored) == 1
-    layout = layout_pb2.Layout.FromString(stored[0].tensor_proto.string_val[0])
-    tags = [tag for c in layout.category for chart in c.chart for tag in chart.multiline.tag]
-    scalars = logged.events.Tags()["scalars"]
-    for tag in tags:
-        assert any(re.match(tag, scalar) for scalar in scalars), tag
-    unseen = [s for s in scalars if not any(re.match(tag, s) for tag in tags)]
-    assert sorted(unseen) == ["work/queries_per_second", "work/steps_per_second"]
