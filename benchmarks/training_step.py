@@ -131,7 +131,7 @@ def _parts(
     items, steps = data.train_dataloader().loader.dataset, itertools.count()
     batch = data.on_after_batch_transfer(items[next(steps)], 0)
     images = batch.images.to(device)
-    templates = type(batch.templates)(*(t.to(device) for t in batch.templates))
+    matrix, control_points = (t.to(device) for t in batch.templates[:2])
     prediction = network(images)
     a, b = clouds(QUERIES, TEMPLATES, POINTS, device, torch.float32)
     leaf = a.requires_grad_()
@@ -147,7 +147,7 @@ def _parts(
 
     def deformation() -> None:
         offsets = prediction.offsets.detach().requires_grad_()
-        deform(*templates, offsets).backward(a.detach())
+        deform(matrix, control_points, offsets).backward(a.detach())
 
     return {
         "encoder alone": encoder,

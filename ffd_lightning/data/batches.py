@@ -142,7 +142,7 @@ class ShapeStore:
             rows=rows,
             images=images[..., :3].permute(0, 3, 1, 2),
             target_points=clouds,
-            templates=TemplateSample(matrix, self.control_points),
+            templates=TemplateSample(matrix, self.control_points, self._bank.degrees),
             own_templates=None if self.own_templates is None else self.own_templates[rows],
             coverage=images[..., 3] if self._coverage else None,
             seed=indices.seed,

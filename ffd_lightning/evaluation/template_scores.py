@@ -21,7 +21,6 @@ from torchmetrics.utilities import dim_zero_cat
 
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import FfdPrediction
 
@@ -108,8 +107,8 @@ class TemplateScoring(Metric):
     def update(self, prediction: FfdPrediction, batch: Batch) -> None:
         """Score all templates, deformed and not, on the queries of a batch."""
         target = batch.target_points[:, None]
-        deformed = deform(*batch.templates, prediction.offsets)
-        undeformed = deform(*batch.templates, torch.zeros_like(batch.templates.control_points))
+        deformed = batch.templates.deformed(prediction.offsets)
+        undeformed = batch.templates.deformed(torch.zeros_like(batch.templates.control_points))
         found = {
             "rows": batch.rows,
             "weights": prediction.template_weights.detach().float(),

@@ -13,10 +13,23 @@ from ffd_lightning.geometry.lattice import Degrees, Lattice, num_control_points
 
 
 class TemplateSample(NamedTuple):
-    """Decomposed points of every template: all that a training step sees of them."""
+    """Decomposed points of every template: all that a training step sees of them.
 
-    deformation_matrix: Float[Tensor, "templates num_points num_control_points"]
-    control_points: Float[Tensor, "templates num_control_points 3"]
+    Attributes:
+        deformation_matrix: B, (*templates, N, M).
+        control_points: P, (*templates, M, 3).
+        degrees: of the lattices, which M alone does not tell.
+    """
+
+    deformation_matrix: Float[Tensor, "*templates num_points num_control_points"]
+    control_points: Float[Tensor, "*templates num_control_points 3"]
+    degrees: Degrees
+
+    def deformed(
+        self, offsets: Float[Tensor, "*queries_templates num_control_points 3"]
+    ) -> Float[Tensor, "*queries_templates num_points 3"]:
+        """Return the points moved by offsets of their control points, see `deform`."""
+        return deform(self.deformation_matrix, self.control_points, offsets)
 
 
 def deformation_matrix(

@@ -7,7 +7,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from ffd_lightning.geometry.bernstein import bernstein_basis
-from ffd_lightning.geometry.lattice import Degrees, Lattice, num_control_points
+from ffd_lightning.geometry.lattice import Degrees, Lattice, flat_axes, num_control_points
 
 _CHUNK = 65_536  # points at a time: three matrices of 33 MB each at degree 3
 
@@ -82,7 +82,8 @@ def lattice_determinants(
 
     Args:
         offsets: of the control points, (*queries, *batch, M, 3), numbered as `Lattice` does.
-        control_points: (*batch, M, 3); along an axis without extent nothing changes.
+        control_points: (*batch, M, 3); along an axis without extent, as `flat_axes` tells,
+            nothing changes.
         degrees: of the lattices.
 
     Returns:
@@ -107,7 +108,7 @@ def lattice_determinants(
         identity = torch.eye(count).to(offsets)
         matrix = _change(places, degrees, identity)  # (M, M, 3): place, control point, axis
         extent = control_points.amax(-2) - control_points.amin(-2)
-        per_unit = torch.where(extent > 0, 1 / extent, 0)
+        per_unit = torch.where(flat_axes(extent), 0, 1 / extent)
         moved = offsets.mT @ matrix.transpose(0, 1).flatten(1)
         moved = moved.unflatten(-1, (count, 3)).transpose(-3, -2) * per_unit[..., None, None, :]
         first, second, third = (torch.eye(3).to(moved) + moved).unbind(-1)

@@ -37,6 +37,11 @@ def lattice_edges(degrees: Degrees) -> NDArray[np.int64]:
     return np.concatenate(pairs)
 
 
+def flat_axes(lengths: Float[Tensor, "*batch 3"]) -> Bool[Tensor, "*batch 3"]:
+    """Tell along which axes of a lattice there is nothing, up to rounding beside its longest."""
+    return lengths <= torch.finfo(lengths.dtype).eps * lengths.amax(-1, keepdim=True)
+
+
 @dataclass(frozen=True)
 class Lattice:
     """An oriented box with a regular grid of control points.
@@ -105,7 +110,7 @@ class Lattice:
     ) -> Float[Tensor, "*batch num_points 3"]:
         """Return the lattice coordinates of points, (*batch, N, 3)."""
         squared = (self.axes**2).sum(-1)
-        flat = self._flat()
+        flat = flat_axes(self.axes.detach().norm(dim=-1))
         relative = (points - self.origin[..., None, :]) @ self.axes.mT
         stu = relative / torch.where(flat, torch.ones_like(squared), squared)[..., None, :]
         return torch.where(flat[..., None, :], torch.full_like(stu, 0.5), stu)
@@ -133,8 +138,3 @@ class Lattice:
             dim=-1,
         ).reshape(-1, 3)
         return self.origin[..., None, :] + grid @ self.axes
-
-    def _flat(self) -> Bool[Tensor, "*batch 3"]:
-        lengths = self.axes.detach().norm(dim=-1)
-        smallest = torch.finfo(lengths.dtype).eps * lengths.amax(-1, keepdim=True)
-        return lengths <= smallest

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import torch
 from jaxtyping import Float, Int
-from torch import Tensor
+from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.deformation import TemplateSample
@@ -32,33 +32,45 @@ class WeightedTerm:
     annealing: Annealing = constant
 
 
-@dataclass(frozen=True)
-class Objective:
+class Objective(nn.Module):
     r"""A training regime as a loss.
 
     .. math:: \sum_{q,t} w^{(qt)} \sum_k \kappa_k(b) c_k^{(qt)} + \sum_j \kappa_j(b) \lambda_j
               + \lambda_s
 
     Terms c give a cost of every template; the selection turns them into weights w, and may add a
-    loss of its own. Terms lambda are of the whole batch. The paper's regimes have the Chamfer
-    distance for c, f(gamma) for w, and negative entropy and offset penalty for lambda.
+    loss of its own. Terms lambda are one number. The paper's regimes have the Chamfer distance for
+    c, f(gamma) for w, and negative entropy and offset penalty for lambda.
+
+    Args:
+        terms: by the name that they are logged under. Those that are an `nn.Module` belong to
+            the objective, as `term_<name>`, and so does such a selection.
+        selection: how template weights are taught.
 
     Attributes:
-        terms: by the name that they are logged under.
-        selection: how template weights are taught.
+        parts: what the last total was made of, in the order of computation, as one number each,
+            (): where the total is not finite, the first of these that is not is to blame.
 
     Source: the paper's equations 7, 12 and 15; weights of its regimes b, w, e, r (Table 2) are in
     `conf/regime`.
     """
 
-    terms: Mapping[str, WeightedTerm]
-    selection: Selection = field(default_factory=WeightedCosts)
+    def __init__(
+        self, terms: Mapping[str, WeightedTerm], selection: Selection | None = None
+    ) -> None:
+        super().__init__()
+        self.terms = dict(terms)
+        self.selection = WeightedCosts() if selection is None else selection
+        self.parts: dict[str, Tensor] = {}
+        for name, weighted in terms.items():
+            if isinstance(weighted.term, nn.Module):
+                self.add_module(f"term_{name}", weighted.term)
 
     def weights(self, step: int) -> dict[str, float]:
         """Return the weight of each term at a step, annealing included."""
         return {name: t.weight * t.annealing(step) for name, t in self.terms.items()}
 
-    def __call__(
+    def forward(
         self,
         prediction: Prediction,
         target_points: Float[Tensor, "queries num_target 3"],
@@ -66,6 +78,7 @@ class Objective:
         step: int,
         batch_weights: Float[Tensor, "all_queries templates"] | None = None,
         own_templates: Int[Tensor, "queries own"] | None = None,
+        num_queries: int | None = None,
     ) -> tuple[Float[Tensor, ""], dict[str, Tensor]]:
         """Return the total and its named, unweighted terms.
 
@@ -75,11 +88,12 @@ class Objective:
             prediction: weights (q, T) and offsets (q, T, M, 3).
             target_points: ground truth point clouds, (q, N', 3).
             templates: decomposed template points.
-            step: index of the step, for the annealing.
+            step: index of the step, for annealing, terms and selection.
             batch_weights: template weights of the whole batch, (Q, T), where its queries are split
                 over devices; the prediction's own by default.
             own_templates: the templates of each query's category, (q, K), for selections that
                 are `within_category`: the others are not deformed, and cost infinitely much.
+            num_queries: of the step, where it is made of several batches; Q by default.
 
         Returns:
             The total, and without gradients: each term, costs of templates summed under the
@@ -90,21 +104,20 @@ class Objective:
             ConfigError: a term that gives neither (q, T) nor one number, or a selection that gives
                 no `Teaching` of the costs.
         """
-        every = prediction.template_weights
-        own = own_templates if getattr(self.selection, "within_category", False) else None
-        inputs = StepInput(
-            prediction if own is None else _Restricted.of(prediction, own),
-            target_points,
-            templates if own is None else TemplateSample(*(part[own] for part in templates)),
-            step,
-            every if batch_weights is None else batch_weights,
+        every = prediction.template_weights if batch_weights is None else batch_weights
+        first, second, third = templates.degrees  # a DataLoader makes a list of them
+        templates = templates._replace(degrees=(first, second, third))
+        whole = StepInput(
+            prediction, target_points, templates, step, every, num_queries or len(every)
         )
+        own = own_templates if getattr(self.selection, "within_category", False) else None
+        inputs = whole if own is None else _restricted(whole, own)
         values = {name: self._value(name, inputs) for name in self.terms}
         weights = self.weights(step)
         costs = {name: value for name, value in values.items() if value.ndim}
         counted = [_scaled(costs[name], weights[name]) for name in costs if weights[name]]
         cost = torch.stack(counted).sum(0) if len(counted) > 1 else (counted or [inputs.chamfer])[0]
-        teaching = self._teaching(prediction, cost.detach(), own)
+        teaching = self._teaching(whole, cost.detach(), own)
         total = (teaching.cost_weights * cost).sum() if counted else every.new_zeros(())
         for name, value in values.items():
             if name not in costs and weights[name]:
@@ -117,6 +130,15 @@ class Objective:
             total = total + teaching.loss
             shown["selection"] = teaching.loss
         shown["chamfer"] = _selected_chamfer(inputs)
+        with torch.no_grad():
+            predicted = prediction.template_logits.sum() + prediction.offsets.sum()
+            taught = [part.sum() for part in teaching if part is not None]
+            self.parts = {
+                "the network's prediction": predicted,
+                **{f"the term {k}": weights[k] * v.sum() for k, v in values.items() if weights[k]},
+                "the selection": torch.stack(taught).sum(),
+                "the sum of all terms": total.detach(),
+            }
         return total, {name: term.detach() for name, term in shown.items()}
 
     def _value(self, name: str, inputs: StepInput) -> Tensor:
@@ -129,12 +151,12 @@ class Objective:
             )
         return value
 
-    def _teaching(self, prediction: Prediction, costs: Tensor, own: Tensor | None) -> Teaching:
+    def _teaching(self, inputs: StepInput, costs: Tensor, own: Tensor | None) -> Teaching:
         """Ask the selection, of all templates; return its answer for those that have a cost."""
         if own is not None:
-            everywhere = torch.full_like(prediction.template_weights, torch.inf)
+            everywhere = torch.full_like(inputs.prediction.template_weights, torch.inf)
             costs = everywhere.scatter(1, own, costs)
-        teaching = self.selection(prediction, costs)
+        teaching = self.selection(inputs, costs)
         if not isinstance(teaching, Teaching):
             raise ConfigError(f"the selection gives a {type(teaching).__name__}, not a Teaching")
         weights, loss = _shape(teaching.cost_weights), teaching.loss
@@ -157,11 +179,17 @@ class _Restricted(NamedTuple):
     template_logits: Float[Tensor, "queries own"]
     offsets: Float[Tensor, "queries own control_points 3"]
 
-    @classmethod
-    def of(cls, prediction: Prediction, own: Tensor) -> _Restricted:
-        queries = torch.arange(len(own), device=own.device)[:, None]
-        parts = (prediction.template_weights, prediction.template_logits, prediction.offsets)
-        return cls(*(part[queries, own] for part in parts))
+
+def _restricted(inputs: StepInput, own: Tensor) -> StepInput:
+    """Return a step with some templates of each query alone."""
+    queries = torch.arange(len(own), device=own.device)[:, None]
+    found, (matrix, control_points, degrees) = inputs.prediction, inputs.templates
+    parts = (found.template_weights, found.template_logits, found.offsets)
+    return replace(
+        inputs,
+        prediction=_Restricted(*(part[queries, own] for part in parts)),
+        templates=TemplateSample(matrix[own], control_points[own], degrees),
+    )
 
 
 def _shape(value: object) -> tuple[int, ...] | str:

@@ -9,7 +9,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.losses.terms import Prediction
+from ffd_lightning.losses.terms import StepInput
 
 
 class Teaching(NamedTuple):
@@ -24,8 +24,10 @@ class Teaching(NamedTuple):
     loss: Tensor | None = None
 
 
-Selection = Callable[[Prediction, Tensor], Teaching]
-"""From a prediction and the templates' costs, (q, T) without gradients, to a `Teaching`."""
+Selection = Callable[[StepInput, Tensor], Teaching]
+"""From a step, of all templates, and their costs, (q, T) without gradients, to a `Teaching`.
+
+Selections that are an `nn.Module` may have parameters and buffers, as terms may."""
 
 
 class WeightedCosts:
@@ -50,11 +52,9 @@ class WeightedCosts:
             raise ValueError(f"function={function} must be one of {', '.join(self.FUNCTIONS)}")
         self.function = function
 
-    def __call__(
-        self, prediction: Prediction, costs: Float[Tensor, "queries templates"]
-    ) -> Teaching:
+    def __call__(self, inputs: StepInput, costs: Float[Tensor, "queries templates"]) -> Teaching:
         """Return f of the weights, (q, T)."""
-        weights = prediction.template_weights
+        weights = inputs.prediction.template_weights
         if self.function == "identity":
             return Teaching(weights)
         return Teaching(log_weights(weights) if self.function == "log" else weights.square())
@@ -98,9 +98,7 @@ class PosteriorTaught:
             raise ValueError(f"weight={weight} must be above 0")
         self.within_category, self.weight = within_category, weight
 
-    def __call__(
-        self, prediction: Prediction, costs: Float[Tensor, "queries templates"]
-    ) -> Teaching:
+    def __call__(self, inputs: StepInput, costs: Float[Tensor, "queries templates"]) -> Teaching:
         """Return weights from the posterior, (q, T), and the cross entropy, a sum over queries.
 
         Templates of infinite cost have weight 0.
@@ -109,7 +107,7 @@ class PosteriorTaught:
         possible = costs.isfinite()
         even = possible / possible.sum(1, keepdim=True)
         weights = (1 - self.uniform) * posterior + self.uniform * even
-        log_probs = prediction.template_logits.log_softmax(dim=1)
+        log_probs = inputs.prediction.template_logits.log_softmax(dim=1)
         return Teaching(weights, -self.weight * (posterior * log_probs).sum())
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, runtime_checkable
@@ -11,11 +11,9 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample, bending_energy, deform
+from ffd_lightning.geometry.deformation import TemplateSample, bending_energy
 from ffd_lightning.geometry.jacobian import lattice_determinants
-from ffd_lightning.geometry.lattice import Degrees
 
 
 @runtime_checkable
@@ -40,15 +38,21 @@ class Prediction(Protocol):
 
 @dataclass(frozen=True)
 class StepInput:
-    """All that a term may need of a training step; what is costly is computed once.
+    """All that a term or a selection may need of a training step; what is costly is computed once.
+
+    A step is one batch, unless its gradients are accumulated over several, or its queries are split
+    over devices: what the terms give for each share of the queries is added up.
 
     Attributes:
         prediction: of the network, for q queries and T templates.
         target_points: ground truth point clouds, (q, N', 3).
-        templates: B of the templates' points, (T, N, M), and their control points P, (T, M, 3).
+        templates: B of the templates' points, (T, N, M), their control points P, (T, M, 3), and the
+            degrees of their lattices.
         step: index of the step, from 0.
         batch_weights: template weights of the whole batch, (Q, T), where its queries are split
             over devices; else those of the prediction.
+        num_queries: of the step, over all accumulated batches and devices. A mean over queries is
+            the sum over q divided by this.
     """
 
     prediction: Prediction
@@ -56,11 +60,12 @@ class StepInput:
     templates: TemplateSample
     step: int
     batch_weights: Float[Tensor, "all_queries templates"]
+    num_queries: int
 
     @cached_property
     def pred_points(self) -> Float[Tensor, "queries templates num_points 3"]:
         """Deformed points of every template for every query, (q, T, N, 3)."""
-        return deform(*self.templates, self.prediction.offsets)
+        return self.templates.deformed(self.prediction.offsets)
 
     @cached_property
     def chamfer(self) -> Float[Tensor, "queries templates"]:
@@ -70,7 +75,8 @@ class StepInput:
 
 Term = Callable[[StepInput], Tensor]
 """A term: either a cost of every template for every query, (q, T), which the selection weighs and
-sums, or one number, (), for the whole batch."""
+sums, or one number, (), for all queries. Terms that are an `nn.Module` may have parameters, which
+are trained, and buffers: a checkpoint keeps both."""
 
 
 def chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
@@ -90,42 +96,13 @@ def mean_chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
     return inputs.chamfer * (1000 / count)
 
 
-class _OnLattice:
-    """A cost of each template's lattice.
-
-    Args:
-        degrees: of the lattices; None where they are the same along all axes.
-    """
-
-    def __init__(self, degrees: Sequence[int] | None = None) -> None:
-        self.degrees = degrees
-
-    def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
-        """Return the costs, (q, T).
-
-        Raises:
-            ConfigError: the degrees are not those of the offsets, or must be given.
-        """
-        along = round(inputs.prediction.offsets.shape[-2] ** (1 / 3)) - 1
-        first, second, third = self.degrees or (along, along, along)
-        try:
-            return self._cost(inputs, (first, second, third))
-        except ValueError as error:
-            raise ConfigError(f"{error}: set the term's degrees to network.degrees") from None
-
-    def _cost(self, inputs: StepInput, degrees: Degrees) -> Tensor:
-        raise NotImplementedError
+def lattice_bending(inputs: StepInput) -> Float[Tensor, "queries templates"]:
+    """Return what bends each template: the bending energy of its offsets, see `bending_energy`."""
+    return bending_energy(inputs.prediction.offsets, inputs.templates.degrees)
 
 
-class LatticeBending(_OnLattice):
-    """What bends each template: the bending energy of its offsets; see `bending_energy`."""
-
-    def _cost(self, inputs: StepInput, degrees: Degrees) -> Tensor:
-        return bending_energy(inputs.prediction.offsets, degrees)
-
-
-class LatticeFolding(_OnLattice):
-    r"""What turns each template inside out, at the places of the lattice's control points.
+def lattice_folding(inputs: StepInput) -> Float[Tensor, "queries templates"]:
+    r"""Return what turns each template inside out, at the places of the lattice's control points.
 
     .. math:: \frac 1 M \sum_m \log\left(1 + \max(0, -\det J(P_m))^2\right)
 
@@ -134,11 +111,9 @@ class LatticeFolding(_OnLattice):
     displacements, each relative to the lattice's size, which is small for thin templates: without
     the logarithm one bad step of a training outweighs all others.
     """
-
-    def _cost(self, inputs: StepInput, degrees: Degrees) -> Tensor:
-        control_points = inputs.templates.control_points
-        turned = -lattice_determinants(inputs.prediction.offsets, control_points, degrees)
-        return turned.relu().square().log1p().mean(-1)
+    _, control_points, degrees = inputs.templates
+    turned = -lattice_determinants(inputs.prediction.offsets, control_points, degrees)
+    return turned.relu().square().log1p().mean(-1)
 
 
 def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
@@ -147,12 +122,16 @@ def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
     .. math:: \lambda_e = \sum_t \bar\gamma^{(t)} \log \bar\gamma^{(t)}
 
     Lowest, -log T, when the batch as a whole uses all templates evenly; single queries may still
-    be confident.
+    be confident. Of a step of several accumulated batches each gives its share: the mean of their
+    entropies takes the place of the entropy of all, which is equal where their mean weights are.
 
     Source: the paper's section 4.1, equation 11.
     """
     mean = inputs.batch_weights.mean(0)
-    return torch.xlogy(mean, mean).sum()
+    share = len(inputs.batch_weights) / inputs.num_queries
+    # At a weight of 0 the logarithm's slope is infinite, and nan times the softmax's, which is 0.
+    logs = mean.clamp_min(torch.finfo(mean.dtype).tiny)
+    return share * torch.xlogy(mean, logs).sum()
 
 
 def offset_penalty(inputs: StepInput) -> Float[Tensor, ""]:

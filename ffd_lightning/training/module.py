@@ -28,6 +28,7 @@ from ffd_lightning.evaluation.template_scores import (
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
 from ffd_lightning.training.batch_statistics import SharedBatchStatistics
+from ffd_lightning.training.finite import WAY_OUT, FiniteLosses, not_finite
 
 MakeOptimizer = Callable[[ParamsT], Optimizer]
 MakeScheduler = Callable[[Optimizer, int], LRScheduler]
@@ -46,11 +47,18 @@ class FfdModule(LightningModule):
     `effective_templates` (of the selection). The box Chamfer distance is that of the selected
     template, deformed or as it is: squared, mean over points, both ways added, bounding-box
     diagonal 1, times 1000. Every checkpoint holds what `Predictor.load` needs, if the data came
-    from an `FfdDataModule`.
+    from an `FfdDataModule`. Training ends with a ConfigError at a loss or weight that is not
+    finite, and no checkpoint is written of it.
+
+    With `accumulate_grad_batches` gradients are summed over the batches, so that terms that are
+    sums over queries train as with one batch of all queries. Still, batch norm sees each batch
+    alone, terms that draw at random draw for each, and the mean of the batches' entropies takes
+    the place of the entropy of all (`negative_entropy`). What is logged is of the last batch.
 
     Args:
         network: images to weights and offsets.
-        objective: the training regime.
+        objective: the training regime; its parameters, if terms or the selection have some, are
+            trained with the network's.
         optimizer: makes an optimizer of parameters.
         scheduler: makes a schedule of the learning rate, stepped every optimizer step, of an
             optimizer and the number of steps in all; None keeps the rate.
@@ -83,6 +91,7 @@ class FfdModule(LightningModule):
         self.seed, self.record = seed, dict(record or {})
         self.scores: TemplateScores | None = None
         self.scoring = TemplateScoring()
+        self._losses = FiniteLosses()
 
     def forward(self, images: Tensor) -> FfdPrediction:
         """Return the network's prediction for images, (q, 3, H, W)."""
@@ -92,7 +101,8 @@ class FfdModule(LightningModule):
         """Make sure that data and network go together.
 
         Raises:
-            ConfigError: they are of different numbers of templates, control points or image sizes.
+            ConfigError: they are of different numbers of templates, control points, image sizes or
+                lattices.
         """
         data = self._data
         if data is None:
@@ -103,6 +113,9 @@ class FfdModule(LightningModule):
             "image_size": list(data.prepared.image_shape[1:3]),
         }
         own = self.network.description()
+        if self.network.mirror_degrees is not None:
+            own["mirror_degrees"] = list(self.network.mirror_degrees)
+            expected["mirror_degrees"] = list(data.bank.degrees)
         for name, value in expected.items():
             if own[name] != value:
                 raise ConfigError(f"the network's {name} is {own[name]}, that of the data {value}")
@@ -114,22 +127,32 @@ class FfdModule(LightningModule):
         torch.manual_seed(self.seed * 1_000_003 + number)
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
-        """Return the objective's total."""
+        """Return the objective's total.
+
+        Raises:
+            ConfigError: a loss is not finite, see `FiniteLosses`.
+        """
         with nullcontext() if self.trainer.world_size == 1 else SharedBatchStatistics():
             prediction = self.network(batch.images)
+        every = int(self.trainer.accumulate_grad_batches)
+        # The last step of an epoch may be of fewer batches.
+        batches = min(every, self.trainer.num_training_batches - batch_idx // every * every)
+        weights = self._batch_weights(prediction.template_weights)
         total, terms = self.objective(
             prediction,
             batch.target_points,
             batch.templates,
             self.global_step,
-            self._batch_weights(prediction.template_weights),
+            weights,
             batch.own_templates,
+            int(batches) * len(weights),
         )
+        self._losses.add(self.global_step, self.objective.parts, self.trainer)
         chamfer = BOX_CHAMFER_FACTOR * terms.pop("chamfer")
         terms = {"loss": total.detach(), **terms, "box_chamfer": chamfer}
         self.log_dict({f"train/{k}": v for k, v in terms.items()}, batch_size=len(batch.rows))
-        # Devices average their gradients; the paper sums over the queries of the batch.
-        return total * self.trainer.world_size
+        # Devices and accumulated batches average gradients; the paper sums over the queries.
+        return total * (self.trainer.world_size * every)
 
     def _batch_weights(self, weights: Tensor) -> Tensor:
         """Return the weights of all devices' queries, (Q, T); gradients flow to this device's."""
@@ -151,6 +174,14 @@ class FfdModule(LightningModule):
         """Return the prediction for a batch's images."""
         return self.network(batch.images)
 
+    def on_validation_start(self) -> None:
+        """Make sure that losses and weights are finite."""
+        self._check_finite(self.state_dict())
+
+    def on_train_end(self) -> None:
+        """Make sure that losses and weights are finite."""
+        self._check_finite(self.state_dict())
+
     def on_validation_epoch_end(self) -> None:
         """Log means over all validation shapes."""
         self._log_scores("val")
@@ -166,7 +197,8 @@ class FfdModule(LightningModule):
         self.log_dict({f"{subset}/{n}": summary[n] for n in _SHOWN}, sync_dist=True)
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Add what makes the checkpoint of use without the data."""
+        """Add what makes the checkpoint of use without the data, if all in it is finite."""
+        self._check_finite(checkpoint["state_dict"])
         data = self._data
         if data is None:
             warnings.warn(
@@ -176,6 +208,25 @@ class FfdModule(LightningModule):
             )
             return
         checkpoint.update(model_entry(self.network, data, self.record))
+
+    def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
+        """Refuse weights that are not finite, as earlier versions wrote them.
+
+        Raises:
+            ConfigError: one is not.
+        """
+        if name := not_finite(self, checkpoint["state_dict"]):
+            raise ConfigError(
+                f"the checkpoint's {name} is not finite: train from the start (restart=true)"
+            )
+
+    def _check_finite(self, state: Mapping[str, Any]) -> None:
+        self._losses.read(self.trainer)
+        if name := not_finite(self, state):
+            raise ConfigError(
+                f"{name} is not finite after step {self.global_step}, because of a gradient. "
+                f"{WAY_OUT}"
+            )
 
     @property
     def _data(self) -> FfdDataModule | None:

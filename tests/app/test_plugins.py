@@ -172,20 +172,14 @@ def test_nodes_stay_as_they_are_when_a_job_in_another_process_sends_them_back():
     typed("data=procedural")
 
 
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"a": (np.ndarray, None)}, "setting 'a' has a type that is not known"),
-        ({"a": (int, "x")}, "a default of another type"),
-        ({"a": ("Nope", 1)}, "'Nope' is not defined"),
-    ],
-)
-def test_settings_of_other_types_are_named(register, settings, words):
-    body = {key: default for key, (_, default) in settings.items()}
-    types = {key: kind for key, (kind, _) in settings.items()}
-    made = dataclass(type("Odd", (), body | {"__annotations__": types, "__module__": __name__}))
-    register("term", "odd", made, lambda s: None)
-    with pytest.raises(ConfigError, match=f"term 'odd' of ffd_lightning: .*{words}"):
+@dataclass
+class Odd:
+    a: np.ndarray | None = None
+
+
+def test_settings_of_other_types_are_named(register):
+    register("term", "odd", Odd, lambda s: None)
+    with pytest.raises(ConfigError, match=r"term 'odd' of ffd_lightning: .*'a' has a type"):
         node_type(registry.get("term", "odd"))
 
 
@@ -210,12 +204,8 @@ def odd_encoder(**methods):
     ("methods", "words"),
     [
         ({"output_size": lambda self, size: (3, 4)}, r"\(1, 4, 6, 8\).* say \(1, 4, 3, 4\)"),
-        ({"output_size": lambda self, size: 6}, r"say \(1, 4, 6\)"),
         ({"output_size": ffd.ImageEncoder.output_size}, "has no method output_size"),
-        ({"out_channels": 5}, r"say \(1, 5, 6, 8\)"),
         ({"out_channels": None}, "has no out_channels"),
-        ({"forward": lambda self, images: None}, "into NoneType"),
-        ({"forward": nn.Module.forward}, "has no method forward"),
     ],
 )
 def test_an_encoder_that_says_something_else_than_it_does(register, methods, words):
@@ -253,16 +243,14 @@ def test_trying_an_encoder_leaves_frozen_layers_frozen(register):
     assert encoder.norm.num_batches_tracked == 0
 
 
-KINDS_OF_FUNCTIONS = ["term", "selection", "split", "template_strategy", "augmentation"]
-
-
-@pytest.mark.parametrize("kind", KINDS_OF_FUNCTIONS)
-def test_a_factory_that_gives_no_function(register, kind, tmp_path):
+@pytest.mark.parametrize(
+    ("kind", "override"), [("selection", "regime/selection=odd"), ("split", "split=odd")]
+)
+def test_a_factory_that_gives_no_function(register, kind, override):
     register(kind, "odd", Tiny, lambda settings: None)
-    where = {"selection": "regime/selection=odd", "term": "+regime.terms.odd.weight=1"}
-    cfg = small(where.get(kind, f"{kind}=odd"))
+    cfg = small(override)
     with pytest.raises(ConfigError, match=r"odd gives a NoneType, not a function"):
-        build_objective(cfg.regime, 1) if kind in where else build_data(cfg)
+        build_objective(cfg.regime, 1) if kind == "selection" else build_data(cfg)
 
 
 class BareProtocol(ffd.EvaluationProtocol):
@@ -283,12 +271,7 @@ class OddProtocol(BareProtocol):
 
 
 @pytest.mark.parametrize(
-    ("made", "words"),
-    [
-        (5, "gives a int, not a EvaluationProtocol"),
-        (BareProtocol(), "is no dataclass: put @dataclass"),
-        (dataclass(frozen=True)(type("None_", (OddProtocol,), {"measures": ()}))(), "no measures"),
-    ],
+    ("made", "words"), [(5, "gives a int, not a"), (BareProtocol(), "is no dataclass: put @data")]
 )
 def test_a_factory_that_gives_no_protocol(register, made, words):
     register("protocol", "odd", Tiny, lambda settings: made)
@@ -296,7 +279,7 @@ def test_a_factory_that_gives_no_protocol(register, made, words):
         build_protocol(SimpleNamespace(name="odd", **vars(Tiny())))
 
 
-@pytest.mark.parametrize("given", [None, {}, {"with": 1.0}, {"width": "x"}])
+@pytest.mark.parametrize("given", [None, {"with": 1.0}, {"width": "x"}])
 def test_scores_that_lack_a_measure(given):
     prepared = SimpleNamespace(ids=("a",))
     with pytest.raises(ConfigError, match=r"protocol 'odd': .*'width'"):
@@ -327,8 +310,6 @@ class OddSource(ffd.Source):
     ("source", "words"),
     [
         (OddSource(ids=["a", "a"]), "shape_ids of OddSource must give a list"),
-        (OddSource(ids=None), "shape_ids of OddSource must give a list"),
-        (OddSource(kept=None), "fingerprint of OddSource must be a dict .*NoneType"),
         (OddSource(kept={"root": Path("x")}), "fingerprint of OddSource .* not JSON"),
         (OddSource(held=lambda: 0), "OddSource cannot be sent to the processes"),
         (OddSource(), "its source gives a NoneType, not a SourceShape"),

@@ -22,6 +22,7 @@ from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.training import finite
 from ffd_lightning.training.callbacks import StepTimer
 from ffd_lightning.training.module import FfdModule
 
@@ -227,6 +228,7 @@ class _ReadsBack(TorchDispatchMode):
 def test_a_step_reads_nothing_back(tiny_config, tmp_path, monkeypatch):
     mode, counts = _ReadsBack(), []
     monkeypatch.setattr(StepTimer, "on_train_batch_end", lambda *_: counts.append(mode.count))
+    monkeypatch.setattr(finite, "_free_to_read", lambda _: False)  # as on a GPU
     overrides = ["schedule.val_every=8", "schedule.checkpoint_every=8", "logger.every=8"]
     with mode:
         train(tiny_config(*overrides, "regime=r", "trainer.progress_bar=true"), RunFolder(tmp_path))

@@ -17,7 +17,9 @@ def case():
     weights = torch.tensor([[0.2, 0.7, 0.1], [0.5, 0.3, 0.2]])
     prediction = FfdPrediction(weights, weights, rand(2, 3, 8, 3) - 0.5, weights.log())
     matrix = rand(3, 20, 8, seed=1)
-    templates = TemplateSample(matrix / matrix.sum(-1, keepdim=True), rand(3, 8, 3, seed=2))
+    templates = TemplateSample(
+        matrix / matrix.sum(-1, keepdim=True), rand(3, 8, 3, seed=2), (1, 1, 1)
+    )
     images = torch.zeros(2, 3, 32, 32, dtype=torch.uint8)
     return prediction, Batch(torch.tensor([4, 9]), images, rand(2, 20, 3, seed=3), templates)
 
@@ -37,7 +39,7 @@ def naive(a, b):
 def test_every_template_is_scored_on_every_query(case):
     prediction, batch = case
     scores = score((prediction, batch))
-    matrix, control = batch.templates
+    matrix, control, _ = batch.templates
     for q in range(2):
         for t in range(3):
             truth = batch.target_points[q]
@@ -76,7 +78,7 @@ def test_batches_are_joined_in_the_order_of_the_rows(case):
 
 def test_one_query_and_one_template_keep_their_axes(case):
     prediction, batch = case
-    templates = TemplateSample(*(x[:1] for x in batch.templates))
+    templates = TemplateSample(*(x[:1] for x in batch.templates[:2]), batch.templates.degrees)
     weights = torch.ones(1, 1)
     alone = FfdPrediction(weights, weights, prediction.offsets[:1, :1], weights.log())
     one = Batch(batch.rows[:1], batch.images[:1], batch.target_points[:1], templates)

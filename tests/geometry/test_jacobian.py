@@ -152,3 +152,13 @@ def test_determinants_on_a_lattice_are_those_of_the_jacobian_there(degrees):
     assert (found < 0).any(), "else nothing was folded"
     with pytest.raises(ValueError, match=r"make 64 control points, not"):
         lattice_determinants(offsets[..., 1:, :], places[..., 1:, :], (3, 3, 3))
+
+
+@pytest.mark.parametrize("thin", [3e-17, 1e-21])
+def test_a_sheet_that_rounding_has_made_thick_is_flat(thin):
+    generator = torch.Generator().manual_seed(0)
+    points = Lattice.bounding(torch.rand(9, 3, generator=generator), (1, 2, 2)).control_points()
+    offsets = torch.randn(len(points), 3, generator=generator)
+    flat, sheet = (points * torch.tensor([extent, 1, 1]) for extent in (0, thin))
+    found, expected = (lattice_determinants(offsets, p, (1, 2, 2)) for p in (sheet, flat))
+    assert torch.equal(found, expected)

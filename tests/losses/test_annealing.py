@@ -3,7 +3,6 @@ import math
 import numpy as np
 import pytest
 
-from ffd_lightning.app.config import Annealing
 from ffd_lightning.losses.annealing import (
     ANNEALINGS,
     exponential_annealing,
@@ -34,7 +33,3 @@ def test_annealings_by_name():
     }
     with pytest.raises(ValueError, match="annealing=cosine must be one of constant, exponential"):
         make_annealing("cosine", 10)
-
-
-def test_a_setting_can_be_each_of_them():
-    assert [annealing.value for annealing in Annealing] == list(ANNEALINGS)

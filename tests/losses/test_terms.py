@@ -5,14 +5,15 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample, bending_energy
+from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.jacobian import deformation_jacobian
+from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.losses.terms import (
-    LatticeBending,
-    LatticeFolding,
     StepInput,
     chamfer,
+    lattice_bending,
+    lattice_folding,
     mean_chamfer,
     negative_entropy,
     offset_penalty,
@@ -26,52 +27,59 @@ class Prediction(NamedTuple):
     template_logits: torch.Tensor
 
 
-def step_input(weights, offsets=None, batch_weights=None):
-    """A step of which only the prediction matters."""
-    queries, templates = weights.shape
-    prediction = Prediction(
-        weights, torch.zeros(queries, templates, 1, 3) if offsets is None else offsets, weights
-    )
-    control = torch.zeros(templates, prediction.offsets.shape[2], 3)
-    sample = TemplateSample(torch.ones(templates, 5, control.shape[1]), control)
+def step_input(weights, offsets=None, batch_weights=None, sample=None, targets=None, queries=None):
+    """A step of which what is not given does not matter."""
+    if offsets is None:
+        offsets = torch.zeros(*weights.shape, 1, 3)
+    _, templates, count, _ = offsets.shape
+    if sample is None:
+        matrix, control = torch.ones(templates, 5, count), torch.zeros(templates, count, 3)
+        sample = TemplateSample(matrix, control, (1, 1, 1))
+    targets = torch.zeros(len(weights), 5, 3) if targets is None else targets
     given = weights if batch_weights is None else batch_weights
-    return StepInput(prediction, torch.zeros(queries, 5, 3), sample, 0, given)
+    prediction = Prediction(weights, offsets, weights)
+    return StepInput(prediction, targets, sample, 0, given, queries or len(given))
 
 
 def test_chamfer_is_that_of_each_template_deformed_for_each_query():
     g = torch.Generator().manual_seed(0)
     offsets, targets = torch.randn(2, 3, 4, 3, generator=g), torch.randn(2, 7, 3, generator=g)
-    sample = TemplateSample(torch.rand(3, 6, 4, generator=g), torch.randn(3, 4, 3, generator=g))
-    weights = torch.full((2, 3), 1 / 3)
-    found = chamfer(StepInput(Prediction(weights, offsets, weights), targets, sample, 0, weights))
+    matrix, control = torch.rand(3, 6, 4, generator=g), torch.randn(3, 4, 3, generator=g)
+    sample = TemplateSample(matrix, control, (1, 1, 0))
+    found = chamfer(step_input(torch.full((2, 3), 1 / 3), offsets, sample=sample, targets=targets))
     for q in range(2):
         for t in range(3):
-            points = sample.deformation_matrix[t] @ (sample.control_points[t] + offsets[q, t])
+            points = matrix[t] @ (control[t] + offsets[q, t])
             torch.testing.assert_close(found[q, t], chamfer_distance(points, targets[q]))
 
 
 @pytest.mark.parametrize("points", [4, 8])
 def test_the_mean_chamfer_distance_is_in_thousandths_of_points(points):
     g = torch.Generator().manual_seed(0)
-    sample = TemplateSample(torch.rand(1, points, 4, generator=g), torch.rand(1, 4, 3, generator=g))
-    weights, offsets = torch.ones(2, 1), torch.zeros(2, 1, 4, 3)
+    matrix, control = torch.rand(1, points, 4, generator=g), torch.rand(1, 4, 3, generator=g)
+    sample = TemplateSample(matrix, control, (1, 1, 0))
     targets = torch.rand(2, points, 3, generator=g)
-    inputs = StepInput(Prediction(weights, offsets, weights), targets, sample, 0, weights)
+    inputs = step_input(torch.ones(2, 1), torch.zeros(2, 1, 4, 3), sample=sample, targets=targets)
     expected = [
         [1000 * chamfer_distance(inputs.pred_points[q, 0], targets[q], "mean")] for q in range(2)
     ]
     torch.testing.assert_close(mean_chamfer(inputs), torch.tensor(expected))
 
 
-def test_bending_is_that_of_each_templates_offsets():
-    offsets = torch.randn(2, 3, 24, 3, generator=torch.Generator().manual_seed(0))
-    inputs = step_input(torch.full((2, 3), 1 / 3), offsets)
-    expected = bending_energy(offsets, (1, 2, 3))
-    torch.testing.assert_close(LatticeBending([1, 2, 3])(inputs), expected)
-    cube = step_input(torch.full((2, 3), 1 / 3), torch.zeros(2, 3, 64, 3))
-    assert LatticeBending()(cube).shape == (2, 3)
-    with pytest.raises(ConfigError, match=r"set the term's degrees to network\.degrees"):
-        LatticeBending()(inputs)
+@pytest.mark.parametrize("degrees", [(3, 3, 3), (1, 3, 7), (7, 3, 1)])
+def test_costs_of_a_lattice_are_of_its_degrees_and_not_of_others_with_as_many_points(degrees):
+    g = torch.Generator().manual_seed(0)
+    offsets = torch.randn(2, 3, 64, 3, generator=g, dtype=torch.float64)
+    boxes = Lattice.bounding(torch.rand(3, 9, 3, generator=g, dtype=torch.float64), degrees)
+    places = boxes.control_points()
+    sample = TemplateSample(torch.rand(3, 5, 64), places, degrees)
+    inputs = step_input(torch.full((2, 3), 1 / 3), offsets, sample=sample)
+    grid = offsets.reshape(2, 3, *(degree + 1 for degree in degrees), 3).numpy()
+    bends = [(np.diff(grid, n=2, axis=axis) ** 2).sum((2, 3, 4, 5)) for axis in (2, 3, 4)]
+    np.testing.assert_allclose(lattice_bending(inputs), sum(bends))
+    turned = -torch.linalg.det(deformation_jacobian(places, boxes, offsets))
+    expected = (1 + turned.clamp(min=0) ** 2).log().mean(-1)
+    torch.testing.assert_close(lattice_folding(inputs), expected)
 
 
 def test_folding_is_what_is_turned_inside_out():
@@ -79,10 +87,8 @@ def test_folding_is_what_is_turned_inside_out():
     control_points = torch.stack([cube.reshape(-1, 3), cube.reshape(-1, 3) * torch.rand(3)])
     stretch = torch.tensor([[4.0, 1, 1], [-0.5, 1, 1], [-2.0, -1, -1], [-1, -1, 1]])
     offsets = (control_points[None] * (stretch[:, None, None] - 1)).requires_grad_()
-    weights = torch.full((4, 2), 0.5)
-    sample = TemplateSample(torch.rand(2, 5, 64), control_points)
-    prediction = Prediction(weights, offsets, weights)
-    found = LatticeFolding()(StepInput(prediction, torch.rand(4, 5, 3), sample, 0, weights))
+    sample = TemplateSample(torch.rand(2, 5, 64), control_points, (3, 3, 3))
+    found = lattice_folding(step_input(torch.full((4, 2), 0.5), offsets, sample=sample))
     # Stretched and turned by half a turn: nothing; through itself: what is turned.
     expected = torch.tensor([0.0, 0.25, 4.0, 0.0]).log1p()[:, None].expand(4, 2)
     torch.testing.assert_close(found, expected)
@@ -108,6 +114,15 @@ def test_negative_entropy_is_of_the_whole_batch_where_devices_share_it():
     share, batch = torch.eye(4)[:2], torch.eye(4)
     found = negative_entropy(step_input(share, batch_weights=batch))
     assert float(found) == pytest.approx(-math.log(4))
+
+
+def test_negative_entropy_has_a_slope_where_no_query_takes_a_template():
+    logits = torch.tensor([[0.0, 1, -400], [1, 0, -500]], requires_grad=True)
+    negative_entropy(step_input(logits.softmax(1))).backward()
+    (others,) = torch.autograd.grad(
+        negative_entropy(step_input((two := logits[:, :2]).softmax(1))), two
+    )
+    torch.testing.assert_close(logits.grad, torch.cat([others, torch.zeros(2, 1)], 1))
 
 
 def test_offset_penalty_matches_loops():

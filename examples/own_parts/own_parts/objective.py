@@ -13,22 +13,16 @@ import ffd_lightning as ffd
 
 @dataclass
 class Smoothness:
-    """Squared differences between the offsets of neighbouring control points.
-
-    Attributes:
-        degree: of the lattice, the same along all axes.
-    """
-
-    degree: int = 3
+    """Squared differences between the offsets of neighbouring control points."""
 
 
 @ffd.register("term", "smoothness", Smoothness)
 def smoothness(settings: Smoothness) -> Callable[[ffd.StepInput], Tensor]:
     """Return the term: a cost of every template for every query, (q, T)."""
-    side = settings.degree + 1
 
     def term(inputs: ffd.StepInput) -> Tensor:
-        offsets = inputs.prediction.offsets.unflatten(2, (side, side, side))
+        sides = [degree + 1 for degree in inputs.templates.degrees]
+        offsets = inputs.prediction.offsets.unflatten(2, sides)
         steps = (offsets.diff(dim=axis).square().sum((-1, -2, -3, -4)) for axis in (2, 3, 4))
         return sum(steps, torch.zeros(()))
 
@@ -47,14 +41,14 @@ class Taught:
 
 
 @ffd.register("selection", "taught", Taught)
-def taught(settings: Taught) -> Callable[[object, Tensor], ffd.Teaching]:
+def taught(settings: Taught) -> Callable[[ffd.StepInput, Tensor], ffd.Teaching]:
     """Return the selection."""
 
-    def teach(prediction: ffd.FfdPrediction, costs: Tensor) -> ffd.Teaching:
+    def teach(inputs: ffd.StepInput, costs: Tensor) -> ffd.Teaching:
         scale = settings.temperature * costs.mean().clamp_min(1e-9)
         posterior = (-costs / scale).softmax(dim=1)
         shares = posterior / 2 + 1 / (2 * costs.shape[1])
-        log_probs = prediction.template_logits.log_softmax(dim=1)
+        log_probs = inputs.prediction.template_logits.log_softmax(dim=1)
         return ffd.Teaching(shares, -(posterior * log_probs).sum())
 
     return teach

@@ -36,30 +36,19 @@ function_part("term", "mean_chamfer", MeanChamfer, f"{_TERMS}:mean_chamfer")
 
 
 @dataclass
-class _OnLattice:
-    """A cost of each template's lattice.
-
-    Attributes:
-        degrees: of the lattices, `network.degrees`; null where these are the same along all axes.
-    """
-
-    degrees: list[int] | None = None
-
-
-@dataclass
-class LatticeBending(_OnLattice):
+class LatticeBending:
     """Squared second differences of each template's offsets: what bends a template costs."""
 
 
-class_part("term", "lattice_bending", LatticeBending, f"{_TERMS}:LatticeBending")
+function_part("term", "lattice_bending", LatticeBending, f"{_TERMS}:lattice_bending")
 
 
 @dataclass
-class LatticeFolding(_OnLattice):
+class LatticeFolding:
     """What each template's deformation turns inside out, at the places of the control points."""
 
 
-class_part("term", "lattice_folding", LatticeFolding, f"{_TERMS}:LatticeFolding")
+function_part("term", "lattice_folding", LatticeFolding, f"{_TERMS}:lattice_folding")
 
 
 @dataclass

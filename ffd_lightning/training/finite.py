@@ -1,0 +1,82 @@
+"""Ends a training whose loss or weights are no longer finite, before a checkpoint holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import torch
+from lightning import LightningModule, Trainer
+from torch import Tensor
+
+from ffd_lightning.errors import ConfigError
+
+_UNREAD = 50  # losses that are left on a GPU, whose host waits when it reads one
+WAY_OUT = (
+    "Look for divisions by 0 and for roots of 0, whose gradients are infinite; a lower learning "
+    "rate or weight of a term may help. No checkpoint is written of it: the last one, of an "
+    "earlier step, is finite, and training can go on from there"
+)
+
+
+class FiniteLosses:
+    """Reads losses, sooner or later, and ends a training at the first that is not finite.
+
+    On a single CPU each is read at once. On other devices, or several, they are read every 50
+    batches and whenever `read` is called, by all devices alike.
+    """
+
+    def __init__(self) -> None:
+        self._unread: list[tuple[int, dict[str, Tensor]]] = []
+
+    def add(self, step: int, parts: dict[str, Tensor], trainer: Trainer) -> None:
+        """Take what a loss is made of, see `Objective.parts`, and read it if it is time to.
+
+        Raises:
+            ConfigError: see `read`.
+        """
+        self._unread.append((step, parts))
+        if _free_to_read(trainer) or len(self._unread) == _UNREAD:
+            self.read(trainer)
+
+    def read(self, trainer: Trainer) -> None:
+        """Read all losses since the last time.
+
+        Raises:
+            ConfigError: one is not finite; it names the step and the first part that is not.
+        """
+        unread, self._unread = self._unread, []
+        first = _first_of([list(parts.values())[-1] for _, parts in unread], trainer)
+        if first is not None:
+            step, parts = unread[first]
+            cause = list(parts)[_first_of(list(parts.values()), trainer) or 0]
+            raise ConfigError(
+                f"the loss of step {step + 1} is not finite, because of {cause}. {WAY_OUT}"
+            )
+
+
+def not_finite(module: LightningModule, state: Mapping[str, Any]) -> str | None:
+    """Return the first of a module's weights that is infinite or nan in a state of it.
+
+    Of buffers only nan is told: some are meant to be infinite.
+    """
+    weights = {name for name, _ in module.named_parameters()}
+    for name, value in state.items():
+        if isinstance(value, Tensor):
+            finite = value.isfinite() if name in weights else ~value.isnan()
+            if not finite.all():
+                return name
+    return None
+
+
+def _free_to_read(trainer: Trainer) -> bool:
+    return trainer.strategy.root_device.type == "cpu" and trainer.world_size == 1
+
+
+def _first_of(values: Sequence[Tensor], trainer: Trainer) -> int | None:
+    """Return the place of the first number that is not finite, on any device."""
+    if not values:
+        return None
+    broken = torch.stack([~value.isfinite() for value in values]).int()
+    places = torch.as_tensor(trainer.strategy.reduce(broken, reduce_op="sum")).nonzero()
+    return int(places[0]) if len(places) else None

@@ -1,0 +1,241 @@
+"""Trainings with a Trainer of one's own, on batches that are made up."""
+
+import math
+import warnings
+from functools import partial
+
+import pytest
+import torch
+from lightning import Trainer
+from lightning.pytorch.callbacks import ModelCheckpoint
+from torch import nn
+from torch.utils.data import DataLoader
+
+from ffd_lightning.app.build import build_data, build_network
+from ffd_lightning.app.regimes import regime
+from ffd_lightning.checkpoint import load_model
+from ffd_lightning.data.batches import Batch
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.losses.objective import Objective, WeightedTerm
+from ffd_lightning.losses.selection import Teaching, WeightedCosts
+from ffd_lightning.losses.terms import chamfer
+from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
+from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.training.module import FfdModule
+
+T, N, M = 3, 6, 8
+SGD = partial(torch.optim.SGD, lr=1e-3)
+
+
+def tiny_network():
+    torch.manual_seed(0)
+    return TemplateFfdNetwork(MobileNetV1(0.05), (32, 32), T, M, 4, 8, offset_std=0.1)
+
+
+def make_batch(seed, queries=2):
+    """A batch of made-up queries, and of the same templates whatever the seed."""
+    g, same = torch.Generator().manual_seed(seed), torch.Generator().manual_seed(99)
+    images = torch.randint(0, 256, (queries, 3, 32, 32), generator=g, dtype=torch.uint8)
+    matrix = torch.rand(T, N, M, generator=same).softmax(-1)
+    templates = TemplateSample(matrix, torch.rand(T, M, 3, generator=same), (1, 1, 1))
+    return Batch(torch.arange(queries), images, torch.rand(queries, N, 3, generator=g), templates)
+
+
+def joined(*batches):
+    fields = [torch.cat(parts) for parts in zip(*(batch[:3] for batch in batches), strict=True)]
+    return Batch(*fields, batches[0].templates)
+
+
+def fit(module, data, resume=None, **settings):
+    trainer = Trainer(
+        **{"enable_checkpointing": "callbacks" in settings, **settings},
+        accelerator="cpu",
+        devices=1,
+        logger=False,
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        num_sanity_val_steps=0,
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of workers, and of data from elsewhere
+        if isinstance(data, list):
+            data = DataLoader(data, batch_size=None)
+        trainer.fit(module, data, ckpt_path=resume)
+
+
+# --- accumulated batches ------------------------------------------------------------------------
+
+
+def updates(objective, batches, **settings):
+    """Return what training adds to the weights of a network without batch norm."""
+    network = tiny_network()
+    for part in [*network.modules()]:
+        for name, child in part.named_children():
+            if isinstance(child, nn.BatchNorm1d | nn.BatchNorm2d):
+                setattr(part, name, nn.Identity())
+    before = nn.utils.parameters_to_vector(network.parameters()).double()
+    fit(FfdModule(network, objective, optimizer=SGD), batches, precision="64-true", **settings)
+    return nn.utils.parameters_to_vector(network.parameters()) - before
+
+
+@pytest.mark.parametrize(
+    ("name", "overrides", "second"),
+    [
+        ("w", (), 1),
+        ("r", (), 1),
+        ("posterior", ("terms.sliced_wasserstein.weight=0",), 1),
+        ("e", (), 0),  # entropies are of each batch: equal where both have the same mean weights
+    ],
+)
+def test_accumulated_batches_train_as_one_batch_of_all_queries(name, overrides, second):
+    first, other, last = make_batch(0), make_batch(second), make_batch(2)
+    objective = regime(name, *overrides)
+    expected = updates(objective, [joined(first, other), last], max_epochs=1)
+    found = updates(objective, [first, other, last], max_epochs=1, accumulate_grad_batches=2)
+    assert expected.norm() > 1e-3
+    torch.testing.assert_close(found, expected, rtol=1e-6, atol=1e-12)
+
+
+# --- what is not finite -------------------------------------------------------------------------
+
+BROKEN_AT = 2  # the third step
+
+
+def broken_term(inputs):
+    return inputs.prediction.offsets.sum() * (math.nan if inputs.step == BROKEN_AT else 0)
+
+
+def broken_selection(inputs, costs):
+    taught = WeightedCosts()(inputs, costs)
+    return Teaching(taught.cost_weights * (math.inf if inputs.step == BROKEN_AT else 1))
+
+
+def broken_gradient(inputs):
+    """A root of 0: finite, and its gradient is not."""
+    zero = inputs.prediction.offsets.sum() * 0
+    return zero.sqrt() if inputs.step == BROKEN_AT else zero
+
+
+def own(term=chamfer, selection=None):
+    return Objective({"chamfer": WeightedTerm(chamfer), "mine": WeightedTerm(term)}, selection)
+
+
+BROKEN = {
+    "term": (lambda: own(broken_term), 2, "the loss of step 3 .* because of the term mine"),
+    "selection": (
+        lambda: own(selection=broken_selection),
+        2,
+        "the loss of step 3 .* because of the selection",
+    ),
+    "gradient": (lambda: own(broken_gradient), 2, r"network\.\S+ is not finite after step 3, bec"),
+}
+
+
+@pytest.mark.parametrize("at_once", [True, False], ids=["CPU", "as on a GPU"])
+@pytest.mark.parametrize("every", [1, 2])
+@pytest.mark.parametrize(("objective", "good", "words"), BROKEN.values(), ids=BROKEN)
+def test_training_ends_before_a_checkpoint_of_what_is_not_finite(
+    tmp_path, monkeypatch, objective, good, words, every, at_once
+):
+    monkeypatch.setattr("ffd_lightning.training.finite._free_to_read", lambda _: at_once)
+    keep = ModelCheckpoint(tmp_path, "{step}", every_n_train_steps=1, save_top_k=-1)
+    batches = [make_batch(k) for k in range(6 * every)]
+    settings = {"accumulate_grad_batches": every, "callbacks": [keep]}
+    with pytest.raises(ConfigError, match=words):
+        fit(FfdModule(tiny_network(), objective()), batches, **settings)
+    kept = [torch.load(path, weights_only=True) for path in tmp_path.iterdir()]
+    assert {checkpoint["global_step"] for checkpoint in kept} == set(range(1, good + 1))
+    assert all(w.isfinite().all() for c in kept for w in c["state_dict"].values())
+
+
+def test_losses_of_a_gpu_are_read_now_and_then_and_at_the_end(monkeypatch):
+    monkeypatch.setattr("ffd_lightning.training.finite._free_to_read", lambda _: False)
+    for steps, trained in ((6, 6), (60, 50)):
+        module = FfdModule(tiny_network(), own(broken_term))
+        with pytest.raises(ConfigError, match=r"step 3 .* the term mine"):
+            fit(module, [make_batch(k) for k in range(steps)], max_epochs=1)
+        assert module.trainer.fit_loop.epoch_loop.batch_progress.total.ready == trained
+
+
+def test_weights_spoilt_by_a_gradient_are_named_though_nothing_is_saved():
+    for steps, words in ((3, "is not finite after step 3"), (4, "the network's prediction")):
+        module = FfdModule(tiny_network(), own(broken_gradient))
+        with pytest.raises(ConfigError, match=words):
+            fit(module, [make_batch(k) for k in range(steps)], max_epochs=1)
+
+
+def test_a_checkpoint_that_is_not_finite_is_not_trained_on(tmp_path):
+    module, batches = FfdModule(tiny_network(), own()), [make_batch(0)]
+    fit(module, batches, max_steps=1, callbacks=[ModelCheckpoint(tmp_path, "last")])
+    content = torch.load(tmp_path / "last.ckpt", weights_only=True)
+    content["state_dict"]["network.heads.logits.bias"][0] = math.nan
+    torch.save(content, tmp_path / "last.ckpt")
+    trainer = Trainer(accelerator="cpu", logger=False, enable_checkpointing=False, max_steps=2)
+    with pytest.raises(ConfigError, match=r"logits\.bias is not finite: train from the start"):
+        trainer.fit(module, DataLoader(batches, batch_size=None), ckpt_path=tmp_path / "last.ckpt")
+
+
+# --- terms and selections ------------------------------------------------------------------------
+
+
+class Level(nn.Module):
+    """A term that learns, and counts."""
+
+    def __init__(self):
+        super().__init__()
+        self.level = nn.Parameter(torch.zeros(()))
+        self.register_buffer("calls", torch.zeros(()))
+
+    def forward(self, inputs):
+        self.calls += 1
+        return (self.level - 1).square()
+
+
+class Gumbel(nn.Module):
+    """A selection that draws templates, more and more sharply."""
+
+    def __init__(self):
+        super().__init__()
+        self.register_buffer("temperature", torch.ones(()))
+
+    def forward(self, inputs, costs):
+        assert math.isclose(self.temperature, 0.5 ** max(0, inputs.step - 1)), "kept from before"
+        self.temperature.fill_(0.5**inputs.step)
+        return Teaching(nn.functional.gumbel_softmax(inputs.prediction.template_logits, 0.5))
+
+
+def test_terms_and_selections_that_are_modules_are_trained_and_kept(
+    tiny_config, prepared, tmp_path
+):
+    def train(resume=None):
+        cfg = tiny_config()
+        module = FfdModule(build_network(cfg), own(Level(), Gumbel()))
+        keep = ModelCheckpoint(tmp_path, "{step}", every_n_train_steps=2, save_top_k=-1)
+        fit(module, build_data(cfg), resume, max_steps=4, callbacks=[keep])
+        return module.state_dict()
+
+    whole, last = train(), tmp_path / "step=4.ckpt"
+    assert 0.003 < whole["objective.term_mine.level"] < 0.005, "four steps of Adam, 0.001 each"
+    assert whole["objective.term_mine.calls"] == 4
+    assert whole["objective.selection.temperature"] == 0.5**3
+    network = load_model(last).network.state_dict()
+    assert all(torch.equal(value, whole[f"network.{name}"]) for name, value in network.items())
+    last.unlink()
+    resumed = train(tmp_path / "step=2.ckpt")
+    assert all(torch.equal(value, whole[name]) for name, value in resumed.items())
+
+
+def test_terms_are_told_the_degrees_of_the_data(tiny_config, prepared):
+    cfg = tiny_config("regime=posterior", "network.degrees=[1,3,7]")
+    data, network, told = build_data(cfg), build_network(cfg), []
+
+    def watch(inputs):
+        told.append(inputs.templates.degrees)
+        return chamfer(inputs)
+
+    fit(FfdModule(network, own(watch)), data, max_steps=1)
+    assert told == [(1, 3, 7)]
+    network.mirror_degrees = (3, 3, 3)
+    with pytest.raises(ConfigError, match=r"mirror_degrees is \[3, 3, 3\], .* \[1, 3, 7\]"):
+        fit(FfdModule(network, own()), data, max_steps=1)
