@@ -149,7 +149,11 @@ def _typed(hint: Any, value: Any) -> Any:
         return {_typed(inner[0], key): _typed(inner[1], one) for key, one in value.items()}
     if isinstance(value, dict) and dataclasses.is_dataclass(hint):
         hints = get_type_hints(hint)
-        return hint(**{name: _typed(hints[name], one) for name, one in value.items()})
+        return hint(
+            **{  # type: ignore[operator]
+                name: _typed(hints[name], one) for name, one in value.items()
+            }
+        )
     if isinstance(hint, type) and isinstance(value, str):
         if issubclass(hint, Enum):
             return hint[value]

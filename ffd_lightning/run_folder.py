@@ -116,7 +116,8 @@ class RunFolder:
         """
         results = self.path / "evaluation"
         for folder in {file.parent for file in results.rglob(".lock")}:
-            lock_folder(folder, f"another process evaluates into {folder}: wait for it").release()
+            with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
+                pass
         # The status first: what a kill leaves half removed must not be called finished.
         names = ("status.json", "progress.json", "data.json", "template_ranking.csv")
         for name in (*names, "reconstructions.png"):

@@ -125,7 +125,8 @@ def _error_tables(
     runs: pd.DataFrame, protocol: ProtocolDescription, width: int | None
 ) -> list[RenderableType]:
     """Return what the runs' errors are made of and what their meshes are like, if it is known."""
-    known, damaged = [], []
+    known: list[pd.DataFrame] = []
+    damaged: list[RenderableType] = []
     for run in map(RunFolder, map(Path, runs["run"])):
         if (run.evaluation(protocol.name) / "samples.csv").is_file():
             try:

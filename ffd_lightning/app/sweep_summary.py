@@ -91,9 +91,9 @@ class SummaryTable(Callback):
             left = f", about {duration(seconds)} left"
         log.info("%d of %d runs are done%s", len(notes), self._total, left)
 
-    def on_run_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
+    def on_run_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Print the table of a single run."""
-        if not _is_further(job_return):
+        if not _is_further(kwargs["job_return"]):
             _print([config.hydra.runtime.output_dir])
 
     def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
