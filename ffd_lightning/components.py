@@ -1,0 +1,615 @@
+"""Components: what a researcher replaces, found by kind and name, ours and other packages' alike.
+
+A component is one class. Its signature is its settings with their types and defaults, its docstring
+is their help, its constructor is their check (it raises ValueError), and its module is where one
+looks. What a constructor needs of its surroundings (`KINDS` says what there is) it names among its
+parameters; those are handed over and are no settings.
+
+Nothing heavy is imported here: built-in components are imported when they are asked for.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import functools
+import importlib
+import importlib.metadata
+import inspect
+import logging
+import sys
+import types
+import typing
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+
+from docstring_parser import parse
+
+from ffd_lightning.errors import ConfigError
+
+log = logging.getLogger(__name__)
+
+_Target = TypeVar("_Target", bound=Callable[..., Any])
+MISSING = "???"
+"""The default of a setting that must be given, as OmegaConf writes it."""
+OWN = "ffd_lightning"
+ENTRY_POINTS = "ffd_lightning.plugins"
+"""The group in which packages name their modules: `my_parts = "my_package.parts"`."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of component.
+
+    Attributes:
+        meaning: what components of this kind do.
+        context: parameters that are handed to a constructor that names them.
+        built_in: our components: name -> "module:Class".
+    """
+
+    meaning: str
+    context: tuple[str, ...] = ()
+    built_in: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+
+KINDS: dict[str, Kind] = {
+    "encoder": Kind(
+        "turns images into a feature map",
+        ("image_size", "batch_norm_momentum"),
+        {
+            "mobilenet": "ffd_lightning.nn.encoders.mobilenet:MobileNetV1",
+            "timm": "ffd_lightning.nn.encoders.timm:TimmEncoder",
+        },
+    ),
+    "term": Kind("a term of the objective"),
+    "selection": Kind("how template weights are taught"),
+    "augmentation": Kind("changes training images"),
+    "template_strategy": Kind("how templates are chosen"),
+    "source": Kind("where shapes come from"),
+    "split": Kind("which shapes are trained on, validated on, tested on"),
+    "protocol": Kind("how predictions are measured"),
+    "optimizer": Kind("moves the weights", ("params", "lr")),
+    "lr_schedule": Kind("changes the learning rate", ("optimizer", "total_steps")),
+    "callback": Kind("watches the training, or takes part in it"),
+}
+"""Everything that can be replaced, and what it does."""
+
+_registered: dict[tuple[str, str], tuple[Any, str]] = {}  # -> target, provider
+_loaded: set[str] = set()
+_provider = OWN
+_broken: dict[str, str] = {}  # plugins that could not be imported, and why
+
+
+# --- what a signature says ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One setting of a component, or of a command.
+
+    Attributes:
+        hint: its type.
+        default: its default, `MISSING` where it must be given.
+        help: what the docstring says of it.
+    """
+
+    hint: Any
+    default: Any = MISSING
+    help: str = ""
+
+
+@functools.cache
+def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting]:
+    """Return the settings that a signature declares, by name.
+
+    Args:
+        target: a class or function; of a dataclass, the fields.
+        context: parameters that are handed over, and no settings.
+    """
+    helps = _helps(target)
+    factories = {}
+    if dataclasses.is_dataclass(target):
+        factories = {f.name: f.default_factory for f in dataclasses.fields(target)}
+    found = {}
+    for p in inspect.signature(target).parameters.values():
+        if p.name in context or p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
+            continue
+        default = MISSING if p.default is p.empty else p.default
+        if factories.get(p.name, dataclasses.MISSING) is not dataclasses.MISSING:
+            default = factories[p.name]()  # in the signature it is a sentinel
+        found[p.name] = Setting(_hint(target, p), default, helps.get(p.name, ""))
+    return found
+
+
+def _hint(target: Any, parameter: inspect.Parameter) -> Any:
+    """Return the type of one parameter; `Any` where its name exists for type checkers only."""
+    if parameter.annotation is parameter.empty:
+        return Any
+    # Alone, since one that cannot be told would take all others with it.
+    alone = types.SimpleNamespace(__annotations__={"hint": parameter.annotation})
+    places = [vars(sys.modules[each.__module__]) for each in _classes(target)]
+    for place in places:
+        try:
+            return get_type_hints(alone, place)["hint"]
+        except NameError:
+            continue
+    return Any
+
+
+def _classes(target: Any) -> list[Any]:
+    """Return a class and those it inherits from, as far as parameters can come from them."""
+    if not inspect.isclass(target):
+        return [inspect.unwrap(target)]
+    return [each for each in target.__mro__ if each is not object]
+
+
+def _helps(target: Any) -> dict[str, str]:
+    """Return what docstrings say of parameters; what is inherited is told there."""
+    found: dict[str, str] = {}
+    for each in reversed(_classes(target)):
+        for doc in (
+            each.__dict__.get("__doc__"),
+            getattr(each.__dict__.get("__init__"), "__doc__", None),
+        ):
+            for p in parse(doc or "").params:
+                for name in p.arg_name.split(","):
+                    found[name.strip()] = " ".join((p.description or "").split())
+    return found
+
+
+def summary(target: Any) -> str:
+    """Return the first line of a docstring, "" without one."""
+    doc = target.__doc__ or ""
+    own = getattr(target, "__name__", "")
+    first = inspect.cleandoc(doc).split("\n")[0]
+    # A dataclass without a docstring is given its own signature.
+    return "" if dataclasses.is_dataclass(target) and first.startswith(f"{own}(") else first
+
+
+# --- plain values and types -----------------------------------------------------------------------
+
+
+def plain(value: Any) -> Any:
+    """Return a value as files keep it and command lines write it.
+
+    >>> plain([Path("data"), (1, 2)])
+    ['data', [1, 2]]
+    """
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    if isinstance(value, Mapping):
+        return {str(key): plain(each) for key, each in value.items()}
+    return value
+
+
+def typed(hint: Any, value: Any, where: str) -> Any:
+    """Return a plain value as what a signature asks for.
+
+    Args:
+        hint: a type: numbers, str, bool, Path, Literal, lists, tuples and dicts of those,
+            dataclasses, and unions. What is of another type is passed as it is.
+        value: from a file or a command line.
+        where: the setting's name, for messages.
+
+    Raises:
+        ConfigError: it is of another type.
+
+    >>> typed(tuple[int, ...], [3, 3], "degrees"), typed(float | None, 1, "rate")
+    ((3, 3), 1.0)
+    """
+    origin, args = get_origin(hint), get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return _one_of(args, value, where)
+    if origin is typing.Annotated:
+        return typed(args[0], value, where)
+    if origin is Literal:
+        if any(value == each and type(value) is type(each) for each in args):
+            return value
+    elif dataclasses.is_dataclass(hint):
+        if isinstance(value, Mapping):
+            return build(hint, value, where)
+        if isinstance(value, hint):
+            return value
+    elif origin in (list, tuple) or hint in (list, tuple):
+        if isinstance(value, list | tuple):
+            return _sequence(origin or hint, args, value, where)
+    elif origin in (dict, Mapping) or hint is dict:
+        if isinstance(value, Mapping):
+            of = args[1] if args else Any
+            return {str(k): typed(of, v, f"{where}.{k}") for k, v in value.items()}
+    elif hint is bool or hint is int:
+        if type(value) is hint:
+            return value
+    elif hint is float:
+        if type(value) in (int, float):
+            return float(value)
+    elif hint is str or hint is Path:
+        if isinstance(value, str | int | float | Path) and not isinstance(value, bool):
+            return Path(value).expanduser() if hint is Path else str(value)
+    else:
+        return value
+    close = difflib.get_close_matches(str(value), map(str, args), 1) if origin is Literal else []
+    meant = f" Did you mean {close[0]}?" if close else ""
+    raise ConfigError(f"{where}={written(value)} must be {described(hint)}.{meant}".rstrip("."))
+
+
+def _one_of(hints: tuple[Any, ...], value: Any, where: str) -> Any:
+    """Return a value as the first type of a union that takes it."""
+    if value is None and type(None) in hints:
+        return None
+    for hint in hints:
+        if hint is type(None) or not _known(hint):
+            continue
+        try:
+            return typed(hint, value, where)
+        except ConfigError as error:
+            if len(hints) == 2 and type(None) in hints and dataclasses.is_dataclass(hint):
+                raise error
+    names = " or ".join(described(hint) for hint in hints if hint is type(None) or _known(hint))
+    raise ConfigError(f"{where}={written(value)} must be {names}")
+
+
+def _known(hint: Any) -> bool:
+    """Tell whether `typed` checks values of a type."""
+    return (
+        hint in (bool, int, float, str, Path, list, tuple, dict)
+        or get_origin(hint) is not None
+        or dataclasses.is_dataclass(hint)
+    )
+
+
+def _sequence(kind: type, args: tuple[Any, ...], value: Any, where: str) -> Any:
+    if kind is tuple and args and args[-1] is not Ellipsis:
+        if len(value) != len(args):
+            raise ConfigError(f"{where}={written(value)} must be {len(args)} values")
+        return tuple(typed(h, v, where) for h, v in zip(args, value, strict=True))
+    of = args[0] if args else Any
+    return kind(typed(of, each, where) for each in value)
+
+
+def described(hint: Any) -> str:
+    """Return a type in words.
+
+    >>> described(int | None), described(Literal["val", "test"])
+    ('a whole number or null', 'one of val, test')
+    """
+    origin, args = get_origin(hint), get_args(hint)
+    if origin is Literal:
+        return f"one of {', '.join(map(written, args))}"
+    if origin in (typing.Union, types.UnionType):
+        return " or ".join(described(each) for each in args if each is type(None) or _known(each))
+    if origin in (list, tuple) or hint in (list, tuple):
+        return "a list"
+    if origin in (dict, Mapping) or hint is dict or dataclasses.is_dataclass(hint):
+        return "settings by name"
+    words = {int: "a whole number", float: "a number", bool: "true or false", type(None): "null"}
+    return words.get(hint, "a file's name" if hint is Path else "text")
+
+
+def written(value: Any) -> str:
+    """Return a value as it is written on a command line.
+
+    >>> written([1, True, None])
+    '[1,true,null]'
+    """
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{','.join(map(written, value))}]"
+    return str(value)
+
+
+def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return typed settings: those given, and the defaults of the others.
+
+    Args:
+        known: the settings that there are.
+        given: plain values.
+        where: what they are settings of, "" at the top.
+
+    Raises:
+        ConfigError: a setting that there is not, one that must be given, or a value of another
+            type; the message names it.
+    """
+    dot = f"{where}." if where else ""
+    for key in given:
+        if key not in known:
+            raise ConfigError(unknown_setting(where, str(key), list(known)))
+    missing = [key for key, s in known.items() if _same(given.get(key, s.default), MISSING)]
+    if missing:
+        needs = ", ".join(f"{dot}{key}=..." for key in missing)
+        raise ConfigError(f"these settings must be given: {needs}")
+    return {
+        key: typed(s.hint, given[key], f"{dot}{key}") if key in given else s.default
+        for key, s in known.items()
+    }
+
+
+def _same(value: Any, word: str) -> bool:
+    return isinstance(value, str) and value == word
+
+
+def unknown_setting(where: str, key: str, names: list[str]) -> str:
+    """Return the message for a setting that a group, or "" for the top, does not have."""
+    prefix = f"{where}." if where else ""
+    place = f"Settings in {where}" if where else "Settings"
+    return f"no setting '{prefix}{key}'.{_near(key, names, prefix)} {place}: {_list(names)}"
+
+
+def build(
+    target: Any,
+    given: Mapping[str, Any],
+    where: str,
+    context: Mapping[str, Any] | None = None,
+    names: tuple[str, ...] = (),
+) -> Any:
+    """Call a class with plain settings, and with what it names of the context.
+
+    Args:
+        target: the class.
+        given: plain values of its settings; defaults for the others.
+        where: the settings' place, for messages: "encoder", say.
+        context: values by name; what the class does not name is not handed over.
+        names: of the parameters that are context, and no settings.
+
+    Raises:
+        ConfigError: a setting that does not fit, or that the constructor refuses.
+    """
+    parameters = inspect.signature(target).parameters
+    settings = read(settings_of(target, names), given, where)
+    handed = {key: value for key, value in (context or {}).items() if key in parameters}
+    absent = [n for n in names if n in parameters and n not in handed]
+    if absent := [n for n in absent if parameters[n].default is inspect.Parameter.empty]:
+        raise ConfigError(f"{where} must be given {', '.join(f'{n}=...' for n in absent)}")
+    try:
+        return target(**settings, **handed)
+    except ConfigError:
+        raise
+    except ValueError as error:  # "width=0 must be ..." is "encoder.width=0 must be ..." to users
+        own = str(error).partition("=")[0] in settings
+        raise ConfigError(f"{where}{'.' if own else ': '}{error}") from error
+
+
+# --- registering and finding ----------------------------------------------------------------------
+
+
+def component(kind: str, name: str) -> Callable[[_Target], _Target]:
+    """Give a class the name by which command lines, run folders and checkpoints know it.
+
+    Its objects have an attribute `component`, which says what they were made of; classes of other
+    packages, `component("optimizer", "adamw")(torch.optim.AdamW)`, stay as they are.
+
+    Args:
+        kind: one of `KINDS`.
+        name: an identifier, so that it can be written on any command line.
+
+    Raises:
+        ConfigError: no such kind, a name that cannot be written, or one that is taken.
+    """
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r} to register {name!r} as: use one of {_list(KINDS)}")
+    if not name.isidentifier():
+        raise ConfigError(f"{kind} {name!r}: a name has letters, digits and underscores only")
+    caller = sys._getframe(1).f_globals.get("__name__")
+
+    def add(target: _Target) -> _Target:
+        place = f"{target.__module__}:{target.__qualname__}"
+        there, whose = _registered.get((kind, name), (None, OWN))
+        taken = (
+            KINDS[kind].built_in.get(name, place)
+            if there is None
+            else (f"{there.__module__}:{there.__qualname__}")
+        )
+        if taken != place:  # the same class again: its module was reloaded
+            raise ConfigError(
+                f"{kind} {name!r} of {target.__module__} is taken by {whose}: choose another name"
+            )
+        if inspect.isclass(target) and target.__module__ == caller:
+            _remember(target, kind, name)
+        _registered[kind, name] = target, _provider
+        return target
+
+    return add
+
+
+def _remember(target: Any, kind: str, name: str) -> None:
+    """Have objects of a class know what they were made of, also those made in scripts."""
+    init = target.__init__
+
+    @functools.wraps(init)
+    def remembering(self: Any, *args: Any, **kwargs: Any) -> None:
+        init(self, *args, **kwargs)
+        if type(self) is target:
+            given = inspect.signature(init).bind(self, *args, **kwargs).arguments
+            own = settings_of(target, KINDS[kind].context)
+            settings = {key: plain(given.get(key, s.default)) for key, s in own.items()}
+            made_of = Component(kind, name, settings, provider(kind, name))
+            object.__setattr__(self, "component", made_of)  # also where they are frozen
+
+    target.__init__ = remembering
+
+
+def names(kind: str) -> list[str]:
+    """Return the names of all components of a kind, ours first."""
+    load_plugins()
+    return list(dict.fromkeys([*KINDS[kind].built_in, *(n for k, n in _registered if k == kind)]))
+
+
+def find(kind: str, name: str, from_package: str = OWN) -> Any:
+    """Return the class of a component.
+
+    Args:
+        kind: one of `KINDS`.
+        name: of the component.
+        from_package: where it came from when it was written down.
+
+    Raises:
+        ConfigError: there is none; the message says what there is, or which package is missing.
+    """
+    load_plugins()
+    if (kind, name) not in _registered and name in KINDS[kind].built_in:
+        module, _, attribute = KINDS[kind].built_in[name].partition(":")
+        with _from(OWN):
+            target = getattr(importlib.import_module(module), attribute)
+        _registered.setdefault((kind, name), (target, OWN))  # what others wrote registers nothing
+    if (kind, name) in _registered:
+        return _registered[kind, name][0]
+    if from_package != OWN:
+        raise ConfigError(
+            f"the {_words(kind)} {name!r} comes from {from_package}, which is not here: install "
+            "that package, or name its module with plugins=[MODULE]"
+        )
+    choices = names(kind)
+    broken = "".join(f" ({plugin} could not be loaded: {why})" for plugin, why in _broken.items())
+    raise ConfigError(
+        f"no {_words(kind)} {name!r}.{_near(name, choices)} Choices: {_list(choices)}{broken}"
+    )
+
+
+def settings(kind: str, name: str) -> dict[str, Setting]:
+    """Return the settings of a component, by name."""
+    return settings_of(find(kind, name), KINDS[kind].context)
+
+
+def provider(kind: str, name: str) -> str:
+    """Return the package that a component comes from, "own-components 0.1", say."""
+    find(kind, name)
+    return _registered[kind, name][1]
+
+
+def make(kind: str, name: str, /, **given: Any) -> Any:
+    """Build a component by name, for scripts: `make("source", "procedural", num_shapes=100)`.
+
+    Args:
+        kind: one of `KINDS`.
+        name: of the component.
+        given: its settings, and what it names of its kind's context.
+
+    Raises:
+        ConfigError: no such component, or a setting that does not fit.
+    """
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r} of components: use one of {_list(KINDS)}")
+    context = {key: value for key, value in given.items() if key in KINDS[kind].context}
+    own = {key: value for key, value in given.items() if key not in context}
+    return Component(kind, name, own).build(**context)
+
+
+@dataclass(frozen=True)
+class Component:
+    """A component that is chosen: what configurations and checkpoints hold of it.
+
+    Attributes:
+        kind: one of `KINDS`.
+        name: of the component.
+        settings: plain values by name.
+        provider: the package that it comes from.
+        where: its place in a configuration, for messages.
+    """
+
+    kind: str
+    name: str
+    settings: Mapping[str, Any]
+    provider: str = OWN
+    where: str = ""
+
+    def build(self, **context: Any) -> Any:
+        """Build it; `context` is handed over as far as the class names it.
+
+        Raises:
+            ConfigError: its package is not here, or its settings do not fit.
+        """
+        target = find(self.kind, self.name, self.provider)
+        where = self.where or f"{_words(self.kind)} {self.name}"
+        return build(target, self.settings, where, context, KINDS[self.kind].context)
+
+
+# --- plugins --------------------------------------------------------------------------------------
+
+
+def load_plugins(modules: Iterable[str] = ()) -> None:
+    """Import what registers components: installed packages', and modules named by a user.
+
+    A package that cannot be imported is warned of, and named where something is missing; a module
+    that the user named is an error.
+
+    Raises:
+        ConfigError: one of `modules` cannot be imported.
+    """
+    if ENTRY_POINTS not in _loaded:
+        _loaded.add(ENTRY_POINTS)
+        for point in importlib.metadata.entry_points(group=ENTRY_POINTS):
+            _load_entry_point(point)
+    for name in modules:
+        if name in _loaded:
+            continue
+        with _from(_distribution_of(name)):
+            if "" not in sys.path:
+                sys.path.insert(0, "")  # a module in the folder where the command is run
+            try:
+                importlib.import_module(name)
+            except Exception as error:
+                log.debug("plugins=%s", name, exc_info=True)
+                raise ConfigError(f"plugins={name}: cannot be imported: {_told(error)}") from error
+        _loaded.add(name)
+
+
+def _told(error: BaseException) -> str:
+    """Return an error of somebody else's module with its place: `NameError: ... (file.py:3)`."""
+    frames = [f for f in inspect.getinnerframes(error.__traceback__)] if error.__traceback__ else []
+    own = [f for f in frames if "importlib" not in f.filename and f.filename != __file__]
+    place = f" ({own[-1].filename}:{own[-1].lineno})" if own else ""
+    return f"{type(error).__name__}: {error}{place}"
+
+
+def _load_entry_point(point: importlib.metadata.EntryPoint) -> None:
+    dist = point.dist
+    whose = point.name if dist is None else f"{dist.name} {dist.version}"
+    with _from(whose):
+        try:
+            loaded = point.load()
+            if not isinstance(loaded, ModuleType):
+                loaded()  # a function that registers
+        except Exception as error:
+            _broken[whose] = _told(error)
+            log.warning("the plugin %s cannot be loaded: %s", whose, _broken[whose])
+    _loaded.add(point.module)
+
+
+def _distribution_of(module: str) -> str:
+    """Return name and version of the package that a module belongs to, else the module's name."""
+    found = importlib.metadata.packages_distributions().get(module.split(".")[0])
+    return f"{found[0]} {importlib.metadata.version(found[0])}" if found else f"module {module}"
+
+
+@contextmanager
+def _from(whose: str) -> Iterator[None]:
+    global _provider
+    before, _provider = _provider, whose
+    try:
+        yield
+    finally:
+        _provider = before
+
+
+def _words(kind: str) -> str:
+    return kind.replace("_", " ")
+
+
+def _list(values: Iterable[str]) -> str:
+    return ", ".join(values) or "none"
+
+
+def _near(name: str, there: list[str], prefix: str = "") -> str:
+    close = difflib.get_close_matches(str(name), there, 1)
+    return f" Did you mean {prefix}{close[0]}?" if close else ""

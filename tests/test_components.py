@@ -1,0 +1,164 @@
+"""Components are found, typed, built and known again; each kind of mistake has one message."""
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import pytest
+import torch
+from torch import nn
+
+from ffd_lightning import components
+from ffd_lightning.components import Component, component, find, make, settings_of, typed
+from ffd_lightning.errors import ConfigError
+
+
+@pytest.fixture(autouse=True)
+def _restored(monkeypatch):
+    """What a test registers is gone after it."""
+    monkeypatch.setattr(components, "_registered", dict(components._registered))
+    monkeypatch.setattr(components, "_provider", "own 0.1")
+
+
+class Base:
+    """What is common.
+
+    Args:
+        depth: of the layers.
+    """
+
+    def __init__(self, depth: int = 2) -> None:
+        self.depth = depth
+
+
+def patches():
+    @component("encoder", "patches")
+    class Patches(Base, nn.Module):
+        """Convolutions on patches.
+
+        Longer.
+
+        Args:
+            size: of a patch,
+                in pixels.
+        """
+
+        def __init__(
+            self,
+            image_size: tuple[int, int],
+            size: int = 16,
+            norm: Literal["batch", "layer"] = "batch",
+            folder: Path | None = None,
+            depth: int = 2,
+        ) -> None:
+            nn.Module.__init__(self)
+            if size < 1:
+                raise ValueError(f"size={size} must be above 0")
+            self.image_size, self.size, self.norm, self.folder = image_size, size, norm, folder
+
+    return Patches
+
+
+def test_a_signature_is_the_settings():
+    found = settings_of(patches(), ("image_size",))
+    assert list(found) == ["size", "norm", "folder", "depth"]
+    assert (found["size"].hint, found["size"].default) == (int, 16)
+    assert found["size"].help == "of a patch, in pixels."
+    assert found["depth"].help == "of the layers.", "told where it is inherited from"
+    assert components.summary(patches()) == "Convolutions on patches."
+
+
+def test_what_was_built_is_built_again_from_plain_values():
+    patches()
+    built = make("encoder", "patches", size=8, folder="a/b", image_size=(48, 64))
+    assert (built.size, built.folder, built.image_size) == (8, Path("a/b"), (48, 64))
+    told = {"size": 8, "norm": "batch", "folder": "a/b", "depth": 2}
+    assert built.component == Component("encoder", "patches", told, "own 0.1")
+    again = built.component.build(image_size=(96, 128), batch_norm_momentum=0.1)
+    assert (again.size, again.image_size) == (8, (96, 128))
+    by_hand = find("encoder", "patches")((48, 64), 4)
+    assert by_hand.component.settings["size"] == 4
+
+
+def test_classes_of_others_are_components_as_they_are():
+    before = torch.optim.RMSprop.__init__
+    component("optimizer", "rmsprop")(torch.optim.RMSprop)
+    assert torch.optim.RMSprop.__init__ is before
+    weights = [nn.Parameter(torch.zeros(1))]
+    built = make("optimizer", "rmsprop", params=weights, lr=0.1, momentum=0.5)
+    assert built.param_groups[0]["momentum"] == 0.5
+    assert built.param_groups[0]["lr"] == 0.1
+
+
+@dataclass
+class Inner:
+    """Settings in settings."""
+
+    angles: list[float] = field(default_factory=lambda: [45.0])
+
+
+@pytest.mark.parametrize(
+    ("hint", "value", "expected"),
+    [
+        (int, 3, 3),
+        (float, 3, 3.0),
+        (bool, True, True),
+        (str, 12, "12"),
+        (Path, "a", Path("a")),
+        (int | None, None, None),
+        (float | str, "a", "a"),
+        (tuple[int, int, int], [1, 2, 3], (1, 2, 3)),
+        (list[float], (1, 2), [1.0, 2.0]),
+        (dict[str, int], {"a": 1}, {"a": 1}),
+        (Literal["a", "b"], "b", "b"),
+        (Inner, {"angles": [1]}, Inner([1.0])),
+        (torch.Tensor | float, 1, 1.0),
+    ],
+)
+def test_plain_values_become_what_the_signature_says(hint, value, expected):
+    found = typed(hint, value, "x")
+    assert found == expected
+    assert type(found) is type(expected)
+
+
+@pytest.mark.parametrize(
+    ("hint", "value", "message"),
+    [
+        (int, 1.5, "x=1.5 must be a whole number"),
+        (int, True, "x=true must be a whole number"),
+        (bool, 3, "x=3 must be true or false"),
+        (float | None, "a", "x=a must be a number or null"),
+        (Literal["val", "test"], "tset", "x=tset must be one of val, test. Did you mean test?"),
+        (tuple[int, int], [1], r"x=\[1\] must be 2 values"),
+        (list[int], ["a"], "x=a must be a whole number"),
+        (Inner, {"angels": [1]}, "no setting 'x.angels'. Did you mean x.angles"),
+    ],
+)
+def test_other_values_are_refused(hint, value, message):
+    with pytest.raises(ConfigError, match=message):
+        typed(hint, value, "x")
+
+
+def test_mistakes_are_named_with_the_way_out():
+    patches()
+    with pytest.raises(ConfigError, match=r"no encoder 'patchs'\. Did you mean patches\?"):
+        find("encoder", "patchs")
+    with pytest.raises(ConfigError, match=r"no setting 'encoder patches\.sise'\. Did you mean"):
+        make("encoder", "patches", sise=1, image_size=(48, 64))
+    with pytest.raises(ConfigError, match=r"encoder\.size=0 must be above 0"):
+        Component("encoder", "patches", {"size": 0}, where="encoder").build(image_size=(48, 64))
+    with pytest.raises(ConfigError, match=r"'tiny' comes from other 1\.0, which is not here"):
+        find("encoder", "tiny", "other 1.0")
+    with pytest.raises(ConfigError, match=r"'mobilenet' of .* is taken by ffd_lightning"):
+        component("encoder", "mobilenet")(Base)
+    with pytest.raises(ConfigError, match="no kind 'encoders'"):
+        component("encoders", "x")(Base)
+
+
+def test_an_error_in_a_module_of_ones_own_names_file_and_line(tmp_path, monkeypatch):
+    (tmp_path / "broken_module.py").write_text("import math\n\nmath.nothing\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(ConfigError, match=r"AttributeError: .*\(.*broken_module\.py:3\)"):
+        components.load_plugins(["broken_module"])
+    sys.modules.pop("broken_module", None)
