@@ -18,6 +18,7 @@ RANK = {
     "terminal": 0,
     "run_folder": 0,
     "registry": 0,
+    "components": 0,
     "geometry": 0,
     "shapes": 1,
     "imaging": 1,
