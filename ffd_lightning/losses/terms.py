@@ -129,7 +129,7 @@ def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
     """
     mean = inputs.batch_weights.mean(0)
     share = len(inputs.batch_weights) / inputs.num_queries
-    # At a weight of 0 the logarithm's slope is infinite, and nan times the softmax's, which is 0.
+    # At a weight of 0 the logarithm's slope is infinite: nan, when multiplied by the softmax's, 0.
     logs = mean.clamp_min(torch.finfo(mean.dtype).tiny)
     return share * torch.xlogy(mean, logs).sum()
 

@@ -14,8 +14,8 @@ from ffd_lightning.errors import ConfigError
 _UNREAD = 50  # losses that are left on a GPU, whose host waits when it reads one
 WAY_OUT = (
     "Look for divisions by 0 and for roots of 0, whose gradients are infinite; a lower learning "
-    "rate or weight of a term may help. No checkpoint is written of it: the last one, of an "
-    "earlier step, is finite, and training can go on from there"
+    "rate or weight of a term may help. No checkpoint is written of it: one that is there is of an "
+    "earlier step and finite, and training goes on from it once the cause is mended"
 )
 
 
@@ -46,10 +46,10 @@ class FiniteLosses:
             ConfigError: one is not finite; it names the step and the first part that is not.
         """
         unread, self._unread = self._unread, []
-        first = _first_of([list(parts.values())[-1] for _, parts in unread], trainer)
+        first = _first_non_finite([list(parts.values())[-1] for _, parts in unread], trainer)
         if first is not None:
             step, parts = unread[first]
-            cause = list(parts)[_first_of(list(parts.values()), trainer) or 0]
+            cause = list(parts)[_first_non_finite(list(parts.values()), trainer) or 0]
             raise ConfigError(
                 f"the loss of step {step + 1} is not finite, because of {cause}. {WAY_OUT}"
             )
@@ -73,7 +73,7 @@ def _free_to_read(trainer: Trainer) -> bool:
     return trainer.strategy.root_device.type == "cpu" and trainer.world_size == 1
 
 
-def _first_of(values: Sequence[Tensor], trainer: Trainer) -> int | None:
+def _first_non_finite(values: Sequence[Tensor], trainer: Trainer) -> int | None:
     """Return the place of the first number that is not finite, on any device."""
     if not values:
         return None

@@ -131,7 +131,7 @@ def test_settings_are_read_and_mistakes_are_named(capsys):
     assert (settings.run, settings.port, settings.data_root) == ("runs/a", 9000, None)
     for arguments, words in (
         (["run=007"], "there is no run 007"),
-        (["run=a", "port=0"], "between 1 and 65535"),
+        (["run=a", "port=0"], "port=0 must lie in [1, 65535]"),
         (["run=a", "port=abc"], "port=abc cannot be used"),
         (["run=a", "prt=9000"], "Did you mean port?"),
         (["run=/no/such/run"], "there is no run"),

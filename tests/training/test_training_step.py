@@ -99,7 +99,7 @@ def test_accumulated_batches_train_as_one_batch_of_all_queries(name, overrides, 
 
 # --- what is not finite -------------------------------------------------------------------------
 
-BROKEN_AT = 2  # the third step
+BROKEN_AT = 2  # the third step, which two good ones come before
 
 
 def broken_term(inputs):
@@ -122,30 +122,26 @@ def own(term=chamfer, selection=None):
 
 
 BROKEN = {
-    "term": (lambda: own(broken_term), 2, "the loss of step 3 .* because of the term mine"),
-    "selection": (
-        lambda: own(selection=broken_selection),
-        2,
-        "the loss of step 3 .* because of the selection",
-    ),
-    "gradient": (lambda: own(broken_gradient), 2, r"network\.\S+ is not finite after step 3, bec"),
+    "term": (own(broken_term), "the loss of step 3 .* because of the term mine"),
+    "selection": (own(chamfer, broken_selection), "the loss of step 3 .* because of the selection"),
+    "gradient": (own(broken_gradient), r"network\.\S+ is not finite after step 3, because"),
 }
 
 
 @pytest.mark.parametrize("at_once", [True, False], ids=["CPU", "as on a GPU"])
 @pytest.mark.parametrize("every", [1, 2])
-@pytest.mark.parametrize(("objective", "good", "words"), BROKEN.values(), ids=BROKEN)
+@pytest.mark.parametrize(("objective", "words"), BROKEN.values(), ids=BROKEN)
 def test_training_ends_before_a_checkpoint_of_what_is_not_finite(
-    tmp_path, monkeypatch, objective, good, words, every, at_once
+    tmp_path, monkeypatch, objective, words, every, at_once
 ):
     monkeypatch.setattr("ffd_lightning.training.finite._free_to_read", lambda _: at_once)
     keep = ModelCheckpoint(tmp_path, "{step}", every_n_train_steps=1, save_top_k=-1)
     batches = [make_batch(k) for k in range(6 * every)]
     settings = {"accumulate_grad_batches": every, "callbacks": [keep]}
     with pytest.raises(ConfigError, match=words):
-        fit(FfdModule(tiny_network(), objective()), batches, **settings)
+        fit(FfdModule(tiny_network(), objective), batches, **settings)
     kept = [torch.load(path, weights_only=True) for path in tmp_path.iterdir()]
-    assert {checkpoint["global_step"] for checkpoint in kept} == set(range(1, good + 1))
+    assert {checkpoint["global_step"] for checkpoint in kept} == {1, 2}
     assert all(w.isfinite().all() for c in kept for w in c["state_dict"].values())
 
 

@@ -57,8 +57,7 @@ def main(settings: Settings) -> int:
     """Serve the page until interrupted.
 
     Raises:
-        ConfigError: no run, no checkpoint, two runs that cannot be compared, a port that cannot be,
-            or viser is missing.
+        ConfigError: no run, no checkpoint, two runs that cannot be compared, or viser is missing.
         DataError: a damaged checkpoint, or a photograph that cannot be used.
     """
     _check(settings)
