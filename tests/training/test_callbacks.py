@@ -130,12 +130,6 @@ def test_curves_count_steps_from_one_and_leave_the_epoch_out(logged):
     assert set(events.Tags()["scalars"]) == expected | judged | speed
 
 
-def test_what_matters_is_first_in_the_order_of_the_alphabet(logged):
-    tags = logged.events.Tags()
-    groups = sorted({tag.split("/")[0] for kind in ("scalars", "images") for tag in tags[kind]})
-    assert groups[:2] == ["train", "val"]
-
-
 def test_weighted_terms_add_up_to_the_loss(logged):
     events = logged.events
     parts = [
