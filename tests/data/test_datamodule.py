@@ -1,5 +1,4 @@
 import itertools
-import json
 import pickle
 from contextlib import contextmanager, nullcontext
 from types import SimpleNamespace
@@ -31,7 +30,7 @@ from ffd_lightning.data.splits import (
 )
 from ffd_lightning.data.templates.coverage import ShapeDistances
 from ffd_lightning.data.templates.strategies import diverse_templates
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.terms import chamfer
@@ -147,23 +146,6 @@ def test_templates_and_subsets_are_disjoint_and_complete(tables):
     assert all(tables.split)
 
 
-def test_what_is_recorded_of_the_data(tables):
-    record = json.loads(json.dumps(tables.record()))
-    assert record["sources"] == {"table": tables.prepared.manifest["settings"]["source"]}
-    assert record["prepared"] == {"table": tables.prepared.path.name}
-    assert record["templates"] == list(tables.bank.ids)
-    assert sum(record["shapes"].values()) == len(tables.prepared) - len(tables.bank.ids)
-
-
-def test_setup_runs_once(tables):
-    before = tables.prepared, tables.bank, tables.split
-    tables.setup("fit")
-    tables.setup("test")
-    assert all(
-        a is b for a, b in zip(before, (tables.prepared, tables.bank, tables.split), strict=True)
-    )
-
-
 # --- training steps -----------------------------------------------------------------------------
 
 
@@ -246,26 +228,7 @@ def test_views_vary(boxes):
     assert all(seen == {0, 1} for seen in views.values())
 
 
-def test_steps_can_be_sent_to_another_process(tables):
-    """As loaders must where processes are spawned and not forked."""
-    steps = training_steps(tables)
-    expected = steps[2]
-    assert equal(pickle.loads(pickle.dumps(steps))[2], expected)
-
-
 # --- evaluation chunks --------------------------------------------------------------------------
-
-
-def test_chunks_hold_every_shape_once(tables):
-    rows = tables.rows(tables.split.test)
-    assert len(rows) > 3
-    chunks = EvaluationIndices(rows, tables._sizes, 3, POINTS)
-    every = [chunks[k] for k in range(len(chunks))]
-    assert torch.cat([c.rows for c in every]).tolist() == rows.tolist()
-    assert [len(c.rows) for c in every[:-1]] == [3] * (len(every) - 1)
-    for k in (-1, len(chunks)):
-        with pytest.raises(IndexError):
-            chunks[k]
 
 
 def test_points_depend_on_the_shape_alone(tables):
@@ -396,12 +359,6 @@ def test_only_training_images_are_changed(boxes, dark_boxes, subset):
     assert all(equal(a, b) for a, b in zip(after, plain, strict=True))
 
 
-def test_without_an_augmentation_no_coverage_is_kept(boxes):
-    batch = training_steps(boxes)[0]
-    assert batch.coverage is None
-    assert boxes.on_after_batch_transfer(batch, 0) is batch
-
-
 @pytest.mark.parametrize(
     ("made", "words"),
     [
@@ -424,16 +381,6 @@ def resident(make_boxes):
     return make_boxes(residency="device")
 
 
-def test_where_the_data_is_kept_changes_nothing(boxes, resident):
-    pairs = zip(boxes.train_dataloader(), resident.train_dataloader(), strict=True)
-    assert all(equal(a, b) for a, b in pairs)
-    assert resident.store.images.shape[-1] == 3
-    assert not np.shares_memory(
-        resident.store.clouds[0].numpy(), resident.prepared.arrays["points"]
-    )
-    assert equal(training_steps(resident)[2], training_steps(boxes)[2])
-
-
 def test_another_process_maps_the_files_itself(resident):
     store = pickle.loads(pickle.dumps(resident.store))
     assert np.shares_memory(store.clouds[0].numpy(), store._prepared.arrays["points"])
@@ -452,23 +399,6 @@ def test_copying_in_blocks(boxes, monkeypatch):
     for row, images in enumerate(store.images):
         for view, image in enumerate(images):
             np.testing.assert_array_equal(image, boxes.prepared.image(row, view)[..., :3])
-
-
-def test_too_little_memory_is_said(boxes, monkeypatch):
-    def full(*_, **__):
-        raise torch.OutOfMemoryError("CUDA out of memory")
-
-    monkeypatch.setattr(batches.torch, "empty", full)
-    with pytest.raises(DataError, match=r"GB, more than cpu has left: use data\.residency=disk"):
-        ShapeStore(boxes.prepared, boxes.bank, torch.device("cpu"))
-
-
-def test_automatic_residency(monkeypatch):
-    gpu = torch.device("cuda", 0)
-    monkeypatch.setattr(torch.cuda, "mem_get_info", lambda _: (100, 1000))
-    assert not batches.fits(1, torch.device("cpu"))
-    assert batches.fits(50, gpu)
-    assert not batches.fits(51, gpu)
 
 
 def test_data_follows_the_trainer_to_another_device(make_boxes):
@@ -491,12 +421,6 @@ def test_an_epoch_is_the_training_or_a_pass(tables):
     assert len(loaded(tables, accumulate_grad_batches=3)) == 3 * STEPS
     for limits in ({"max_steps": -1, "max_epochs": 4}, {"max_epochs": 4}):
         assert len(loaded(tables, **limits)) == batches_of_a_pass
-
-
-def test_each_device_loads_its_own_share(tables):
-    whole = loaded(tables)[0]
-    share = loaded(tables, global_rank=1, world_size=2)[0]
-    assert share.rows.tolist() == whole.rows.tolist()[1::2]
 
 
 def test_reading_ahead_changes_nothing(tables):
