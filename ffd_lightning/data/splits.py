@@ -170,6 +170,8 @@ class ListedSplit:
                 subsets = _read_folder(place, synset)
             else:
                 text = place.read_text(encoding="utf-8-sig")
+                if place.suffix.lower() == ".json":
+                    raise ValueError("it is JSON: write lines of `<id> <subset>`")
                 read = _read_csv if place.suffix.lower() == ".csv" else _read_lines
                 subsets = read(text, synset)
         except (OSError, ValueError, AttributeError) as error:  # None where a row is short

@@ -178,6 +178,7 @@ def test_shapes_that_a_list_does_not_name_are_left_out(tmp_path, caplog):
         ("s.txt", "", "lists no shapes of chair"),
         ("s.txt", "a train\nb dev\n", "'dev' for one of train, val, test"),
         ("s.txt", "a train\nb\n", "cannot be read"),
+        ("s.json", '["a"]', "cannot be read: it is JSON"),
         ("s.csv", "id,synsetId,split\na,04379243,train\n", "lists no shapes of chair"),
         ("s.csv", "name,split\na,train\n", "needs the columns .* shape_id.*, and has name, split"),
         ("s.csv", "id,subset\na,train\n", "needs the columns `split` and .*, and has id, subset"),
