@@ -30,7 +30,7 @@ from ffd_lightning.data.splits import (
 )
 from ffd_lightning.data.templates.coverage import ShapeDistances
 from ffd_lightning.data.templates.strategies import diverse_templates
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.terms import chamfer
