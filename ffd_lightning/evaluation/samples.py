@@ -23,7 +23,7 @@ from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
 from ffd_lightning.files import write_atomic
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.nn.network import TemplateFfdNetwork, standardize
+from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
@@ -92,9 +92,9 @@ def predict(
         chunk = samples[start : start + size]
         images = np.stack([prepared.image(s.row, s.view)[..., :3] for s in chunk])
         batch = torch.from_numpy(images).permute(0, 3, 1, 2).to(device)
-        prediction = network(batch)
-        feature = network.encoder(standardize(batch)).flatten(1).float()
-        outputs = prediction.template_weights, prediction.offsets, normalize(feature, dim=1)
+        maps = network.features(batch)
+        prediction, feature = network.predict(maps), normalize(maps.flatten(1).float(), dim=1)
+        outputs = prediction.template_weights, prediction.offsets, feature
         weights, offsets, features = (x.float().cpu() for x in outputs)
         return weights, offsets, features
 

@@ -33,7 +33,7 @@ from ffd_lightning.evaluation.evaluator import (
     evaluate,
 )
 from ffd_lightning.evaluation.protocols import PROTOCOLS
-from ffd_lightning.nn.network import FfdPrediction
+from ffd_lightning.nn.network import FfdPrediction, standardize
 
 REGIMES = ("b", "w", "e", "r")
 STEPS = 3
@@ -237,10 +237,13 @@ class _FixedOutputs(nn.Module):
         self.logits = nn.Parameter(torch.linspace(1, -1, num_templates), requires_grad=False)
         self.encoder = nn.AdaptiveAvgPool2d((6, 8))
 
-    def forward(self, images: torch.Tensor) -> FfdPrediction:
-        logits = self.logits.expand(len(images), -1)
+    def features(self, images: torch.Tensor) -> torch.Tensor:
+        return self.encoder(standardize(images))
+
+    def predict(self, features: torch.Tensor) -> FfdPrediction:
+        logits = self.logits.expand(len(features), -1)
         probs = logits.softmax(1)
-        return FfdPrediction(probs, probs, self.offsets.expand(len(images), -1, -1, -1), logits)
+        return FfdPrediction(probs, probs, self.offsets.expand(len(features), -1, -1, -1), logits)
 
 
 def _config(folder: Path, *overrides: str) -> TrainConfig:
