@@ -81,9 +81,9 @@ class OneLayer(ImageEncoder):
 
 @pytest.fixture(scope="module")
 def small(parts):
-    """A shape of one layer, exported quickly."""
+    """A network of one layer that shrinks its images, exported quickly."""
     torch.manual_seed(0)
-    network = TemplateFfdNetwork(OneLayer(), (48, 64), 2, 64, 8, 32, offset_std=0.02)
+    network = TemplateFfdNetwork(OneLayer(), (48, 64), 2, 64, 8, 32, offset_std=0.02, shrink=2)
     nn.init.normal_(network.heads.offsets.bias, std=0.05)  # of zeros nothing would be exported
     return TrainedModel(network.eval(), *parts, step=8)
 
