@@ -1,7 +1,7 @@
 """Checkpoints: one file that works alone, whoever trained it.
 
 Beside Lightning's own entries it holds `model`: what its network was built from, by name and
-settings, the templates, and what the training images looked like. It loads with `weights_only`, so
+settings, the templates, and how its training images were rendered. It loads with `weights_only`, so
 no code of its own is ever run.
 """
 
@@ -19,7 +19,6 @@ import torch
 
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.imaging.appearance import TrainingAppearance
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 from ffd_lightning.registry import Part
@@ -48,7 +47,8 @@ class TrainedModel:
     Attributes:
         network: with the checkpoint's weights, in evaluation mode, on the CPU.
         bank: its templates.
-        appearance: of the images it was trained on.
+        object_fill: how large objects are in its training images, see `object_fill` of
+            `imaging.pictures`.
         render: size and cameras of those.
         categories: that it was trained on.
         record: what its training says of itself: plain values by name.
@@ -57,7 +57,7 @@ class TrainedModel:
 
     network: TemplateFfdNetwork
     bank: TemplateBank
-    appearance: TrainingAppearance
+    object_fill: float
     render: RenderSettings
     categories: tuple[str, ...]
     record: dict[str, Any]
@@ -91,7 +91,7 @@ def model_entry(
         "network": network.description(),
         "encoder": None if part is None else asdict(part),
         "templates": data.bank.state(),
-        "appearance": data.appearance.state(),
+        "object_fill": data.object_fill,
         "render": data.render.to_json(),
         "categories": list(data.categories),
         "record": dict(record),
@@ -122,7 +122,8 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
     content = state[_ENTRY]
     try:
         bank = TemplateBank.from_state(content["templates"])
-        appearance = TrainingAppearance.from_state(content["appearance"])
+        old = content.get("appearance")  # of earlier checkpoints: more about the images
+        fill = float(content["object_fill"] if old is None else old["fill"])
         render = RenderSettings.from_json(content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         sizes, named = dict(content["network"]), content["encoder"]
@@ -140,7 +141,7 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
             )
         network = rebuild_network(part, sizes)
     step = _put_weights(network, state, checkpoint)
-    return TrainedModel(network.eval(), bank, appearance, render, categories, record, step)
+    return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
 
 
 def rebuild_network(encoder: Part, sizes: dict[str, Any]) -> TemplateFfdNetwork:

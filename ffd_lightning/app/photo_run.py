@@ -31,7 +31,7 @@ from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 from ffd_lightning.registry import range_problems
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """Goes up when the same photograph and settings give other files."""
 
 
@@ -60,9 +60,10 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     jobs = find_jobs(config.image, config.mask, out)
     checkpoint = checkpoint_of(config.run)
     predictor = Predictor.load(checkpoint, config.device)
-    _check_candidates(predictor.model, config)
-    print(f"network of {predictor.trained_on}")
-    writer = MeshWriter(predictor.model.bank, config.colors.value)
+    model = predictor.model
+    _check_candidates(model, config)
+    print(f"network of {', '.join(model.categories)}; rendered images: {model.render.views}")
+    writer = MeshWriter(model.bank, config.colors.value)
     digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
 
     def work(job: Job) -> Outcome:
@@ -134,13 +135,13 @@ def _predict_file(
         "seconds": {name: round(value, 4) for name, value in seconds.items()},
         "trained_on": {
             "categories": list(predictor.model.categories),
-            "camera": predictor.viewpoints.to_json(),
+            "views": predictor.model.render.views,
         },
         "checkpoint": {"run": config.run, "step": predictor.model.step, "sha256": digest},
         "key": key,
     }
     write_json(note, content)  # the last: it says that the others are whole
-    return Outcome(_line(job, content), photo.warnings)
+    return Outcome(_line(job, content), selected.warnings)
 
 
 def _files(folder: Path, config: PredictConfig) -> list[Path]:

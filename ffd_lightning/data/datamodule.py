@@ -37,13 +37,14 @@ from ffd_lightning.data.templates.strategies import TemplateStrategy, auto_choic
 from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.lattice import Degrees
-from ffd_lightning.imaging.appearance import MOST_IMAGES, TrainingAppearance
 from ffd_lightning.imaging.augmentation import Augmentation
+from ffd_lightning.imaging.pictures import object_fill
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 log = logging.getLogger(__name__)
 
 _GPU_WORKERS = 2
+_MEASURED = 1024  # images, to tell how large objects are in them
 _ORDERS = 8  # passes over the shapes that are kept
 
 
@@ -420,12 +421,10 @@ class FfdDataModule(LightningDataModule):
         return np.asarray([self.prepared.index(i) for i in ids], np.int64)
 
     @cached_property
-    def appearance(self) -> TrainingAppearance:
-        """What the training images look like."""
-        prepared = self.prepared
-        views = prepared.spread_views(self.rows(self.split.train), MOST_IMAGES)
-        cameras = [prepared.camera(*view) for view in views if prepared.camera_known(*view)]
-        return TrainingAppearance.of([prepared.image(*view) for view in views], cameras)
+    def object_fill(self) -> float:
+        """How large objects are in training images, see `object_fill` of `imaging.pictures`."""
+        views = self.prepared.spread_views(self.rows(self.split.train), _MEASURED)
+        return object_fill(self.prepared.image(*view) for view in views)
 
     @property
     def store(self) -> ShapeStore:

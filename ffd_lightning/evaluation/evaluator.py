@@ -54,7 +54,7 @@ from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
-FORMAT_VERSION = 6
+FORMAT_VERSION = 7
 """Goes up when the same weights and settings give other numbers or files."""
 
 TABLES = ("samples.csv", "template_ranking.csv")

@@ -23,7 +23,7 @@ from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
 from ffd_lightning.files import write_atomic
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
-from ffd_lightning.nn.network import TemplateFfdNetwork, standardize
+from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
@@ -102,7 +102,7 @@ def encode(
     """Return the encoder's features of images, of length 1, (n, D); see `predict`."""
 
     def outputs(images: Tensor) -> tuple[Tensor, ...]:
-        features = network.encoder(standardize(images)).flatten(1).float()
+        features = network.features(images).flatten(1).float()
         return (normalize(features, dim=1),)
 
     return _of_images(outputs, network, prepared, samples, workers, show)[0]

@@ -183,7 +183,7 @@ def _cut_by_border(photo: Image.Image) -> Cut:
     step = f"background: border colour {found.colour}, {found.tolerance / 2.55:.1f}% tolerance"
     if found.specks:
         step += f", {found.specks} specks left out"
-    warnings = [f"no mask was given: the border's colour {found.colour} decided what is background"]
+    warnings = []
     if not found.uniform:
         warnings.append(
             f"the background is not uniform ({100 * found.outside:.0f}% of the border has other "
@@ -203,16 +203,13 @@ def _cut_by_border(photo: Image.Image) -> Cut:
 
 def _told(main: MainObject) -> list[str]:
     """Return what to say of what was left out, or taken for one."""
-    told = ", ".join(main.left_out)
     warnings = []
-    if main.rivals:
-        several = f"it shows {main.rivals + 1} objects of similar size"
+    if main.left_out:
+        told = ", ".join(main.left_out)
         warnings.append(
-            f"{several}: the largest and most central one was taken, left out: {told}; to take "
-            "another, give mask=..., bright where it is"
+            f"left out beside the object: {told}; if that belongs to it, or is what you mean, "
+            "give mask=..., bright where the object is"
         )
-    elif told:
-        warnings.append(f"left out beside the object: {told}; give mask=... if that belongs to it")
     if main.pieces > 1:
         parts = f"{main.pieces} separate parts were taken for one object"
         warnings.append(f"{parts}: to take one of them, give mask=..., bright where it is")

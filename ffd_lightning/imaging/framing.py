@@ -14,7 +14,6 @@ from ffd_lightning.imaging.photos import Bytes, as_picture
 from ffd_lightning.imaging.pictures import ORIGIN
 
 _FILTER = Image.Resampling.LANCZOS
-_REACHING = 0.95  # objects usually as large as that are cut off in many images
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +37,7 @@ def frame_photo(
     height: int,
     width: int,
     fill: float,
+    whole: bool = True,
     mask: Image.Image | None = None,
     background: Background = "auto",
 ) -> FramedPhoto:
@@ -52,6 +52,7 @@ def frame_photo(
         height: of the result, in pixels.
         width: of the result, in pixels.
         fill: the larger side of the object's box in pixels / `height`, see `OBJECT_FILL`.
+        whole: no object is cut off in training images.
         mask: of any mode: what is bright is the object, or what is opaque where alpha varies.
         background: `rembg` lets that package find the object.
 
@@ -65,7 +66,8 @@ def frame_photo(
     cut = replace(cut, steps=origin.steps + cut.steps, warnings=origin.warnings + cut.warnings)
     box = object_box(cut)
     given = mask is not None or background == "rembg"
-    if not given and _is_training_image(photo, cut, box, height, width, fill):
+    same_size = photo.size == (width, height)
+    if same_size and not given and _is_training_image(photo, cut, box, whole):
         rgb = cut.rgb if photo.mode == "RGBA" else np.asarray(photo)
         step = "taken as it is: of the network's size, on white and framed already"
         return FramedPhoto(np.dstack([rgb, cut.coverage]), (*origin.steps, step), origin.warnings)
@@ -73,28 +75,24 @@ def frame_photo(
 
 
 def _is_training_image(
-    photo: Image.Image,
-    cut: Cut,
-    box: tuple[int, int, int, int],
-    height: int,
-    width: int,
-    fill: float,
+    photo: Image.Image, cut: Cut, box: tuple[int, int, int, int], whole: bool
 ) -> bool:
-    """Tell whether a photograph is as the network was trained on already.
+    """Tell whether a photograph of the network's size is as the network was trained on already.
 
-    Rendered objects fill between 0.6 and 1.2 times the usual, and the centres of their boxes lie
-    within 0.15 of the height from the image's; half and 0.25 leave room. The border is white, or
-    most of it where training objects themselves reach it.
+    It is on white, and the object is whole. The centre of its box is at most a quarter of its
+    larger side off the image's in rendered images; 0.4 leaves room. Its size says nothing: a gun
+    seen end on fills a tenth of the image.
     """
-    if photo.size != (width, height):
-        return False
-    border = (cut.rgb if photo.mode == "RGBA" else np.asarray(photo))[border_ring((height, width))]
-    white = float((border.min(axis=-1) >= 250).mean())
-    on_white = white == 1 or (fill > _REACHING and white > 0.5)
+    width, height = photo.size
+    ring = border_ring((height, width))
+    white = (cut.rgb if photo.mode == "RGBA" else np.asarray(photo))[ring].min(axis=-1) >= 250
+    if whole:
+        on_white = (white | (cut.coverage[ring] > 0)).all() and not _sides_touched(cut.coverage)
+    else:
+        on_white = white.mean() > 0.5
     left, top, right, bottom = box
     off = max(abs(left + right - width), abs(top + bottom - height)) / 2
-    large = max(right - left, bottom - top) > 0.5 * fill * height
-    return on_white and large and off < 0.25 * height
+    return bool(on_white) and off < 0.4 * max(right - left, bottom - top)
 
 
 def _fit(

@@ -19,7 +19,7 @@ _NEAR = 0.03  # of the object's diagonal: what is within that of its hull belong
 _ABOVE = 0.04, 0.4  # of the width, off the vertical line; of the height, between: one object still
 _THIN = 0.03  # of the object's diagonal: lines and arrows are thinner
 _SMALL = 0.08  # of the object's area: letters are smaller
-_RIVAL = 0.4  # of the object's area: from there on another object may as well be meant
+_ALIKE = 0.4  # of the object's area: from there on another object is of similar size
 _PIECES = 4  # of similar size: they are one object, such as the legs of a white table
 
 
@@ -30,13 +30,11 @@ class MainObject:
     Attributes:
         kept: where it is, (h, w).
         left_out: what else there was, in words.
-        rivals: how many things of a size like the object's were left out.
         pieces: how many parts were taken for one object, where that may be wrong; else 1.
     """
 
     kept: Covered
     left_out: tuple[str, ...] = ()
-    rivals: int = 0
     pieces: int = 1
 
 
@@ -105,14 +103,14 @@ def main_object(covered: Covered) -> MainObject:
         rest = [part for part in rest if part not in joined]
     groups = _groups(rest, main)
     kinds = [_kind(group, main) for group in groups]
-    rivals = kinds.count(_SIMILAR)
-    if rivals >= _PIECES - 1:
-        return MainObject(covered, pieces=rivals + 1)
+    similar = kinds.count(_SIMILAR)
+    if similar >= _PIECES - 1:
+        return MainObject(covered, pieces=similar + 1)
     sides: dict[str, dict[str, None]] = {}
     for kind, group in zip(kinds, groups, strict=True):
         sides.setdefault(kind, {})[_side(group, main)] = None
     told = tuple(f"{kind} ({', '.join(where)})" for kind, where in sides.items())
-    return MainObject(np.isin(labels, main.labels), told, rivals, pieces)
+    return MainObject(np.isin(labels, main.labels), told, pieces)
 
 
 def _parts(labels: NDArray[np.int32], count: int) -> list[_Part]:
@@ -178,7 +176,7 @@ def _gap(one: _Part, other: _Part) -> float:
     return float(np.hypot(max(e - c, a - g, 0), max(f - d, b - h, 0)))
 
 
-_SIMILAR = "one of similar size"
+_SIMILAR = "another object of similar size"
 
 
 def _kind(group: _Part, main: _Part) -> str:
@@ -187,7 +185,7 @@ def _kind(group: _Part, main: _Part) -> str:
         return "lines or arrows" if len(group.labels) < 3 and _long(group) else "small parts"
     if group.thickness < max(_THIN * main.diagonal, group.diagonal / 20):
         return "lines or arrows"
-    return _SIMILAR if group.largest >= _RIVAL * main.area else "another object"
+    return _SIMILAR if group.largest >= _ALIKE * main.area else "another object"
 
 
 def _long(group: _Part) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -67,6 +67,28 @@ class Origin:
         """Turn another picture as the photograph was turned."""
         turn = _TURNS.get(self.orientation)
         return picture if turn is None else picture.transpose(turn)
+
+
+def object_fill(images: Iterable[NDArray[np.uint8]]) -> float:
+    """Return how large objects are in images: the median of the larger side of their boxes.
+
+    Args:
+        images: (H, W, 4) uint8 each, the last channel the coverage.
+
+    Returns:
+        In units of the image's height; 1 where no image shows anything.
+
+    >>> image = np.zeros((10, 20, 4), np.uint8)
+    >>> image[2:5, 4:10, 3] = 255
+    >>> object_fill([image])
+    0.6
+    """
+    fills = []
+    for image in images:
+        ends = [np.flatnonzero((image[..., 3] > 127).any(axis=axis)) for axis in (0, 1)]
+        if len(ends[0]):
+            fills.append(max(int(end[-1] - end[0]) + 1 for end in ends) / len(image))
+    return float(np.median(fills)) if fills else 1.0
 
 
 def open_picture(path: Path, formats: tuple[str, ...] = FORMATS) -> Image.Image:

@@ -13,6 +13,7 @@ import numpy as np
 
 from ffd_lightning.imaging.camera import BLENDER_LENS, RADIUS, Camera, vertical_field_of_view
 
+_ELEVATIONS, _LENSES = (-5, 60), (25, 60)  # of random cameras, in degrees
 # The authors' Blender script: the camera at (0, 1, 0.6), Blender's default lens.
 _AUTHORS_POSITION = (1.0, 0.6)  # horizontal and vertical
 
@@ -67,6 +68,27 @@ class RenderSettings:
         return (*self._fixed(), *(_random_camera(rng) for _ in range(self.random_views)))
 
     @property
+    def views(self) -> str:
+        """From where images are rendered, in words.
+
+        >>> RenderSettings().views
+        'azimuth 45 (0 is the front), elevation 30, lens 40 degrees'
+        >>> RenderSettings(azimuths=[], random_views=8).views
+        'all sides, elevation -5 to 60, lens 25 to 60 degrees'
+        """
+        words, fixed = [], self._fixed()
+        if fixed:
+            azimuths = ", ".join(f"{camera.azimuth:g}" for camera in fixed)
+            words.append(
+                f"azimuth {azimuths} (0 is the front), elevation {fixed[0].elevation:.0f}, "
+                f"lens {fixed[0].field_of_view:.0f} degrees"
+            )
+        if self.random_views:
+            ranges = [f"{low} to {high}" for low, high in (_ELEVATIONS, _LENSES)]
+            words.append(f"all sides, elevation {ranges[0]}, lens {ranges[1]} degrees")
+        return "; ".join(words)
+
+    @property
     def picture_camera(self) -> Camera:
         """From where shapes are drawn for people: as the images are, if all have one camera.
 
@@ -107,6 +129,6 @@ class RenderSettings:
 
 def _random_camera(rng: np.random.Generator) -> Camera:
     """Draw a camera that a shape of box diagonal 1 fills, or nearly."""
-    lens = float(rng.uniform(25, 60))
+    lens = float(rng.uniform(*_LENSES))
     distance = RADIUS / math.sin(math.radians(lens / 2)) * float(rng.uniform(1, 1.25))
-    return Camera(float(rng.uniform(0, 360)), float(rng.uniform(-5, 60)), distance, lens)
+    return Camera(float(rng.uniform(0, 360)), float(rng.uniform(*_ELEVATIONS)), distance, lens)

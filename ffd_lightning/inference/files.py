@@ -201,7 +201,7 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
         "parts": list(reconstruction.part_names),
         "image": {
             "steps": list(reconstruction.photo.steps),
-            "warnings": list(reconstruction.photo.warnings),
+            "warnings": list(reconstruction.warnings),
         },
         "frame": "y up, facing -z; the template's bounding box has diagonal 1",
     }

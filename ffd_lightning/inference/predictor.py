@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.cutting import Background
 from ffd_lightning.imaging.framing import FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
-from ffd_lightning.imaging.viewpoints import Viewpoints
+from ffd_lightning.imaging.render_settings import CameraModel
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.pretrained import pretrained_model
@@ -67,17 +66,6 @@ class Predictor:
         """
         return cls(load_model(checkpoint_of(source), network), device)
 
-    @property
-    def viewpoints(self) -> Viewpoints:
-        """From where the training images were taken."""
-        # Checkpoints that do not say it know how images were to be rendered.
-        return self.model.appearance.viewpoints or Viewpoints.of_settings(self.model.render)
-
-    @property
-    def trained_on(self) -> str:
-        """Of what, and from where, the network's training images were."""
-        return f"{', '.join(self.model.categories)}; {self.viewpoints}"
-
     def frame(
         self,
         image: Photo,
@@ -97,24 +85,15 @@ class Predictor:
             ConfigError: `background` needs a package that is not installed.
         """
         render = self.model.render
-        framed = frame_photo(
+        return frame_photo(
             _picture(image),
             height=render.height,
             width=render.width,
-            fill=self.model.appearance.fill,
+            fill=self.model.object_fill,
+            whole=render.camera is CameraModel.framed,
             mask=None if mask is None else _mask(mask),
             background=background,
         )
-        if self.model.appearance.strangeness(framed.image) <= 1:
-            return framed
-        # Silhouettes do not tell which of the two it is.
-        other = "another kind of object"
-        other += ", or another view" if len(self.viewpoints.azimuths) == 1 else ""
-        warning = (
-            f"its outline is unlike those that the network was trained on ({self.trained_on}): "
-            f"{other}, or not cut out well"
-        )
-        return replace(framed, warnings=(*framed.warnings, warning))
 
     def predict(
         self,

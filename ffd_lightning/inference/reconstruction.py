@@ -72,6 +72,20 @@ class Reconstruction:
             total[category] += float(weight)
         return dict(sorted(total.items(), key=lambda item: -item[1]))
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user must know before the result is trusted: the photo's, and a doubt."""
+        weights = self.category_weights
+        own = weights.pop(self.category)
+        if own >= 0.5:
+            return self.photo.warnings
+        name, other = next(iter(weights.items()))
+        doubt = (
+            f"the network doubts that it is of category {self.category}: it gives {self.category} "
+            f"{own:.2f}, {name} {other:.2f}"
+        )
+        return (*self.photo.warnings, doubt)
+
     def of_category(self, category: str) -> Reconstruction:
         """Return the same with the best template of another category, one of `categories`."""
         found = replace(self, category=category)

@@ -159,20 +159,36 @@ class TemplateFfdNetwork(nn.Module):
             DataError: images of another size than the network was built for.
             ConfigError: a batch of one image in training mode.
         """
+        return self.predict(self.features(images))
+
+    def features(
+        self, images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"]
+    ) -> Float[Tensor, "q channels rows columns"]:
+        """Return the encoder's feature maps of images: shrunk, standardised, encoded.
+
+        Raises:
+            DataError: images of another size than the network was built for.
+        """
         if images.shape[2:] != self.image_size:
             got, need = ("x".join(map(str, size)) for size in (images.shape[2:], self.image_size))
             raise DataError(f"images are {got} pixels, the network takes {need}: resize them")
         if self.shrink > 1:
+            # In float32, whatever the images are: onnxruntime pools nothing wider.
             exact = torch.promote_types(images.dtype, torch.float32)
-            images = nn.functional.avg_pool2d(images.to(exact), self.shrink)
+            images = nn.functional.avg_pool2d(images.float(), self.shrink).to(exact)
         # Channels last: batch norm and depthwise convolutions are faster so; it carries through.
         inputs = standardize(images).to(
             dtype=self.heads.logits.weight.dtype, memory_format=torch.channels_last
         )
+        features: Tensor = self.encoder(inputs)
+        return features
+
+    def predict(self, features: Float[Tensor, "q channels rows columns"]) -> FfdPrediction:
+        """Predict from `features`."""
         # Under mixed precision the outputs are of a lower one, too coarse for losses and geometry.
         logits, offsets = (
             output.to(torch.promote_types(output.dtype, torch.float32))
-            for output in self.heads(self.encoder(inputs))
+            for output in self.heads(features)
         )
         if self.mirror_degrees is not None:
             offsets = (offsets + mirrored_offsets(offsets, self.mirror_degrees)) / 2

@@ -48,7 +48,6 @@ def test_rows_are_the_members_end_to_end(joined, members):
             np.testing.assert_array_equal(joined.cloud(row, 9), member.cloud(own, 9))
             np.testing.assert_array_equal(joined.image(row), member.image(own))
             assert joined.camera(row) == member.camera(own)
-            assert joined.camera_known(row)
             ours, theirs = joined.mesh(row), member.mesh(own)
             np.testing.assert_array_equal(ours.faces, theirs.faces)
             assert joined.part_names_of(row) == member.part_names_of(own) == member.part_names

@@ -38,11 +38,12 @@ class Network(nn.Module):
         self.logits = nn.Parameter(40 * torch.randn(shape[:2], generator=drawn))
         self.mixing = nn.Parameter(torch.randn(3, 8, generator=drawn))
 
-    def encoder(self, images):
-        return images.mean((2, 3)) @ self.mixing + self.mixing[0]
-
-    def forward(self, images):
+    def features(self, images):
         colours = 1 - images.float().mean((2, 3)) / 255
+        return torch.cat([colours, colours @ self.mixing], 1)
+
+    def predict(self, features):
+        colours = features[:, :3]
         logits = colours @ self.logits
         offsets = torch.einsum("bc,ctmx->btmx", colours, self.offsets)
         return FfdPrediction(logits.softmax(1), logits.softmax(1), offsets, logits)

@@ -44,7 +44,7 @@ from ffd_lightning.evaluation.protocols import PROTOCOLS
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
-from ffd_lightning.nn.network import FfdPrediction
+from ffd_lightning.nn.network import FfdPrediction, standardize
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.module import FfdModule
 
@@ -339,10 +339,13 @@ class _FixedOutputs(nn.Module):
         self.logits = nn.Parameter(torch.linspace(1, -1, num_templates), requires_grad=False)
         self.encoder = nn.AdaptiveAvgPool2d((6, 8))
 
-    def forward(self, images: torch.Tensor) -> FfdPrediction:
-        logits = self.logits.expand(len(images), -1)
+    def features(self, images: torch.Tensor) -> torch.Tensor:
+        return self.encoder(standardize(images))
+
+    def predict(self, features: torch.Tensor) -> FfdPrediction:
+        logits = self.logits.expand(len(features), -1)
         probs = logits.softmax(1)
-        return FfdPrediction(probs, probs, self.offsets.expand(len(images), -1, -1, -1), logits)
+        return FfdPrediction(probs, probs, self.offsets.expand(len(features), -1, -1, -1), logits)
 
 
 def _config(folder: Path, *overrides: str) -> TrainConfig:

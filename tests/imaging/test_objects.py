@@ -26,7 +26,7 @@ def test_an_object_alone_is_all_that_is_kept():
     covered = drawn(body)
     found = main_object(covered)
     np.testing.assert_array_equal(found.kept, covered)
-    assert (found.left_out, found.rivals, found.pieces) == ((), 0, 1)
+    assert (found.left_out, found.pieces) == ((), 1)
     assert main_object(np.zeros(SIZE, bool)).left_out == ()
 
 
@@ -44,7 +44,7 @@ def test_what_lies_apart_is_left_out_and_told(other, told):
     found = main_object(drawn(body, *other))
     np.testing.assert_array_equal(found.kept, drawn(body))
     assert found.left_out == (told,)
-    assert (found.rivals, found.pieces) == (0, 1)
+    assert found.pieces == 1
 
 
 def test_what_is_of_a_kind_is_told_once():
@@ -85,7 +85,7 @@ def test_of_two_alike_the_more_central_one_is_taken_and_the_larger():
     left, right = ("rectangle", (10, 80, 90, 160)), ("rectangle", (150, 80, 230, 160))
     found = main_object(drawn(left, right))
     np.testing.assert_array_equal(found.kept, drawn(right))
-    assert (found.left_out, found.rivals) == (("one of similar size (left)",), 1)
+    assert found.left_out == ("another object of similar size (left)",)
     small, large = ("rectangle", (20, 90, 90, 150)), ("rectangle", (200, 70, 310, 170))
     np.testing.assert_array_equal(main_object(drawn(small, large)).kept, drawn(large))
 

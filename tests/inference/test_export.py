@@ -23,7 +23,6 @@ from ffd_lightning.app.settings import read_settings
 from ffd_lightning.checkpoint import TrainedModel, load_model, model_entry
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError, UserError
-from ffd_lightning.imaging.appearance import TrainingAppearance
 from ffd_lightning.inference.export import write
 from ffd_lightning.inference.export.comparison import compare
 from ffd_lightning.inference.export.graph import DTYPES, OUTPUTS, build_graph
@@ -51,11 +50,10 @@ def _without_shape_checks():
 
 @pytest.fixture(scope="module")
 def parts(prepared, tiny_config):
-    """Templates, appearance, cameras, categories and record of a run of two templates."""
-    rows = np.arange(len(prepared))
+    """Templates, fill, cameras, categories and record of a run of two templates."""
     return (
         TemplateBank.of(prepared, prepared.ids[:2]),
-        TrainingAppearance.of([prepared.image(*v) for v in prepared.spread_views(rows, 256)]),
+        0.8,
         tiny_config().data.render,
         ("table",),
         {"run": "default/table/b/t2/seed0"},
@@ -81,9 +79,9 @@ class OneLayer(ImageEncoder):
 
 @pytest.fixture(scope="module")
 def small(parts):
-    """A shape of one layer, exported quickly."""
+    """A network of one layer that shrinks its images, exported quickly."""
     torch.manual_seed(0)
-    network = TemplateFfdNetwork(OneLayer(), (48, 64), 2, 64, 8, 32, offset_std=0.02)
+    network = TemplateFfdNetwork(OneLayer(), (48, 64), 2, 64, 8, 32, offset_std=0.02, shrink=2)
     nn.init.normal_(network.heads.offsets.bias, std=0.05)  # of zeros nothing would be exported
     return TrainedModel(network.eval(), *parts, step=8)
 
@@ -174,7 +172,7 @@ def test_the_file_says_what_a_user_needs_and_nothing_of_its_machine(exported, pr
     said = {entry.key: entry.value for entry in graph.metadata_props}
     assert json.loads(said["template_ids"]) == list(prepared.ids[:2])
     assert json.loads(said["image_size"]) == [48, 64]
-    assert 0 < json.loads(said["fill"]) <= 1
+    assert 0.4 < json.loads(said["fill"]) <= 1
     assert json.loads(said["degrees"]) == [3, 3, 3]
     assert said["run"] == "default/table/b/t2/seed0"
     assert said["step"] == "3"

@@ -50,7 +50,7 @@ def test_predictions_are_those_of_weights_rounded_to_float16(written, joint_chec
 def test_what_is_said_of_the_file_is_so(written, joint_checkpoint):
     out, told = written
     assert told.size == out.stat().st_size < joint_checkpoint.stat().st_size / 3
-    assert 0 <= told.size - sum(told.parts.values()) < 100_000, "appearance and names"
+    assert 0 <= told.size - sum(told.parts.values()) < 100_000, "records and names"
     assert told.model.step == 3
     whole, small = load_model(joint_checkpoint), load_model(out)
     with torch.no_grad():

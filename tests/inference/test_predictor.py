@@ -14,7 +14,6 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.imaging.framing import FramedPhoto
-from ffd_lightning.imaging.viewpoints import Viewpoints
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 
 # What one network may differ by from itself: added up in another order, by other numbers of
@@ -131,37 +130,6 @@ def test_outputs_that_are_not_finite_are_named(checkpoint, image):
         predictor.predict(image)
 
 
-# --- what images are unlike those of training -----------------------------------------------------
-
-
-def test_images_unlike_those_of_training_are_warned_of(checkpoint, image):
-    predictor = Predictor.load(checkpoint)
-    flat = np.full((48, 64, 4), 255, np.uint8)
-    flat[..., 3] = 0
-    flat[20:24, 8:56] = (0, 0, 0, 255)
-    usual = predictor.model.appearance
-    assert np.isinf(usual.usual), "too few tables to tell"
-    object.__setattr__(predictor.model, "appearance", replace(usual, usual=4.0))
-    assert not any("unlike" in w for w in predictor.frame(image).warnings)
-    (told,) = [w for w in predictor.frame(flat).warnings if "unlike" in w]
-    assert "(table; azimuth 45 (0 is the front), elevation 30, lens 40 degrees)" in told
-    assert "or another view" in told
-    around = Viewpoints(all_sides=True, elevation=(-5.0, 60.0), lens=(25.0, 60.0))
-    object.__setattr__(predictor.model, "appearance", replace(usual, usual=4.0, viewpoints=around))
-    (told,) = [w for w in predictor.frame(flat).warnings if "unlike" in w]
-    assert "all sides" in told
-    assert "another view" not in told
-
-
-def test_cameras_of_checkpoints_that_do_not_say_them_are_those_of_their_settings(checkpoint):
-    predictor = Predictor.load(checkpoint)
-    said = predictor.viewpoints
-    assert said.azimuths == (45.0,)
-    silent = replace(predictor.model.appearance, viewpoints=None)
-    object.__setattr__(predictor.model, "appearance", silent)
-    assert predictor.viewpoints == said
-
-
 # --- what can be wrong ----------------------------------------------------------------------------
 
 
@@ -210,7 +178,7 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
     with pytest.raises(ConfigError, match="of another version"):
         loaded(lambda c: c["model"].update(render={"hight": 3}))
     with pytest.raises(ConfigError, match="of another version"):
-        loaded(lambda c: c["model"].pop("appearance"))
+        loaded(lambda c: c["model"].pop("object_fill"))
     with pytest.raises(ConfigError, match=r"no encoder 'mobilnet'\. Did you mean mobilenet"):
         loaded(lambda c: c["model"].update(encoder={**c["model"]["encoder"], "name": "mobilnet"}))
     theirs = {"kind": "encoder", "name": "tiny", "settings": {}, "provider": "own-parts 0.1"}
@@ -220,7 +188,11 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
         loaded(lambda c: c["model"].update(encoder=None))
     with pytest.raises(ConfigError, match="of another network"):
         loaded(lambda c: c["state_dict"].popitem())
-    assert loaded(lambda c: None).step == content["global_step"]
+    earlier = loaded(
+        lambda c: c["model"].update(appearance={"fill": c["model"].pop("object_fill")})
+    )
+    assert earlier.object_fill == loaded(lambda c: None).object_fill > 0.4
+    assert earlier.step == content["global_step"]
 
 
 def test_a_checkpoint_names_no_folder_of_its_maker(checkpoint):
@@ -272,6 +244,20 @@ def test_a_category_that_is_named_is_selected_from(joint, image):
     assert guess.of_category("sofa").index == asked.index
     one, other = joint.predict_batch([image, image[:, ::-1].copy()], category="sofa")
     assert one.category == other.category == "sofa"
+
+
+def test_a_category_that_the_network_does_not_see_is_doubted(joint, image):
+    guess = joint.predict(image)
+    table, sofa = guess.category_weights["table"], guess.category_weights["sofa"]
+    assert 0.5 < table < 0.6
+    assert guess.warnings == guess.photo.warnings == ()
+    (told,) = joint.predict(image, category="sofa").warnings
+    assert told.endswith(f"category sofa: it gives sofa {sofa:.2f}, table {table:.2f}")
+    several = replace(
+        guess, categories=("a", "a", "b", "c"), weights=np.float32([0.3, 0.1, 0.3, 0.3])
+    )
+    assert len(several.of_category("a").warnings) == 1, "guessed, and yet less than half"
+    assert len(several.of_category("a").candidate(1).warnings) == 1
 
 
 def test_a_category_that_the_model_does_not_know(joint, predictor, image):

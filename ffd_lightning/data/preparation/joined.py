@@ -102,11 +102,6 @@ class JoinedSet(PreparedSet):
         member, own = self._place(row)
         return member.camera(own, view)
 
-    def camera_known(self, row: int, view: int = 0) -> bool:
-        """See `PreparedSet.camera_known`."""
-        member, own = self._place(row)
-        return member.camera_known(own, view)
-
     def mesh(self, row: int) -> Mesh:
         """See `PreparedSet.mesh`; parts are numbered as all members' together."""
         member, own = self._place(row)

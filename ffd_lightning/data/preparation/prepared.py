@@ -162,10 +162,6 @@ class PreparedSet:
         """
         return unpack_camera(self.arrays["cameras"][row, view])
 
-    def camera_known(self, row: int, view: int = 0) -> bool:
-        """Tell whether anybody knows the camera that took an image."""
-        return bool(np.isfinite(self.arrays["cameras"][row, view]).all())
-
     def spread_views(
         self, rows: Sequence[int] | NDArray[np.int64], count: int
     ) -> list[tuple[int, int]]:

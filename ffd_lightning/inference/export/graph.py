@@ -120,7 +120,7 @@ def metadata(model: TrainedModel, dtype: str = "uint8") -> dict[str, str]:
         "images": f"(batch, 3, {height}, {width}) {dtype}, RGB over white, of any scale; the "
         f"object in the middle, its larger side fill x {height} pixels",
         "image_size": json.dumps([height, width]),
-        "fill": json.dumps(round(model.appearance.fill, 4)),
+        "fill": json.dumps(round(model.object_fill, 4)),
         "template_ids": json.dumps(model.bank.ids),
         "degrees": json.dumps(model.bank.degrees),
         "step": json.dumps(model.step),
