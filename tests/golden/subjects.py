@@ -342,6 +342,9 @@ class _FixedOutputs(nn.Module):
     def features(self, images: torch.Tensor) -> torch.Tensor:
         return self.encoder(standardize(images))
 
+    def forward(self, images: torch.Tensor) -> FfdPrediction:
+        return self.predict(self.features(images))
+
     def predict(self, features: torch.Tensor) -> FfdPrediction:
         logits = self.logits.expand(len(features), -1)
         probs = logits.softmax(1)
