@@ -191,7 +191,8 @@ def augmented(
     if batch.seed is None or batch.coverage is None:
         return batch
     images = torch.cat([batch.images, batch.coverage[:, None]], dim=1)
-    images = images.repeat_interleave(world_size, dim=0)  # this device's queries in their places
+    # As many as the whole batch has, this device's where they are in it: what is drawn fits.
+    images = images.repeat_interleave(world_size, dim=0)
     with torch.random.fork_rng([images.device] if images.is_cuda else []):
         torch.manual_seed(batch.seed)
         made: Any = augmentation(images)

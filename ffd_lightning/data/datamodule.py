@@ -213,7 +213,8 @@ def _batches_done(trainer: Trainer) -> tuple[int, int]:
     loop = trainer.fit_loop.epoch_loop
     done, every = loop.batch_progress.current.ready, trainer.accumulate_grad_batches
     steps = loop.automatic_optimization.optim_progress.optimizer.step.current.completed
-    if trainer.lightning_module.automatic_optimization and done != steps * every:
+    expected = min(steps * every, trainer.num_training_batches)  # an epoch's last step comes early
+    if trainer.lightning_module.automatic_optimization and done != expected:
         raise ConfigError(
             f"the checkpoint was not written at the end of a step: after {done} batches of the "
             f"epoch, of which {every} make a step (accumulate_grad_batches). Take another one; "

@@ -116,6 +116,7 @@ def trained(module, device="cpu", **settings):
         "global_rank": 0,
         "world_size": 1,
         "max_steps": STEPS,
+        "num_training_batches": STEPS,
         "max_epochs": -1,
         "accumulate_grad_batches": 1,
         **settings,
