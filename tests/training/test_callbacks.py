@@ -1,5 +1,4 @@
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -169,19 +168,6 @@ def test_examples_are_drawn_as_often_as_asked(logged):
     assert [i.step for i in events.Images("worked_examples/input")] == [0]
     for part in ("VERTEX", "COLOR"):
         assert [t.step for t in events.Tensors(f"{CLOUDS}_{part}")] == [4, 8]
-
-
-@pytest.mark.parametrize(
-    ("times", "steps"), [(0, []), (1, [100]), (2, [50, 100]), (3, [40, 70, 100])]
-)
-def test_figures_are_spread_over_training(times, steps):
-    drawn = Reconstructions(6, 3, times)
-    due = [
-        step
-        for step in range(10, 101, 10)
-        if drawn._due(SimpleNamespace(global_step=step, max_steps=100, val_check_batch=10))
-    ]
-    assert due == steps
 
 
 def deformed_by_hand(bank, t, offsets):
