@@ -188,7 +188,9 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
         loaded(lambda c: c["model"].update(encoder=None))
     with pytest.raises(ConfigError, match="of another network"):
         loaded(lambda c: c["state_dict"].popitem())
-    earlier = loaded(lambda c: c["model"].update(appearance={"fill": c["model"].pop("object_fill")}))
+    earlier = loaded(
+        lambda c: c["model"].update(appearance={"fill": c["model"].pop("object_fill")})
+    )
     assert earlier.object_fill == loaded(lambda c: None).object_fill > 0.4
     assert earlier.step == content["global_step"]
 
@@ -251,7 +253,9 @@ def test_a_category_that_the_network_does_not_see_is_doubted(joint, image):
     assert guess.warnings == guess.photo.warnings == ()
     (told,) = joint.predict(image, category="sofa").warnings
     assert told.endswith(f"category sofa: it gives sofa {sofa:.2f}, table {table:.2f}")
-    several = replace(guess, categories=("a", "a", "b", "c"), weights=np.float32([0.3, 0.1, 0.3, 0.3]))
+    several = replace(
+        guess, categories=("a", "a", "b", "c"), weights=np.float32([0.3, 0.1, 0.3, 0.3])
+    )
     assert len(several.of_category("a").warnings) == 1, "guessed, and yet less than half"
     assert len(several.of_category("a").candidate(1).warnings) == 1
 
