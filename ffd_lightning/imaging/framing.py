@@ -51,7 +51,7 @@ def frame_photo(
         picture: from `read_photo`, any other, or (H, W, 3 or 4) uint8.
         height: of the result, in pixels.
         width: of the result, in pixels.
-        fill: the larger side of the object's box in pixels / `height`, see `OBJECT_FILL`.
+        fill: the larger side of the object's box in pixels / `height`, see `object_fill`.
         whole: no object is cut off in training images.
         mask: of any mode: what is bright is the object, or what is opaque where alpha varies.
         background: `rembg` lets that package find the object.

@@ -1,5 +1,4 @@
 import asyncio
-import base64
 import contextlib
 import io
 import re
@@ -9,7 +8,6 @@ import time
 import urllib.request
 from dataclasses import replace
 from math import comb
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -23,23 +21,18 @@ from ffd_lightning.app.viewed_runs import open_studio
 from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging import cutting
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.pieces import pieces
 from ffd_lightning.inference.viewer.page import Page
 from ffd_lightning.inference.viewer.panel_text import (
-    in_page,
     input_block,
     part_legend,
-    score_table,
     template_pictures,
 )
 from ffd_lightning.inference.viewer.photo import File, Photo
 from ffd_lightning.inference.viewer.scene import layout
-from ffd_lightning.inference.viewer.session import NetworkTitle, Session, display_bank
+from ffd_lightning.inference.viewer.session import Session, display_bank
 from ffd_lightning.inference.viewer.studio import Studio, start
-from ffd_lightning.inference.viewer.thumbnails import Thumbnails
 from ffd_lightning.palette import REGIME_COLORS
 
 
@@ -95,14 +88,6 @@ def test_amount_and_edits_move_mesh_and_cloud_as_the_papers_sum_says(session, am
         np.testing.assert_allclose(
             session.points()[n], triple_sum(point, low, high, control), atol=1e-5
         )
-
-
-def test_the_undeformed_end_is_the_template(session):
-    session.amount = 0.0
-    resting = session.template_surface()
-    np.testing.assert_allclose(session.surface().vertices, resting.vertices, atol=1e-6)
-    edges = resting.vertices[resting.faces] - np.roll(resting.vertices[resting.faces], 1, axis=1)
-    assert np.linalg.norm(edges, axis=2).max() <= 0.05 + 1e-9
 
 
 @pytest.mark.parametrize("amount", [0.0, 0.7, 1.5])
@@ -260,26 +245,6 @@ def test_templates_are_listed_by_weight_with_their_pictures(session):
     np.testing.assert_allclose(np.array(widths, float), np.maximum(share, 3), atol=0.06)
     assert set(colors) == {session.title.color}
     assert list(frames) == ["transparent", session.title.color, *["transparent"] * 2]
-
-
-def test_thumbnails_show_the_templates(studio, session):
-    bank = session.reconstruction.bank
-    pictures = Thumbnails(bank, studio.camera)
-    for t in range(len(bank)):
-        content = base64.b64decode(pictures[t].removeprefix("data:image/png;base64,"))
-        picture = np.asarray(Image.open(io.BytesIO(content)))
-        expected = render(bank.meshes[t], studio.camera, height=72, width=96, samples=2)
-        np.testing.assert_array_equal(picture, expected)
-    assert pictures[0] != pictures[1]
-
-
-def test_scores_are_shown_times_a_thousand_under_their_one_name():
-    titles = [NetworkTitle("b, base"), NetworkTitle("r, regularized")]
-    table = score_table(titles, [{"shown": 0.00112}, {"shown": 0.0025}])
-    assert "| box Chamfer x 1000 | b, base | r, regularized |" in table
-    assert "| shown | 1.12 | 2.50 |" in table
-    assert "| box Chamfer | x 1000 |" in score_table(titles[:1], [{"shown": 0.001}])
-    assert "box Chamfer" not in score_table(titles, [{}, {}])
 
 
 @pytest.mark.parametrize("networks", [1, 2])
@@ -445,6 +410,13 @@ def test_templates_and_shapes_are_chosen_by_hand(page, studio):
     wait_for(lambda: page.sessions[0].truth.shape_id == studio.shape_ids[1])
     wait_for(lambda: "Shown: 1 of 4" in page.panel.lists[0].text.content)
     assert page.sessions[0].template == page.sessions[0].reconstruction.index
+
+
+def test_of_one_shape_the_next_at_random_is_itself(open_page, studio):
+    shapes = replace(studio._shapes, ids=studio.shape_ids[:1])
+    page = open_page(Studio(studio._predictors, studio.titles, RenderSettings(), shapes))
+    page._on_step(clicked("random"))
+    assert page.panel.shape.value == studio.shape_ids[0]
 
 
 def test_what_belonged_to_the_last_input_is_forgotten(page, photo):
@@ -636,16 +608,6 @@ def test_the_page_says_what_was_done_and_what_to_beware_of(session):
     photo = replace(session.reconstruction.photo, steps=("cut <out>", "scaled"), warnings=warnings)
     assert "cut &lt;out&gt;; scaled" in input_block(photo)
     assert "<b>Beware:</b> check the result, or open a mask" in input_block(photo)
-
-
-def test_no_message_asks_for_a_setting_that_the_page_has_not():
-    """What imaging says of a photograph names `mask=...` only as `in_page` knows it."""
-    folder = Path(cutting.__file__).parent
-    asked = [line for f in folder.glob("*.py") for line in f.read_text().splitlines()]
-    asked = [line for line in asked if re.search(r"give .{0,9}mask", line)]
-    assert len(asked) > 5
-    for line in asked:
-        assert "mask=" not in in_page(line), line
 
 
 # --- the server ----------------------------------------------------------------------------------

@@ -87,7 +87,10 @@ class Exhibit:
 
     def pulls(self) -> dict[int, NDArray[np.float64]]:
         """Return where control points were pulled since the last call: (3,) by their index."""
-        pulls, self._pulls = self._pulls, {}
+        pulls = {}
+        while self._pulls:  # the server's thread may add to them meanwhile
+            index, place = self._pulls.popitem()
+            pulls[index] = place
         return pulls
 
     def pull(self, index: int, place: NDArray[np.float64]) -> None:

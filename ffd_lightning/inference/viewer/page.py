@@ -89,7 +89,8 @@ class Page:
 
     def _on_step(self, event: Any) -> None:
         ids = self._library.shape_ids
-        step = _STEPS.get(event.target.value) or int(np.random.default_rng().integers(1, len(ids)))
+        other = np.random.default_rng().integers(1, max(2, len(ids)))
+        step = _STEPS.get(event.target.value, int(other))
         self.panel.shape.value = ids[(ids.index(self.panel.shape.value) + step) % len(ids)]
 
     def _on_photo(self, event: Any) -> None:
@@ -107,6 +108,7 @@ class Page:
             self._wanted.set()
 
     def _on_reset(self, _: Any) -> None:
+        self.stage.pulls()  # those that wait to be shown are forgotten, too
         for session in self.sessions:
             session.reset()
         self.panel.amount.value = 1.0

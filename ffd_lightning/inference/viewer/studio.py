@@ -133,11 +133,14 @@ def start(studio: Studio, port: int = 8080) -> Any:
     @server.on_client_connect
     def _(client: Any) -> None:
         pages[client.client_id] = Page(client, studio)
+        if client.client_id not in server.get_clients():  # it left meanwhile
+            close(client)
 
     @server.on_client_disconnect
-    def _(client: Any) -> None:
-        if client.client_id in pages:
-            pages.pop(client.client_id).close()
+    def close(client: Any) -> None:
+        page = pages.pop(client.client_id, None)
+        if page is not None:
+            page.close()
 
     return server
 
