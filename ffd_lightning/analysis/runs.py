@@ -76,7 +76,7 @@ def decides(key: str) -> bool:
 
 def _setting(settings: Mapping[str, Any]) -> str:
     """Return what is equal for runs that are seeds of each other, and for no others."""
-    told = repr([(key, value) for key, value in sorted(_flat(settings).items()) if decides(key)])
+    told = repr(sorted(_deciding(settings).items()))
     return f"setting {hashlib.sha256(told.encode()).hexdigest()[:12]}"
 
 
@@ -90,9 +90,14 @@ def without_seed(value: Any, seed: Any) -> Any:
     return re.sub(rf"(?<=/)seed{seed}(?=[/_])", "seed", value) if named else value
 
 
-def _flat(settings: Mapping[str, Any]) -> dict[str, Any]:
+def _deciding(settings: Mapping[str, Any]) -> dict[str, str]:
+    """Return what decides a run but its seed, by name; null is the same as nothing."""
     values = pd.json_normalize(dict(settings)).iloc[0].to_dict()
-    return {key: without_seed(value, settings.get("seed")) for key, value in values.items()}
+    return {
+        key: repr(without_seed(value, settings.get("seed")))
+        for key, value in values.items()
+        if decides(key) and value is not None
+    }
 
 
 def different_settings(a: RunFolder, b: RunFolder) -> list[str]:
@@ -101,9 +106,8 @@ def different_settings(a: RunFolder, b: RunFolder) -> list[str]:
     Raises:
         ConfigError: a `config.yaml` that is damaged.
     """
-    one, other = _flat(a.settings), _flat(b.settings)
-    keys = sorted({*one, *other})
-    return [key for key in keys if decides(key) and one.get(key) != other.get(key)]
+    one, other = _deciding(a.settings), _deciding(b.settings)
+    return [key for key in sorted({*one, *other}) if one.get(key) != other.get(key)]
 
 
 def is_mixed(table: pd.DataFrame, keys: Sequence[str]) -> bool:
@@ -196,8 +200,8 @@ def _require_one_way(runs: Iterable[RunFolder], name: str) -> None:
     for run, how in known:
         if how != usual[0][0]:
             raise DataError(
-                f"{run.path} was evaluated in another way under protocol {name} than other runs: "
-                f"evaluate it again: {evaluate_command(run.path, name)} restart=true"
+                f"{run.path} was evaluated in another way under protocol {name} than other runs. "
+                f"Evaluate it again: {evaluate_command(run.path, name)} restart=true"
             )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pandas as pd
 from rich.console import RenderableType
 from rich.text import Text
 
-from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget
+from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget, mesh_quality
 from ffd_lightning.analysis.runs import described_protocol, load_runs, load_samples
 from ffd_lightning.analysis.table_layout import Column, RunHeads, fitted, titled
 from ffd_lightning.analysis.wording import SHAPE_TITLES, number, scaled_title
@@ -133,26 +134,43 @@ def _error_tables(
                 known.append(load_samples([run], protocol.name))
             except DataError as error:
                 damaged.append(Text(f"{error}\n", style="red"))
-    try:
-        budget = error_budget(pd.concat(known), protocol)
-    except (ValueError, DataError):  # no samples, or none to be split
-        return damaged
-    heads = RunHeads.of(runs[runs["run"].isin(budget.index)])
-    budget = budget.loc[[run for run in runs["run"] if run in budget.index]]
+    shown: list[RenderableType] = []
+    if known:
+        samples = pd.concat(known)
+        with suppress(DataError):  # without references, or where more is better
+            shown.append(_budget(runs, error_budget(samples, protocol), protocol, width))
+        shown += _meshes(runs, mesh_quality(samples), width)
+    return [*shown, *damaged]
+
+
+def _budget(
+    runs: pd.DataFrame, budget: pd.DataFrame, protocol: ProtocolDescription, width: int | None
+) -> RenderableType:
+    heads, budget = _told(runs, budget)
     parts = [*(share.name for share in SHARES), "total"]
     errors = [Column(name, [number(value) for value in budget[name]]) for name in parts]
     errors.append(Column("regret", [f"{value:.0%}" for value in budget["regret"]]))
-    measured = [key for key in QUALITY if key in budget and budget[key].notna().any()]
-    meshes = [Column(QUALITY[key][0], _numbers(budget, key, QUALITY[key][2])) for key in measured]
     title = _joined(f"Error budget, {scaled_title(protocol.main_measure)}", heads.common)
     meanings = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
     caption = f"{meanings}; regret: the selection's share of the total."
-    tables = [titled(title, fitted(heads.columns, errors, width), caption, width)]
-    if meshes:
-        meanings = "; ".join(": ".join(QUALITY[key][:2]) for key in measured)
-        title = _joined("Deformed meshes", heads.common)
-        tables.append(titled(title, fitted(heads.columns, meshes, width), f"{meanings}.", width))
-    return [*tables, *damaged]
+    return titled(title, fitted(heads.columns, errors, width), caption, width)
+
+
+def _meshes(runs: pd.DataFrame, quality: pd.DataFrame, width: int | None) -> list[RenderableType]:
+    heads, quality = _told(runs, quality)
+    measured = [key for key in quality if quality[key].notna().any()]
+    if not measured:
+        return []
+    meshes = [Column(QUALITY[key][0], _numbers(quality, key, QUALITY[key][2])) for key in measured]
+    meanings = "; ".join(": ".join(QUALITY[key][:2]) for key in measured)
+    title = _joined("Deformed meshes", heads.common)
+    return [titled(title, fitted(heads.columns, meshes, width), f"{meanings}.", width)]
+
+
+def _told(runs: pd.DataFrame, numbers: pd.DataFrame) -> tuple[RunHeads, pd.DataFrame]:
+    """Return what tells the runs of some numbers apart, and the numbers in the runs' order."""
+    there = runs[runs["run"].isin(numbers.index)]
+    return RunHeads.of(there), numbers.loc[there["run"]]
 
 
 def _failures(runs: pd.DataFrame) -> RenderableType:

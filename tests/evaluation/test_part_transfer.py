@@ -211,6 +211,7 @@ def trained(tiny_config, tmp_path_factory):
     data.setup()
     content = {"state_dict": weights, "global_step": 0, **model_entry(network, data, {})}
     torch.save(content, run.checkpoint)
+    run.set_status("finished")
     return run, network, data
 
 
@@ -223,7 +224,7 @@ def copy(trained, tmp_path):
 def evaluate(run, *overrides):
     given = [f"run={run.path}", "protocol=parts", "progress_bar=false", *overrides]
     composed = compose_config("evaluate", EvaluateConfig, given)
-    return evaluate_run(typed_config(composed, EvaluateConfig))
+    return evaluate_run(typed_config(composed, EvaluateConfig))[0]
 
 
 def written(run):

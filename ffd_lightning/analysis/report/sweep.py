@@ -85,7 +85,7 @@ class Sweep:
         try:
             chosen = find_protocol(runs, protocol)
         except DataError:  # none has come to its evaluation
-            chosen = ProtocolDescription(protocol or own_protocol(runs[0]))
+            chosen = ProtocolDescription(protocol or own_protocol(runs[0]).split("/")[0])
         table = load_runs(runs)[["run", *SETTINGS, "seed", "setting", "state", "reason"]]
         order = table.sort_values([*SETTINGS, "seed"], key=_in_order, kind="stable").index
         table, runs = table.loc[order].reset_index(drop=True), [runs[k] for k in order]
