@@ -74,6 +74,8 @@ def updates(objective, batches, **settings):
         for name, child in part.named_children():
             if isinstance(child, nn.BatchNorm1d | nn.BatchNorm2d):
                 setattr(part, name, nn.Identity())
+            elif isinstance(child, nn.Conv2d | nn.Linear):
+                nn.init.kaiming_normal_(child.weight)  # else images vanish without batch norm
     before = nn.utils.parameters_to_vector(network.parameters()).double()
     fit(FfdModule(network, objective, optimizer=SGD), batches, precision="64-true", **settings)
     return nn.utils.parameters_to_vector(network.parameters()) - before
@@ -93,8 +95,9 @@ def test_accumulated_batches_train_as_one_batch_of_all_queries(name, overrides, 
     objective = regime(name, *overrides)
     expected = updates(objective, [joined(first, other), last], max_epochs=1)
     found = updates(objective, [first, other, last], max_epochs=1, accumulate_grad_batches=2)
-    assert expected.norm() > 1e-3
-    torch.testing.assert_close(found, expected, rtol=1e-6, atol=1e-12)
+    plain = updates(regime("b"), [joined(first, other), last], max_epochs=1)
+    assert (expected - plain).norm() > 0.01 * plain.norm(), "it is not the Chamfer distance alone"
+    torch.testing.assert_close(found, expected, rtol=1e-6, atol=1e-9)
 
 
 # --- what is not finite -------------------------------------------------------------------------
