@@ -532,7 +532,7 @@ def test_the_command(sweep, tmp_path, capsys):
         ([str(tmp_path), "protocol=papre"], ConfigError, "choose one of paper"),
         ([str(tmp_path), "protocl=paper"], ConfigError, "Did you mean protocol"),
         ([str(tmp_path), "gallery=all"], ConfigError, "gallery=all cannot be used"),
-        ([str(tmp_path), "gallery=-1"], ConfigError, "gallery=-1: give a number"),
+        ([str(tmp_path), "gallery=-1"], ConfigError, "gallery=-1 must be 0 or more"),
         ([str(tmp_path), str(tmp_path)], ConfigError, "is no setting"),
     ):
         with pytest.raises(error, match=message):
