@@ -232,7 +232,7 @@ MISTAKES = [
     # groups and options
     (["regime=x"], ["no regime 'x'. Choices: b, e, posterior, r, w"]),
     (["category=tabel"], ["no category 'tabel'. Did you mean category=table?", "watercraft"]),
-    (["encoder=mobilnet"], ["Did you mean encoder=mobilenet? Choices: mobilenet, timm"]),
+    (["encoder=mobilnet"], ["Did you mean encoder=mobilenet?", "timm"]),
     (["regime.selection=weighted"], ["is a group: write regime/selection=weighted"]),
     (["+regime.terms.mine.term=chamfre"], ["no term 'chamfre'. Did you mean chamfer?"]),
     (["templates=30"], ["not a number: templates=t30"]),
