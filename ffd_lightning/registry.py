@@ -147,7 +147,7 @@ def _typed(hint: Any, value: Any) -> Any:
         return [_typed(kind, one) for kind, one in zip(each, value, strict=True)]
     if isinstance(value, dict) and inner:
         return {_typed(inner[0], key): _typed(inner[1], one) for key, one in value.items()}
-    if isinstance(value, dict) and dataclasses.is_dataclass(hint):
+    if isinstance(value, dict) and isinstance(hint, type) and dataclasses.is_dataclass(hint):
         hints = get_type_hints(hint)
         return hint(
             **{  # type: ignore[operator]

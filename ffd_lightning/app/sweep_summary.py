@@ -91,14 +91,15 @@ class SummaryTable(Callback):
             left = f", about {duration(seconds)} left"
         log.info("%d of %d runs are done%s", len(notes), self._total, left)
 
-    def on_run_end(self, config: DictConfig, **kwargs: Any) -> None:
+    def on_run_end(self, config: DictConfig, **given: Any) -> None:
         """Print the table of a single run."""
-        if not _is_further(kwargs["job_return"]):
+        if not _is_further(given["job_return"]):
             _print([config.hydra.runtime.output_dir])
 
     def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
         """Print the table of a sweep."""
-        assert self._notes is not None
+        if self._notes is None:  # Hydra made a warning of what went wrong at the start
+            sys.exit("nothing is known of the jobs: see the warnings above")
         jobs = _read(self._notes)
         _locks.pop(self._notes).release()
         shutil.rmtree(self._notes)

