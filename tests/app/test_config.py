@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 import torch
 from commands import run_command
+from ffd_lightning.app.parts.objective import Weighting
+from ffd_lightning.registry import range_problems
 from omegaconf import OmegaConf
 
 from ffd_lightning import registry
@@ -22,13 +24,10 @@ from ffd_lightning.app.config import (
     PrepareConfig,
     TrainConfig,
 )
-from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.messages import SHOWN, explain
-from ffd_lightning.app.parts.objective import Weighting
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.registry import range_problems
 
 ROOT = Path(__file__).parents[2]
 
@@ -86,7 +85,7 @@ def test_the_paper_schedule_brings_the_papers_momentum():
 
 @pytest.mark.parametrize("decay", LearningRateDecay)
 def test_the_learning_rate_can_be_had_for_any_number_of_steps(decay):
-    cfg = typed(f"schedule.learning_rate_decay={decay.name}", "schedule.learning_rate=0.5")
+    cfg = typed(f"lr_schedule={decay.name}", "schedule.learning_rate=0.5")
     make = build_module(cfg, build_network(cfg), {}).make_scheduler
     assert (make is None) == (decay is LearningRateDecay.none)
     for steps in range(1, 40) if make else ():

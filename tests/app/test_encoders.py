@@ -2,6 +2,7 @@
 
 import pytest
 import torch
+from ffd_lightning.registry import part
 
 from ffd_lightning.app.build import build_network
 from ffd_lightning.app.checks import validate
@@ -9,7 +10,6 @@ from ffd_lightning.app.identity import check_folder, identity, to_yaml
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.pretrained import pretrained_digest
-from ffd_lightning.registry import part
 from ffd_lightning.run_folder import RunFolder
 
 EMBEDDED = "encoder.weights=embedded"

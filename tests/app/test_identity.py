@@ -7,7 +7,7 @@ from hydra.core.hydra_config import HydraConfig
 
 from ffd_lightning.analysis.runs import decides, different_settings, load_runs, load_settings
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import config_folder, prepare_hydra
+from ffd_lightning.app.configuration import config_folder, prepare_hydra
 from ffd_lightning.app.identity import (
     check_folder,
     identity,
@@ -24,9 +24,9 @@ NO_OTHER_RUN = [
     "trainer.compile=true",
     "trainer.num_workers=3",
     "trainer.progress_bar=true",
-    "schedule.val_every=2",
-    "schedule.checkpoint_every=7",
-    "data.residency=disk",
+    "trainer.val_every=2",
+    "trainer.checkpoint_every=7",
+    "trainer.residency=disk",
     "preparation.workers=1",
     "logger.every=3",
     "callbacks.figure_examples=1",
@@ -58,7 +58,7 @@ ANOTHER_RUN = [
     "encoder.width=0.5",
     "network.degrees=[3,3,2]",
     "schedule.steps=9",
-    "schedule.learning_rate_decay=none",
+    "lr_schedule=none",
 ]
 
 

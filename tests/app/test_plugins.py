@@ -26,10 +26,9 @@ from ffd_lightning.app.build import (
     build_source,
 )
 from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.configuration import compose_config, config_folder, node_type, typed_config
 from ffd_lightning.app.help import command_help
-from ffd_lightning.app.hydra_app import compose_config, config_folder
 from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.app.schema import node_type, typed_config
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.splits import make_split
 from ffd_lightning.data.templates.strategies import choose_templates
@@ -162,7 +161,7 @@ def test_what_a_checkpoint_has_and_this_version_does_not_is_refused(tiny, settin
 def test_nodes_stay_as_they_are_when_a_job_in_another_process_sends_them_back():
     node = node_type(registry.get("source", "procedural"))
     there = (
-        "import sys, cloudpickle; import ffd_lightning.app.schema; "
+        "import sys, cloudpickle; import ffd_lightning.app.configuration; "
         "sys.stdout.buffer.write(cloudpickle.dumps(cloudpickle.load(sys.stdin.buffer)))"
     )
     command = [sys.executable, "-c", there]
