@@ -239,7 +239,7 @@ def _helps(target: Any) -> dict[str, str]:
     found: dict[str, str] = {}
     for each in reversed(_classes(target)):
         for doc in (
-            each.__dict__.get("__doc__"),
+            each.__dict__.get("__doc__") if inspect.isclass(each) else each.__doc__,
             getattr(each.__dict__.get("__init__"), "__doc__", None),
         ):
             for p in parse(doc or "").params:

@@ -19,7 +19,7 @@ from ffd_lightning.app.configuration import common_settings
 from ffd_lightning.app.settings import default_text, settings_help
 from ffd_lightning.components import KINDS, OWN, Setting, settings_of
 
-_WIDTH, _NAME = 100, 20
+_WIDTH, _NAME, _WIDE = 100, 20, 28
 _USUAL = (
     *("data.limit", "encoder.weights", "schedule.steps", "schedule.learning_rate", "name", "seed"),
     *("restart", "paths.data", "paths.runs"),
@@ -127,18 +127,19 @@ def command_help(
         )
         return "\n\n".join([intro, *body, end])
     choices = [
-        _line(f"{_spelled(g)}={usual.get(_spelled(g), '')}", ", ".join(o.name for o in g.options))
+        _line(f"{_spelled(g)}={usual[_spelled(g)]}", ", ".join(o.name for o in g.options), _WIDE)
         for g in groups
-        if g.options and g.place not in LISTS
+        if g.options and "." not in g.place and g.place not in LISTS
     ]
     known = {f"{g.place}.{n}".lstrip("."): s for g in groups for n, s in g.settings.items()}
-    shown = {key: known[key] for key in (_USUAL if choices else known) if key in known}
+    keys = _USUAL if name == "train" else [*_USUAL, *groups[0].settings]
+    shown = {key: known[key] for key in dict.fromkeys(keys) if key in known}
     further = f"ffd {name} --help all tells all settings, and what each choice can be told."
     if not choices:
-        return "\n\n".join([intro, "Settings:", settings_help(shown)])
+        return "\n\n".join([intro, "Settings:", settings_help(known)])
     short = [
-        _line(f"{key}={default_text(s)}", s.help.split(". ")[0].rstrip("."))
-        for key, s in shown.items()
+        _line(f"{k}={default_text(s)}", s.help.split(". ")[0].rstrip("."), 28)
+        for k, s in shown.items()
     ]
     return "\n\n".join(
         [intro, "Choices:\n" + "\n".join(choices), "Settings:\n" + "\n".join(short), further]
@@ -160,7 +161,7 @@ def _everything(group: Group, usual: Mapping[str, str]) -> str:
     for option in group.options:
         lines.append(_line(option.name, option.summary))
         if option.settings:
-            lines.append(settings_help(option.settings, prefix))
+            lines.append(textwrap.indent(settings_help(option.settings, prefix), "  "))
     if group.settings:
         lines += [*(["  all of them:"] if group.options else [])]
         lines.append(settings_help(group.settings, prefix))
@@ -180,8 +181,7 @@ def first_comment(file: Path) -> str:
     return " ".join(line.lstrip("# ") for line in lines if not line.startswith("# @"))
 
 
-def _line(name: str, text: str) -> str:
-    column = max(_NAME, len(name) + 2)
+def _line(name: str, text: str, column: int = _NAME) -> str:
     wrapped = textwrap.wrap(text, _WIDTH - column - 2) or [""]
     first = f"  {name:<{column}}{wrapped[0]}".rstrip()
     return "\n".join([first, *(" " * (column + 2) + line for line in wrapped[1:])])

@@ -79,7 +79,12 @@ def default_text(setting: Setting) -> str:
 
 
 def settings_help(settings: Mapping[str, Setting], prefix: str = "") -> str:
-    """Return a table of settings, with their defaults and what each is."""
+    """Return a table of settings, with their defaults and what each is.
+
+    Args:
+        settings: by name.
+        prefix: stands before the names.
+    """
     lines = []
     for name, setting in settings.items():
         head = f"  {prefix}{name}={default_text(setting)}"
