@@ -17,7 +17,7 @@ from lightning import Callback, Trainer
 
 from benchmarks.nearest import POINTS, QUERIES, TEMPLATES, clouds
 from benchmarks.timing import Row, seconds_of, synchronize
-from ffd_lightning.app.regimes import regime
+from ffd_lightning.app.build import regime
 from ffd_lightning.data.batches import Residency
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.sources.procedural import ProceduralSource
@@ -88,11 +88,11 @@ def measure(device: torch.device, quick: bool) -> list[Row]:
     rounds, steps = (1, 5) if quick else (4, 8)
     variants: dict[str, tuple[str, Residency, bool]] = {
         "full step": ("32-true", "auto", False),
-        "full step, data.residency=device": ("32-true", "device", False),
+        "full step, trainer.residency=device": ("32-true", "device", False),
         "full step, trainer.precision=bf16-mixed": ("bf16-mixed", "auto", False),
     }
     if device.type != "cpu":
-        variants["full step, data.residency=disk"] = ("32-true", "disk", False)
+        variants["full step, trainer.residency=disk"] = ("32-true", "disk", False)
     if not quick:  # compilation takes most of a minute
         variants["full step, trainer.compile=true"] = ("32-true", "auto", True)
     with tempfile.TemporaryDirectory() as name:

@@ -38,10 +38,9 @@ _NAMES = {
     "deform": "geometry.deformation",
     "deformation_matrix": "geometry.deformation",
     "fit_offsets": "geometry.deformation",
-    "part": "registry",
-    "regime": "app.regimes",
-    "register": "registry",
-    "setting": "registry",
+    "component": "components",
+    "make": "components",
+    "regime": "app.build",
 }
 
 __all__ = [*_NAMES, "__version__"]
@@ -58,7 +57,9 @@ def __dir__() -> list[str]:
 
 
 if TYPE_CHECKING:
-    from ffd_lightning.app.regimes import regime as regime
+    from ffd_lightning.app.build import regime as regime
+    from ffd_lightning.components import component as component
+    from ffd_lightning.components import make as make
     from ffd_lightning.data.datamodule import FfdDataModule as FfdDataModule
     from ffd_lightning.data.preparation.prepared import PreparedSet as PreparedSet
     from ffd_lightning.data.sources.base import Source as Source
@@ -85,7 +86,4 @@ if TYPE_CHECKING:
     from ffd_lightning.nn.encoders.base import ImageEncoder as ImageEncoder
     from ffd_lightning.nn.network import FfdPrediction as FfdPrediction
     from ffd_lightning.nn.network import TemplateFfdNetwork as TemplateFfdNetwork
-    from ffd_lightning.registry import part as part
-    from ffd_lightning.registry import register as register
-    from ffd_lightning.registry import setting as setting
     from ffd_lightning.training.module import FfdModule as FfdModule

@@ -11,17 +11,17 @@ import pickle
 import warnings
 import zipfile
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import torch
 
+from ffd_lightning.components import OWN, Component
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
-from ffd_lightning.registry import Part
 
 if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
     from ffd_lightning.data.datamodule import FfdDataModule
@@ -86,10 +86,11 @@ def model_entry(
     network: TemplateFfdNetwork, data: FfdDataModule, record: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return what a checkpoint needs beside the weights, for `load_model`."""
-    part = network.encoder.part
+    made_of = network.encoder.component
+    named = ("kind", "name", "settings", "provider")
     content = {
         "network": network.description(),
-        "encoder": None if part is None else asdict(part),
+        "encoder": None if made_of is None else {n: getattr(made_of, n) for n in named},
         "templates": data.bank.state(),
         "object_fill": data.object_fill,
         "render": data.render.to_json(),
@@ -105,7 +106,7 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
     Args:
         checkpoint: the file.
         network: to give the weights to, where the checkpoint cannot name its encoder: one that was
-            not built by the registry.
+            made of no component.
 
     Raises:
         ConfigError: there is no such file, it is of another version, or its encoder comes from a
@@ -126,25 +127,38 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
         fill = float(content["object_fill"] if old is None else old["fill"])
         render = RenderSettings.from_json(content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
-        sizes, named = dict(content["network"]), content["encoder"]
-        part = None if named is None else Part(**named)
+        sizes, encoder = dict(content["network"]), encoder_component(content)
     except _DAMAGED as error:
         reason = str(error).split("\n")[0]
         raise ConfigError(
             f"the checkpoint {checkpoint} is of another version or damaged ({reason})"
         ) from None
     if network is None:
-        if part is None:
+        if encoder is None:
             raise ConfigError(
-                f"the encoder of {checkpoint} was not built by name, so nobody can build it again: "
-                "pass network=..., or train with part('encoder', NAME, ...)"
+                f"the encoder of {checkpoint} is no component, so nobody can build it again: pass "
+                "network=..., or put @component('encoder', NAME) above its class"
             )
-        network = rebuild_network(part, sizes)
+        network = rebuild_network(encoder, sizes)
     step = _put_weights(network, state, checkpoint)
     return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
 
 
-def rebuild_network(encoder: Part, sizes: dict[str, Any]) -> TemplateFfdNetwork:
+def encoder_component(content: Mapping[str, Any]) -> Component | None:
+    """Return what the encoder of a checkpoint's `model` was made of, None if it was no component.
+
+    First weights are void: the checkpoint brings its own. Earlier versions kept them as settings.
+    """
+    named = content["encoder"]
+    if named is None:
+        return None
+    first = {"mobilenet": "weights", "timm": "pretrained"} if named["provider"] == OWN else {}
+    void = first.get(named["name"])
+    settings = {key: value for key, value in named["settings"].items() if key != void}
+    return Component(str(named["kind"]), str(named["name"]), settings, str(named["provider"]))
+
+
+def rebuild_network(encoder: Component, sizes: dict[str, Any]) -> TemplateFfdNetwork:
     """Build the network that `TemplateFfdNetwork.description` describes, for trained weights."""
     height, width = sizes["image_size"]
     seen = shrunk_size((height, width), sizes.get("shrink", 1))

@@ -10,6 +10,7 @@ Nothing heavy is imported here: built-in components are imported when they are a
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import difflib
 import functools
@@ -23,6 +24,7 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
@@ -34,7 +36,7 @@ from ffd_lightning.errors import ConfigError
 log = logging.getLogger(__name__)
 
 _Target = TypeVar("_Target", bound=Callable[..., Any])
-MISSING = "???"
+MISSING: Any = "???"
 """The default of a setting that must be given, as OmegaConf writes it."""
 OWN = "ffd_lightning"
 ENTRY_POINTS = "ffd_lightning.plugins"
@@ -56,6 +58,13 @@ class Kind:
     built_in: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
 
+def _of(module: str, **classes: str) -> dict[str, str]:
+    return {name: f"{module}:{target}" for name, target in classes.items()}
+
+
+_SCALED = "ffd_lightning.evaluation.protocols.scaled:ScaledProtocol"
+_SPEED = ("fused", "foreach", "capturable", "differentiable", "maximize")  # of torch's optimizers
+
 KINDS: dict[str, Kind] = {
     "encoder": Kind(
         "turns images into a feature map",
@@ -65,16 +74,90 @@ KINDS: dict[str, Kind] = {
             "timm": "ffd_lightning.nn.encoders.timm:TimmEncoder",
         },
     ),
-    "term": Kind("a term of the objective"),
-    "selection": Kind("how template weights are taught"),
-    "augmentation": Kind("changes training images"),
-    "template_strategy": Kind("how templates are chosen"),
-    "source": Kind("where shapes come from"),
-    "split": Kind("which shapes are trained on, validated on, tested on"),
-    "protocol": Kind("how predictions are measured"),
-    "optimizer": Kind("moves the weights", ("params", "lr")),
-    "lr_schedule": Kind("changes the learning rate", ("optimizer", "total_steps")),
-    "callback": Kind("watches the training, or takes part in it"),
+    "term": Kind(
+        "a term of the objective",
+        built_in=_of(
+            "ffd_lightning.losses.terms",
+            chamfer="Chamfer",
+            mean_chamfer="MeanChamfer",
+            lattice_bending="LatticeBending",
+            lattice_folding="LatticeFolding",
+            negative_entropy="NegativeEntropy",
+            offset_penalty="OffsetPenalty",
+            uniform_penalty="UniformPenalty",
+        )
+        | _of("ffd_lightning.losses.transport", sliced_wasserstein="SlicedWasserstein"),
+    ),
+    "selection": Kind(
+        "how template weights are taught",
+        built_in=_of(
+            "ffd_lightning.losses.selection", weighted="WeightedCosts", posterior="PosteriorTaught"
+        ),
+    ),
+    "augmentation": Kind(
+        "changes training images",
+        built_in=_of("ffd_lightning.imaging.augmentation", none="Unchanged", photo="Photo"),
+    ),
+    "template_strategy": Kind(
+        "how templates are chosen",
+        built_in=_of(
+            "ffd_lightning.data.templates.strategies",
+            auto="AutoStrategy",
+            paper="PaperStrategy",
+            medoids="MedoidStrategy",
+            diverse="DiverseStrategy",
+            random="RandomStrategy",
+            listed="ListedStrategy",
+            ranking="RankingStrategy",
+        ),
+    ),
+    "source": Kind(
+        "where shapes come from",
+        ("image_size",),
+        {
+            "procedural": "ffd_lightning.data.sources.procedural:ProceduralSource",
+            "folder": "ffd_lightning.data.sources.folder:FolderSource",
+            "modelnet": "ffd_lightning.data.sources.modelnet:ModelNetSource",
+            "pix3d": "ffd_lightning.data.sources.pix3d:pix3d",
+            "shapenet": "ffd_lightning.data.sources.shapenet:shapenet",
+        },
+    ),
+    "split": Kind(
+        "which shapes are trained on, validated on, tested on",
+        built_in=_of(
+            "ffd_lightning.data.splits",
+            hash="HashSplit",
+            auto="AutoSplit",
+            r2n2="R2n2Split",
+            listed="ListedSplit",
+        ),
+    ),
+    "protocol": Kind(
+        "how predictions are measured",
+        ("name",),
+        {
+            "paper": "ffd_lightning.evaluation.protocols.paper:PaperProtocol",
+            "modern": "ffd_lightning.evaluation.protocols.modern:ModernProtocol",
+            **dict.fromkeys(("pixel2mesh", "atlasnet", "mesh_rcnn", "occnet"), _SCALED),
+            "parts": "ffd_lightning.evaluation.protocols.parts:PartProtocol",
+        },
+    ),
+    "optimizer": Kind(
+        "moves the weights",
+        ("params", "lr", *_SPEED),
+        _of("torch.optim", adam="Adam", adamw="AdamW", sgd="SGD"),
+    ),
+    "lr_schedule": Kind(
+        "what becomes of the learning rate over the run",
+        ("optimizer", "total_steps"),
+        _of(
+            "ffd_lightning.training.schedules",
+            none="constant",
+            cosine="cosine",
+            one_cycle="one_cycle",
+        ),
+    ),
+    "callback": Kind("takes part in the training"),
 }
 """Everything that can be replaced, and what it does."""
 
@@ -102,7 +185,6 @@ class Setting:
     help: str = ""
 
 
-@functools.cache
 def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting]:
     """Return the settings that a signature declares, by name.
 
@@ -110,8 +192,13 @@ def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting
         target: a class or function; of a dataclass, the fields.
         context: parameters that are handed over, and no settings.
     """
+    return _settings_of(target, context)
+
+
+@functools.cache
+def _settings_of(target: Any, context: tuple[str, ...]) -> dict[str, Setting]:
     helps = _helps(target)
-    factories = {}
+    factories: dict[str, Any] = {}
     if dataclasses.is_dataclass(target):
         factories = {f.name: f.default_factory for f in dataclasses.fields(target)}
     found = {}
@@ -152,7 +239,7 @@ def _helps(target: Any) -> dict[str, str]:
     found: dict[str, str] = {}
     for each in reversed(_classes(target)):
         for doc in (
-            each.__dict__.get("__doc__"),
+            each.__dict__.get("__doc__") if inspect.isclass(each) else each.__doc__,
             getattr(each.__dict__.get("__init__"), "__doc__", None),
         ):
             for p in parse(doc or "").params:
@@ -183,6 +270,8 @@ def plain(value: Any) -> Any:
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Path):
         return str(value)
+    if isinstance(value, Enum):
+        return value.name
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
     if isinstance(value, Mapping):
@@ -213,10 +302,14 @@ def typed(hint: Any, value: Any, where: str) -> Any:
     if origin is Literal:
         if any(value == each and type(value) is type(each) for each in args):
             return value
+    elif isinstance(hint, type) and issubclass(hint, Enum):
+        args = tuple(hint.__members__)
+        if isinstance(value, hint) or value in args:
+            return value if isinstance(value, hint) else hint[value]
     elif dataclasses.is_dataclass(hint):
         if isinstance(value, Mapping):
             return build(hint, value, where)
-        if isinstance(value, hint):
+        if isinstance(value, typing.cast(type, hint)):
             return value
     elif origin in (list, tuple) or hint in (list, tuple):
         if isinstance(value, list | tuple):
@@ -233,10 +326,11 @@ def typed(hint: Any, value: Any, where: str) -> Any:
             return float(value)
     elif hint is str or hint is Path:
         if isinstance(value, str | int | float | Path) and not isinstance(value, bool):
-            return Path(value).expanduser() if hint is Path else str(value)
+            return Path(str(value)).expanduser() if hint is Path else str(value)
     else:
         return value
-    close = difflib.get_close_matches(str(value), map(str, args), 1) if origin is Literal else []
+    words = args if origin is Literal or described(hint).startswith("one of") else ()
+    close = difflib.get_close_matches(str(value), map(str, words), 1)
     meant = f" Did you mean {close[0]}?" if close else ""
     raise ConfigError(f"{where}={written(value)} must be {described(hint)}.{meant}".rstrip("."))
 
@@ -263,6 +357,7 @@ def _known(hint: Any) -> bool:
         hint in (bool, int, float, str, Path, list, tuple, dict)
         or get_origin(hint) is not None
         or dataclasses.is_dataclass(hint)
+        or (isinstance(hint, type) and issubclass(hint, Enum))
     )
 
 
@@ -284,6 +379,8 @@ def described(hint: Any) -> str:
     origin, args = get_origin(hint), get_args(hint)
     if origin is Literal:
         return f"one of {', '.join(map(written, args))}"
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return f"one of {', '.join(hint.__members__)}"
     if origin in (typing.Union, types.UnionType):
         return " or ".join(described(each) for each in args if each is type(None) or _known(each))
     if origin in (list, tuple) or hint in (list, tuple):
@@ -306,7 +403,7 @@ def written(value: Any) -> str:
         return str(value).lower()
     if isinstance(value, list | tuple):
         return f"[{','.join(map(written, value))}]"
-    return str(value)
+    return str(plain(value))
 
 
 def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -330,9 +427,33 @@ def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> 
         needs = ", ".join(f"{dot}{key}=..." for key in missing)
         raise ConfigError(f"these settings must be given: {needs}")
     return {
-        key: typed(s.hint, given[key], f"{dot}{key}") if key in given else s.default
+        key: typed(s.hint, given[key], f"{dot}{key}") if key in given else copy.deepcopy(s.default)
         for key, s in known.items()
     }
+
+
+def check_ranges(values: Mapping[str, Any], /, **within: str) -> None:
+    """Make sure that settings lie in intervals; for constructors and `__post_init__`.
+
+    Args:
+        values: by name: `vars(self)` or `locals()`. Of a list each number counts; None passes.
+        within: intervals by name: "[0, inf)", "(0, 1]".
+
+    Raises:
+        ValueError: one does not; the message begins with its name.
+    """
+    for name, interval in within.items():
+        low, high = interval[1:-1].split(", ")
+        value = values[name]
+        for number in value if isinstance(value, list | tuple) else (value,):
+            if number is None:
+                continue
+            above = float(low) < number if interval[0] == "(" else float(low) <= number
+            below = number < float(high) if interval[-1] == ")" else number <= float(high)
+            if not (above and below):
+                bound = f"be above {low}" if interval[0] == "(" else f"be {low} or more"
+                must = f"lie in {interval}" if above or high != "inf" else bound
+                raise ValueError(f"{name}={written(value)} must {must}")
 
 
 def _same(value: Any, word: str) -> bool:
@@ -371,13 +492,21 @@ def build(
     absent = [n for n in names if n in parameters and n not in handed]
     if absent := [n for n in absent if parameters[n].default is inspect.Parameter.empty]:
         raise ConfigError(f"{where} must be given {', '.join(f'{n}=...' for n in absent)}")
+    return called(target, where, **settings, **handed)
+
+
+def called(target: Any, place: str, /, **given: Any) -> Any:
+    """Call a constructor: its "width=0 must be ..." is "encoder.width=0 must be ..." to users.
+
+    Raises:
+        ConfigError: it refuses what it is given.
+    """
     try:
-        return target(**settings, **handed)
-    except ConfigError:
-        raise
-    except ValueError as error:  # "width=0 must be ..." is "encoder.width=0 must be ..." to users
-        own = str(error).partition("=")[0] in settings
-        raise ConfigError(f"{where}{'.' if own else ': '}{error}") from error
+        return target(**given)
+    except ValueError as error:
+        own = str(error).partition("=")[0] in given
+        prefix = f"{place}{'.' if own else ': '}" if place else ""
+        raise ConfigError(f"{prefix}{error}") from error
 
 
 # --- registering and finding ----------------------------------------------------------------------

@@ -14,8 +14,7 @@ import pytest
 import torch
 
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import compose_config
-from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -34,8 +33,8 @@ TINY = (
     "schedule.steps=8",
     "schedule.batch_size=4",
     "schedule.num_points=64",
-    "schedule.val_every=4",
-    "schedule.checkpoint_every=2",
+    "trainer.val_every=4",
+    "trainer.checkpoint_every=2",
     "preparation.workers=2",
     "trainer=cpu",
     "trainer.progress_bar=false",

@@ -62,7 +62,7 @@ def test_a_training_step_and_its_parts_are_timed(monkeypatch):
     logger = logging.getLogger("lightning.pytorch")
     monkeypatch.setattr(logger, "setLevel", lambda _: None)  # for other tests
     rows = {row.name: row for row in training_step.measure(CPU, quick=True)}
-    assert {"full step", "full step, data.residency=device", "part: batch"} <= set(rows)
+    assert {"full step", "full step, trainer.residency=device", "part: batch"} <= set(rows)
     assert all(row.seconds > 0 for row in rows.values())
 
 

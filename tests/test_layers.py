@@ -17,7 +17,6 @@ RANK = {
     "progress": 0,
     "terminal": 0,
     "run_folder": 0,
-    "registry": 0,
     "components": 0,
     "geometry": 0,
     "shapes": 1,

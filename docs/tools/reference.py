@@ -1,19 +1,17 @@
-"""The pages on settings and commands, made of the schemas and of the commands' own help."""
+"""The pages on settings and commands, made of signatures and of the commands' own help."""
 
 from __future__ import annotations
 
-import dataclasses
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
-from typing import Any
 
-from ffd_lightning import registry
-from ffd_lightning.app.config import COMMON, GROUPS, TrainConfig
-from ffd_lightning.app.help import default_text, first_comment, option_files
+from ffd_lightning.app.config import LISTS, TrainConfig
+from ffd_lightning.app.help import Group, groups_of
 from ffd_lightning.app.main import COMMANDS, run
-from ffd_lightning.app.settings import setting_meanings
+from ffd_lightning.app.settings import default_text
+from ffd_lightning.components import Setting
 
 ELSEWHERE = {
     "architecture.md": "ARCHITECTURE.md",
@@ -25,11 +23,10 @@ ELSEWHERE = {
 """Pages of the site that lie elsewhere in the project."""
 
 CONF = Path(__file__).parents[2] / "conf"
-_NESTED = {**GROUPS, "regime.terms": "term"}
 
 
 def settings_page() -> str:
-    """Return the page on everything that `train` can be told, made of its schema."""
+    """Return the page on everything that `train` can be told, made of what signatures say."""
     lines = [
         "# Settings",
         "",
@@ -39,82 +36,41 @@ def settings_page() -> str:
         "`prepare` and `doctor` take the groups `category`, `data`, `preparation` and `paths`; the "
         "settings of all other commands are under [Commands](commands.md).",
         "",
-        "This page is made of the code's schemas when the documentation is built.",
+        "This page is made of the code's signatures when the documentation is built.",
         "",
     ]
-    fields = dataclasses.fields(TrainConfig)
-    plain = [f for f in fields if not _is_group(f)]
-    told = setting_meanings(TrainConfig)
-    lines += ["## Of the whole run", "", *_table(plain, told, "", {"provided", "base"})]
-    for f in fields:
-        if _is_group(f):
-            lines += _group(f)
+    for group in groups_of(TrainConfig, [CONF]):
+        lines += _group(group)
     return "\n".join(lines)
 
 
-def _is_group(f: dataclasses.Field[Any]) -> bool:
-    return f.name in GROUPS or _schema(f) is not None
+def _group(group: Group) -> Iterator[str]:
+    level = "##" if "." not in group.place else "###"
+    yield from (f"{level} {f'`{group.place}`' if group.place else 'Of the whole run'}", "")
+    yield from (_text(f"{group.meaning}"), "")
+    prefix = f"{group.place}." if group.place else ""
+    chosen = f"{group.place.replace('.', '/')}="
+    if group.place in LISTS:
+        prefix, chosen = f"{prefix}LABEL.", f"{chosen[:-1].removesuffix('s')}="
+    plain = [option for option in group.options if not (option.summary or option.settings)]
+    told = [option for option in group.options if option not in plain]
+    if plain:
+        yield from (f"`{chosen}` one of {', '.join(f'`{o.name}`' for o in plain)}.", "")
+    for option in told:
+        yield from (f"**`{chosen}{option.name}`**", "", _text(option.summary), "")
+        yield from _table(option.settings, prefix)
+    if group.options and group.settings:
+        yield from ("All options:", "")
+    yield from _table(group.settings, prefix)
 
 
-def _schema(f: dataclasses.Field[Any]) -> type[Any] | None:
-    made: Any = f.default_factory
-    return made if isinstance(made, type) and dataclasses.is_dataclass(made) else None
-
-
-def _group(f: dataclasses.Field[Any]) -> Iterator[str]:
-    yield from (f"## `{f.name}`", "")
-    schema = _schema(f)
-    if schema is not None:
-        yield from (_first_paragraph(schema), "")
-        files = option_files(f.name, [CONF])
-        told = [p for p in files if first_comment(p)]
-        if plain := [f"`{p.stem}`" for p in files if p not in told]:
-            yield from (f"`{f.name}=` one of {', '.join(plain)}{', or:' if told else '.'}", "")
-        if told:
-            yield from ("| option | |", "|---|---|")
-            yield from (f"| `{f.name}={p.stem}` | {_text(first_comment(p))} |" for p in told)
-            yield ""
-        yield from _schema_table(schema, f.name)
-    for name, kind in _NESTED.items():
-        if name == f.name or name.startswith(f"{f.name}."):
-            yield from _parts(name, kind)
-
-
-def _parts(group: str, kind: str) -> Iterator[str]:
-    if "." in group:
-        yield from (f"### `{group}`", "")
-    yield from (f"{registry.KINDS[kind].capitalize()}.", "")
-    prefix = f"{group}.LABEL" if kind == "term" else group
-    if kind in COMMON:
-        yield from ("All options:", "", *_schema_table(COMMON[kind], prefix))
-    for entry in registry.entries(kind):
-        chosen = f"{prefix}.term={entry.name}" if kind == "term" else f"{group}={entry.name}"
-        yield from (f"**`{chosen.replace('regime.selection=', 'regime/selection=')}`**", "")
-        yield from (_text(entry.summary), "")
-        yield from _schema_table(entry.settings, prefix)
-
-
-def _schema_table(schema: type[Any], prefix: str) -> Iterator[str]:
-    fields = dataclasses.fields(schema)
-    inner = {f.name: _schema(f) for f in fields}
-    own = [f for f in fields if inner[f.name] is None and f.default_factory is not dict]
-    own = [f for f in own if f"{prefix}.{f.name}" not in _NESTED]
-    yield from _table(own, setting_meanings(schema), f"{prefix}.", set())
-    for name, nested in inner.items():
-        if nested is not None:
-            yield from _schema_table(nested, f"{prefix}.{name}")
-
-
-def _table(
-    fields: list[dataclasses.Field[Any]], told: dict[str, str], prefix: str, hidden: set[str]
-) -> Iterator[str]:
-    shown = [f for f in fields if f.name not in hidden]
-    if not shown:
+def _table(settings: Mapping[str, Setting], prefix: str) -> Iterator[str]:
+    if not settings:
         return
     yield from ("| setting | default | |", "|---|---|---|")
-    for f in shown:
-        values = " ".join(f"`{value}`" for value in default_text(f).split("|") if value)
-        yield f"| `{prefix}{f.name}` | {values} | {_text(told.get(f.name, ''))} |"
+    for name, setting in settings.items():
+        values = " ".join(f"`{value}`" for value in default_text(setting).split("|") if value)
+        yield f"| `{prefix}{name}` | {values} | {_text(setting.help)} |"
     yield ""
 
 
@@ -122,10 +78,6 @@ def _text(told: str) -> str:
     """Return what a docstring says as a sentence for a page."""
     told = told[:1].upper() + told[1:]
     return told.replace("<", "&lt;").replace("|", "&#124;")
-
-
-def _first_paragraph(schema: type[Any]) -> str:
-    return (schema.__doc__ or "").split("\n\n")[0].strip()
 
 
 def commands_page() -> str:

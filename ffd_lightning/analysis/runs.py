@@ -28,7 +28,6 @@ COLUMN_KEYS = {
 _NOT_DECIDING = (
     *("seed", "name", "restart", "base", "plugins", "provided", "paths", "preparation", "trainer"),
     *("logger", "callbacks", "protocol", "evaluation"),
-    *("data.residency", "schedule.val_every", "schedule.checkpoint_every"),
 )  # settings, and groups of them, of where, how fast and how measured; see `decides`
 _HOW = ("format", "protocol", "all_views", "seed")  # in `summary.json`: decide scores, with weights
 

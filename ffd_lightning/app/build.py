@@ -7,17 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from lightning import Callback
 from torch.optim import Optimizer
-from torch.optim.lr_scheduler import CosineAnnealingLR, LRScheduler, OneCycleLR
+from torch.optim.lr_scheduler import LRScheduler
+from torch.optim.optimizer import ParamsT
 
-from ffd_lightning import registry
-from ffd_lightning.app.config import (
-    GROUPS,
-    LearningRateDecay,
-    PrepareConfig,
-    RegimeConfig,
-    TrainConfig,
-)
+from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig
+from ffd_lightning.app.first_weights import load_first_weights
+from ffd_lightning.components import Component
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.base import Source
@@ -31,13 +28,6 @@ from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 from ffd_lightning.training.module import FfdModule
 
-_WARM_UP = 0.1  # of a training, to the highest rate of one_cycle
-
-
-def build_part(group: str, node: Any, **context: Any) -> Any:
-    """Build what a group of the configuration chooses."""
-    return registry.get(GROUPS[group], node.name).build(node, **context)
-
 
 def category_names(cfg: PrepareConfig) -> tuple[str, ...]:
     """Return the categories that are trained on together, mostly one."""
@@ -46,8 +36,7 @@ def category_names(cfg: PrepareConfig) -> tuple[str, ...]:
 
 def build_source(cfg: PrepareConfig) -> Source:
     """Return the source of shapes; nothing is read yet."""
-    size = (cfg.data.render.height, cfg.data.render.width)
-    source: Source = build_part("data", cfg.data, image_size=size)
+    source: Source = cfg.data.build(image_size=(cfg.data.render.height, cfg.data.render.width))
     _expect(source, Source, f"data={cfg.data.name}")
     return source if cfg.data.limit is None else LimitedSource(source, cfg.data.limit)
 
@@ -71,20 +60,15 @@ def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
 
 def build_data(cfg: TrainConfig) -> FfdDataModule:
     """Return the data module; nothing is read yet."""
-    strategy = build_part("template_strategy", cfg.template_strategy)
-    _expect_function(strategy, f"template_strategy={cfg.template_strategy.name}")
-    split = build_part("split", cfg.split)
-    _expect_function(split, f"split={cfg.split.name}")
-    augmentation = build_part("augmentation", cfg.augmentation)
-    if cfg.augmentation.name != "none":
-        _expect_function(augmentation, f"augmentation={cfg.augmentation.name}")
+    # Without an augmentation images are used without their coverage, which is not even kept.
+    augmentation = None if cfg.augmentation.name == "none" else _function(cfg.augmentation)
     return FfdDataModule(
         category_names(cfg),
         build_source(cfg),
         num_templates=cfg.templates.count,
-        template_strategy=strategy,
+        template_strategy=_function(cfg.template_strategy),
         hold_out=cfg.templates.hold_out,
-        split=split,
+        split=_function(cfg.split),
         val_fraction=cfg.split.val_fraction,
         drop_outliers=cfg.split.drop_outliers,
         degrees=cfg.network.degrees,
@@ -96,25 +80,40 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         cloud_points=cfg.data.num_points,
         root=cfg.paths.data,
         augmentation=augmentation,
-        residency=cfg.data.residency.value,
+        residency=cfg.trainer.residency,
         num_workers=cfg.trainer.num_workers,
         prepare_workers=cfg.preparation.workers,
         prepare_timeout=cfg.preparation.timeout,
     )
 
 
+def _seen(cfg: TrainConfig) -> tuple[tuple[int, int], int, tuple[int, int]]:
+    """Return the size of images, by how much they are shrunk, and what the encoder sees."""
+    size = (cfg.data.render.height, cfg.data.render.width)
+    shrink = max(1, size[0] // (cfg.network.seen_height or size[0]))
+    return size, shrink, shrunk_size(size, shrink)
+
+
+def build_encoder(cfg: TrainConfig) -> ImageEncoder:
+    """Return the encoder with its first weights.
+
+    Raises:
+        ConfigError: it is none, or has no such weights.
+    """
+    seen = _seen(cfg)[2]
+    momentum = cfg.network.batch_norm_momentum
+    encoder: ImageEncoder = cfg.encoder.build(image_size=seen, batch_norm_momentum=momentum)
+    _expect(encoder, ImageEncoder, f"encoder={cfg.encoder.name}")
+    load_first_weights(encoder, cfg.encoder.first_weights)
+    _check_feature_map(encoder, seen, f"encoder={cfg.encoder.name}")
+    return encoder
+
+
 def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     """Return the network, weights drawn from torch's global seed."""
-    image_size = (cfg.data.render.height, cfg.data.render.width)
-    momentum = cfg.network.batch_norm_momentum
-    shrink = max(1, image_size[0] // (cfg.network.seen_height or image_size[0]))
-    seen = shrunk_size(image_size, shrink)
-    encoder = build_part("encoder", cfg.encoder, image_size=seen, batch_norm_momentum=momentum)
-    _expect(encoder, ImageEncoder, f"encoder={cfg.encoder.name}")
-    _check_feature_map(encoder, seen, f"encoder={cfg.encoder.name}")
-    mirrored = cfg.regime.mirror_offsets and cfg.category.symmetric
+    image_size, shrink, _ = _seen(cfg)
     return TemplateFfdNetwork(
-        encoder,
+        build_encoder(cfg),
         image_size=image_size,
         num_templates=cfg.templates.count,
         num_control_points=num_control_points(cfg.network.degrees),
@@ -122,78 +121,136 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
         hidden=cfg.network.hidden,
         min_weight=cfg.regime.min_weight,
         offset_std=cfg.network.offset_std,
-        batch_norm_momentum=momentum,
+        batch_norm_momentum=cfg.network.batch_norm_momentum,
         shrink=shrink,
-        mirror_degrees=cfg.network.degrees if mirrored else None,
+        mirror_degrees=cfg.network.degrees if cfg.regime.mirror_offsets else None,
     )
 
 
 def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:
     """Return a regime as a loss."""
-    terms = {}
-    for label, node in regime.terms.items():
-        term = registry.get("term", node.term).build(node)
-        _expect_function(term, f"the term {node.term}")
-        annealing = make_annealing(node.annealing.value, annealing_steps)
-        terms[label] = WeightedTerm(term, node.weight, annealing)
-    selection = build_part("regime.selection", regime.selection)
-    _expect_function(selection, f"regime/selection={regime.selection.name}")
-    return Objective(terms, selection)
+    terms = {
+        label: WeightedTerm(
+            _function(term), term.weight, make_annealing(term.annealing, annealing_steps)
+        )
+        for label, term in regime.terms.items()
+    }
+    return Objective(terms, _function(regime.selection))
+
+
+def regime(name: str, *overrides: str, annealing_steps: float = 10_000) -> Objective:
+    """Return the objective of a regime of `conf/regime`, for scripts of your own.
+
+    Args:
+        name: b, w, e, r, ...
+        overrides: as on the command line, without the group: `terms.offset_penalty.weight=2`,
+            `term=[my_term]`, `selection=my_selection`.
+        annealing_steps: b_0, over which annealed weights fade by a factor of e.
+
+    Raises:
+        HydraException: no such regime.
+        ConfigError: overrides that do not fit.
+    """
+    from ffd_lightning.app.configuration import compose_config, typed_config
+
+    own = [f"regime={name}", *(_in_regime(override) for override in overrides)]
+    cfg = typed_config(compose_config("train", TrainConfig, own), TrainConfig)
+    return build_objective(cfg.regime, annealing_steps)
+
+
+def _in_regime(override: str) -> str:
+    """Put the group before an override, behind the signs that it begins with.
+
+    >>> _in_regime("+terms.smoothness.weight=1"), _in_regime("selection=taught")
+    ('+regime.terms.smoothness.weight=1', 'regime/selection=taught')
+    """
+    rest = override.lstrip("+~")
+    signs = override.removesuffix(rest)
+    return f"{signs}regime{'/' if rest.startswith(('selection=', 'term=')) else '.'}{rest}"
 
 
 def build_module(
     cfg: TrainConfig, network: TemplateFfdNetwork, record: dict[str, Any]
 ) -> FfdModule:
     """Return what is trained."""
-    schedule = cfg.schedule
+    constant = cfg.lr_schedule.name == "none"
     return FfdModule(
         network,
-        build_objective(cfg.regime, schedule.annealing_steps),
-        optimizer=partial(torch.optim.Adam, lr=schedule.learning_rate, fused=True),
-        scheduler=_SCHEDULERS[schedule.learning_rate_decay],
-        offset_rate=schedule.offset_rate,
+        build_objective(cfg.regime, cfg.schedule.annealing_steps),
+        optimizer=partial(_optimizer, cfg.optimizer, cfg.schedule.learning_rate),
+        scheduler=None if constant else partial(_lr_schedule, cfg.lr_schedule),
+        offset_rate=cfg.schedule.offset_rate,
         seed=cfg.seed,
         record=record,
     )
 
 
-def _cosine(optimizer: Optimizer, steps: int) -> LRScheduler:
-    return CosineAnnealingLR(optimizer, T_max=steps)
+def _optimizer(chosen: Component, rate: float, params: ParamsT) -> Optimizer:
+    made: Optimizer = chosen.build(params=params, lr=rate, fused=True)
+    return made
 
 
-def _one_cycle(optimizer: Optimizer, steps: int) -> LRScheduler:
-    highest = [group["lr"] for group in optimizer.param_groups]
-    # OneCycleLR divides by the steps of the warm-up less one; of fewer steps it makes no warm-up.
-    share = 0.0 if steps * _WARM_UP == 1 else _WARM_UP
-    return OneCycleLR(optimizer, highest, total_steps=steps, pct_start=share, cycle_momentum=False)
+def _lr_schedule(chosen: Component, optimizer: Optimizer, total_steps: int) -> LRScheduler:
+    made: LRScheduler = chosen.build(optimizer=optimizer, total_steps=total_steps)
+    return made
 
 
-_SCHEDULERS = {
-    LearningRateDecay.none: None,
-    LearningRateDecay.cosine: _cosine,
-    LearningRateDecay.one_cycle: _one_cycle,
-}
+def build_callbacks(cfg: TrainConfig) -> list[Callback]:
+    """Return the callbacks that are chosen by name."""
+    found = [chosen.build() for chosen in cfg.callback.values()]
+    for label, made in zip(cfg.callback, found, strict=True):
+        _expect(made, Callback, f"callback.{label}")
+    return found
 
 
-def build_protocol(node: Any) -> EvaluationProtocol:
+def build_protocol(chosen: Component) -> EvaluationProtocol:
     """Return how predictions are measured.
 
     Raises:
         ConfigError: it is no protocol, or does not call itself by the name that it is registered
             under.
     """
-    protocol: EvaluationProtocol = build_part("protocol", node)
-    _expect(protocol, EvaluationProtocol, f"protocol={node.name}")
+    protocol: EvaluationProtocol = chosen.build(name=chosen.name)
+    _expect(protocol, EvaluationProtocol, f"protocol={chosen.name}")
     if "__dataclass_params__" not in vars(type(protocol)):  # else its settings would not be known
         raise ConfigError(
-            f"protocol={node.name} gives a {type(protocol).__name__}, which is no dataclass: put "
+            f"protocol={chosen.name} gives a {type(protocol).__name__}, which is no dataclass: put "
             "@dataclass(frozen=True) above the class"
         )
     if not protocol.measures:
-        raise ConfigError(f"protocol={node.name} has no measures: it needs one at least")
-    if protocol.name != node.name:
-        raise ConfigError(f"protocol {node.name!r} calls itself {protocol.name!r}: use one name")
+        raise ConfigError(f"protocol={chosen.name} has no measures: it needs one at least")
+    if protocol.name != chosen.name:
+        raise ConfigError(f"protocol {chosen.name!r} calls itself {protocol.name!r}: use one name")
     return protocol
+
+
+def build_all(cfg: TrainConfig) -> None:
+    """Build whatever a training needs but its data, to see that it can be built.
+
+    Raises:
+        ConfigError: something cannot.
+    """
+    with torch.random.fork_rng(devices=[]):
+        build_data(cfg)
+        build_encoder(cfg)
+        build_objective(cfg.regime, cfg.schedule.annealing_steps)
+        weights = [torch.nn.Parameter(torch.zeros(1))]
+        optimizer = _optimizer(cfg.optimizer, cfg.schedule.learning_rate, weights)
+        _lr_schedule(cfg.lr_schedule, optimizer, cfg.schedule.steps)
+        build_callbacks(cfg)
+        build_protocol(cfg.protocol)
+
+
+def _function(chosen: Component) -> Any:
+    """Build what is called later.
+
+    Raises:
+        ConfigError: it cannot be called.
+    """
+    made = chosen.build()
+    if not callable(made):
+        raise ConfigError(f"{chosen.where}: {chosen.name} is a {type(made).__name__}, no function")
+    return made
 
 
 def _expect(made: Any, kind: type[Any], what: str) -> None:
@@ -204,11 +261,6 @@ def _expect(made: Any, kind: type[Any], what: str) -> None:
     """
     if not isinstance(made, kind):
         raise ConfigError(f"{what} gives a {type(made).__name__}, not a {kind.__name__}")
-
-
-def _expect_function(made: Any, what: str) -> None:
-    if not callable(made):
-        raise ConfigError(f"the factory of {what} gives a {type(made).__name__}, not a function")
 
 
 def _check_feature_map(encoder: ImageEncoder, size: tuple[int, int], what: str) -> None:

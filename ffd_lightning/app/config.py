@@ -1,75 +1,129 @@
-"""The schema of the whole configuration, and the only defaults that no YAML file states.
+"""Settings that are no component's, and the only defaults that no YAML file states.
 
-A group's name, its package and its field here are the same word. Parts (`registry.KINDS`) have a
-schema per option: what `data=folder` can be told does not exist under `data=pix3d`. A misspelt key
-or a wrong type is refused before anything is built.
-
-A field made by `setting(only_where=True)` decides where or how fast something is computed, and not
-what comes out. Folder names, resuming and studies all derive from that (`identity`).
+A group's name, its package and its field here are the same word. Components (`components.KINDS`)
+declare their own settings; what is common to all of a kind, beside those, is declared here.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
-from typing import Any
+from typing import Any, Literal
 
-from omegaconf import MISSING
-
+from ffd_lightning import pretrained
+from ffd_lightning.components import MISSING, Component, check_ranges
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.registry import setting
+
+EMBEDDED_WIDTH = 0.25
+"""Of the encoder that comes with the package, a MobileNet."""
 
 
-class Residency(Enum):
-    """Where images and clouds are kept while training: files, or the device that trains."""
-
-    auto = "auto"
-    disk = "disk"
-    device = "device"
+# --- components, and what all of a kind have in common --------------------------------------------
 
 
-class LearningRateDecay(Enum):
-    """What becomes of the learning rate over the run."""
+@dataclass(frozen=True)
+class Data(Component):
+    """Where shapes come from, and what is kept of them.
 
-    none = "none"
-    cosine = "cosine"
-    one_cycle = "one_cycle"
+    Attributes:
+        limit: so many shapes of each category, evenly spread over their sorted ids; null for all.
+        num_points: surface samples kept of each shape.
+        render: the images.
+    """
 
+    limit: int | None = None
+    num_points: int = 16384
+    render: RenderSettings = field(default_factory=RenderSettings)
 
-class Annealing(Enum):
-    """What becomes of a term's weight over `schedule.annealing_steps`."""
-
-    constant = "constant"
-    exponential = "exponential"
-    linear = "linear"
-
-
-class Background(Enum):
-    """What tells a photograph's object from its background, where no mask is given."""
-
-    auto = "auto"
-    rembg = "rembg"
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), limit="(0, inf)", num_points="(0, inf)")
 
 
-class MeshColors(Enum):
-    """What the colours of a written mesh say."""
+@dataclass(frozen=True)
+class Split(Component):
+    """Which shapes are trained on, validated on, tested on.
 
-    material = "material"
-    parts = "parts"
+    Attributes:
+        val_fraction: share of the training shapes to validate on, where the split names none.
+        drop_outliers: leaves shapes that are like nothing else in their category out of all
+            subsets and of the choice of templates; of more than 1,000 shapes 1,000 are looked at.
+    """
+
+    val_fraction: float = 0.1
+    drop_outliers: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), val_fraction="[0, 1)")
 
 
-class Subset(Enum):
-    """Which shapes are evaluated."""
+@dataclass(frozen=True)
+class Encoder(Component):
+    """What turns images into a feature map.
 
-    val = "val"
-    test = "test"
+    Attributes:
+        weights: the first weights. mobilenet takes a Keras .h5 file, such as
+            mobilenet_2_5_192_tf_no_top.h5, or embedded: the encoder of the trained model that comes
+            with the package, which was trained on 13 categories of the embedded dataset, its shapes
+            to test on left out. timm takes pretrained, timm's own. none trains from scratch. Where
+            nothing is said, embedded is meant if it fits, else none; schedule=paper asks.
+    """
+
+    weights: str | None = None
+
+    @property
+    def first_weights(self) -> str:
+        """What `weights` means."""
+        width = self.settings.get("width")
+        fits = self.name == "mobilenet" and width == EMBEDDED_WIDTH and pretrained.MODEL.is_file()
+        return self.weights or ("embedded" if fits else "none")
 
 
-class RankedSubset(Enum):
-    """Which shapes' selections a run's ranking of its templates counts."""
+@dataclass(frozen=True)
+class Term(Component):
+    """A term of the objective under its weight.
 
-    val = "val"
-    train = "train"
+    Attributes:
+        weight: of the term; at 0 it is watched, and not minimised.
+        annealing: whether the weight fades: by a factor of e over `schedule.annealing_steps`
+            (`exponential`), or to nothing (`linear`).
+    """
+
+    weight: float = 1.0
+    annealing: Literal["constant", "exponential", "linear"] = "constant"
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), weight="[0, inf)")
+
+
+HOLDERS: dict[str, type[Component]] = {
+    "source": Data,
+    "split": Split,
+    "encoder": Encoder,
+    "term": Term,
+}
+"""Kinds whose components have settings in common."""
+
+GROUPS: dict[str, str] = {
+    "data": "source",
+    "split": "split",
+    "regime.selection": "selection",
+    "template_strategy": "template_strategy",
+    "augmentation": "augmentation",
+    "encoder": "encoder",
+    "optimizer": "optimizer",
+    "lr_schedule": "lr_schedule",
+    "protocol": "protocol",
+}
+"""The groups that choose one component, and of which kind."""
+
+LISTS: dict[str, str] = {"regime.terms": "term", "callback": "callback"}
+"""The places of several components, by labels of their own, and of which kind."""
+
+
+# --- groups that are no components ----------------------------------------------------------------
 
 
 @dataclass
@@ -79,58 +133,10 @@ class CategoryConfig:
     Attributes:
         name: of the category; a data set's own name or id for `category=custom`.
         members: categories that one network is trained on together; `name` is what they are called.
-        symmetric: whether the left of its objects mostly mirrors their right, as they face -z;
-            without that, `regime.mirror_offsets` is passed over.
     """
 
     name: str = MISSING
     members: list[str] | None = None
-    symmetric: bool = True
-
-
-@dataclass
-class CommonData:
-    """What all sources of shapes have in common.
-
-    Attributes:
-        limit: so many shapes of each category, evenly spread over their sorted ids; null for all.
-        num_points: surface samples kept of each shape.
-        residency: where images and clouds are kept while training.
-        render: the images.
-    """
-
-    limit: int | None = setting(None, within="(0, inf)")
-    num_points: int = setting(16384, within="(0, inf)")
-    residency: Residency = setting(Residency.auto, only_where=True)
-    render: RenderSettings = field(default_factory=RenderSettings)
-
-
-@dataclass
-class CommonSplit:
-    """What all splits have in common.
-
-    Attributes:
-        val_fraction: share of the training shapes to validate on, where the split names none.
-        drop_outliers: leaves shapes that are like nothing else in their category out of all
-            subsets and of the choice of templates; of more than 1,000 shapes 1,000 are looked at.
-    """
-
-    val_fraction: float = setting(0.1, within="[0, 1)")
-    drop_outliers: bool = False
-
-
-@dataclass
-class CommonTerm:
-    """What all terms of the objective have in common.
-
-    Attributes:
-        weight: of the term; at 0 it is watched, and not minimised.
-        annealing: whether the weight fades: by a factor of e over `schedule.annealing_steps`
-            (`exponential`), or to nothing (`linear`).
-    """
-
-    weight: float = setting(1.0, within="[0, inf)")
-    annealing: Annealing = Annealing.constant
 
 
 @dataclass
@@ -141,16 +147,20 @@ class RegimeConfig:
         name: of the regime, in folders and tables.
         min_weight: epsilon_gamma, the floor of the template weights, shared out among all.
         selection: how template weights are taught.
-        terms: of the objective, by the name that they are logged under; `term` is the registered
-            one, by default that name.
+        terms: of the objective, by the name that they are logged under; `term` is the component, by
+            default that name.
         mirror_offsets: averages offsets with their mirror image at the plane x = 0.
     """
 
-    name: str = MISSING
-    min_weight: float = setting(MISSING, within="[0, 1)")
-    selection: Any = MISSING
-    terms: dict[str, Any] = field(default_factory=dict)
+    name: str
+    min_weight: float
+    selection: Component
+    terms: Mapping[str, Term]
     mirror_offsets: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), min_weight="[0, 1)")
 
 
 @dataclass
@@ -165,10 +175,14 @@ class TemplatesConfig:
         max_edge: longest edge of subdivided meshes.
     """
 
-    name: str = MISSING
-    count: int = setting(MISSING, within="(0, inf)")
+    name: str
+    count: int
     hold_out: int | None = None
-    max_edge: float = setting(0.02, within="(0, inf)")
+    max_edge: float = 0.02
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), count="(0, inf)", max_edge="(0, inf)")
 
 
 @dataclass
@@ -180,7 +194,7 @@ class TemplateRankingConfig:
         all_views: every image of a shape counts instead of its first.
     """
 
-    subset: RankedSubset = RankedSubset.val
+    subset: Literal["val", "train"] = "val"
     all_views: bool = False
 
 
@@ -198,12 +212,24 @@ class NetworkConfig:
             whole factor that leaves so many pixels; null takes them as they are.
     """
 
-    bottleneck: int = setting(64, within="(0, inf)")
-    hidden: int = setting(512, within="(0, inf)")
-    degrees: tuple[int, int, int] = setting((3, 3, 3), within="[1, inf)")
-    offset_std: float = setting(1e-4, within="(0, inf)")
-    batch_norm_momentum: float = setting(0.1, within="(0, 1]")
-    seen_height: int | None = setting(None, within="[32, inf)")
+    bottleneck: int = 64
+    hidden: int = 512
+    degrees: tuple[int, int, int] = (3, 3, 3)
+    offset_std: float = 1e-4
+    batch_norm_momentum: float = 0.1
+    seen_height: int | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(
+            vars(self),
+            bottleneck="(0, inf)",
+            hidden="(0, inf)",
+            degrees="[1, inf)",
+            offset_std="(0, inf)",
+            batch_norm_momentum="(0, 1]",
+            seen_height="[32, inf)",
+        )
 
 
 @dataclass
@@ -215,8 +241,12 @@ class PreparationConfig:
         timeout: seconds after which a shape is given up and left out.
     """
 
-    workers: int = setting(0, only_where=True, within="[0, inf)")
-    timeout: float = setting(600.0, only_where=True, within="(0, inf]")
+    workers: int = 0
+    timeout: float = 600.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), workers="[0, inf)", timeout="(0, inf]")
 
 
 @dataclass
@@ -224,50 +254,92 @@ class ScheduleConfig:
     """How long and how fast to train. Everything that counts steps counts optimizer steps.
 
     Attributes:
+        name: of the schedule.
+        steps: of the training.
+        batch_size: images of a step.
+        num_points: of each cloud that a step compares.
+        learning_rate: of the optimizer; `lr_schedule` says what becomes of it.
         offset_rate: factor of the learning rate for the weights that turn an image into offsets.
+        annealing_steps: b_0, over which annealed terms fade.
     """
 
-    name: str = MISSING
-    steps: int = setting(MISSING, within="(0, inf)")
-    batch_size: int = setting(MISSING, within="[2, inf)")  # batch norm needs two
-    num_points: int = setting(MISSING, within="(0, inf)")
-    learning_rate: float = setting(MISSING, within="(0, inf)")
-    learning_rate_decay: LearningRateDecay = LearningRateDecay.none
-    offset_rate: float = setting(1.0, within="(0, inf)")
-    annealing_steps: float = setting(MISSING, within="(0, inf]")
-    val_every: int = setting(MISSING, only_where=True, within="(0, inf)")
-    checkpoint_every: int = setting(MISSING, only_where=True, within="(0, inf)")
+    name: str
+    steps: int
+    batch_size: int
+    num_points: int
+    learning_rate: float
+    annealing_steps: float
+    offset_rate: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        positive = "(0, inf)"
+        check_ranges(
+            vars(self),
+            steps=positive,
+            batch_size="[2, inf)",  # batch norm needs two
+            num_points=positive,
+            learning_rate=positive,
+            offset_rate=positive,
+            annealing_steps="(0, inf]",
+        )
 
 
 @dataclass
 class TrainerConfig:
-    """Where to train; passed to `lightning.Trainer`.
+    """Where to train, and how often to look; passed to `lightning.Trainer`.
 
     Attributes:
         accelerator, devices, strategy: see `lightning.Trainer`.
+        val_every: steps between validations.
+        checkpoint_every: steps between checkpoints.
         precision: `bf16-mixed` runs the network, and nothing else, in bfloat16.
+        residency: where images and clouds are kept while training: files, or the device that
+            trains.
         num_workers: the data loader's processes, by default none on the CPU and some beside a GPU.
         compile: has `torch.compile` fuse the encoder's layers.
         jobs_per_gpu: how many jobs of a sweep share a GPU.
         progress_bar: shows how far it is.
     """
 
-    accelerator: str = setting(MISSING, only_where=True)
-    devices: str = setting("1", only_where=True)
-    strategy: str = setting("auto", only_where=True)
+    accelerator: str
+    val_every: int
+    checkpoint_every: int
+    devices: str = "1"
+    strategy: str = "auto"
     precision: str = "32-true"
-    num_workers: int | None = setting(None, only_where=True, within="[0, inf)")
-    compile: bool = setting(False, only_where=True)
-    jobs_per_gpu: int = setting(1, only_where=True, within="(0, inf)")
-    progress_bar: bool = setting(True, only_where=True)
+    residency: Literal["auto", "disk", "device"] = "auto"
+    num_workers: int | None = None
+    compile: bool = False
+    jobs_per_gpu: int = 1
+    progress_bar: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(
+            vars(self),
+            val_every="(0, inf)",
+            checkpoint_every="(0, inf)",
+            num_workers="[0, inf)",
+            jobs_per_gpu="(0, inf)",
+        )
 
 
 @dataclass
 class LoggerConfig:
-    """What is logged, and every how many steps."""
+    """What is logged, and every how many steps.
 
-    tensorboard: bool = setting(True, only_where=True)
-    every: int = setting(20, only_where=True, within="(0, inf)")
+    Attributes:
+        tensorboard: writes TensorBoard's files.
+        every: how many steps.
+    """
+
+    tensorboard: bool = True
+    every: int = 20
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), every="(0, inf)")
 
 
 @dataclass
@@ -281,10 +353,15 @@ class CallbacksConfig:
         report: `report.html` at the end of a sweep.
     """
 
-    figure_examples: int = setting(6, only_where=True, within="[0, inf)")
-    training_examples: int = setting(2, only_where=True, within="[0, inf)")
-    training_figures: int = setting(3, only_where=True, within="[0, inf)")
-    report: bool = setting(True, only_where=True)
+    figure_examples: int = 6
+    training_examples: int = 2
+    training_figures: int = 3
+    report: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        numbers = ("figure_examples", "training_examples", "training_figures")
+        check_ranges(vars(self), **dict.fromkeys(numbers, "[0, inf)"))
 
 
 @dataclass
@@ -299,11 +376,15 @@ class EvaluationConfig:
         workers: threads, 0 for one per core.
     """
 
-    references: bool = setting(True, only_where=True)
-    subset: Subset = setting(Subset.test, only_where=True)
-    all_views: bool = setting(False, only_where=True)
-    seed: int = setting(0, only_where=True, within="[0, inf)")
-    workers: int = setting(0, only_where=True, within="[0, inf)")
+    references: bool = True
+    subset: Literal["test", "val"] = "test"
+    all_views: bool = False
+    seed: int = 0
+    workers: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), seed="[0, inf)", workers="[0, inf)")
 
 
 @dataclass
@@ -315,26 +396,29 @@ class PathsConfig:
         runs: run folders.
     """
 
-    data: str = setting("data", only_where=True)
-    runs: str = setting("runs", only_where=True)
+    data: str = "data"
+    runs: str = "runs"
 
 
-@dataclass
+# --- all that a command reads ---------------------------------------------------------------------
+
+
+@dataclass(kw_only=True)
 class PrepareConfig:
     """Everything that `prepare` reads.
 
     Attributes:
-        plugins: modules with parts of your own.
+        plugins: modules with components of your own.
     """
 
-    category: CategoryConfig = field(default_factory=CategoryConfig)
-    data: Any = MISSING
-    preparation: PreparationConfig = field(default_factory=PreparationConfig)
-    paths: PathsConfig = field(default_factory=PathsConfig)
-    plugins: list[str] = setting(factory=list, only_where=True)
+    category: CategoryConfig
+    data: Data
+    preparation: PreparationConfig
+    paths: PathsConfig
+    plugins: list[str] = field(default_factory=list)
 
 
-@dataclass
+@dataclass(kw_only=True)
 class DoctorConfig(PrepareConfig):
     """Everything that `doctor` reads.
 
@@ -345,7 +429,7 @@ class DoctorConfig(PrepareConfig):
     sheets: str | None = "${paths.data}/sheets"
 
 
-@dataclass
+@dataclass(kw_only=True)
 class TrainConfig(PrepareConfig):
     """Everything that `train` reads.
 
@@ -353,32 +437,40 @@ class TrainConfig(PrepareConfig):
         name: of the experiment: its folder below `paths.runs`.
         seed: decides first weights and what each step sees.
         restart: discards what the run folder holds.
-        provided: which package each part came from that is not ours; filled in by training.
+        provided: which package each component came from that is not ours; filled in by training.
         base: overrides that a study makes: its folders' names leave them out.
+        callback: components that take part in the training, by label.
     """
 
-    split: Any = MISSING
-    regime: RegimeConfig = field(default_factory=RegimeConfig)
-    templates: TemplatesConfig = field(default_factory=TemplatesConfig)
-    template_strategy: Any = MISSING
-    template_ranking: TemplateRankingConfig = field(default_factory=TemplateRankingConfig)
-    augmentation: Any = MISSING
-    encoder: Any = MISSING
-    network: NetworkConfig = field(default_factory=NetworkConfig)
-    schedule: ScheduleConfig = field(default_factory=ScheduleConfig)
-    trainer: TrainerConfig = field(default_factory=TrainerConfig)
-    logger: LoggerConfig = field(default_factory=LoggerConfig)
-    callbacks: CallbacksConfig = field(default_factory=CallbacksConfig)
-    protocol: Any = setting(MISSING, only_where=True)
-    evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
-    name: str = setting("default", only_where=True)
-    seed: int = setting(0, within="[0, 4294967295]")
-    restart: bool = setting(False, only_where=True)
-    provided: dict[str, str] = setting(factory=dict, only_where=True)
-    base: list[str] = setting(factory=list, only_where=True)
+    split: Split
+    regime: RegimeConfig
+    templates: TemplatesConfig
+    template_strategy: Component
+    template_ranking: TemplateRankingConfig
+    augmentation: Component
+    encoder: Encoder
+    network: NetworkConfig
+    optimizer: Component
+    lr_schedule: Component
+    schedule: ScheduleConfig
+    callback: Mapping[str, Component]
+    trainer: TrainerConfig
+    logger: LoggerConfig
+    callbacks: CallbacksConfig
+    protocol: Component
+    evaluation: EvaluationConfig
+    name: str = "default"
+    seed: int = 0
+    restart: bool = False
+    provided: dict[str, str] = field(default_factory=dict)
+    base: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), seed="[0, 4294967295]")
 
 
-@dataclass
+@dataclass(kw_only=True)
 class EvaluateConfig:
     """Everything that `evaluate` reads.
 
@@ -392,12 +484,12 @@ class EvaluateConfig:
         device: auto, cpu, cuda, cuda:1, ...
         progress_bar: shows how far it is.
         restart: scores everything again.
-        plugins: modules with parts of your own.
+        plugins: modules with components of your own.
     """
 
     run: str = MISSING
-    protocol: Any = MISSING
-    evaluation: EvaluationConfig = field(default_factory=EvaluationConfig)
+    protocol: Component
+    evaluation: EvaluationConfig
     checkpoint: str | None = None
     prepared: str | None = None
     data_root: str | None = None
@@ -437,33 +529,22 @@ class PredictConfig:
     category: str | None = None
     out: str = "predictions"
     mask: str | None = None
-    background: Background = Background.auto
-    top_k: int = setting(1, within="[1, inf)")
-    points: int = setting(16384, within="[1, inf)")
-    colors: MeshColors = MeshColors.material
+    background: Literal["auto", "rembg"] = "auto"
+    top_k: int = 1
+    points: int = 16384
+    colors: Literal["material", "parts"] = "material"
     obj: bool = False
     preview: bool = True
-    seed: int = setting(0, within="[0, inf)")
-    workers: int = setting(0, within="[0, inf)")
+    seed: int = 0
+    workers: int = 0
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False
     plugins: list[str] = field(default_factory=list)
 
-
-GROUPS: dict[str, str] = {
-    "data": "source",
-    "split": "split",
-    "template_strategy": "template_strategy",
-    "augmentation": "augmentation",
-    "encoder": "encoder",
-    "regime.selection": "selection",
-    "protocol": "protocol",
-}
-"""The groups whose options are parts, and of which kind; terms are below `regime.terms`."""
-
-BEFORE: dict[str, str] = {"augmentation": "none"}
-"""What runs did that are older than a group: the option that files without the group stand for."""
-
-COMMON: dict[str, type[Any]] = {"source": CommonData, "split": CommonSplit, "term": CommonTerm}
-"""What the parts of a kind have in common, beside their own settings."""
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        positive = "[1, inf)"
+        check_ranges(
+            vars(self), top_k=positive, points=positive, seed="[0, inf)", workers="[0, inf)"
+        )

@@ -1,15 +1,84 @@
-"""Whether a run is tested on shapes that trained the weights it starts from."""
+"""What an encoder starts from, and whether a run is tested on shapes that trained it."""
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ffd_lightning import registry
+from ffd_lightning import components
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.checkpoint import read_checkpoint
-from ffd_lightning.data.splits import SplitInput, make_split
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.pretrained import pretrained_model
+
+if TYPE_CHECKING:
+    from ffd_lightning.nn.encoders.base import ImageEncoder
+
+KERAS_FILES: dict[float, str] = {
+    0.25: "mobilenet_2_5_192_tf_no_top.h5",
+    0.5: "mobilenet_5_0_192_tf_no_top.h5",
+    0.75: "mobilenet_7_5_192_tf_no_top.h5",
+    1.0: "mobilenet_1_0_192_tf_no_top.h5",
+}
+"""Keras' published ImageNet weights by width, of images of 192 x 192; the paper's is the first."""
+
+KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/download/v0.6/"
+"""Where they are; a file's name follows."""
+
+
+def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
+    """Give an encoder the weights that `encoder.weights` names.
+
+    Raises:
+        ConfigError: they are not there, or of another encoder.
+    """
+    if weights == "embedded":
+        encoder.load_state_dict(_embedded(encoder))
+    elif weights != "none":
+        encoder.load_weights(weights)
+
+
+def _embedded(encoder: ImageEncoder) -> dict[str, Any]:
+    """Return the weights of the encoder of the trained model that comes with the package."""
+    from ffd_lightning.checkpoint import encoder_component, read_checkpoint
+
+    try:
+        content = read_checkpoint(pretrained_model())
+    except ConfigError:
+        raise ConfigError(
+            "encoder.weights=embedded: this installation has no trained model: leave it out"
+        ) from None
+    there, asked = encoder_component(content["model"]), encoder.component
+    told = (there.name, dict(there.settings)) if there else ("", {})
+    if asked is None or told != (asked.name, dict(asked.settings)):
+        own = " ".join(f"encoder.{key}={value}" for key, value in told[1].items())
+        raise ConfigError(
+            f"encoder.weights=embedded is of encoder={told[0]} {own}: leave encoder.weights out"
+        )
+    weights, prefix = content["state_dict"], "network.encoder."
+    return {k.removeprefix(prefix): v for k, v in weights.items() if k.startswith(prefix)}
+
+
+def unsaid_problem(cfg: Any) -> str:
+    """Return what the paper's schedule lacks: first weights, or the word that none are meant.
+
+    The paper's networks start from ImageNet weights, which this package does not bring.
+
+    Args:
+        cfg: what `train` reads.
+    """
+    encoder = cfg.encoder
+    if cfg.schedule.name != "paper" or encoder.name != "mobilenet" or encoder.weights is not None:
+        return ""
+    width = encoder.settings["width"]
+    if width in KERAS_FILES:
+        file = KERAS_FILES[width]
+        ask = f"give Keras' file, encoder.weights={file} ({KERAS_ADDRESS}{file})"
+    else:
+        ask = f"Keras publishes none of width {width:g}: encoder.weights=FILE takes yours"
+    return (
+        f"schedule=paper starts from ImageNet weights, as the paper does: {ask}, or train from "
+        "scratch with encoder.weights=none"
+    )
 
 
 def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
@@ -22,13 +91,13 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
         cfg: of the run.
         tested: ids of the shapes that it is tested on, as its data module names them.
     """
-    encoder = registry.get("encoder", cfg.encoder.name).own_settings(cfg.encoder)
-    checkpoint = getattr(encoder, "checkpoint", lambda: None)()
-    if checkpoint is None:
+    from ffd_lightning.checkpoint import read_checkpoint
+
+    if cfg.encoder.first_weights != "embedded":
         return ""
-    model = read_checkpoint(checkpoint)["model"]
+    model = read_checkpoint(pretrained_model())["model"]
     before = model["record"]["settings"]
-    ours = {name: getattr(cfg.data, name, None) for name in ("name", "seed")}
+    ours = {"name": cfg.data.name, "seed": cfg.data.settings.get("seed")}
     if ours != {name: before.get(f"data.{name}") for name in ours}:
         return ""
     prefix = "" if cfg.category.members else f"{cfg.category.name}/"
@@ -37,10 +106,10 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     if not trained + validated:
         return ""
     split = [f"split={before['split.name']}"]
-    split += [f"split.{name}={value}" for name, value in _own("split", before).items()]
+    split += [f"split.{name}={value}" for name, value in _own("split", "split", before).items()]
     return (
         f"of {len(ids)} shapes to test on, the weights that this run starts from "
-        f"(encoder.weights={encoder.weights}) were trained on {trained} and validated on "
+        f"(encoder.weights=embedded) were trained on {trained} and validated on "
         f"{validated}: its scores will be too good. Split as they did ({' '.join(split)}), or "
         "train from scratch (encoder.weights=none)"
     )
@@ -51,8 +120,10 @@ def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> tuple[set[st
 
     Both follow from the settings that it records, as any run's do.
     """
-    source = registry.part("source", settings["data.name"], **_own("source", settings))
-    rule = registry.part("split", settings["split.name"], **_own("split", settings))
+    from ffd_lightning.data.splits import SplitInput, make_split
+
+    source = components.make("source", settings["data.name"], **_own("source", "data", settings))
+    rule = components.make("split", settings["split.name"], **_own("split", "split", settings))
     train, val = set(), set()
     for category in model["categories"]:
         ids = tuple(source.shape_ids(category))
@@ -64,8 +135,7 @@ def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> tuple[set[st
     return train - templates, val - templates
 
 
-def _own(kind: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a part's own settings out of all."""
-    group = {"source": "data"}.get(kind, kind)
-    fields = dataclasses.fields(registry.get(kind, settings[f"{group}.name"]).settings)
-    return {f.name: settings[f"{group}.{f.name}"] for f in fields}
+def _own(kind: str, group: str, settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a component's own settings out of all."""
+    names = components.settings(kind, settings[f"{group}.name"])
+    return {n: settings[f"{group}.{n}"] for n in names if f"{group}.{n}" in settings}

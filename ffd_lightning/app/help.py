@@ -5,150 +5,173 @@ from __future__ import annotations
 import dataclasses
 import re
 import textwrap
-from enum import Enum
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
+from typing import Any, get_origin
 
-from omegaconf import MISSING, OmegaConf
+from omegaconf import OmegaConf
 
-from ffd_lightning import registry
-from ffd_lightning.app.config import COMMON, GROUPS
-from ffd_lightning.app.settings import settings_help
-from ffd_lightning.registry import Entry
+from ffd_lightning import components
+from ffd_lightning.app.config import GROUPS, LISTS
+from ffd_lightning.app.configuration import common_settings
+from ffd_lightning.app.settings import default_text, settings_help
+from ffd_lightning.components import KINDS, OWN, Setting, settings_of
 
-_WIDTH = 100
-_NAME = 20
+_WIDTH, _NAME, _WIDE = 100, 20, 28
+_USUAL = (
+    *("data.limit", "encoder.weights", "schedule.steps", "schedule.learning_rate", "name", "seed"),
+    *("restart", "paths.data", "paths.runs"),
+)
 _NOT_GIVEN = ("provided", "base")  # by users
 
 
-def command_help(name: str, config: type[Any], folder: Path, extra: str | None = None) -> str:
-    """Return the help of a command.
+@dataclass(frozen=True)
+class Option:
+    """What one option of a group is, and its own settings.
+
+    Attributes:
+        name: of the option, or of the component.
+        summary: what it is.
+        settings: its own.
+    """
+
+    name: str
+    summary: str
+    settings: Mapping[str, Setting]
+
+
+@dataclass(frozen=True)
+class Group:
+    """A place of settings in a command's configuration.
+
+    Attributes:
+        place: "encoder" or "data.render", say; "" of the whole.
+        meaning: what it decides.
+        options: what can be chosen.
+        settings: what can be said whatever is chosen.
+        kind: of the components that can be chosen, "" where they are none.
+    """
+
+    place: str
+    meaning: str
+    options: Sequence[Option]
+    settings: Mapping[str, Setting]
+    kind: str = ""
+
+
+def groups_of(schema: type[Any], folders: Sequence[Path]) -> Iterator[Group]:
+    """Yield all that a command can be told: the one source of help and of the documentation.
 
     Args:
-        name: of the command; `<name>.yaml` in `folder` holds its introduction under
-            `hydra.help.template`.
-        config: its schema.
-        folder: of the configurations.
-        extra: a user's folder with further options (--config-dir).
+        schema: of the command's settings.
+        folders: of configurations, whose subfolders hold options.
     """
-    file = OmegaConf.load(folder / f"{name}.yaml")
+    fields = settings_of(schema)
+    plain = {name: s for name, s in fields.items() if not _is_group(s) and name not in _NOT_GIVEN}
+    yield Group("", components.summary(schema), (), plain)
+    for name, setting in fields.items():
+        if _is_group(setting):
+            yield from _group(name, setting.hint, folders)
+
+
+def _is_group(setting: Setting) -> bool:
+    return dataclasses.is_dataclass(setting.hint) or get_origin(setting.hint) is Mapping
+
+
+def _group(place: str, hint: Any, folders: Sequence[Path]) -> Iterator[Group]:
+    kind = GROUPS.get(place) or LISTS.get(place, "")
+    files = [Option(p.stem, first_comment(p), {}) for p in option_files(place, folders)]
+    if kind:
+        found = [Option(n, *_component(kind, n)) for n in components.names(kind)]
+        settings, meaning = common_settings(kind), KINDS[kind].meaning
+        files += found
+    else:
+        settings, meaning = settings_of(hint), components.summary(hint)
+    own = {name: s for name, s in settings.items() if not _is_group(s)}
+    yield Group(place, meaning, files, own, kind)
+    for name, setting in settings.items():
+        if _is_group(setting):
+            yield from _group(f"{place}.{name}", setting.hint, folders)
+
+
+def _component(kind: str, name: str) -> tuple[str, Mapping[str, Setting]]:
+    provider = components.provider(kind, name)
+    from_where = "" if provider == OWN else f" ({provider})"
+    summary = components.summary(components.find(kind, name))
+    return f"{summary}{from_where}", components.settings(kind, name)
+
+
+def command_help(
+    name: str, schema: type[Any], folders: Sequence[Path], everything: bool = False
+) -> str:
+    """Return the help of a command: what is usual, or everything.
+
+    Args:
+        name: of the command; `<name>.yaml` in the first folder holds its introduction under
+            `hydra.help.template`.
+        schema: of its settings.
+        folders: of configurations: ours, then those of --config-dir.
+        everything: also what each choice can be told.
+    """
+    file = OmegaConf.load(folders[0] / f"{name}.yaml")
     intro = str(OmegaConf.select(file, "hydra.help.template") or "").rstrip()
-    fields = [f.name for f in dataclasses.fields(config)]
-    folders = [folder, *([] if extra is None else [Path(extra)])]
-    sections = _sections(config)
-    defaults = {g: c for each in file.defaults if OmegaConf.is_dict(each) for g, c in each.items()}
-    groups = [
-        _group(group, folders, sections, defaults.get(group, ""))
-        for group in _groups(fields, folders)
-    ]
-    told = {*sections, *_NOT_GIVEN, *(group.split(".")[0] for group in GROUPS)}
-    further = [
-        _line(f"{n}.", _told(s, n)) for n, s in sections.items() if not option_files(n, folders)
-    ]
+    listed: Any = file.defaults
+    usual = {g: c for each in listed if OmegaConf.is_dict(each) for g, c in each.items()}
+    groups = list(groups_of(schema, folders))
+    if everything:
+        body = [text for group in groups if (text := _everything(group, usual))]
+        end = (
+            "--cfg job prints every setting with its value; --hydra-help what Hydra itself can do."
+        )
+        return "\n\n".join([intro, *body, end])
     choices = [
-        "Choices (group=option; here the default) and what each can be told (group.setting=value):",
-        *(g for g in groups if g),
+        _line(f"{_spelled(g)}={usual[_spelled(g)]}", ", ".join(o.name for o in g.options), _WIDE)
+        for g in groups
+        if g.options and "." not in g.place and g.place not in LISTS
+    ]
+    known = {f"{g.place}.{n}".lstrip("."): s for g in groups for n, s in g.settings.items()}
+    keys = _USUAL if name == "train" else [*_USUAL, *groups[0].settings]
+    shown = {key: known[key] for key in dict.fromkeys(keys) if key in known}
+    further = f"ffd {name} --help all tells all settings, and what each choice can be told."
+    if not choices:
+        return "\n\n".join([intro, "Settings:", settings_help(known)])
+    short = [
+        _line(f"{k}={default_text(s)}", s.help.split(". ")[0].rstrip("."), 28)
+        for k, s in shown.items()
     ]
     return "\n\n".join(
-        [
-            intro,
-            "Settings:",
-            "\n".join([settings_help(config, told), *further]),
-            *(choices if groups else []),
-            "--cfg job prints every setting with its value; --hydra-help what Hydra itself can do.",
-        ]
+        [intro, "Choices:\n" + "\n".join(choices), "Settings:\n" + "\n".join(short), further]
     )
 
 
-def _groups(fields: list[str], folders: list[Path]) -> list[str]:
-    named = [group for group in GROUPS if group.split(".")[0] in fields]
-    files = {p.name for folder in folders for p in folder.iterdir() if p.is_dir()}
-    groups = [name for name in fields if name in files or name in named]
-    nested = [group for group in named if "." in group]
-    terms = ["regime.terms"] if "regime" in fields else []
-    result = []
-    for group in groups:
-        result.append(group)
-        result += [n for n in (*nested, *terms) if n.split(".")[0] == group]
-    return result
+def _spelled(group: Group) -> str:
+    """Return how a group is chosen on the command line."""
+    return group.place.replace(".", "/")
 
 
-def _sections(config: type[Any]) -> dict[str, type[Any]]:
-    """Return the groups that have one schema, whatever is chosen."""
-    found: dict[str, type[Any]] = {}
-    for f in dataclasses.fields(config):
-        made: Any = f.default_factory
-        if isinstance(made, type) and dataclasses.is_dataclass(made):
-            found[f.name] = made
-    return found
+def _everything(group: Group, usual: Mapping[str, str]) -> str:
+    """Return all of a group: its options, and what each can be told."""
+    prefix = f"{group.place}." if group.place else ""
+    title = f"{_spelled(group)}={usual.get(_spelled(group), '')}" if group.options else prefix
+    if group.place in LISTS:
+        prefix, title = f"{prefix}LABEL.", f"{_spelled(group).removesuffix('s')}=[NAME,...]"
+    lines = [f"{title or 'Of the whole'}    {group.meaning}"]
+    for option in group.options:
+        lines.append(_line(option.name, option.summary))
+        if option.settings:
+            lines.append(textwrap.indent(settings_help(option.settings, prefix), "  "))
+    if group.settings:
+        lines += [*(["  all of them:"] if group.options else [])]
+        lines.append(settings_help(group.settings, prefix))
+    return "\n".join(lines) if len(lines) > 1 else ""
 
 
-def option_files(group: str, folders: list[Path]) -> list[Path]:
+def option_files(group: str, folders: Sequence[Path]) -> list[Path]:
     """Return the files of a group's options, t2 before t16."""
     files = [p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml")]
     return sorted(files, key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
-
-
-def _group(group: str, folders: list[Path], sections: dict[str, type[Any]], default: str) -> str:
-    kind = "term" if group == "regime.terms" else GROUPS.get(group)
-    lines = [_line(p.stem, first_comment(p)) for p in option_files(group, folders)]
-    meaning = ""
-    if kind is not None:
-        meaning = registry.KINDS[kind]
-        for entry in registry.entries(kind):
-            lines += _entry_lines(entry)
-        if kind in COMMON:
-            lines.append(_line("(all of them)", _told(COMMON[kind])))
-    elif group in sections:
-        lines.append(_line("(all of them)", _told(sections[group], group)))
-    title = (
-        f"{group.replace('.', '/')}={default}" if kind != "term" else "regime.terms.<label>.term="
-    )
-    return "\n".join([f"{title}{f'    {meaning}' if meaning else ''}", *lines]) if lines else ""
-
-
-def _entry_lines(entry: Entry) -> list[str]:
-    from_where = "" if entry.provider == "ffd_lightning" else f" ({entry.provider})"
-    lines = [_line(entry.name, f"{entry.summary}{from_where}")]
-    told = _told(entry.settings)
-    return [*lines, _line("", told)] if told else lines
-
-
-def _told(settings: type[Any], group: str = "") -> str:
-    """Return settings with their defaults; those that are groups themselves are left out."""
-    own = [f for f in dataclasses.fields(settings) if f.default_factory is not dict]
-    shown = [f for f in own if f"{group}.{f.name}" not in GROUPS]
-    return " ".join(f"{f.name}={default_text(f)}" for f in shown)
-
-
-def _line(name: str, text: str) -> str:
-    indent = " " * (_NAME + 2)
-    wrapped = textwrap.wrap(text, _WIDTH - _NAME - 2) or [""]
-    first = f"  {name:<{_NAME}}{wrapped[0]}".rstrip()
-    return "\n".join([first, *(indent + line for line in wrapped[1:])])
-
-
-def default_text(f: dataclasses.Field[Any]) -> str:
-    """Return a setting's default as it is written on the command line, and what else it may be."""
-    value = f.default
-    if value is dataclasses.MISSING:
-        value = f.default_factory() if f.default_factory is not dataclasses.MISSING else MISSING
-    if value == MISSING:
-        return "..."
-    if value is None:
-        return "null"
-    if isinstance(value, Enum):
-        return "|".join([value.name, *(v.name for v in type(value) if v != value)])
-    if isinstance(value, bool):
-        return str(value).lower()
-    if dataclasses.is_dataclass(value):
-        return (
-            "(" + " ".join(f"{x.name}={default_text(x)}" for x in dataclasses.fields(value)) + ")"
-        )
-    if isinstance(value, tuple):
-        value = list(value)  # as it is written
-    return str(value).replace("'", "").replace(" ", "")
 
 
 def first_comment(file: Path) -> str:
@@ -156,3 +179,9 @@ def first_comment(file: Path) -> str:
     lines = takewhile(lambda x: x.startswith("#"), file.read_text("utf-8").splitlines())
     # A line such as `# @package _global_` is for Hydra.
     return " ".join(line.lstrip("# ") for line in lines if not line.startswith("# @"))
+
+
+def _line(name: str, text: str, column: int = _NAME) -> str:
+    wrapped = textwrap.wrap(text, _WIDTH - column - 2) or [""]
+    first = f"  {name:<{column}}{wrapped[0]}".rstrip()
+    return "\n".join([first, *(" " * (column + 2) + line for line in wrapped[1:])])

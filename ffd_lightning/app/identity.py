@@ -1,16 +1,15 @@
 """Which settings make two runs the same; names of folders and resuming derive from it.
 
-The one declaration is in the schema: what is marked `only_where` there, and in the settings of
-parts, says where or how fast something is computed. All other settings decide what comes out.
+A run is its configuration without the groups that say where, how fast and how measured
+(`NOT_DECIDING`): all other settings decide what comes out.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 import json
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -20,12 +19,18 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from ffd_lightning.app.config import EvaluateConfig, TrainConfig
-from ffd_lightning.app.schema import typed_config
-from ffd_lightning.errors import ConfigError
+from ffd_lightning import components
+from ffd_lightning.app.config import GROUPS, EvaluateConfig, TrainConfig
+from ffd_lightning.app.configuration import content, differences, flat, typed_config
+from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.files import write_atomic
-from ffd_lightning.registry import is_only_where, meant, plain
 from ffd_lightning.run_folder import RunFolder
+
+NOT_DECIDING = (
+    *("trainer", "logger", "callbacks", "protocol", "evaluation", "paths", "preparation"),
+    *("name", "restart", "plugins", "provided", "base"),
+)
+"""Groups and settings of where, how fast, how measured and under what name."""
 
 _PLACED = ("category.name", "regime.name", "templates.name", "seed")  # the folder's path has them
 _PLACED_GROUPS = ("category", "regime", "templates")
@@ -33,52 +38,53 @@ _LONGEST = 40  # characters of a name's readable part
 _HASH = 6  # hexadecimal digits
 
 
-def identity(config: Any) -> dict[str, Any]:
-    """Return what decides a run, flat: plain values by the name that they have on a command line.
+def decides(key: str) -> bool:
+    """Tell whether a setting decides what a run computes.
 
-    >>> from ffd_lightning.app.config import ScheduleConfig
-    >>> decides = identity(ScheduleConfig("quick", 300, 32, 1024, 1e-3, annealing_steps=150))
-    >>> decides["steps"], "val_every" in decides
-    (300, False)
+    >>> [decides(key) for key in ("schedule.steps", "trainer.devices", "trainer.precision")]
+    [True, False, True]
     """
-    return dict(_flat(config))
+    return key == "trainer.precision" or key.split(".")[0] not in NOT_DECIDING
 
 
-def _flat(node: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
-    if dataclasses.is_dataclass(node):
-        for f in dataclasses.fields(node):
-            if not is_only_where(f):
-                yield from _flat(meant(node, f), f"{prefix}{f.name}.")
-    elif isinstance(node, Mapping):
-        for key, value in node.items():
-            yield from _flat(value, f"{prefix}{key}.")
-    else:
-        yield prefix.removesuffix("."), plain(node)
+def identity(config: Any) -> dict[str, Any]:
+    """Return what decides a run: plain values by the names that they have on a command line.
+
+    Callbacks may change a training; those whose class has `only_watches = True` do not count.
+    """
+    watching = {
+        f"callback.{label}"
+        for label, chosen in getattr(config, "callback", {}).items()
+        if getattr(components.find(chosen.kind, chosen.name), "only_watches", False)
+    }
+    found = flat(content(config))
+    return {
+        key: value
+        for key, value in found.items()
+        if decides(key) and ".".join(key.split(".")[:2]) not in watching
+    }
 
 
 def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
     """Write `config.yaml`, or make sure that the one there is of the same run.
-
-    A setting that the earlier file does not have yet had its default then.
 
     Raises:
         ConfigError: the folder holds a run with other settings; the message lists them.
     """
     if run.config.exists() and not cfg.restart:
         try:
-            loaded = OmegaConf.load(run.config)
-            assert isinstance(loaded, DictConfig)
-            earlier = identity(typed_config(loaded, TrainConfig))
-        except Exception as error:  # a YAML parser meets anything in a damaged file
+            earlier = identity(typed_config(run.settings, TrainConfig))
+        except (UserError, OmegaConfBaseException) as error:
             reason = str(error).split("\n")[0]
             raise ConfigError(
                 f"{run.config} is of another version or damaged ({reason}): remove it or add "
                 "restart=true"
             ) from None
-        differences = _differences(earlier, identity(cfg))
-        if differences:
+        now = identity(cfg)
+        if changed := differences(earlier, now):
+            listed = "; ".join(f"{k} was {earlier.get(k)}, now {now.get(k)}" for k in changed)
             raise ConfigError(
-                f"{run.path} holds a run with other settings: {'; '.join(differences)}. Choose "
+                f"{run.path} holds a run with other settings: {listed}. Choose "
                 "another run with name=..., or add restart=true to discard what is there"
             )
     if cfg.restart:
@@ -89,21 +95,7 @@ def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
 
 def to_yaml(cfg: TrainConfig) -> str:
     """Return a configuration as the text of `config.yaml`."""
-    return OmegaConf.to_yaml(OmegaConf.create(_container(cfg)))
-
-
-def _container(node: Any) -> Any:
-    if dataclasses.is_dataclass(node):
-        values = {f.name: meant(node, f) for f in dataclasses.fields(node)}
-        return {name: _container(value) for name, value in values.items()}
-    if isinstance(node, Mapping):
-        return {key: _container(value) for key, value in node.items()}
-    return plain(node)
-
-
-def _differences(earlier: Mapping[str, Any], now: Mapping[str, Any]) -> list[str]:
-    changed = _changed(earlier, now)
-    return [f"{key} was {earlier.get(key)}, now {now.get(key)}" for key in changed]
+    return OmegaConf.to_yaml(OmegaConf.create(content(cfg)))
 
 
 # --- names of folders ----------------------------------------------------------------------------
@@ -121,33 +113,58 @@ def run_folder(root: DictConfig) -> str:
 def run_suffix(root: DictConfig) -> str:
     """Return what a run's folder says beside category, regime, templates and seed.
 
-    Options of groups that are not the default's, then settings that are not their options'. What
+    Options of groups that are not the usual ones, then settings that are not their options'. What
     cannot be run has a folder of its own, for its log.
     """
-    content: Any = OmegaConf.to_container(root, resolve=False)
+    whole: Any = OmegaConf.to_container(root, resolve=False)
     # In the job itself the configuration comes without Hydra's own.
-    hydra: Any = content.pop("hydra", None) or HydraConfig.get()
-    content = _without_suffix(content)
+    hydra: Any = whole.pop("hydra", None) or HydraConfig.get()
     try:
-        config = typed_config(OmegaConf.create(content), TrainConfig)
+        config = typed_config(OmegaConf.create(_without_suffix(whole)), TrainConfig)
     except (ConfigError, OmegaConfBaseException):
         # The job itself says what is wrong, as soon as it starts: not in another run's folder.
         told = "\n".join(hydra["overrides"]["task"])
-        return f"_invalid-{hashlib.sha256(told.encode()).hexdigest()[:_HASH]}"
+        return f"_invalid-{_digest(told)}"
     chosen = hydra["runtime"]["choices"]
-    choices = {k: str(v) for k, v in chosen.items() if v and not k.startswith("hydra/")}
-    placed = {group: choices[group] for group in _PLACED_GROUPS}
+    choices = {k: _spelled(v) for k, v in chosen.items() if v and not k.startswith("hydra/")}
     base, plugins = tuple(config.base), tuple(config.plugins)
-    default = _composed(tuple(placed.items()), base, plugins)
-    option = _composed(tuple(choices.items()), base, plugins)
-    words = []
-    for group, choice in choices.items():
-        prefix = group.replace("/", ".") + "."
-        if group not in placed and any(key.startswith(prefix) for key in _changed(default, option)):
-            words.append(choice)
+    placed = {group: choices[group] for group in _PLACED_GROUPS}
+    usual = _composed(tuple(placed.items()), base)[0]
     own = identity(config)
-    changed = {key: own.get(key) for key in _changed(option, own) if key not in _PLACED}
+    option = _option(OmegaConf.create(_composed(tuple(choices.items()), base)[1]), own, plugins)
+    words = [
+        _word(group, choice)
+        for group, choice in choices.items()
+        if group not in placed
+        and decides(group)
+        and choice != _spelled(usual.get(group))
+        # An option may bring another along: schedule=paper, lr_schedule=none, say.
+        and choice != _spelled(_composed(_without(choices, group), base)[0].get(group))
+    ]
+    changed = {key: own.get(key) for key in differences(option, own) if key not in _PLACED}
     return difference_name(words, changed, {*own, *option})
+
+
+def _spelled(choice: Any) -> str:
+    """Return a choice as it is written on a command line."""
+    return (
+        f"[{','.join(choice)}]"
+        if isinstance(choice, Sequence) and not isinstance(choice, str)
+        else str(choice)
+    )
+
+
+def _without(choices: Mapping[str, str], group: str) -> tuple[tuple[str, str], ...]:
+    return tuple((key, choice) for key, choice in choices.items() if key != group)
+
+
+def _word(group: str, choice: str) -> str:
+    """Return the name of an option; with its group, where another group has one of that name."""
+    kinds = {where.replace(".", "/"): kind for where, kind in GROUPS.items()}
+    others = (kind for other, kind in kinds.items() if other != group and decides(other))
+    shared = any(choice in components.names(kind) for kind in others)
+    word = re.sub(r"[^\w]+", "-", choice).strip("-")
+    return f"{group.rpartition('/')[2]}-{word}" if shared else word
 
 
 def _without_suffix(node: Any) -> Any:
@@ -161,9 +178,9 @@ def _without_suffix(node: Any) -> Any:
 
 @lru_cache(maxsize=256)
 def _composed(
-    choices: tuple[tuple[str, str], ...], base: tuple[str, ...], plugins: tuple[str, ...]
-) -> dict[str, Any]:
-    """Return what decides a run that was given these options, and a study's overrides, alone."""
+    choices: tuple[tuple[str, str], ...], base: tuple[str, ...]
+) -> tuple[dict[str, str], dict[str, Any]]:
+    """Return all options, and the content of a configuration of these and a study's overrides."""
     groups = {group for group, _ in choices}
     further = [x for x in base if x.split("=", 1)[0] not in groups]
     loader = GlobalHydra.instance().config_loader()
@@ -173,18 +190,19 @@ def _composed(
         run_mode=RunMode.RUN,
         from_shell=False,
     )
-    content = OmegaConf.to_container(composed, resolve=False)
-    assert isinstance(content, dict)
-    content.pop("hydra", None)
-    blank = OmegaConf.create(content)
-    for key in OmegaConf.missing_keys(blank):  # what must be given has no default to differ from
-        OmegaConf.update(blank, str(key), "", force_add=True)
+    whole: Any = OmegaConf.to_container(composed, resolve=False)
+    options = whole.pop("hydra")["runtime"]["choices"]
+    return options, whole
+
+
+def _option(blank: DictConfig, own: Mapping[str, Any], plugins: Sequence[str]) -> dict[str, Any]:
+    """Return what decides a run of the chosen options alone; what must be given is not in it."""
+    missing = {str(key) for key in OmegaConf.missing_keys(blank)}
+    for key in missing:
+        OmegaConf.update(blank, key, own.get(key), force_add=True)
     OmegaConf.update(blank, "plugins", list(plugins), force_add=True)
-    return identity(typed_config(blank, TrainConfig))
-
-
-def _changed(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
-    return [key for key in sorted({*before, *after}) if before.get(key) != after.get(key)]
+    found = identity(typed_config(blank, TrainConfig))
+    return {key: value for key, value in found.items() if key not in missing}
 
 
 def difference_name(
@@ -209,7 +227,7 @@ def difference_name(
     """
     words, exact = list(options), True
     for key, value in settings.items():
-        readable = re.fullmatch(r"[\w.+-]{1,12}", str(value)) is not None
+        readable = re.fullmatch(r"[A-Za-z0-9.+-]{1,12}", str(value)) is not None
         if readable:
             words.append(f"{_tail(key, among)}-{value}")
         exact &= readable
@@ -218,26 +236,12 @@ def difference_name(
         name, exact = name[:_LONGEST].rpartition("_")[0] or name[:_LONGEST], False
     if not exact:
         told = json.dumps([list(options), dict(settings)], sort_keys=True, default=str)
-        digest = hashlib.sha256(told.encode()).hexdigest()[:_HASH]
-        name = f"{name}_{digest}" if name else digest
+        name = f"{name}_{_digest(told)}" if name else _digest(told)
     return f"_{name}" if name else ""
 
 
-def evaluation_name(cfg: TrainConfig | EvaluateConfig) -> str:
-    """Return how results are measured: the protocol's name, then what differs from its defaults.
-
-    References are not in it: they stand beside the scores, and change none.
-    """
-    kind = type(cfg.protocol)
-    must_be_given = [f.name for f in dataclasses.fields(kind) if f.default is f.default_factory]
-    default = identity(kind(**dict.fromkeys(must_be_given)))
-    own = identity(cfg.protocol)
-    settings = {f"protocol.{key}": own.get(key) for key in _changed(default, own)}
-    if cfg.evaluation.seed:
-        settings["evaluation.seed"] = cfg.evaluation.seed
-    options = ["all-views"] if cfg.evaluation.all_views else []
-    among = {"evaluation.seed", *(f"protocol.{key}" for key in own)}
-    return cfg.protocol.name + difference_name(options, settings, among).replace("_", "-", 1)
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:_HASH]
 
 
 def _tail(key: str, among: Collection[str]) -> str:
@@ -250,6 +254,24 @@ def _tail(key: str, among: Collection[str]) -> str:
     tails = (".".join(words[k:]) for k in reversed(range(len(words))))
     others = [f".{other}" for other in among if other != key]
     return next((t for t in tails if not any(o.endswith(f".{t}") for o in others)), key)
+
+
+def evaluation_name(cfg: TrainConfig | EvaluateConfig) -> str:
+    """Return how results are measured: the protocol's name, then what differs from its defaults.
+
+    References are not in it: they stand beside the scores, and change none.
+    """
+    protocol = cfg.protocol
+    usual = components.settings(protocol.kind, protocol.name)
+    changed = {
+        k: v for k, v in protocol.settings.items() if v != components.plain(usual[k].default)
+    }
+    settings = {f"protocol.{key}": value for key, value in changed.items()}
+    if cfg.evaluation.seed:
+        settings["evaluation.seed"] = cfg.evaluation.seed
+    options = ["all-views"] if cfg.evaluation.all_views else []
+    among = {"evaluation.seed", *(f"protocol.{key}" for key in protocol.settings)}
+    return protocol.name + difference_name(options, settings, among).replace("_", "-", 1)
 
 
 def hyperparameters(cfg: TrainConfig) -> dict[str, Any]:

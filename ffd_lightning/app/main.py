@@ -73,26 +73,28 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
     module = importlib.import_module(f"ffd_lightning.app.commands.{COMMANDS[name].module}")
     schema = getattr(module, "Settings", None)
     if schema is None:  # a Hydra application: it reads its own arguments
-        shown(lambda: sys.exit(module.main(given)), getattr(module, "SCHEMA", None))
+        shown(lambda: sys.exit(module.main(given)))
         return
 
     def command() -> None:
-        from ffd_lightning import registry
-        from ffd_lightning.app.hydra_app import named_plugins
+        from ffd_lightning import components
+        from ffd_lightning.app.configuration import named_plugins
         from ffd_lightning.app.settings import read_settings, settings_help
 
         plugins = [argument for argument in given if argument.startswith("plugins=")]
-        registry.load_plugins(named_plugins(plugins))
+        components.load_plugins(named_plugins(plugins))
         main_setting = getattr(module, "MAIN", "")
         alone = getattr(module, "ALONE", False)  # without a setting there is something to do
         if {"-h", "--help"} & set(given) or not (given or alone):
-            print(f"{inspect.getdoc(module)}\n\nSettings:\n\n{settings_help(schema)}")
-            print(f"  {'plugins=[]':<20}modules with parts of your own.")
+            print(
+                f"{inspect.getdoc(module)}\n\nSettings:\n\n{settings_help(components.settings_of(schema))}"
+            )
+            print(f"  {'plugins=[]':<20}modules with components of your own.")
             return
         own = [argument for argument in given if argument not in plugins]
         sys.exit(module.main(read_settings(schema, own, main_setting)))
 
-    shown(command, schema)
+    shown(command)
 
 
 def _help() -> str:

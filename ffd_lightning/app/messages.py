@@ -15,20 +15,20 @@ from hydra.errors import HydraException, OverrideParseException
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from ffd_lightning.components import unknown_setting
 from ffd_lightning.errors import UserError
 
 SHOWN = (UserError, HydraException, OmegaConfBaseException)
 """Errors that are the user's to mend."""
 
 
-def shown(main: Callable[[], object], schema: type[Any] | None = None) -> None:
+def shown(main: Callable[[], object]) -> None:
     """Run a command; show the user's mistakes as one message, exit code 1.
 
     HYDRA_FULL_ERROR=1 shows the traceback instead.
 
     Args:
         main: the command.
-        schema: of its settings, whose names are proposed for one that does not exist.
     """
     if os.environ.get("HYDRA_FULL_ERROR") == "1":
         main()
@@ -39,7 +39,7 @@ def shown(main: Callable[[], object], schema: type[Any] | None = None) -> None:
     except (*SHOWN, ValueError) as error:
         if isinstance(error, ValueError) and not _from_hydra(error):
             raise
-        print(f"error: {explain(error, schema)}", file=sys.stderr)
+        print(f"error: {explain(error)}", file=sys.stderr)
         sys.exit(1)
     except OSError as error:
         if error.filename is None:
@@ -61,14 +61,8 @@ def _from_hydra(error: BaseException) -> bool:
     return bool(frames) and {"hydra", "omegaconf"} & set(Path(frames[-1].filename).parts) != set()
 
 
-def explain(error: BaseException, schema: type[Any] | None = None, where: str = "") -> str:
-    """Return one message for a configuration error: what is wrong, and what could be meant.
-
-    Args:
-        error: what was raised.
-        schema: of the settings, whose names are proposed for one that does not exist.
-        where: the group whose settings they are, "" for all.
-    """
+def explain(error: BaseException) -> str:
+    """Return one message for a configuration error: what is wrong, and what could be meant."""
     if isinstance(error, UserError):
         return str(error)
     message = " ".join(str(error).split("\n")[0].split())
@@ -100,10 +94,10 @@ def explain(error: BaseException, schema: type[Any] | None = None, where: str = 
         )
     if "Config group override must be a string" in message:
         return "a group's option is a name, not a number: templates=t30, say, not templates=30"
-    return _explain_key(error, schema, where) or message
+    return _explain_key(error) or message
 
 
-def _explain_key(error: BaseException, schema: type[Any] | None, where: str) -> str:
+def _explain_key(error: BaseException) -> str:
     """Name the siblings of a key that does not exist; "" where the error is of another kind."""
     text = str(error) + "\n" + str(error.__cause__ or "")
     unknown = re.search(r"Key '([^']+)'(?: is)? not in", text)
@@ -111,30 +105,6 @@ def _explain_key(error: BaseException, schema: type[Any] | None, where: str) -> 
     if not (unknown and full):
         return ""
     *path, key = full.group(1).split(".")
-    names = sorted(_names(error, path, schema))
-    place = ".".join(step for step in (where, *path) if step)
-    if not names:
-        return f"no setting '{place}.{key}'" if place else f"no setting {key!r}"
-    return unknown_setting(place, key, names)
-
-
-def unknown_setting(where: str, key: str, names: list[str]) -> str:
-    """Return the message for a setting that a group, or "" for the top, does not have."""
-    close = difflib.get_close_matches(key, names, 1)
-    prefix = f"{where}." if where else ""
-    hint = f" Did you mean {prefix}{close[0]}?" if close else ""
-    place = f"Settings in {where}" if where else "Settings"
-    return f"no setting '{prefix}{key}'.{hint} {place}: {', '.join(names) or 'none'}"
-
-
-def _names(error: BaseException, path: list[str], schema: type[Any] | None) -> list[str]:
-    """Return what a node has: the one that the error came from, else the schema's."""
-    node: Any
-    for source in (error, error.__cause__):
-        node = getattr(source, "parent_node", None)
-        if node is not None and OmegaConf.is_dict(node):
-            return [str(name) for name in node]
-    node = None if schema is None else OmegaConf.structured(schema)
-    for step in path:
-        node = node.get(step) if OmegaConf.is_dict(node) and step in node else None
-    return [str(name) for name in node] if OmegaConf.is_dict(node) else []
+    parents: list[Any] = [getattr(each, "parent_node", None) for each in (error, error.__cause__)]
+    names = sorted({str(name) for node in parents if OmegaConf.is_dict(node) for name in node})
+    return unknown_setting(".".join(path), key, names)

@@ -8,7 +8,7 @@ import yaml
 
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.configuration import typed_config
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError

@@ -29,7 +29,6 @@ from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.inference.scenes import OBJ_TEXTURES
 from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
-from ffd_lightning.registry import range_problems
 
 FORMAT_VERSION = 4
 """Goes up when the same photograph and settings give other files."""
@@ -63,7 +62,7 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
     model = predictor.model
     _check_candidates(model, config)
     print(f"network of {', '.join(model.categories)}; rendered images: {model.render.views}")
-    writer = MeshWriter(model.bank, config.colors.value)
+    writer = MeshWriter(model.bank, config.colors)
     digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
 
     def work(job: Job) -> Outcome:
@@ -88,8 +87,6 @@ def predict_files(config: PredictConfig) -> list[Outcome]:
 
 def _check(config: PredictConfig) -> None:
     """Refuse settings that cannot work."""
-    if problems := range_problems(config):
-        raise ConfigError("; ".join(problems))
     for name in ("run", "image", "out", "mask"):
         if getattr(config, name) == "":
             raise ConfigError(f"{name}= is empty: name a file or a folder")
@@ -115,7 +112,7 @@ def _predict_file(
     if not config.restart and earlier is not None and all(file.is_file() for file in wanted):
         return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
     start = time.perf_counter()
-    photo = predictor.frame(job.image, mask=job.mask, background=config.background.value)
+    photo = predictor.frame(job.image, mask=job.mask, background=config.background)
     framed = time.perf_counter()
     selected = predictor.predict_framed([photo], config.category)[0]
     seen = time.perf_counter()
@@ -179,9 +176,7 @@ def _write(
     config: PredictConfig,
 ) -> None:
     writer.write(reconstruction, folder, config.obj)
-    write_cloud(
-        reconstruction, folder / "cloud.ply", config.points, config.seed, config.colors.value
-    )
+    write_cloud(reconstruction, folder / "cloud.ply", config.points, config.seed, config.colors)
     if config.preview:
         write_preview(reconstruction, folder / "preview.png", view)
 
@@ -192,11 +187,11 @@ def _key(job: Job, config: PredictConfig, digest: str) -> str:
         FORMAT_VERSION,
         digest,
         *(hashlib.sha256(_bytes(path)).hexdigest() for path in (job.image, job.mask) if path),
-        config.background.value,
+        config.background,
         config.category,
         config.top_k,
         config.points,
-        config.colors.value,
+        config.colors,
         config.obj,
         config.preview,
         config.seed,

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import textwrap
-from collections.abc import Collection, Sequence
-from dataclasses import fields
-from typing import Any, TypeVar, get_type_hints
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 import yaml
-from omegaconf import MISSING, DictConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException, ValidationError
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
-from ffd_lightning.app.messages import unknown_setting
+from ffd_lightning import components
+from ffd_lightning.components import MISSING, Setting, settings_of, unknown_setting, written
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.registry import range_problems
 
 _Settings = TypeVar("_Settings")
 
@@ -23,7 +21,7 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
     """Read `key=value` arguments into a dataclass.
 
     Args:
-        schema: a dataclass; fields without a value, `MISSING`, must be given.
+        schema: a dataclass; fields whose default is `MISSING` must be given.
         arguments: of the command line; commas make lists of `[a,b]` only.
         main: the setting that a lone argument, one without "=", is the value of.
 
@@ -31,110 +29,72 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         ConfigError: an unknown setting, a value that does not fit or is out of range, or one that
             is missing.
     """
-    names = [f.name for f in fields(schema)]  # type: ignore[arg-type]
-    hints = get_type_hints(schema)
-    merged = OmegaConf.structured(schema)
-    seen: set[str] = set()
+    known = settings_of(schema)
+    given: dict[str, Any] = {}
     for argument in arguments:
         key, equals, value = argument.partition("=")
         if not equals:
-            if not main or main in seen:
-                hint = f"write {main or names[0]}={argument}, say"
+            if not main or main in given:
+                hint = f"write {main or next(iter(known))}={argument}, say"
                 raise ConfigError(f"{argument!r} is no setting: {hint}")
             key, value = main, argument
-        if key not in names:
-            raise ConfigError(unknown_setting("", key, names))
-        if key in seen:
+        if key not in known:
+            raise ConfigError(unknown_setting("", key, list(known)))
+        if key in given:
             raise ConfigError(f"{key}= is given twice")
-        seen.add(key)
         if value == "":
             raise ConfigError(f"{key}= is empty: give a value, or leave it out")
-        _set(merged, key, value, hints[key])
-    missing = [name for name in names if OmegaConf.is_missing(merged, name)]
-    if missing:
-        raise ConfigError(f"these settings must be given: {', '.join(f'{n}=...' for n in missing)}")
-    settings = OmegaConf.to_object(merged)
-    assert isinstance(settings, schema)
-    if problems := range_problems(settings):
-        raise ConfigError("; ".join(problems))
+        given[key] = _value(value, known[key].hint)
+    settings: _Settings = components.build(schema, given, "")
     return settings
 
 
-def _set(merged: DictConfig, key: str, value: str, hint: Any) -> None:
-    """Give a setting the value that a user wrote, of whatever type the setting has."""
-    plain = hint is str or (hint == str | None and value != "null")
+def _value(text: str, hint: Any) -> Any:
+    """Return what a user wrote, of whatever type the setting has."""
+    # Names of files may hold what means something to YAML: they are taken as they are.
+    if hint is str or (hint == str | None and text != "null"):
+        return text
+    if components.described(hint) == "a list" and not text.startswith("["):
+        return [text]  # one is a list of one
     try:
-        if OmegaConf.get_type(merged, key) is list and not value.startswith("["):
-            merged[key] = [value]  # one is a list of one
-            return
-        # Names of files may hold what means something to YAML: they are taken as they are.
-        merged[key] = value if plain else OmegaConf.create(f"- {value}")[0]
-    except (ValidationError, OmegaConfBaseException, ValueError, yaml.YAMLError):
-        try:
-            merged[key] = value
-        except (ValidationError, OmegaConfBaseException) as error:
-            reason = str(error).split("\n")[0]
-            raise ConfigError(f"{key}={value} cannot be used ({reason})") from None
+        found = OmegaConf.create(f"- {text}")[0]
+    except (OmegaConfBaseException, ValueError, yaml.YAMLError):
+        return text
+    return OmegaConf.to_container(found) if OmegaConf.is_config(found) else found
 
 
-def settings_help(schema: type[object], leave_out: Collection[str] = ()) -> str:
-    """Return a table of settings with their defaults, from a dataclass and its docstring.
+def default_text(setting: Setting) -> str:
+    """Return a default as it is written on the command line, and what else there is.
+
+    >>> from typing import Literal
+    >>> default_text(Setting(Literal["a", "b"], "b")), default_text(Setting(int))
+    ('b|a', '...')
+    """
+    if isinstance(setting.default, str) and setting.default == MISSING:
+        return "..."
+    default, kind = written(components.plain(setting.default)), components.described(setting.hint)
+    if not kind.startswith("one of "):
+        return default
+    return "|".join(dict.fromkeys([default, *kind.removeprefix("one of ").split(", ")]))
+
+
+def settings_help(settings: Mapping[str, Setting], prefix: str = "") -> str:
+    """Return a table of settings, with their defaults and what each is.
 
     Args:
-        schema: the dataclass; its docstring's `Attributes:` section says what each setting is.
-        leave_out: settings that are told elsewhere.
+        settings: by name.
+        prefix: stands before the names.
     """
-    meanings = setting_meanings(schema)
     lines = []
-    defaults = OmegaConf.structured(schema)
-    for f in fields(schema):  # type: ignore[arg-type]
-        if f.name in leave_out:
-            continue
-        missing = OmegaConf.is_missing(defaults, f.name)
-        value = "..." if missing else _shown(defaults[f.name])
-        text = meanings.get(f.name, "")
-        head = f"  {f.name}={value}"
-        body = textwrap.wrap(text, 72) or [""]
+    for name, setting in settings.items():
+        head = f"  {prefix}{name}={default_text(setting)}"
+        body = textwrap.wrap(setting.help, 72) or [""]
         if len(head) < 22:
             lines.append(f"{head:<22}{body[0]}".rstrip())
         else:
-            lines += [head, f"{'':<22}{body[0]}".rstrip()]
+            lines += [head, *([f"{'':<22}{body[0]}"] if body[0] else [])]
         lines += [f"{'':<22}{line}" for line in body[1:]]
     return "\n".join(lines)
 
 
-def setting_meanings(schema: type[object]) -> dict[str, str]:
-    """Return what each setting is, by name, from the docstring of its dataclass."""
-    found: dict[str, str] = {}
-    for each in reversed(schema.__mro__):  # what is inherited is told there
-        found |= _attributes(inspect.getdoc(each) or "")
-    return found
-
-
-def _shown(value: object) -> str:
-    if value is None:
-        return "null"
-    if isinstance(value, bool):
-        return str(value).lower()
-    return str(getattr(value, "value", value))
-
-
-def _attributes(doc: str) -> dict[str, str]:
-    """Return what a docstring in Google's style says of each attribute."""
-    if "Attributes:\n" not in doc:
-        return {}
-    found: dict[str, str] = {}
-    name = ""
-    for line in doc.split("Attributes:\n", 1)[1].splitlines():
-        if line and not line.startswith(" "):
-            break
-        if line.startswith("    ") and not line.startswith("     ") and ":" in line:
-            names, _, text = line.strip().partition(":")
-            name = names
-            found[name] = text.strip()
-        elif name and line.strip():
-            found[name] += f" {line.strip()}"
-    return {n.strip(): text for names, text in found.items() for n in names.split(",")}
-
-
-__all__ = ["MISSING", "read_settings", "setting_meanings", "settings_help"]
+__all__ = ["MISSING", "default_text", "read_settings", "settings_help"]

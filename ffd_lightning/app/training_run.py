@@ -16,15 +16,21 @@ from lightning.pytorch.utilities import rank_zero_only
 from lightning.pytorch.utilities.exceptions import MisconfigurationException
 from PIL import Image
 
-from ffd_lightning import registry
 from ffd_lightning.app import identity
-from ffd_lightning.app.build import build_data, build_module, build_network, build_protocol
+from ffd_lightning.app.build import (
+    build_callbacks,
+    build_data,
+    build_module,
+    build_network,
+    build_protocol,
+)
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import RankedSubset, Subset, TrainConfig
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.configuration import chosen_components
 from ffd_lightning.app.first_weights import leak_warning
-from ffd_lightning.app.schema import part_names
 from ffd_lightning.app.template_record import record_templates
 from ffd_lightning.checkpoint import read_checkpoint
+from ffd_lightning.components import OWN
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import (
@@ -70,7 +76,11 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     """
     validate(cfg)
     cfg.paths.data = str(Path(cfg.paths.data).absolute())  # a run may be opened from elsewhere
-    cfg.provided = registry.providers(part_names(cfg))
+    cfg.provided = {
+        f"{chosen.kind} {chosen.name}": chosen.provider
+        for chosen in chosen_components(cfg)
+        if chosen.provider != OWN
+    }
     if getattr(rank_zero_only, "rank", 0) != 0:
         return _train(cfg, run)
     with run.lock():
@@ -79,7 +89,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
             "name": str(evaluation_folder(run, cfg).relative_to(run.evaluation(""))),
             "settings": protocol_key(build_protocol(cfg.protocol)),
             "references": cfg.evaluation.references,
-            "subset": cfg.evaluation.subset.value,
+            "subset": cfg.evaluation.subset,
         }
         if run.finished and run.status.get("evaluation") == evaluated:
             log.info("%s is finished already; restart=true would train it again", run.path)
@@ -143,7 +153,7 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         except SystemExit:
             # Lightning turns Ctrl-C into an exit; the entry script says how to go on.
             raise KeyboardInterrupt from None
-    trainer.save_checkpoint(run.checkpoint)  # whatever schedule.checkpoint_every divides
+    trainer.save_checkpoint(run.checkpoint)  # whatever trainer.checkpoint_every divides
     if not trainer.is_global_zero:
         return {}
     return _finish(
@@ -159,7 +169,7 @@ def _evaluated(
     Raises:
         ConfigError: the validation shapes are to be evaluated, and there are none.
     """
-    ids = data.split.test if cfg.evaluation.subset is Subset.test else data.split.val
+    ids = data.split.test if cfg.evaluation.subset == "test" else data.split.val
     if not ids:
         raise ConfigError(
             "evaluation.subset=val: there are no validation shapes (split.val_fraction)"
@@ -219,10 +229,11 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         ModelCheckpoint(
             dirpath=run.checkpoint.parent,
             filename=run.checkpoint.stem,
-            every_n_train_steps=cfg.schedule.checkpoint_every,
+            every_n_train_steps=cfg.trainer.checkpoint_every,
             save_top_k=1,
             enable_version_counter=False,
         ),
+        *build_callbacks(cfg),
     ]
     if cfg.trainer.progress_bar:
         callbacks.append(StepProgress())
@@ -242,7 +253,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         precision=cfg.trainer.precision,  # type: ignore[arg-type]
         max_steps=cfg.schedule.steps,
         max_epochs=-1,
-        val_check_interval=min(cfg.schedule.val_every, cfg.schedule.steps),
+        val_check_interval=min(cfg.trainer.val_every, cfg.schedule.steps),
         num_sanity_val_steps=0,
         log_every_n_steps=cfg.logger.every,
         logger=logger if cfg.logger.tensorboard else False,
@@ -276,7 +287,7 @@ def _finish(
     run.set_data(data.record())
     _rank(cfg, run, data, evaluated.network, options.workers)
     count = len(evaluated.tested_on.rows)
-    log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset.value)
+    log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset)
     run.set_progress("evaluating", 0, count, None)
     summary = evaluate(evaluated, protocol, evaluation_folder(run, cfg), options)
     summary["seconds_per_step"] = timer.seconds_per_step
@@ -303,7 +314,7 @@ def _rank(
     workers: int,
 ) -> None:
     """Write how often each template is selected: a choice, so not on test shapes."""
-    on_train = cfg.template_ranking.subset is RankedSubset.train
+    on_train = cfg.template_ranking.subset == "train"
     ids = data.split.train if on_train else data.split.chosen_on
     samples = Shapes(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
     log.info("%s: ranking the templates on %d images", run.path, len(samples))
@@ -313,4 +324,4 @@ def _rank(
 
 def evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:
     """Return where the evaluation of the trained network goes."""
-    return run.evaluation(identity.evaluation_name(cfg), cfg.evaluation.subset.value)
+    return run.evaluation(identity.evaluation_name(cfg), cfg.evaluation.subset)

@@ -109,7 +109,7 @@ class ShapeStore:
             size = resident_bytes(prepared, bank, coverage)
             raise DataError(
                 f"the images and clouds of {prepared.path} take {size / 1e9:.1f} GB, more than "
-                f"{device} has left: use data.residency=disk"
+                f"{device} has left: use trainer.residency=disk"
             ) from None
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -214,7 +214,7 @@ def resident_bytes(prepared: PreparedSet, bank: TemplateBank, coverage: bool = F
 
 
 def fits(size: int, device: torch.device) -> bool:
-    """Return whether `data.residency=auto` keeps so many bytes on a device.
+    """Return whether `trainer.residency=auto` keeps so many bytes on a device.
 
     A GPU takes what fits into half of its free memory. Elsewhere the files stay where they are: the
     system keeps what is read of them in memory, once for all runs of a machine, and unpacking

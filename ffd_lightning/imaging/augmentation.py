@@ -11,6 +11,7 @@ from jaxtyping import Float, UInt8
 from torch import Tensor
 from torch.nn import functional
 
+from ffd_lightning.components import component
 from ffd_lightning.imaging.photo_variation import PhotoVariation
 
 Augmentation: TypeAlias = Callable[[Tensor], Tensor]
@@ -23,6 +24,24 @@ _ERASED = 0.22  # largest half side of what is erased, in half heights of the im
 _PATCH = 0.2, 0.5  # half sizes of patches, in half heights of the image
 _WIDER, _NARROWER = 4.0, 1.5  # how strongly a blurred outline replaces the object's own
 _BACKGROUND = 0.2, 0.8  # levels; a gradient adds up to 0.15
+
+
+@component("augmentation", "none")
+class Unchanged:
+    """Training images as they were prepared."""
+
+    def __call__(self, images: Tensor) -> Tensor:
+        """Return them."""
+        return images
+
+
+@component("augmentation", "photo")
+class Photo(PhotoVariation):
+    """Varies training images as photographs vary: colours, framing, imperfect cut-outs."""
+
+    def __call__(self, images: Tensor) -> Tensor:
+        """Return varied images, see `PhotoAugmentation`."""
+        return PhotoAugmentation(self)(images)
 
 
 class PhotoAugmentation:

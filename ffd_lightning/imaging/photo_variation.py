@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from ffd_lightning.errors import ConfigError
-
 _LIMITS = {"contrast": 1.0, "gamma": 1.0, "light": 1.0, "hue": 0.5, "shift": 0.5, "roll": 45.0}
 _FACTORS = ("brightness", "saturation", "tint", "scale")
 _MOST_FACTOR = 3.0
@@ -55,10 +53,10 @@ class PhotoVariation:
     noise: float = 0.04
     erasing: float = 0.15
 
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
         for f in fields(self):
             most = _MOST_FACTOR if f.name in _FACTORS else _LIMITS.get(f.name, 1.0)
             value = getattr(self, f.name)
             if not 0 <= value <= most:
-                raise ConfigError(f"augmentation.{f.name}={value} must lie in [0, {most:g}]")
+                raise ValueError(f"{f.name}={value} must lie in [0, {most:g}]")

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from ffd_lightning.components import check_ranges, component, typed
 from ffd_lightning.losses.terms import StepInput
 
 
@@ -30,8 +31,13 @@ Selection = Callable[[StepInput, Tensor], Teaching]
 Selections that are an `nn.Module` may have parameters and buffers, as terms may."""
 
 
+Function = Literal["identity", "log", "square"]
+"""f of the template weights."""
+
+
+@component("selection", "weighted")
 class WeightedCosts:
-    r"""The paper's selection: costs count by f of the template weights, which learn through them.
+    r"""Costs count by a function of the template weights, which learn through them (the paper).
 
     Args:
         function: `identity`, :math:`f(\gamma) = \gamma`; `log`,
@@ -39,18 +45,14 @@ class WeightedCosts:
             selection; or `square`, :math:`f(\gamma) = \gamma^2`.
 
     Raises:
-        ValueError: another function.
+        ConfigError: another function.
 
     Source: the paper's equation 7; f of its section 4.1 and Table 2. `square` is in the authors'
     released code, and not used in the paper.
     """
 
-    FUNCTIONS = ("identity", "log", "square")
-
-    def __init__(self, function: str = "identity") -> None:
-        if function not in self.FUNCTIONS:
-            raise ValueError(f"function={function} must be one of {', '.join(self.FUNCTIONS)}")
-        self.function = function
+    def __init__(self, function: Function = "identity") -> None:
+        self.function: Function = typed(Function, function, "function")
 
     def __call__(self, inputs: StepInput, costs: Float[Tensor, "queries templates"]) -> Teaching:
         """Return f of the weights, (q, T)."""
@@ -60,8 +62,9 @@ class WeightedCosts:
         return Teaching(log_weights(weights) if self.function == "log" else weights.square())
 
 
+@component("selection", "posterior")
 class PosteriorTaught:
-    r"""Selection that is taught which template costs least, and templates that all learn.
+    r"""Selection learns which template costs least; all templates learn.
 
     .. math:: \pi^{(qt)} = \frac{e^{-c^{(qt)} / \tau}}{\sum_s e^{-c^{(qs)} / \tau}}, \quad
               w^{(qt)} = (1 - u) \pi^{(qt)} + u / T, \quad
@@ -74,9 +77,9 @@ class PosteriorTaught:
     Args:
         temperature: tau, in the unit of the costs: differences far below it do not matter.
         uniform: u, the share of the weights that all templates have alike, in [0, 1].
-        within_category: where one network serves several categories, only the templates of an
-            image's own category are deformed for it; the logits, of all, learn the category too.
-        weight: of lambda_s in the objective.
+        within_category: with category=joint, images deform templates of their own category alone;
+            the logits, of all, learn the category too.
+        weight: of what the logits learn from (lambda_s), beside the costs.
 
     Raises:
         ValueError: a temperature or weight that is not above 0, or a share outside [0, 1].
@@ -89,13 +92,8 @@ class PosteriorTaught:
         within_category: bool = True,
         weight: float = 1.0,
     ) -> None:
-        if not temperature > 0:
-            raise ValueError(f"temperature={temperature} must be above 0")
-        if not 0 <= uniform <= 1:
-            raise ValueError(f"uniform={uniform} must lie in [0, 1]")
+        check_ranges(locals(), temperature="(0, inf)", uniform="[0, 1]", weight="(0, inf)")
         self.temperature, self.uniform = temperature, uniform
-        if not weight > 0:
-            raise ValueError(f"weight={weight} must be above 0")
         self.within_category, self.weight = within_category, weight
 
     def __call__(self, inputs: StepInput, costs: Float[Tensor, "queries templates"]) -> Teaching:

@@ -11,6 +11,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from ffd_lightning.components import component
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample, bending_energy
 from ffd_lightning.geometry.jacobian import lattice_determinants
@@ -79,30 +80,45 @@ sums, or one number, (), for all queries. Terms that are an `nn.Module` may have
 are trained, and buffers: a checkpoint keeps both."""
 
 
-def chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
-    r"""Return the Chamfer distance :math:`\lambda_c(s^{(q)}, \tilde s^{(qt)})`, (q, T).
+@component("term", "chamfer")
+class Chamfer:
+    r"""Chamfer distance of each deformed template, a sum over points.
+
+    It is :math:`\lambda_c(s^{(q)}, \tilde s^{(qt)})`.
 
     Source: the paper's equations 1 and 7.
     """
-    return inputs.chamfer
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
+        """Return it, (q, T)."""
+        return inputs.chamfer
 
 
-def mean_chamfer(inputs: StepInput) -> Float[Tensor, "queries templates"]:
-    """Return 1,000 times the Chamfer distance as a mean over points, (q, T).
+@component("term", "mean_chamfer")
+class MeanChamfer:
+    """1,000 x the Chamfer distance as a mean over points: the same for any number of points.
 
-    The same for any number of points: what other costs and temperatures are weighed against.
+    What other costs and temperatures are weighed against.
     """
-    count = (inputs.pred_points.shape[-2] + inputs.target_points.shape[-2]) / 2
-    return inputs.chamfer * (1000 / count)
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
+        """Return it, (q, T)."""
+        count = (inputs.pred_points.shape[-2] + inputs.target_points.shape[-2]) / 2
+        return inputs.chamfer * (1000 / count)
 
 
-def lattice_bending(inputs: StepInput) -> Float[Tensor, "queries templates"]:
-    """Return what bends each template: the bending energy of its offsets, see `bending_energy`."""
-    return bending_energy(inputs.prediction.offsets, inputs.templates.degrees)
+@component("term", "lattice_bending")
+class LatticeBending:
+    """What bends a template: the bending energy of its offsets, see `bending_energy`."""
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
+        """Return it, (q, T)."""
+        return bending_energy(inputs.prediction.offsets, inputs.templates.degrees)
 
 
-def lattice_folding(inputs: StepInput) -> Float[Tensor, "queries templates"]:
-    r"""Return what turns each template inside out, at the places of the lattice's control points.
+@component("term", "lattice_folding")
+class LatticeFolding:
+    r"""What a template's deformation turns inside out, at the places of the control points.
 
     .. math:: \frac 1 M \sum_m \log\left(1 + \max(0, -\det J(P_m))^2\right)
 
@@ -111,13 +127,17 @@ def lattice_folding(inputs: StepInput) -> Float[Tensor, "queries templates"]:
     displacements, each relative to the lattice's size, which is small for thin templates: without
     the logarithm one bad step of a training outweighs all others.
     """
-    _, control_points, degrees = inputs.templates
-    turned = -lattice_determinants(inputs.prediction.offsets, control_points, degrees)
-    return turned.relu().square().log1p().mean(-1)
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:
+        """Return it, (q, T)."""
+        _, control_points, degrees = inputs.templates
+        turned = -lattice_determinants(inputs.prediction.offsets, control_points, degrees)
+        return turned.relu().square().log1p().mean(-1)
 
 
-def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
-    r"""Return the negative entropy of the batch's mean weights, in nats.
+@component("term", "negative_entropy")
+class NegativeEntropy:
+    r"""Negative entropy of the batch's mean template weights, in nats.
 
     .. math:: \lambda_e = \sum_t \bar\gamma^{(t)} \log \bar\gamma^{(t)}
 
@@ -127,29 +147,40 @@ def negative_entropy(inputs: StepInput) -> Float[Tensor, ""]:
 
     Source: the paper's section 4.1, equation 11.
     """
-    mean = inputs.batch_weights.mean(0)
-    share = len(inputs.batch_weights) / inputs.num_queries
-    # At a weight of 0 the logarithm's slope is infinite: nan, when multiplied by the softmax's, 0.
-    logs = mean.clamp_min(torch.finfo(mean.dtype).tiny)
-    return share * torch.xlogy(mean, logs).sum()
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, ""]:
+        """Return it, ()."""
+        mean = inputs.batch_weights.mean(0)
+        share = len(inputs.batch_weights) / inputs.num_queries
+        # At a weight of 0 the logarithm's slope is infinite, and nan times the softmax's, 0.
+        logs = mean.clamp_min(torch.finfo(mean.dtype).tiny)
+        return share * torch.xlogy(mean, logs).sum()
 
 
-def offset_penalty(inputs: StepInput) -> Float[Tensor, ""]:
-    r"""Return the weighted squared norm of the offsets.
+@component("term", "offset_penalty")
+class OffsetPenalty:
+    r"""Squared norm of the offsets under the template weights.
 
     .. math:: \lambda_r = \sum_{q,t} \gamma^{(qt)} |\Delta P^{(qt)}|^2
 
     Source: the paper's section 4.1, equation 14.
     """
-    squares = inputs.prediction.offsets.square().sum((-1, -2))
-    return (inputs.prediction.template_weights * squares).sum()
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, ""]:
+        """Return it, ()."""
+        squares = inputs.prediction.offsets.square().sum((-1, -2))
+        return (inputs.prediction.template_weights * squares).sum()
 
 
-def uniform_penalty(inputs: StepInput) -> Float[Tensor, ""]:
-    r"""Return the squared norm of the offsets, those of all templates alike.
+@component("term", "uniform_penalty")
+class UniformPenalty:
+    r"""Squared norm of the offsets of all templates alike, whatever their weights.
 
     .. math:: \sum_{q,t} |\Delta P^{(qt)}|^2
 
     Source: the authors' released code; the paper weighs them, see `offset_penalty`.
     """
-    return inputs.prediction.offsets.square().sum()
+
+    def __call__(self, inputs: StepInput) -> Float[Tensor, ""]:
+        """Return it, ()."""
+        return inputs.prediction.offsets.square().sum()

@@ -6,11 +6,13 @@ from jaxtyping import Float
 from torch import Tensor
 from torch.nn import functional
 
+from ffd_lightning.components import check_ranges, component
 from ffd_lightning.losses.terms import StepInput
 
 
+@component("term", "sliced_wasserstein")
 class SlicedWasserstein:
-    r"""The sliced Wasserstein distance of each deformed template: what its points' density costs.
+    r"""Sliced Wasserstein distance of each deformed template: what uneven density costs.
 
     .. math:: 1000 \cdot \frac{3}{K N} \sum_{k=1}^{K} \sum_{i=1}^{N}
               \left( \langle \theta_k, s \rangle_{(i)} - \langle \theta_k, \tilde s \rangle_{(i)}
@@ -22,13 +24,14 @@ class SlicedWasserstein:
     a distance in space, so that moving a cloud by d costs 1000 d^2.
 
     Args:
-        directions: K, drawn anew in each step.
-        points: N at most; of more points in a cloud, evenly spread ones are taken.
+        directions: K, on which the clouds are sorted, drawn anew in each step.
+        points: N, of each cloud, at most; of more points in a cloud, evenly spread ones are taken.
 
     Source: Bonneel et al. 2015, "Sliced and Radon Wasserstein barycenters of measures", section 3.
     """
 
     def __init__(self, directions: int = 8, points: int = 256) -> None:
+        check_ranges(locals(), directions="(0, inf)", points="(0, inf)")
         self.directions, self.points = directions, points
 
     def __call__(self, inputs: StepInput) -> Float[Tensor, "queries templates"]:

@@ -290,7 +290,7 @@ def test_numbers_of_templates_are_held_apart_or_compared():
 
 def settings(samples, *rows):
     """Settings of the samples' runs as `load_settings` gives them."""
-    common = {"schedule.steps": 300, "data.residency": "auto"}
+    common = {"schedule.steps": 300, "trainer.residency": "auto"}
     return pd.DataFrame([common | row for row in rows], index=samples["run"].unique())
 
 
@@ -298,7 +298,7 @@ def test_other_settings_must_be_equal():
     x = np.arange(9.0)
     samples = joined(run_samples(x), run_samples(x + 1, "w"))
     same = settings(samples, {"regime.name": "b", "seed": 0}, {"regime.name": "w", "seed": 0})
-    same.iloc[0, same.columns.get_loc("data.residency")] = "disk"  # where, not what
+    same.iloc[0, same.columns.get_loc("trainer.residency")] = "disk"  # where, not what
     assert len(compare_runs(samples, PAPER, "chamfer", settings=same)) == 1
     other = settings(samples, {"schedule.steps": 1000}, {})
     with pytest.raises(DataError, match=r"schedule\.steps \(1000, 300\).* regime"):

@@ -16,9 +16,8 @@ from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import labels
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription

@@ -21,9 +21,8 @@ from ffd_lightning.analysis.runs import described_protocols
 from ffd_lightning.app.build import build_data, build_network, build_protocol
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import evaluation_name
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_weights
 from ffd_lightning.data.preparation.prepared import PreparedSet

@@ -1,16 +1,20 @@
-"""Shapes that trained the weights a run starts from are not tested on unnoticed."""
+"""What encoders start from; shapes that trained it are not tested on unnoticed."""
 
 import hashlib
 import re
 
 import pytest
+import torch
 
 from ffd_lightning import shapes
 from ffd_lightning.app import training_run
-from ffd_lightning.app.build import build_part, build_source
+from ffd_lightning.app.build import build_network, build_source
+from ffd_lightning.app.checks import validate
 from ffd_lightning.app.first_weights import leak_warning
-from ffd_lightning.checkpoint import read_checkpoint
+from ffd_lightning.app.identity import identity
+from ffd_lightning.checkpoint import load_model, read_checkpoint
 from ffd_lightning.data.splits import SplitInput, make_split
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
 
@@ -25,7 +29,7 @@ def warned(tiny_config):
     def make(*overrides):
         cfg = tiny_config("data.num_models=500", EMBEDDED, *overrides)
         ids = tuple(build_source(cfg).shape_ids(cfg.category.name))
-        subsets = build_part("split", cfg.split)(SplitInput(cfg.category.name, ids, (), {}))
+        subsets = cfg.split.build()(SplitInput(cfg.category.name, ids, (), {}))
         tested = make_split(ids, subsets, cfg.split.val_fraction).test
         return leak_warning(cfg, tested), tested
 
@@ -78,3 +82,46 @@ def test_a_run_says_so_before_it_trains(tiny_config, tmp_path, caplog, monkeypat
         training_run.train(tiny_config(EMBEDDED, *FEWER), RunFolder(tmp_path))
     assert "were trained on" in caplog.text
     assert "what is measured on fewer than 10 shapes says little" in caplog.text
+
+
+# --- the encoder of the model that comes with the package -----------------------------------------
+
+
+def test_the_encoder_sees_what_the_models_encoder_sees(shipped, tiny_config):
+    cfg = tiny_config(EMBEDDED, "network.batch_norm_momentum=0.3")
+    validate(cfg)
+    encoder = build_network(cfg).encoder.eval()
+    images = torch.randn(2, 3, 48, 64, generator=torch.Generator().manual_seed(0))
+    with torch.no_grad():
+        features = encoder(images)
+        expected = load_model(shipped).network.encoder(images)
+    torch.testing.assert_close(features, expected, rtol=0, atol=0)
+    assert features.std() > 0, "else nothing was compared"
+    norms = [m for m in encoder.modules() if isinstance(m, torch.nn.BatchNorm2d)]
+    assert {norm.momentum for norm in norms} == {0.3}
+    assert all(weights.requires_grad for weights in encoder.parameters())
+
+
+@pytest.mark.usefixtures("shipped")
+@pytest.mark.parametrize(
+    ("overrides", "embedded"),
+    [([], True), (["encoder.weights=none"], False), (["encoder.width=0.5"], False)],
+)
+def test_it_is_what_is_meant_where_nothing_is_said(tiny_config, overrides, embedded):
+    cfg = tiny_config("encoder.weights=null", *overrides)
+    assert identity(cfg)["encoder.weights"] == ("embedded" if embedded else "none")
+    statistics = build_network(cfg).encoder.layers.conv1_bn.running_mean
+    assert bool(statistics.any()) == embedded, "scratch starts at 0"
+
+
+@pytest.mark.usefixtures("shipped")
+def test_another_width_is_refused(tiny_config):
+    with pytest.raises(ConfigError, match=r"embedded is of encoder=mobilenet encoder.width=0.25"):
+        validate(tiny_config(EMBEDDED, "encoder.width=0.5"))
+
+
+@pytest.mark.usefixtures("nothing_shipped")
+def test_without_a_model_it_is_refused_and_scratch_is_meant(tiny_config):
+    assert tiny_config("encoder.weights=null").encoder.first_weights == "none"
+    with pytest.raises(ConfigError, match="weights=embedded: this installation has no"):
+        validate(tiny_config(EMBEDDED))

@@ -5,9 +5,10 @@ import yaml
 from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
 
+from ffd_lightning import components
 from ffd_lightning.analysis.runs import decides, different_settings, load_runs, load_settings
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import config_folder, prepare_hydra
+from ffd_lightning.app.configuration import config_folder, prepare_hydra
 from ffd_lightning.app.identity import (
     check_folder,
     identity,
@@ -24,9 +25,9 @@ NO_OTHER_RUN = [
     "trainer.compile=true",
     "trainer.num_workers=3",
     "trainer.progress_bar=true",
-    "schedule.val_every=2",
-    "schedule.checkpoint_every=7",
-    "data.residency=disk",
+    "trainer.val_every=2",
+    "trainer.checkpoint_every=7",
+    "trainer.residency=disk",
     "preparation.workers=1",
     "logger.every=3",
     "callbacks.figure_examples=1",
@@ -58,7 +59,10 @@ ANOTHER_RUN = [
     "encoder.width=0.5",
     "network.degrees=[3,3,2]",
     "schedule.steps=9",
-    "schedule.learning_rate_decay=none",
+    "lr_schedule=none",
+    "optimizer=adamw",
+    "optimizer.weight_decay=0.1",
+    "encoder.weights=embedded",
 ]
 
 
@@ -144,31 +148,7 @@ def test_all_that_differs_is_listed(tiny_config, tmp_path):
     assert yaml.safe_load(run.config.read_text())["seed"] == 3
 
 
-def test_a_setting_that_an_older_file_does_not_have_had_its_default(tiny_config, tmp_path):
-    run = written(tiny_config(), tmp_path)
-    content = yaml.safe_load(run.config.read_text())
-    del content["trainer"]["precision"], content["split"]["val_fraction"]
-    del content["network"]["batch_norm_momentum"], content["base"]
-    run.config.write_text(yaml.safe_dump(content))
-    checked(tiny_config(), run)
-    assert yaml.safe_load(run.config.read_text())["trainer"]["precision"] == "32-true"
-    run.config.write_text(yaml.safe_dump(content))
-    with pytest.raises(ConfigError, match=r"trainer.precision was 32-true, now bf16-mixed"):
-        checked(tiny_config("trainer.precision=bf16-mixed"), run)
-
-
-def test_runs_from_before_there_were_augmentations_had_none(tiny_config, tmp_path):
-    run = written(tiny_config(), tmp_path)
-    content = yaml.safe_load(run.config.read_text())
-    assert content.pop("augmentation") == {"name": "none"}
-    run.config.write_text(yaml.safe_dump(content))
-    checked(tiny_config(), run)
-    run.config.write_text(yaml.safe_dump(content))
-    with pytest.raises(ConfigError, match=r"augmentation\.name was none, now photo"):
-        checked(tiny_config("augmentation=photo"), run)
-
-
-@pytest.mark.parametrize("text", ["{{", "seed: 1", "- 1", "category: {name: table, color: red}"])
+@pytest.mark.parametrize("text", ["{{", "seed: 1", "- 1", "data: {residency: auto}"])
 def test_a_damaged_file_is_said(tiny_config, tmp_path, text):
     run = written(tiny_config(), tmp_path)
     run.config.write_text(text)
@@ -198,6 +178,10 @@ def folder(*overrides):
         (["schedule.steps=50"], "chair/b/t16/seed0_steps-50"),
         (["schedule=paper"], "chair/b/t16/seed0_paper"),
         (["schedule=paper", "schedule.steps=50"], "chair/b/t16/seed0_paper_steps-50"),
+        (["schedule=paper", "lr_schedule=cosine"], "chair/b/t16/seed0_cosine_paper"),
+        (["lr_schedule=one_cycle"], "chair/b/t16/seed0"),  # the default
+        (["lr_schedule=none"], "chair/b/t16/seed0_lr_schedule-none"),  # augmentation has one, too
+        (["regime/term=[uniform_penalty]"], "chair/b/t16/seed0_uniform_penalty"),
         (["schedule.steps=600"], "chair/b/t16/seed0"),  # the default
         (["encoder.weights=embedded"], "chair/b/t16/seed0"),  # the default, said
         (
@@ -271,3 +255,20 @@ def test_settings_of_one_last_word_have_names_of_their_own(one, other):
     names = [folder(one), folder(other), folder(one, other)]
     assert len(set(names)) == 3
     assert all(len(name) < 80 for name in names)
+
+
+def test_what_cannot_be_typed_has_a_folder_of_its_own():
+    assert folder("network.degrees=[3,3]").startswith("chair/b/t16/seed0_invalid-")
+
+
+def test_callbacks_make_another_run_unless_they_only_watch(tiny_config, monkeypatch):
+    monkeypatch.setattr(components, "_registered", dict(components._registered))
+
+    class Watch:
+        only_watches = True
+
+    components.component("callback", "watch")(Watch)
+    components.component("callback", "change")(type("Change", (), {}))
+    usual = identity(tiny_config())
+    assert identity(tiny_config("callback=[watch]")) == usual
+    assert identity(tiny_config("callback=[change]")) != usual

@@ -5,9 +5,8 @@ import yaml
 
 from ffd_lightning.analysis.paper_settings import compared_settings, paper_settings
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import identity, to_yaml
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.data.categories import paper_templates
 
 # Decide a run, and mean nothing for the comparison: names, seeds, places, what is written down for

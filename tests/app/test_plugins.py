@@ -1,63 +1,43 @@
-"""Parts of a user's own: what is kept of their settings, and what is said of mistakes in them."""
+"""Components of a user's own: what is kept of their settings, and what is said of mistakes."""
 
 import io
-import subprocess
-import sys
-from dataclasses import MISSING, dataclass, field, fields
-from enum import Enum
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 
-import cloudpickle
-import numpy as np
 import pytest
 import torch
 import yaml
-from omegaconf import MISSING as OMITTED
+from lightning import Callback
 from torch import nn
 
 import ffd_lightning as ffd
-from ffd_lightning import registry
-from ffd_lightning.app.build import (
-    build_data,
-    build_network,
-    build_objective,
-    build_protocol,
-    build_source,
-)
+from ffd_lightning import components
+from ffd_lightning.app.build import build_callbacks, build_network, build_protocol, build_source
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.help import command_help
-from ffd_lightning.app.hydra_app import compose_config, config_folder
+from ffd_lightning.app.configuration import all_settings, compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.app.schema import node_type, typed_config
+from ffd_lightning.components import Component
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.splits import make_split
-from ffd_lightning.data.templates.strategies import choose_templates
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.evaluation.samples import score_sample
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 
-class Padding(Enum):
-    ZERO = "zeros"
-    SAME = "replicate"
-
-
-@dataclass
-class Tiny:
-    """A convolution."""
-
-    padding: Padding = Padding.ZERO
-    notes: Path = Path("notes")
-    sizes: tuple[int, int] = (8, 8)
+@pytest.fixture(autouse=True)
+def _registered(monkeypatch):
+    """What a test registers is gone after it."""
+    components.load_plugins()
+    monkeypatch.setattr(components, "_registered", dict(components._registered))
 
 
 class TinyEncoder(ffd.ImageEncoder):
-    def __init__(self, settings):
+    """A convolution; it names none of the context."""
+
+    def __init__(self, notes: Path = Path("notes"), sizes: tuple[int, int] = (8, 8)):
         super().__init__()
-        self.out_channels = 4
-        self.layer = nn.Conv2d(3, 4, 8, 8, padding_mode=settings.padding.value)
-        self.notes = settings.notes
+        self.out_channels, self.notes = 4, notes
+        self.layer = nn.Conv2d(3, 4, sizes, sizes)
 
     def output_size(self, image_size):
         return image_size[0] // 8, image_size[1] // 8
@@ -67,216 +47,121 @@ class TinyEncoder(ffd.ImageEncoder):
 
 
 @pytest.fixture
-def register(monkeypatch):
-    """Register parts for one test alone."""
-    registry.load_plugins()
-    monkeypatch.setattr(registry, "_entries", dict(registry._entries))
+def tiny():
+    class Tiny(TinyEncoder):
+        pass
 
-    def add(kind, name, settings, factory):
-        registry.register(kind, name, settings)(factory)
-
-    return add
-
-
-@pytest.fixture
-def tiny(register):
-    register("encoder", "tiny", Tiny, lambda s, image_size, batch_norm_momentum: TinyEncoder(s))
-
-
-def typed(*overrides):
-    return typed_config(compose_config("train", TrainConfig, overrides), TrainConfig)
+    return ffd.component("encoder", "tiny")(Tiny)
 
 
 def small(*overrides):
-    return typed("data.render.height=48", "data.render.width=64", "templates=t2", *overrides)
+    given = ("data.render.height=48", "data.render.width=64", "templates=t2", *overrides)
+    return typed_config(compose_config("train", TrainConfig, given), TrainConfig)
 
 
-def test_settings_of_all_types_are_read_back_from_a_runs_config(tiny):
-    cfg = typed("encoder=tiny", "encoder.padding=SAME", "encoder.notes=a/b", "encoder.sizes=[1,2]")
-    text = to_yaml(cfg)
-    assert "padding: SAME" in text
-    again = typed_config(yaml.safe_load(text), TrainConfig).encoder
-    assert (again.padding, again.notes, list(again.sizes)) == (Padding.SAME, Path("a/b"), [1, 2])
+@pytest.mark.usefixtures("tiny")
+def test_settings_are_read_back_from_a_runs_config():
+    cfg = small("encoder=tiny", "encoder.notes=a/b", "encoder.sizes=[8,4]")
+    again = typed_config(yaml.safe_load(to_yaml(cfg)), TrainConfig)
+    assert again.encoder == cfg.encoder
+    assert again.encoder.build().notes == Path("a/b")
+    with pytest.raises(ConfigError, match=r"encoder\.sizes=\[8\] must be 2 values"):
+        small("encoder=tiny", "encoder.sizes=[8]")
 
 
-def test_help_shows_what_is_written_on_the_command_line(tiny):
-    text = command_help("train", TrainConfig, config_folder())
-    assert "padding=ZERO|SAME" in text
-
-
-def test_a_checkpoints_part_holds_plain_values_and_is_built_again(tiny):
-    settings = {"padding": Padding.SAME, "notes": Path("a/b")}
-    encoder = ffd.part("encoder", "tiny", **settings, image_size=(48, 64), batch_norm_momentum=0.1)
+def test_a_checkpoint_holds_plain_values_and_builds_it_again(tiny):
     file = io.BytesIO()
-    torch.save(encoder.part.settings, file)
+    torch.save(dict(tiny(Path("a/b")).component.settings), file)
     file.seek(0)
     loaded = torch.load(file, weights_only=True)
-    assert loaded == {"padding": "SAME", "notes": "a/b", "sizes": [8, 8]}
-    part = registry.Part("encoder", "tiny", loaded, "here")
-    again = part.build(image_size=(48, 64), batch_norm_momentum=0.1)
-    assert again.layer.padding_mode == "replicate"
-    assert again.notes == Path("a/b")
+    assert loaded == {"notes": "a/b", "sizes": [8, 8]}
+    assert Component("encoder", "tiny", loaded).build(image_size=(48, 64)).notes == Path("a/b")
+    with pytest.raises(ConfigError, match=r"no setting 'encoder tiny\.depth'"):
+        Component("encoder", "tiny", loaded | {"depth": 3}).build()
 
 
-@dataclass
-class Rich:
-    """Settings of all types."""
+def test_a_setting_of_a_taken_name_is_refused():
+    @ffd.component("term", "mine")
+    class Mine:
+        def __init__(self, weight: float = 1.0): ...
 
-    file: Path | None = None
-    none: Path | None = None
-    paddings: list[Padding] = field(default_factory=list)
-    pair: tuple[Padding, Path] = (Padding.ZERO, Path())
-    paths: dict[str, Path | None] = field(default_factory=dict)
-    tiny: Tiny = field(default_factory=Tiny)
-
-
-def test_settings_of_a_checkpoint_come_back_as_they_were(register):
-    given = []
-    register("encoder", "rich", Rich, lambda s, image_size, padding: given.append(s) or Kept())
-    same = [Padding.SAME, Padding.ZERO]
-    tiny = Tiny(Padding.SAME, Path("x"), [1, 2])
-    settings = {"file": Path("a"), "paddings": same, "pair": [Padding.SAME, Path("b")]}
-    settings |= {"paths": {"c": Path("d"), "e": None}, "tiny": tiny}
-    made = ffd.part("encoder", "rich", **settings, image_size=(48, 64), padding=1)
-    made.part.build(image_size=(48, 64), padding=1)
-    assert given[0] == given[1]
-
-
-class Kept:
-    part = None
+    with pytest.raises(ConfigError, match="every term has a setting 'weight'"):
+        all_settings("term", "mine")
 
 
 @pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"depth": 3}, "'tiny' was built with depth=3, which ffd_lightning does not know"),
-        ({"padding": "MIRROR"}, "was built with padding=MIRROR, which .* not know"),
-    ],
-)
-def test_what_a_checkpoint_has_and_this_version_does_not_is_refused(tiny, settings, words):
-    part = registry.Part("encoder", "tiny", settings, "own-parts 9")
-    with pytest.raises(ConfigError, match=rf"{words}.*own-parts 9"):
-        part.build(image_size=(48, 64), batch_norm_momentum=0.1)
-
-
-def test_nodes_stay_as_they_are_when_a_job_in_another_process_sends_them_back():
-    node = node_type(registry.get("source", "procedural"))
-    there = (
-        "import sys, cloudpickle; import ffd_lightning.app.schema; "
-        "sys.stdout.buffer.write(cloudpickle.dumps(cloudpickle.load(sys.stdin.buffer)))"
-    )
-    command = [sys.executable, "-c", there]
-    sent = subprocess.run(command, input=cloudpickle.dumps(node), capture_output=True, check=True)
-    assert cloudpickle.loads(sent.stdout) is node
-    assert all(f.default is MISSING or f.default_factory is MISSING for f in fields(node))
-    typed("data=procedural")
-
-
-@dataclass
-class Odd:
-    a: np.ndarray | None = None
-
-
-def test_settings_of_other_types_are_named(register):
-    register("term", "odd", Odd, lambda s: None)
-    with pytest.raises(ConfigError, match=r"term 'odd' of ffd_lightning: .*'a' has a type"):
-        node_type(registry.get("term", "odd"))
-
-
-def test_a_name_is_taken_once_in_a_module_too(register):
-    def first(settings): ...
-    def second(settings): ...
-
-    register("term", "mine", Tiny, first)
-    register("term", "mine", Tiny, first)
-    with pytest.raises(ConfigError, match=r"term 'mine' of .* is taken"):
-        register("term", "mine", Tiny, second)
-
-
-def odd_encoder(**methods):
-    content = {"out_channels": 4, "output_size": lambda self, size: (size[0] // 8, size[1] // 8)}
-    content["forward"] = lambda self, images: images.new_zeros(len(images), 4, 6, 8)
-    made = type("Odd", (ffd.ImageEncoder,), content | methods)
-    return lambda settings, image_size, batch_norm_momentum: made()
-
-
-@pytest.mark.parametrize(
-    ("methods", "words"),
+    ("content", "words"),
     [
         ({"output_size": lambda self, size: (3, 4)}, r"\(1, 4, 6, 8\).* say \(1, 4, 3, 4\)"),
         ({"output_size": ffd.ImageEncoder.output_size}, "has no method output_size"),
-        ({"out_channels": None}, "has no out_channels"),
     ],
 )
-def test_an_encoder_that_says_something_else_than_it_does(register, methods, words):
-    register("encoder", "odd", Tiny, odd_encoder(**methods))
+def test_an_encoder_that_says_something_else_than_it_does(content, words):
+    ffd.component("encoder", "odd")(type("Odd", (TinyEncoder,), content))
     with pytest.raises(ConfigError, match=f"encoder=odd .*{words}"):
         build_network(small("encoder=odd"))
-
-
-def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone(register, monkeypatch):
-    register("encoder", "tiny", Tiny, lambda s, image_size, batch_norm_momentum: TinyEncoder(s))
-    torch.manual_seed(0)
-    weights = build_network(small("encoder=tiny")).state_dict()
-    monkeypatch.setattr("ffd_lightning.app.build._check_feature_map", lambda *_: None)
-    torch.manual_seed(0)
-    untried = build_network(small("encoder=tiny"))
-    assert untried.training
-    assert all(torch.equal(w, weights[key]) for key, w in untried.state_dict().items())
 
 
 class FrozenEncoder(TinyEncoder):
     """Keeps the statistics of one layer, and drops features at random in training."""
 
-    def __init__(self, settings):
-        super().__init__(settings)
+    def __init__(self):
+        super().__init__()
         self.norm, self.dropout = nn.BatchNorm2d(4).eval(), nn.Dropout(0.5)
 
     def forward(self, images):
         return self.dropout(self.norm(super().forward(images)))
 
 
-def test_trying_an_encoder_leaves_frozen_layers_frozen(register):
-    register("encoder", "tiny", Tiny, lambda s, image_size, batch_norm_momentum: FrozenEncoder(s))
-    encoder = build_network(small("encoder=tiny")).encoder
+def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone(monkeypatch):
+    ffd.component("encoder", "frozen")(type("Frozen", (FrozenEncoder,), {}))
+    torch.manual_seed(0)
+    encoder = build_network(small("encoder=frozen")).encoder
     assert (encoder.norm.training, encoder.dropout.training) == (False, True)
     assert encoder.norm.num_batches_tracked == 0
+    monkeypatch.setattr("ffd_lightning.app.build._check_feature_map", lambda *_: None)
+    torch.manual_seed(0)
+    untried = build_network(small("encoder=frozen")).encoder
+    assert torch.equal(untried.layer.weight, encoder.layer.weight)
 
 
 @pytest.mark.parametrize(
-    ("kind", "override"), [("selection", "regime/selection=odd"), ("split", "split=odd")]
+    ("kind", "override", "build"),
+    [
+        ("source", "data=odd", build_source),
+        ("protocol", "protocol=odd", lambda cfg: build_protocol(cfg.protocol)),
+        ("callback", "callback=[odd]", build_callbacks),
+    ],
 )
-def test_a_factory_that_gives_no_function(register, kind, override):
-    register(kind, "odd", Tiny, lambda settings: None)
-    cfg = small(override)
-    with pytest.raises(ConfigError, match=r"odd gives a NoneType, not a function"):
-        build_objective(cfg.regime, 1) if kind == "selection" else build_data(cfg)
+def test_a_class_of_another_kind_is_named(kind, override, build):
+    ffd.component(kind, "odd")(type("Odd", (), {}))
+    with pytest.raises(ConfigError, match=r"odd gives a Odd, not a"):
+        build(small(override))
 
 
-class BareProtocol(ffd.EvaluationProtocol):
+def test_callbacks_of_ones_own_are_chosen_by_name():
+    @ffd.component("callback", "mine")
+    class Mine(Callback):
+        def __init__(self, every: int = 3):
+            self.every = every
+
+    (made,) = build_callbacks(small("callback=[mine]", "callback.mine.every=5"))
+    assert (type(made), made.every) == (Mine, 5)
+
+
+@dataclass(frozen=True)
+class OddProtocol(ffd.EvaluationProtocol):
+    given: object = None
+
     name = "odd"
     measures = (ffd.Measure("width", "of it"),)
     note = "no unit"
 
-    def score(self, shape, truth, rng):
-        return truth
-
     def truth(self, shape, rng):
         return self.given
 
-
-@dataclass(frozen=True)
-class OddProtocol(BareProtocol):
-    given: object = None
-
-
-@pytest.mark.parametrize(
-    ("made", "words"), [(5, "gives a int, not a"), (BareProtocol(), "is no dataclass: put @data")]
-)
-def test_a_factory_that_gives_no_protocol(register, made, words):
-    register("protocol", "odd", Tiny, lambda settings: made)
-    with pytest.raises(ConfigError, match=words):
-        build_protocol(SimpleNamespace(name="odd", **vars(Tiny())))
+    def score(self, shape, truth, rng):
+        return truth
 
 
 @pytest.mark.parametrize("given", [None, {"with": 1.0}, {"width": "x"}])
@@ -284,7 +169,6 @@ def test_scores_that_lack_a_measure(given):
     prepared = SimpleNamespace(ids=("a",))
     with pytest.raises(ConfigError, match=r"protocol 'odd': .*'width'"):
         score_sample(OddProtocol(given), prepared, 0, {"": object()}, 0)
-    assert score_sample(OddProtocol({"width": 2.0}), prepared, 0, {"": object()}, 0) == {"width": 2}
 
 
 @dataclass(frozen=True)
@@ -323,46 +207,17 @@ def test_a_source_that_gives_something_else(tmp_path, source, words):
     assert "report it" not in str(caught.value)
 
 
-def test_what_is_no_source(register):
-    register("source", "odd", Tiny, lambda settings, image_size: {})
-    with pytest.raises(ConfigError, match="data=odd gives a dict, not a Source"):
-        build_source(small("data=odd"))
+def test_a_script_combines_a_regime_with_components_of_its_own():
+    @ffd.component("term", "mine")
+    class Mine:
+        def __call__(self, inputs):
+            return torch.ones(())
 
+    @ffd.component("selection", "mine")
+    class Teach(nn.Identity):
+        pass
 
-def test_a_split_and_a_strategy_that_give_nothing():
-    with pytest.raises(ConfigError, match="the split gives a NoneType, not a subset by id"):
-        make_split(["a"], None)
-    with pytest.raises(ConfigError, match=r"the template strategy must choose 1 .* NoneType"):
-        choose_templates(lambda prepared, count: None, ["a"], 1)
-
-
-def test_a_script_combines_a_regime_with_parts_of_its_own(register):
-    register("term", "mine", Tiny, lambda settings: lambda inputs: torch.ones(()))
-    teach = torch.nn.Identity()
-    register("selection", "mine", Tiny, lambda settings: teach)
-    objective = ffd.regime("b", "+terms.mine.weight=0.5", "selection=mine")
+    overrides = ("term=[mine]", "terms.mine.weight=0.5", "selection=mine")
+    objective = ffd.regime("b", *overrides)
     assert objective.weights(0)["mine"] == 0.5
-    assert objective.selection is teach
-
-
-@dataclass
-class Strict:
-    """Must be given."""
-
-    file: str = OMITTED
-    rate: float = 0.5
-
-    def check(self):
-        if self.rate > 1:
-            raise ConfigError("rate must be at most 1")
-
-
-def test_scripts_are_told_what_a_part_needs(register):
-    register("encoder", "strict", Strict, lambda s, image_size, batch_norm_momentum=0.1: s)
-    with pytest.raises(ConfigError, match=r"must be given file=\.\.\., image_size"):
-        ffd.part("encoder", "strict")
-    with pytest.raises(ConfigError, match="rate must be at most 1"):
-        ffd.part("encoder", "strict", file="a", rate=2, image_size=(48, 64))
-    with pytest.raises(ConfigError, match="no kind 'encodr' of parts: use one of augmentation"):
-        ffd.part("encodr", "strict")
-    assert ffd.part("encoder", "strict", file="a", image_size=(48, 64)).file == "a"
+    assert isinstance(objective.selection, Teach)

@@ -13,9 +13,13 @@ from ffd_lightning.app.checks import validate
 from ffd_lightning.app.commands import sweep as studies
 from ffd_lightning.app.commands.sweep import Request, run_study
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import compose_config, config_folder, prepare_hydra
+from ffd_lightning.app.configuration import (
+    compose_config,
+    config_folder,
+    prepare_hydra,
+    typed_config,
+)
 from ffd_lightning.app.identity import run_folder
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.studies.search import run_search
 from ffd_lightning.app.studies.study import (
     Range,

@@ -2,7 +2,7 @@ import pytest
 from shapenet_tree import good_models, write_folder
 
 from ffd_lightning.app.commands.sweep import Request, run_study
-from ffd_lightning.app.hydra_app import config_folder
+from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.studies.categories import absent_categories, check_categories
 from ffd_lightning.app.studies.study import commands, load_study
 from ffd_lightning.data.sources.procedural import ProceduralSource

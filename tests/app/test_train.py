@@ -188,7 +188,7 @@ def test_a_run_knows_its_data_wherever_it_is_opened_from(tiny_config, tmp_path, 
 
 
 def test_the_last_checkpoint_is_the_evaluated_one_and_evaluation_resumes(tiny_config, tmp_path):
-    run, config = RunFolder(tmp_path), tiny_config("schedule.checkpoint_every=3")
+    run, config = RunFolder(tmp_path), tiny_config("trainer.checkpoint_every=3")
     train(config, run)
     assert torch.load(run.checkpoint, weights_only=True)["global_step"] == 8
     before = samples(run)
@@ -209,9 +209,9 @@ def test_the_seed_fixes_everything(finished, tiny_config, tmp_path):
 
 def test_where_the_data_is_kept_and_who_draws_changes_nothing(finished, tiny_config, tmp_path):
     run = RunFolder(tmp_path / "run")
-    train(tiny_config("data.residency=device", "trainer.num_workers=1"), run)
+    train(tiny_config("trainer.residency=device", "trainer.num_workers=1"), run)
     assert samples(run) == samples(finished[0])
-    train(tiny_config("data.residency=disk"), run)  # the same run, not another one
+    train(tiny_config("trainer.residency=disk"), run)  # the same run, not another one
 
 
 class _ReadsBack(TorchDispatchMode):
@@ -229,7 +229,7 @@ def test_a_step_reads_nothing_back(tiny_config, tmp_path, monkeypatch):
     mode, counts = _ReadsBack(), []
     monkeypatch.setattr(StepTimer, "on_train_batch_end", lambda *_: counts.append(mode.count))
     monkeypatch.setattr(finite, "_free_to_read", lambda _: False)  # as on a GPU
-    overrides = ["schedule.val_every=8", "schedule.checkpoint_every=8", "logger.every=8"]
+    overrides = ["trainer.val_every=8", "trainer.checkpoint_every=8", "logger.every=8"]
     with mode:
         train(tiny_config(*overrides, "regime=r", "trainer.progress_bar=true"), RunFolder(tmp_path))
     assert len(counts) == 8
@@ -252,7 +252,7 @@ def test_training_learns(tiny_config, tmp_path, monkeypatch):
     monkeypatch.setattr(FfdModule, "training_step", recorded)
     # All points, as two samplings of few points of one surface are apart themselves.
     overrides = ("schedule.steps=40", "schedule.batch_size=8", "schedule.num_points=256")
-    rare = ("schedule.learning_rate=5e-3", "schedule.val_every=40", "callbacks.figure_examples=0")
+    rare = ("schedule.learning_rate=5e-3", "trainer.val_every=40", "callbacks.figure_examples=0")
     train(tiny_config(*overrides, *rare), RunFolder(tmp_path / "run"))
     # Six seeds came to 0.46 to 0.54.
     assert sum(losses[-10:]) < 0.7 * sum(losses[:10])

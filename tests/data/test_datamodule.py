@@ -12,7 +12,6 @@ from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import ModelCheckpoint
 from torch.optim.lr_scheduler import CosineAnnealingLR
 
-from ffd_lightning import registry
 from ffd_lightning.data import batches
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import (
@@ -33,7 +32,8 @@ from ffd_lightning.data.templates.strategies import diverse_templates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
-from ffd_lightning.losses.terms import chamfer
+from ffd_lightning.losses.terms import Chamfer
+from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
 
@@ -538,9 +538,8 @@ class Watch(Callback):
 def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
     """Train a tiny network; return the rows of its batches, and its last weights."""
     torch.manual_seed(0)
-    encoder = registry.part("encoder", "mobilenet", image_size=(48, 64))
-    network = TemplateFfdNetwork(encoder, (48, 64), 2, 64, bottleneck=4, hidden=8)
-    objective = Objective({"chamfer": WeightedTerm(chamfer)})
+    network = TemplateFfdNetwork(MobileNetV1(), (48, 64), 2, 64, bottleneck=4, hidden=8)
+    objective = Objective({"chamfer": WeightedTerm(Chamfer())})
     module = FfdModule(network, objective, scheduler=CosineAnnealingLR)
     watch = Watch(fails_at)
     trainer = Trainer(

@@ -15,9 +15,8 @@ from PIL import Image
 
 from ffd_lightning.app.commands.sweep import Request
 from ffd_lightning.app.config import EvaluateConfig, PredictConfig, PrepareConfig, TrainConfig
-from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.main import COMMANDS
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.studies.study import load_study
 from ffd_lightning.run_folder import RunFolder

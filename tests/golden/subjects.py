@@ -25,9 +25,8 @@ from ffd_lightning.analysis.report.write import write_report
 from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.app.build import build_data, build_module, build_network, build_preparations
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.data.preparation.preparation import FORMAT_VERSION as PREPARATION_VERSION
 from ffd_lightning.data.preparation.prepared import PreparedSet
@@ -51,7 +50,7 @@ from ffd_lightning.training.module import FfdModule
 REGIMES = ("b", "w", "e", "r", "posterior")
 STEPS = 3
 RUNS = {
-    "posterior": ("regime=posterior", "schedule.learning_rate_decay=one_cycle"),
+    "posterior": ("regime=posterior", "lr_schedule=one_cycle"),
     "joint": (
         "regime=posterior",
         "regime.selection.within_category=true",
@@ -79,7 +78,7 @@ _SETTINGS = (
     "schedule.batch_size=4",
     "schedule.num_points=64",
     "schedule.learning_rate=1e-3",
-    "schedule.learning_rate_decay=cosine",
+    "lr_schedule=cosine",
     "schedule.offset_rate=1",
     "schedule.annealing_steps=2",  # so few that the steps' terms fade visibly
     "split.val_fraction=0",
@@ -277,7 +276,7 @@ def _run_folder(name: str, folder: Path) -> RunFolder:
 
 
 def _run_config(name: str, folder: Path) -> TrainConfig:
-    return _config(folder, "schedule.checkpoint_every=1", "callbacks.report=false", *RUNS[name])
+    return _config(folder, "trainer.checkpoint_every=1", "callbacks.report=false", *RUNS[name])
 
 
 def _state(run: RunFolder) -> np.ndarray:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import pytest
 import torch
 
-from ffd_lightning.app.regimes import regime
+from ffd_lightning.app.build import regime
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import TemplateSample, deform
@@ -13,11 +13,11 @@ from ffd_lightning.losses.annealing import exponential_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.selection import PosteriorTaught, Teaching, WeightedCosts
 from ffd_lightning.losses.terms import (
+    Chamfer,
+    MeanChamfer,
+    NegativeEntropy,
+    OffsetPenalty,
     StepInput,
-    chamfer,
-    mean_chamfer,
-    negative_entropy,
-    offset_penalty,
 )
 
 
@@ -69,9 +69,9 @@ def naive_chamfer(case):
 def paper_objective(function="identity", entropy_weight=0.0, offset_weight=0.0, annealing_steps=5):
     fade = partial(exponential_annealing, annealing_steps=annealing_steps)
     terms = {
-        "weighted_chamfer": WeightedTerm(chamfer),
-        "negative_entropy": WeightedTerm(negative_entropy, entropy_weight, fade),
-        "offset_penalty": WeightedTerm(offset_penalty, offset_weight, fade),
+        "weighted_chamfer": WeightedTerm(Chamfer()),
+        "negative_entropy": WeightedTerm(NegativeEntropy(), entropy_weight, fade),
+        "offset_penalty": WeightedTerm(OffsetPenalty(), offset_weight, fade),
     }
     return Objective(terms, WeightedCosts(function))
 
@@ -163,7 +163,7 @@ def cross_entropy(inputs, costs):
 
 def test_terms_and_selection_of_ones_own_against_loops(case):
     terms = {
-        "distance": WeightedTerm(chamfer, 0.5),
+        "distance": WeightedTerm(Chamfer(), 0.5),
         "squares": WeightedTerm(squares, 3.0, lambda step: 1 / (1 + step)),
         "mean": WeightedTerm(mean_offset, 7.0),
     }
@@ -198,8 +198,8 @@ def test_a_selection_sees_weighted_costs_without_gradients(case):
         seen.append(costs)
         return Teaching(inputs.prediction.template_weights)
 
-    Objective({"distance": WeightedTerm(chamfer, 0.25)}, watch)(*case, 0)
-    Objective({"distance": WeightedTerm(chamfer, 0)}, watch)(*case, 0)
+    Objective({"distance": WeightedTerm(Chamfer(), 0.25)}, watch)(*case, 0)
+    Objective({"distance": WeightedTerm(Chamfer(), 0)}, watch)(*case, 0)
     torch.testing.assert_close(seen[0], naive_chamfer(case) / 4)
     torch.testing.assert_close(seen[1], naive_chamfer(case))
     assert not any(costs.requires_grad for costs in seen)
@@ -218,7 +218,7 @@ def broken(inputs):
 
 @pytest.mark.parametrize("term", [squares, mean_offset, broken])
 def test_a_term_of_weight_0_is_shown_and_changes_no_gradient(case, term):
-    plain = {"distance": WeightedTerm(chamfer)}
+    plain = {"distance": WeightedTerm(Chamfer())}
     watched = {**plain, "watched": WeightedTerm(term, 0)}
     pairs = zip(gradients(Objective(plain)), gradients(Objective(watched)), strict=True)
     assert all(torch.equal(a, b) for a, b in pairs)
@@ -268,7 +268,7 @@ def test_gradients_reach_weights_and_offsets(case):
     ],
 )
 def test_a_selection_that_gives_something_else_is_refused(case, teach, words):
-    objective = Objective({"chamfer": WeightedTerm(chamfer)}, teach)
+    objective = Objective({"chamfer": WeightedTerm(Chamfer())}, teach)
     with pytest.raises(ConfigError, match=words):
         objective(*case, 0)
 
@@ -279,7 +279,7 @@ def test_images_deform_the_templates_of_their_own_category_alone(within):
     (weights, offsets, logits), targets, (matrix, control, degrees) = joint = _joint_case()
     own = torch.tensor([[0, 2], [1, 3], [1, 3]])
     selection = PosteriorTaught(2.0, 0.5, within_category=within)
-    objective = Objective({"mean_chamfer": WeightedTerm(mean_chamfer)}, selection)
+    objective = Objective({"mean_chamfer": WeightedTerm(MeanChamfer())}, selection)
     total, terms = objective(*joint, 0, own_templates=own)
     if not within:
         assert torch.equal(total, objective(*joint, 0)[0])
@@ -290,7 +290,7 @@ def test_images_deform_the_templates_of_their_own_category_alone(within):
         sample = TemplateSample(matrix[mine], control[mine], degrees)
         value, shown = objective(alone, targets[q : q + 1], sample, 0)
         expected += value - shown["selection"]
-        costs = mean_chamfer(StepInput(alone, targets[q : q + 1], sample, 0, weights, Q))
+        costs = MeanChamfer()(StepInput(alone, targets[q : q + 1], sample, 0, weights, Q))
         posterior = (-costs / 2).softmax(1)[0]
         expected -= (posterior * logits[q].log_softmax(0)[mine]).sum()
     torch.testing.assert_close(total, expected)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 import torch
 
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.losses.selection import PosteriorTaught, WeightedCosts, log_weights
 
 
@@ -34,7 +35,7 @@ def test_costs_count_by_a_function_of_the_weights(unchecked):
     squares, loss = WeightedCosts("square")(inputs, costs)
     np.testing.assert_array_equal(squares, np.array([[0.0625, 0.5625]]))
     assert loss is None
-    with pytest.raises(ValueError, match="function=root must be one of identity, log, square"):
+    with pytest.raises(ConfigError, match="function=root must be one of identity, log, square"):
         WeightedCosts("root")
 
 

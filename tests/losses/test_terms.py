@@ -10,14 +10,14 @@ from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.geometry.jacobian import deformation_jacobian
 from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.losses.terms import (
+    Chamfer,
+    LatticeBending,
+    LatticeFolding,
+    MeanChamfer,
+    NegativeEntropy,
+    OffsetPenalty,
     StepInput,
-    chamfer,
-    lattice_bending,
-    lattice_folding,
-    mean_chamfer,
-    negative_entropy,
-    offset_penalty,
-    uniform_penalty,
+    UniformPenalty,
 )
 
 
@@ -46,7 +46,9 @@ def test_chamfer_is_that_of_each_template_deformed_for_each_query():
     offsets, targets = torch.randn(2, 3, 4, 3, generator=g), torch.randn(2, 7, 3, generator=g)
     matrix, control = torch.rand(3, 6, 4, generator=g), torch.randn(3, 4, 3, generator=g)
     sample = TemplateSample(matrix, control, (1, 1, 0))
-    found = chamfer(step_input(torch.full((2, 3), 1 / 3), offsets, sample=sample, targets=targets))
+    found = Chamfer()(
+        step_input(torch.full((2, 3), 1 / 3), offsets, sample=sample, targets=targets)
+    )
     for q in range(2):
         for t in range(3):
             points = matrix[t] @ (control[t] + offsets[q, t])
@@ -63,7 +65,7 @@ def test_the_mean_chamfer_distance_is_in_thousandths_of_points(points):
     expected = [
         [1000 * chamfer_distance(inputs.pred_points[q, 0], targets[q], "mean")] for q in range(2)
     ]
-    torch.testing.assert_close(mean_chamfer(inputs), torch.tensor(expected))
+    torch.testing.assert_close(MeanChamfer()(inputs), torch.tensor(expected))
 
 
 @pytest.mark.parametrize("degrees", [(3, 3, 3), (1, 3, 7), (7, 3, 1)])
@@ -76,10 +78,10 @@ def test_costs_of_a_lattice_are_of_its_degrees_and_not_of_others_with_as_many_po
     inputs = step_input(torch.full((2, 3), 1 / 3), offsets, sample=sample)
     grid = offsets.reshape(2, 3, *(degree + 1 for degree in degrees), 3).numpy()
     bends = [(np.diff(grid, n=2, axis=axis) ** 2).sum((2, 3, 4, 5)) for axis in (2, 3, 4)]
-    np.testing.assert_allclose(lattice_bending(inputs), sum(bends))
+    np.testing.assert_allclose(LatticeBending()(inputs), sum(bends))
     turned = -torch.linalg.det(deformation_jacobian(places, boxes, offsets))
     expected = (1 + turned.clamp(min=0) ** 2).log().mean(-1)
-    torch.testing.assert_close(lattice_folding(inputs), expected)
+    torch.testing.assert_close(LatticeFolding()(inputs), expected)
 
 
 def test_folding_is_what_is_turned_inside_out():
@@ -88,7 +90,7 @@ def test_folding_is_what_is_turned_inside_out():
     stretch = torch.tensor([[4.0, 1, 1], [-0.5, 1, 1], [-2.0, -1, -1], [-1, -1, 1]])
     offsets = (control_points[None] * (stretch[:, None, None] - 1)).requires_grad_()
     sample = TemplateSample(torch.rand(2, 5, 64), control_points, (3, 3, 3))
-    found = lattice_folding(step_input(torch.full((4, 2), 0.5), offsets, sample=sample))
+    found = LatticeFolding()(step_input(torch.full((4, 2), 0.5), offsets, sample=sample))
     # Stretched and turned by half a turn: nothing; through itself: what is turned.
     expected = torch.tensor([0.0, 0.25, 4.0, 0.0]).log1p()[:, None].expand(4, 2)
     torch.testing.assert_close(found, expected)
@@ -98,29 +100,29 @@ def test_folding_is_what_is_turned_inside_out():
 
 def test_what_is_costly_is_computed_once():
     inputs = step_input(torch.full((2, 3), 1 / 3))
-    assert inputs.chamfer is inputs.chamfer is chamfer(inputs)
+    assert inputs.chamfer is inputs.chamfer is Chamfer()(inputs)
     assert inputs.pred_points is inputs.pred_points
 
 
 def test_negative_entropy_bounds():
     even, one = torch.full((4, 5), 0.2), torch.eye(5)[[2, 2, 2, 2]]
-    assert float(negative_entropy(step_input(even))) == pytest.approx(-math.log(5))
-    assert float(negative_entropy(step_input(one))) == pytest.approx(0)
+    assert float(NegativeEntropy()(step_input(even))) == pytest.approx(-math.log(5))
+    assert float(NegativeEntropy()(step_input(one))) == pytest.approx(0)
     # Confident but different choices are as even, over the batch, as indifferent ones.
-    assert float(negative_entropy(step_input(torch.eye(5)))) == pytest.approx(-math.log(5))
+    assert float(NegativeEntropy()(step_input(torch.eye(5)))) == pytest.approx(-math.log(5))
 
 
 def test_negative_entropy_is_of_the_whole_batch_where_devices_share_it():
     share, batch = torch.eye(4)[:2], torch.eye(4)
-    found = negative_entropy(step_input(share, batch_weights=batch))
+    found = NegativeEntropy()(step_input(share, batch_weights=batch))
     assert float(found) == pytest.approx(-math.log(4))
 
 
 def test_negative_entropy_has_a_slope_where_no_query_takes_a_template():
     logits = torch.tensor([[0.0, 1, -400], [1, 0, -500]], requires_grad=True)
-    negative_entropy(step_input(logits.softmax(1))).backward()
+    NegativeEntropy()(step_input(logits.softmax(1))).backward()
     (others,) = torch.autograd.grad(
-        negative_entropy(step_input((two := logits[:, :2]).softmax(1))), two
+        NegativeEntropy()(step_input((two := logits[:, :2]).softmax(1))), two
     )
     torch.testing.assert_close(logits.grad, torch.cat([others, torch.zeros(2, 1)], 1))
 
@@ -131,7 +133,7 @@ def test_offset_penalty_matches_loops():
     expected = sum(
         float(weights[q, t]) * float((offsets[q, t] ** 2).sum()) for q in range(2) for t in range(3)
     )
-    assert float(offset_penalty(step_input(weights, offsets))) == pytest.approx(expected, rel=1e-5)
+    assert float(OffsetPenalty()(step_input(weights, offsets))) == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_uniform_penalty_does_not_ask_for_weights():
@@ -139,5 +141,5 @@ def test_the_uniform_penalty_does_not_ask_for_weights():
     weights, offsets = torch.rand(2, 3, generator=g), torch.randn(2, 3, 4, 3, generator=g)
     expected = np.linalg.norm(offsets.numpy().reshape(-1)) ** 2
     for given in (weights, torch.zeros_like(weights)):
-        found = float(uniform_penalty(step_input(given, offsets)))
+        found = float(UniformPenalty()(step_input(given, offsets)))
         assert found == pytest.approx(expected, rel=1e-5)

@@ -81,7 +81,7 @@ def test_momentum_reaches_every_batch_norm():
 
 
 def test_impossible_settings_say_so():
-    with pytest.raises(ConfigError, match=r"encoder.width=0.01"):
+    with pytest.raises(ValueError, match=r"width=0.01"):
         MobileNetV1(0.01)
     with pytest.raises(ConfigError, match="20x300 pixels are too small"):
         MobileNetV1().output_size((20, 300))

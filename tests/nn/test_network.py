@@ -1,10 +1,8 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
 
-from ffd_lightning import registry
+from ffd_lightning.components import make
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.deformation import mirrored_offsets
 from ffd_lightning.nn.encoders.base import ImageEncoder
@@ -200,30 +198,18 @@ def test_bad_input_and_settings_say_so():
         build(shrink=0)
 
 
-def test_encoders_by_name():
-    encoder = registry.part(
-        "encoder", "mobilenet", width=0.5, image_size=SIZE, batch_norm_momentum=0.3
-    )
+def test_an_encoder_knows_what_it_was_made_of_and_nothing_of_first_weights():
+    encoder = make("encoder", "mobilenet", width=0.5, image_size=SIZE, batch_norm_momentum=0.3)
     assert encoder.out_channels == 512
     assert encoder.layers.get_submodule("conv1_bn").momentum == 0.3
-    with pytest.raises(ConfigError, match=r"'mobilenet' has no setting 'pretrained': width"):
-        registry.part("encoder", "mobilenet", image_size=SIZE, pretrained=True)
-    with pytest.raises(ConfigError, match=r"'timm' has no setting 'weights': model, pretrained"):
-        registry.part("encoder", "timm", model="resnet18", image_size=SIZE, weights="x.h5")
-    with pytest.raises(ConfigError, match=r"encoder\.weights=none\.h5 is not a file"):
-        registry.part("encoder", "mobilenet", image_size=SIZE, weights="none.h5")
-
-
-def test_an_encoder_is_built_again_without_the_file_of_its_first_weights(tmp_path):
-    encoder = registry.part("encoder", "mobilenet", width=0.5, image_size=SIZE)
-    assert encoder.part.settings == {"width": 0.5, "weights": "none"}
-    same = registry.part("encoder", "mobilenet", width=0.5, image_size=SIZE, weights="none")
-    assert same.part == encoder.part
-    gone = replace(encoder.part, settings={"width": 0.5, "weights": str(tmp_path / "gone.h5")})
-    again = gone.build(image_size=SIZE)
+    assert encoder.component.settings == {"width": 0.5}
+    assert MobileNetV1(0.5).component == encoder.component
+    again = encoder.component.build(image_size=SIZE)
     again.load_state_dict(encoder.state_dict())
     images = torch.rand(2, 3, *SIZE)
     assert torch.equal(again.eval()(images), encoder.eval()(images))
+    with pytest.raises(ConfigError, match=r"no setting 'encoder mobilenet\.weights'"):
+        make("encoder", "mobilenet", image_size=SIZE, weights="x.h5")
 
 
 class _Pooled(ImageEncoder):
@@ -241,7 +227,7 @@ class _Pooled(ImageEncoder):
 def test_an_encoder_of_ones_own():
     network = TemplateFfdNetwork(_Pooled(), SIZE, 5, 8, hidden=32)
     assert network(random_images()).offsets.shape == (3, 5, 8, 3)
-    assert network.encoder.part is None, "no registry built it"
+    assert network.encoder.component is None, "its class is none"
     with pytest.raises(NotImplementedError):
         ImageEncoder().output_size(SIZE)
 

@@ -19,7 +19,7 @@ needs_timm = pytest.mark.skipif(timm is None, reason="timm cannot be imported")
 def test_without_timm_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "timm", None)
     with pytest.raises(ConfigError, match=r"pip install 'ffd_lightning\[timm\]'"):
-        TimmEncoder("resnet18", False, SIZE)
+        TimmEncoder("resnet18", SIZE)
 
 
 @needs_timm
@@ -28,7 +28,7 @@ def test_without_timm_the_error_says_what_to_install(monkeypatch):
     [("test_resnet", 96, 32), ("test_vit", 64, 16), ("test_efficientnet", 256, 32)],
 )
 def test_feature_maps_feed_the_network(name, out_channels, stride):
-    encoder = TimmEncoder(name, False, SIZE)
+    encoder = TimmEncoder(name, SIZE)
     assert encoder.out_channels == out_channels
     assert encoder.output_size(SIZE) == (SIZE[0] // stride, SIZE[1] // stride)
     network = TemplateFfdNetwork(encoder, SIZE, 3, 8, hidden=16)
@@ -41,7 +41,7 @@ def test_feature_maps_feed_the_network(name, out_channels, stride):
 @needs_timm
 def test_tokens_become_the_grid_of_their_patches():
     torch.manual_seed(0)
-    encoder = TimmEncoder("test_vit", False, SIZE).eval()
+    encoder = TimmEncoder("test_vit", SIZE).eval()
     images = torch.randn(1, 3, *SIZE)
     tokens = encoder.model(images)[0, encoder.num_prefix_tokens :]
     features = encoder(images)[0]
@@ -52,7 +52,7 @@ def test_tokens_become_the_grid_of_their_patches():
 @needs_timm
 def test_channels_last_models_are_turned_round():
     size = (64, 128)
-    encoder = TimmEncoder("swin_tiny_patch4_window7_224", False, size).eval()
+    encoder = TimmEncoder("swin_tiny_patch4_window7_224", size).eval()
     images = torch.randn(1, 3, *size)
     with torch.no_grad():
         features, raw = encoder(images), encoder.model(images)
@@ -64,8 +64,8 @@ def test_channels_last_models_are_turned_round():
 @needs_timm
 def test_what_cannot_work_says_why():
     with pytest.raises(ConfigError, match=r"did you mean .*resnet18"):
-        TimmEncoder("resnet_18", False, SIZE)
+        TimmEncoder("resnet_18", SIZE)
     with pytest.raises(ConfigError, match="tokens that are no grid"):
-        TimmEncoder("mixer_s32_224", False, SIZE)
+        TimmEncoder("mixer_s32_224", SIZE)
     with pytest.raises(ConfigError, match="was built for"):
-        TimmEncoder("test_resnet", False, SIZE).output_size((10, 10))
+        TimmEncoder("test_resnet", SIZE).output_size((10, 10))

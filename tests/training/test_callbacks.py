@@ -23,7 +23,7 @@ SETTINGS = (
     "regime=e",
     "schedule.annealing_steps=10",
     "schedule.learning_rate=1e-3",
-    "schedule.learning_rate_decay=cosine",
+    "lr_schedule=cosine",
     "split.val_fraction=0.3",
 )
 

@@ -4,13 +4,13 @@ import pytest
 import torch
 from lightning import Trainer
 
-from ffd_lightning.app.regimes import regime
+from ffd_lightning.app.build import regime
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.imaging.augmentation import PhotoAugmentation
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
-from ffd_lightning.losses.terms import chamfer
+from ffd_lightning.losses.terms import Chamfer
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
@@ -21,7 +21,7 @@ def test_weights_of_the_offset_layer_have_a_rate_of_their_own(rate):
     network = TemplateFfdNetwork(MobileNetV1(0.05), (32, 32), 3, 8)
     module = FfdModule(
         network,
-        Objective({"chamfer": WeightedTerm(chamfer)}),
+        Objective({"chamfer": WeightedTerm(Chamfer())}),
         optimizer=partial(torch.optim.SGD, lr=0.5),
         offset_rate=rate,
     )

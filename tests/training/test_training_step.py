@@ -11,15 +11,14 @@ from lightning.pytorch.callbacks import ModelCheckpoint
 from torch import nn
 from torch.utils.data import DataLoader
 
-from ffd_lightning.app.build import build_data, build_network
-from ffd_lightning.app.regimes import regime
+from ffd_lightning.app.build import build_data, build_network, regime
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.deformation import TemplateSample
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.selection import Teaching, WeightedCosts
-from ffd_lightning.losses.terms import chamfer
+from ffd_lightning.losses.terms import Chamfer
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
@@ -120,8 +119,11 @@ def broken_gradient(inputs):
     return zero.sqrt() if inputs.step == BROKEN_AT else zero
 
 
-def own(term=chamfer, selection=None):
-    return Objective({"chamfer": WeightedTerm(chamfer), "mine": WeightedTerm(term)}, selection)
+CHAMFER = Chamfer()
+
+
+def own(term=CHAMFER, selection=None):
+    return Objective({"chamfer": WeightedTerm(Chamfer()), "mine": WeightedTerm(term)}, selection)
 
 
 BROKEN = {
@@ -231,7 +233,7 @@ def test_terms_are_told_the_degrees_of_the_data(tiny_config, prepared):
 
     def watch(inputs):
         told.append(inputs.templates.degrees)
-        return chamfer(inputs)
+        return Chamfer()(inputs)
 
     fit(FfdModule(network, own(watch)), data, max_steps=1)
     assert told == [(1, 3, 7)]

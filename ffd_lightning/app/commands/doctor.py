@@ -20,9 +20,8 @@ from rich.table import Table
 
 from ffd_lightning.app.build import build_preparations, build_source
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import CategoryConfig, CommonSplit, DoctorConfig
-from ffd_lightning.app.hydra_app import compose_config
-from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.config import CategoryConfig, DoctorConfig, Split
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.studies.categories import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -170,7 +169,7 @@ def _split_notes(preparation: Preparation, finding: Finding) -> list[str]:
         ids = tuple(i for i in ids if i not in finding.survey.faults)
     shapes = SplitInput(finding.name, ids, (), preparation.source.split(finding.name))
     try:
-        few = make_split(ids, AutoSplit()(shapes), CommonSplit().val_fraction).warning()
+        few = make_split(ids, AutoSplit()(shapes), Split.val_fraction).warning()
     except DataError as error:
         few = str(error)
     return [*([f"by the default split {few}"] if few else []), *([note] if note else [])]
@@ -193,13 +192,13 @@ def main(arguments: Sequence[str]) -> int:
     if not names:
         source.shape_ids(cfg.category.name)  # raises, and says why
     if cfg.data.name == "folder" and len(names) > 1:
-        _check_level(Path(cfg.data.root), [_count(source, name) for name in names])
+        _check_level(Path(cfg.data.settings["root"]), [_count(source, name) for name in names])
     with Console(stderr=True).status("") as status:
         findings = []
         for k, name in enumerate(names):
             status.update(f"looking at {name} ({k + 1} of {len(names)})")
             findings.append(_examined(cfg, name))
-    root = getattr(cfg.data, "root", None)
+    root = cfg.data.settings.get("root")
     console.print(f"{cfg.data.name}{'' if root is None else f' in {root}'}\n", highlight=False)
     report(findings, console)
     console.print()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ffd_lightning.app.config import EvaluateConfig, Subset
-from ffd_lightning.app.hydra_app import run_hydra
+from ffd_lightning.app.config import EvaluateConfig
+from ffd_lightning.app.configuration import run_hydra
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
@@ -49,7 +49,6 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     import numpy as np
 
     from ffd_lightning.app.build import build_protocol
-    from ffd_lightning.app.checks import setting_problems
     from ffd_lightning.app.identity import evaluation_name
     from ffd_lightning.app.open_run import open_run
     from ffd_lightning.checkpoint import load_model
@@ -65,8 +64,7 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     from ffd_lightning.inference.predictor import choose_device
     from ffd_lightning.parallel import available_cores
 
-    if problems := setting_problems(cfg):
-        raise ConfigError("; ".join(problems))
+    protocol = build_protocol(cfg.protocol)
     device = choose_device(cfg.device)
     run = RunFolder(Path(cfg.run))
     if run.path.is_file():
@@ -79,10 +77,11 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
     data = opened.data
     subset = cfg.evaluation.subset
-    ids = data.split.test if subset is Subset.test else data.split.val
+    ids = data.split.test if subset == "test" else data.split.val
     if not ids:
         raise ConfigError("evaluation.subset=val: the run has no validation shapes")
-    tested_on, of = Shapes(data.prepared, data.rows(ids)), subset.value
+    of: str = subset
+    tested_on = Shapes(data.prepared, data.rows(ids))
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
@@ -111,9 +110,9 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         shared=data.root / SHARED_FOLDER,
     )
     folder = run.evaluation(evaluation_name(cfg), of)
-    return evaluate(evaluated, build_protocol(cfg.protocol), folder, options), folder
+    return evaluate(evaluated, protocol, folder, options), folder
 
 
 def shapes_name(cfg: EvaluateConfig) -> str:
     """Return what the evaluated shapes are called."""
-    return cfg.evaluation.subset.value if cfg.prepared is None else Path(cfg.prepared).name
+    return cfg.evaluation.subset if cfg.prepared is None else Path(cfg.prepared).name

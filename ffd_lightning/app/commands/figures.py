@@ -24,8 +24,8 @@ from functools import partial
 from pathlib import Path
 
 from ffd_lightning.app.settings import MISSING
+from ffd_lightning.components import check_ranges
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.registry import setting
 from ffd_lightning.run_folder import RunFolder
 
 MAIN = "runs"
@@ -54,14 +54,20 @@ class Settings:
     figure: str = MISSING
     runs: list[str] = MISSING
     models: list[str] = field(default_factory=list)
-    number: int = setting(6, within="(0, inf)")
+    number: int = 6
     pick: str = "spread"
-    seed: int = setting(0, within="[0, inf)")
+    seed: int = 0
     protocol: str | None = None
-    size: int = setting(320, within="[64, 2048]")
-    top: int = setting(4, within="(0, inf)")
+    size: int = 320
+    top: int = 4
     out: str | None = None
     data_root: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(
+            vars(self), number="(0, inf)", seed="[0, inf)", size="[64, 2048]", top="(0, inf)"
+        )
 
 
 def main(settings: Settings) -> int:

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Sequence
 
 from ffd_lightning.app.config import PrepareConfig
-from ffd_lightning.app.hydra_app import run_hydra
+from ffd_lightning.app.configuration import run_hydra
 
 SCHEMA = PrepareConfig
 

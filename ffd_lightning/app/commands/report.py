@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from ffd_lightning.app.settings import MISSING
-from ffd_lightning.registry import setting
+from ffd_lightning.components import check_ranges
 
 MAIN = "runs"
 
@@ -34,7 +34,11 @@ class Settings:
     runs: str = MISSING
     protocol: str | None = None
     data_root: str | None = None
-    gallery: int = setting(12, within="[0, inf)")
+    gallery: int = 12
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), gallery="[0, inf)")
 
 
 def main(settings: Settings) -> int:

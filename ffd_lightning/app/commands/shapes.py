@@ -10,8 +10,8 @@ from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ffd_lightning.components import check_ranges
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.registry import setting
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -33,8 +33,12 @@ class Settings:
 
     out: str = "docs/categories"
     categories: list[str] = field(default_factory=list)
-    per_family: int = setting(6, within="(0, inf)")
-    seed: int = setting(0, within="[0, inf)")
+    per_family: int = 6
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), per_family="(0, inf)", seed="[0, inf)")
 
 
 def main(settings: Settings) -> int:

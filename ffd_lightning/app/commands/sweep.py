@@ -15,8 +15,8 @@ from omegaconf import OmegaConf
 from ffd_lightning.app.checks import device_problems, encoder_problems
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import compose_config, config_folder
-from ffd_lightning.app.parts.encoders import KERAS_ADDRESS, KERAS_FILES
+from ffd_lightning.app.configuration import compose_config, config_folder
+from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
 from ffd_lightning.app.studies.categories import check_categories
 from ffd_lightning.app.studies.study import (
     Study,

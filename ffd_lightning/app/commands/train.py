@@ -13,7 +13,7 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.types import RunMode
 
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import run_hydra
+from ffd_lightning.app.configuration import run_hydra
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.app.messages import SHOWN, explain
 from ffd_lightning.files import write_atomic

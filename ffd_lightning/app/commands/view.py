@@ -16,10 +16,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.app import viewed_runs
+from ffd_lightning.components import check_ranges
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.inference.viewer.photo import File, Photo
 from ffd_lightning.inference.viewer.studio import Studio, import_viser, start
-from ffd_lightning.registry import setting
 
 MAIN = "run"
 ALONE = True
@@ -49,8 +49,12 @@ class Settings:
     image: str | None = None
     mask: str | None = None
     data_root: str | None = None
-    port: int = setting(8080, within="[1, 65535]")
+    port: int = 8080
     device: str = "auto"
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(vars(self), port="[1, 65535]")
 
 
 def main(settings: Settings) -> int:

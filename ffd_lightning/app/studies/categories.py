@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 from ffd_lightning.app.build import build_source, category_names
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import PrepareConfig
-from ffd_lightning.app.hydra_app import compose_config
-from ffd_lightning.app.schema import typed_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.studies.study import swept_values
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.sources.base import Source

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ffd_lightning import registry
+from ffd_lightning import components
 from ffd_lightning.analysis.runs import find_runs
 from ffd_lightning.app.studies.study import Search, merge_overrides, value_of
 from ffd_lightning.errors import ConfigError
@@ -51,8 +51,7 @@ def run_search(
     """
     optuna = _optuna()
     protocol = value_of("protocol", overrides, "paper")
-    entry = registry.get("protocol", protocol)
-    measures = {m.name: m for m in entry.build(entry.settings()).measures}
+    measures = {m.name: m for m in components.make("protocol", protocol, name=protocol).measures}
     if search.measure not in measures:
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
     optuna.logging.set_verbosity(optuna.logging.WARNING)

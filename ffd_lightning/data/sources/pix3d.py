@@ -304,3 +304,22 @@ def _numbers(value: Any) -> tuple[float, ...]:
     numbers = value if isinstance(value, list) else []
     good = all(isinstance(n, int | float) and math.isfinite(n) for n in numbers)
     return tuple(float(n) for n in numbers) if good else ()
+
+
+def pix3d(
+    root: Path,
+    image_size: tuple[int, int],
+    up: Up = "y",
+    yaw: float = 0.0,
+    leave_out: tuple[str, ...] = ("truncated", "occluded"),
+) -> Pix3dSource:
+    """Pix3D's photographs, cut out by their masks.
+
+    Args:
+        root: with pix3d.json beside img, mask and model.
+        image_size: (height, width) of the images in pixels.
+        up: the axis of the meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+        leave_out: kinds of photographs that are passed over.
+    """
+    return Pix3dSource(root, *image_size, leave_out, up, yaw)

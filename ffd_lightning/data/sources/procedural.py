@@ -5,27 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ffd_lightning import shapes
+from ffd_lightning.components import check_ranges
 from ffd_lightning.data.sources.base import SourceShape, Survey
-from ffd_lightning.errors import ConfigError, RejectedShapeError
+from ffd_lightning.errors import RejectedShapeError
 
 
 @dataclass(frozen=True)
 class ProceduralSource:
-    """Parametric shapes of the paper's 13 categories.
+    """The embedded dataset: parametric shapes of 13 categories, the same for everyone.
 
     A shape depends on (category, index, seed) and never on how many are asked for.
 
     Args:
-        num_models: per category.
-        seed: draws another set.
+        num_models: shapes of each category.
+        seed: makes another set.
     """
 
-    num_models: int
+    num_models: int = 500
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if self.num_models < 1:
-            raise ConfigError(f"num_models={self.num_models} must be 1 or more")
+        check_ranges(vars(self), num_models="(0, inf)", seed="[0, inf)")
 
     def categories(self) -> list[str]:
         """Return the paper's categories."""

@@ -8,7 +8,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Literal, Protocol
 
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import File, ZipMember, ZipTree, files_below, is_hidden
@@ -319,3 +319,33 @@ class ShapeNetSource:
         names = {s: n for n, s in SYNSETS.items()}
         known = ", ".join(f"{names.get(s, 'other')} ({s})" for s in there)
         return f"{self.root} has no {name} ({synset}); it has: {known}"
+
+
+def shapenet(
+    root: Path,
+    image_size: tuple[int, int],
+    images: Literal["render", "r2n2"] = "render",
+    images_root: Path | None = None,
+    mix_versions: bool = False,
+    parts_root: Path | None = None,
+) -> ShapeNetSource:
+    """ShapeNetCore v1 or v2 as downloaded, folders or archives.
+
+    Args:
+        root: with <synset>/<model>/... or <synset>.zip.
+        image_size: (height, width) of the images in pixels.
+        images: `r2n2` takes 3D-R2N2's published renderings (of v1).
+        images_root: where those are, if not in `root`.
+        mix_versions: takes them with v2 all the same.
+        parts_root: adds part annotations.
+
+    Raises:
+        ValueError: a setting that would do nothing.
+    """
+    if images == "render":
+        for name, value in (("images_root", images_root), ("mix_versions", mix_versions)):
+            if value:
+                raise ValueError(f"{name}={value} means nothing without data.images=r2n2")
+    published = R2n2Images(images_root or root, *image_size) if images == "r2n2" else None
+    parts = None if parts_root is None else PartAnnotations(parts_root)
+    return ShapeNetSource(root, published, mix_versions, parts)

@@ -11,6 +11,7 @@ import numpy as np
 import torch
 from jaxtyping import Float
 
+from ffd_lightning.components import check_ranges
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.candidates import Candidates, whole_set
@@ -83,6 +84,7 @@ class RandomStrategy:
     """
 
     def __init__(self, seed: int = 0) -> None:
+        check_ranges(locals(), seed="[0, inf)")
         self.seed = seed
 
     def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
@@ -258,3 +260,27 @@ def _farthest_points(prepared: PreparedSet, count: int) -> tuple[str, ...]:
         chosen.append(int(distance.argmax()))
         distance = torch.minimum(distance, chamfer_distance(points[chosen[-1]], points, "mean"))
     return tuple(prepared.ids[rows[place]] for place in chosen)
+
+
+class AutoStrategy:
+    """The paper's own templates for ShapeNet's shapes, else `medoids`."""
+
+    __call__ = staticmethod(auto_choice)
+
+
+class PaperStrategy:
+    """The authors' own templates, of ShapeNet v1; `medoids` for those that are absent."""
+
+    __call__ = staticmethod(paper_choice)
+
+
+class MedoidStrategy:
+    """Shapes that all others are near to, never one that is like nothing else in the set."""
+
+    __call__ = staticmethod(medoid_templates)
+
+
+class DiverseStrategy:
+    """The most central shape, then whichever is farthest from all chosen: outliers come early."""
+
+    __call__ = staticmethod(diverse_templates)

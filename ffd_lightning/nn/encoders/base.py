@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from torch import nn
 
-from ffd_lightning.registry import Part
+from ffd_lightning.components import Component
+from ffd_lightning.errors import ConfigError
 
 BATCH_NORM_EPS = 1e-3
 """TensorFlow's."""
@@ -15,11 +16,11 @@ class ImageEncoder(nn.Module):
 
     Attributes:
         out_channels: channels of the feature map.
-        part: what it was built from, where the registry built it; checkpoints name it.
+        component: what it was made of, if its class is a component; checkpoints name it.
     """
 
     out_channels: int
-    part: Part | None = None
+    component: Component | None = None
 
     def output_size(self, image_size: tuple[int, int]) -> tuple[int, int]:
         """Return (h, w) of the feature map for images of (height, width) pixels.
@@ -28,3 +29,13 @@ class ImageEncoder(nn.Module):
             ConfigError: the encoder cannot take images of this size.
         """
         raise NotImplementedError
+
+    def load_weights(self, source: str) -> None:
+        """Take the first weights that `encoder.weights` names: a file, say.
+
+        Raises:
+            ConfigError: there are none of that name, or they are of another encoder.
+        """
+        raise ConfigError(
+            f"encoder.weights={source}: {type(self).__name__} takes none: leave it out"
+        )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from jaxtyping import Float
 from torch import Tensor, nn
 from torch.nn import functional
 
+from ffd_lightning.components import component
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.encoders.base import BATCH_NORM_EPS, ImageEncoder
 
@@ -48,8 +51,11 @@ class EndPadConv2d(nn.Conv2d):
         return super().forward(functional.pad(input, (0, 1, 0, 1)))
 
 
+@component("encoder", "mobilenet")
 class MobileNetV1(ImageEncoder):
-    """MobileNet v1 without top, layer for layer `keras.applications.MobileNet`.
+    """MobileNet v1 without its top (the paper: width 0.25, ImageNet weights).
+
+    It is `keras.applications.MobileNet`, layer for layer.
 
     Convention:
         Children of `layers` bear Keras' layer names (``conv1``, ``conv_dw_1``, ``conv_pw_1_bn``,
@@ -63,7 +69,7 @@ class MobileNetV1(ImageEncoder):
         batch_norm_momentum: share of a new batch in the moving statistics.
 
     Raises:
-        ConfigError: a width that leaves a layer without channels.
+        ValueError: a width that leaves a layer without channels.
 
     Source: Howard et al. 2017, "MobileNets", table 1; Keras for padding and epsilon.
     """
@@ -73,7 +79,7 @@ class MobileNetV1(ImageEncoder):
         channels = int(STEM_CHANNELS * width)
         if channels < 1:
             least = 1 / STEM_CHANNELS
-            raise ConfigError(f"encoder.width={width:g} leaves no channels: use {least} or more")
+            raise ValueError(f"width={width:g} leaves no channels: use {least} or more")
         self.layers = nn.Sequential()
 
         def add(name: str, conv: nn.Conv2d) -> None:
@@ -112,6 +118,12 @@ class MobileNetV1(ImageEncoder):
                 "use 31x31 or more"
             )
         return height, width
+
+    def load_weights(self, source: str) -> None:
+        """Take the weights of a Keras file, see `load_keras_weights`."""
+        from ffd_lightning.nn.encoders.keras_weights import load_keras_weights
+
+        load_keras_weights(self, Path(source).expanduser())
 
     def forward(self, images: Float[Tensor, "q 3 height width"]) -> Float[Tensor, "q c h w"]:
         """Return the last feature map of standardised images."""

@@ -9,34 +9,36 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
+from ffd_lightning.components import component
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.encoders.base import ImageEncoder
 
 
+@component("encoder", "timm")
 class TimmEncoder(ImageEncoder):
-    """The last feature map of a timm model.
+    """Any timm backbone: pip install 'ffd_lightning[timm]'.
 
-    Convolutional networks give it as it is, models that keep channels last (Swin) turned round,
-    vision transformers as the grid of their patch tokens, without class and register tokens.
+    Convolutional networks give their last feature map as it is, models that keep channels last
+    (Swin) turned round, vision transformers as the grid of their patch tokens, without class and
+    register tokens.
 
     Models are built for one image size. Pretrained ones saw images normalised with ImageNet's mean
     and deviation; here images are standardised one by one, and the network adapts in training.
 
     Args:
-        name: a timm model, "resnet18" say, with or without a tag of weights.
-        pretrained: start from timm's weights, which it downloads.
-        in_size: (height, width) of the images in pixels.
+        model: its name there, resnet18 say, with or without a tag of weights.
+        image_size: (height, width) of the images in pixels.
 
     Raises:
-        ConfigError: timm is missing or broken, does not know the model or has no weights for it,
-            or the model has no feature map for images of this size.
+        ConfigError: timm is missing or broken, does not know the model, or the model has no feature
+            map for images of this size.
     """
 
-    def __init__(self, name: str, pretrained: bool, in_size: tuple[int, int]) -> None:
+    def __init__(self, model: str, image_size: tuple[int, int]) -> None:
         super().__init__()
-        self.name = name
-        self.in_size = tuple(in_size)
-        self.model = _create_model(name, pretrained, in_size)
+        self.name = name = model
+        self.in_size = image_size
+        self.model = _create_model(name, False, image_size)
         example = self._example_output()
         self.channels_at_end = getattr(self.model, "output_fmt", "NCHW") == "NHWC"
         self.num_prefix_tokens = int(getattr(self.model, "num_prefix_tokens", 0))
@@ -90,6 +92,16 @@ class TimmEncoder(ImageEncoder):
         if tuple(image_size) != self.in_size:
             raise ConfigError(f"the encoder was built for images of {self.in_size}: {image_size}")
         return self._output_size
+
+    def load_weights(self, source: str) -> None:
+        """Take timm's own weights, which it downloads.
+
+        Raises:
+            ConfigError: `source` is not "pretrained", or timm has no weights for the model.
+        """
+        if source != "pretrained":
+            raise ConfigError(f"encoder.weights={source}: encoder=timm takes none or pretrained")
+        self.model.load_state_dict(_create_model(self.name, True, self.in_size).state_dict())
 
     def forward(self, images: Float[Tensor, "q 3 height width"]) -> Float[Tensor, "q c h w"]:
         """Return the last feature map of standardised images."""

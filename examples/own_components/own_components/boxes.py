@@ -9,43 +9,22 @@ import numpy as np
 import ffd_lightning as ffd
 
 _CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
-_FACES = np.array(
-    [
-        [0, 1, 3],
-        [0, 3, 2],
-        [4, 6, 7],
-        [4, 7, 5],
-        [0, 4, 5],
-        [0, 5, 1],
-        [2, 3, 7],
-        [2, 7, 6],
-        [0, 2, 6],
-        [0, 6, 4],
-        [1, 5, 7],
-        [1, 7, 3],
-    ]
-)
+_SIDES = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+_FACES = np.array([face for a, b, c, d in _SIDES for face in ((a, b, c), (a, c, d))])
 
 
-@dataclass
-class Boxes:
-    """Boxes of random sides.
+@ffd.component("source", "boxes")
+@dataclass(frozen=True)
+class Boxes(ffd.Source):
+    """Boxes of random sides: each follows from its number and the seed.
 
-    Attributes:
+    Args:
         count: how many.
         seed: makes others.
     """
 
     count: int = 40
     seed: int = 0
-
-
-@dataclass(frozen=True)
-class BoxSource(ffd.Source):
-    """Boxes: each follows from its number and the seed."""
-
-    count: int
-    seed: int
 
     def categories(self) -> list[str]:
         """Return what can be asked for."""
@@ -64,10 +43,4 @@ class BoxSource(ffd.Source):
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return what decides the boxes: prepared data is kept by it."""
-        return {"source": "own_parts.boxes", "version": 1, "count": self.count, "seed": self.seed}
-
-
-@ffd.register("source", "boxes", Boxes)
-def boxes(settings: Boxes, image_size: tuple[int, int]) -> BoxSource:
-    """Build the source; it is sent to worker processes, so its class is in a module."""
-    return BoxSource(settings.count, settings.seed)
+        return {"source": "boxes", "version": 1, "count": self.count, "seed": self.seed}

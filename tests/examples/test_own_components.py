@@ -1,4 +1,4 @@
-"""A package with parts of its own, installed, used by every command, and then not there."""
+"""A package with components of its own, installed, used by every command, and then not there."""
 
 import json
 import os
@@ -23,7 +23,7 @@ TINY = (
     "network.bottleneck=8",
     "schedule.batch_size=4",
     "schedule.num_points=64",
-    "schedule.checkpoint_every=2",
+    "trainer.checkpoint_every=2",
     "schedule.steps=8",
     "preparation.workers=1",
     "trainer=cpu",
@@ -38,11 +38,14 @@ OWN = (
     "encoder=patches",
     "encoder.channels=8",
     "regime/selection=taught",
-    "+regime.terms.smoothness.weight=0.1",
+    "regime/term=[smoothness]",
+    "regime.terms.smoothness.weight=0.1",
     "template_strategy=by_height",
     "templates=t2",
     "protocol=extents",
     "augmentation=specks",
+    "callback=[frozen_start]",
+    "callback.frozen_start.steps=1",
 )
 
 
@@ -66,14 +69,14 @@ def packages(tmp_path_factory):
     """Install the example package."""
     target = tmp_path_factory.mktemp("packages")
     pip = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-build-isolation"]
-    source = str(ROOT / "examples" / "own_parts")
+    source = str(ROOT / "examples" / "own_components")
     subprocess.run([*pip, "--no-index", "--target", str(target), source], check=True)
     return target
 
 
 @pytest.fixture(scope="module")
 def trained(packages, tmp_path_factory):
-    """Train with all parts of the package, killed on the way and resumed: folder, run, output."""
+    """Train with all components of the package, killed on the way and resumed: folder, run, output."""
     folder = tmp_path_factory.mktemp("work")
     settings = (*OWN, *TINY)
     killed = ("-c", killed_training(5))
@@ -87,15 +90,15 @@ def trained(packages, tmp_path_factory):
     return folder, checkpoint.parents[1], output
 
 
-def test_all_parts_are_used_and_named(trained):
+def test_all_components_are_used_and_named(trained):
     _, run, output = trained
     settings = (run / "config.yaml").read_text()
     for part in (
         *("boxes", "every_fifth", "specks", "patches", "taught", "smoothness", "by_height"),
-        "extents",
+        *("extents", "frozen_start"),
     ):
         assert part in settings
-    assert "own-parts 0.1.0" in settings
+    assert "own-components 0.1.0" in settings
     assert json.loads((run / "status.json").read_text())["state"] == "finished"
     assert "side_error" in output
     summary = json.loads((run / "evaluation" / "extents" / "summary.json").read_text())
@@ -112,10 +115,10 @@ def test_a_finished_run_is_not_trained_again(trained, packages):
 
 def test_its_settings_are_in_help_and_checked(trained, packages):
     folder, _, _ = trained
-    _, output = ffd("train", "--help", folder=folder, packages=packages)
+    _, output = ffd("train", "--help", "all", folder=folder, packages=packages)
     for words in (
         "patches",
-        "own-parts 0.1.0",
+        "own-components 0.1.0",
         "channels=16",
         "share=0.02",
         "temperature=0.5",
@@ -158,7 +161,7 @@ def test_predicts_from_the_checkpoint_alone(trained, packages, tmp_path):
     assert (tmp_path / "predictions" / "photo" / "mesh.glb").is_file()
     code, output = ffd(*predict, "out=others", folder=tmp_path)
     assert code == 1
-    assert "encoder 'patches' comes from own-parts 0.1.0, which is not here" in output
+    assert "encoder 'patches' comes from own-components 0.1.0, which is not here" in output
 
 
 def test_report_and_status_need_no_plugin_and_show_its_settings(trained):
@@ -173,7 +176,7 @@ def test_report_and_status_need_no_plugin_and_show_its_settings(trained):
 
 
 def test_a_module_named_on_the_command_line(tmp_path):
-    source = ROOT / "examples" / "own_parts" / "own_parts" / "encoder.py"
+    source = ROOT / "examples" / "own_components" / "own_components" / "encoder.py"
     (tmp_path / "my_encoder.py").write_text(source.read_text())
     code, output = ffd(
         "train", "plugins=[my_encoder]", "encoder=patches", "--cfg", "job", folder=tmp_path

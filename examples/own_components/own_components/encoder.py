@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from torch import Tensor, nn
 
 import ffd_lightning as ffd
 
 
-@dataclass
-class Patches:
+@ffd.component("encoder", "patches")
+class Patches(ffd.ImageEncoder):
     """Two convolutions on patches of the image.
 
-    Attributes:
+    Args:
         channels: of the feature map.
         size: of a patch, in pixels.
     """
 
-    channels: int = 16
-    size: int = 16
-
-
-class PatchEncoder(ffd.ImageEncoder):
-    """Cuts images into patches and mixes neighbours."""
-
-    def __init__(self, channels: int, size: int) -> None:
+    def __init__(self, channels: int = 16, size: int = 16) -> None:
         super().__init__()
         self.out_channels, self.size = channels, size
         self.layers = nn.Sequential(
@@ -42,11 +33,3 @@ class PatchEncoder(ffd.ImageEncoder):
     def forward(self, images: Tensor) -> Tensor:
         """Return the feature map of standardised images, (q, 3, H, W)."""
         return self.layers(images)
-
-
-@ffd.register("encoder", "patches", Patches)
-def patches(
-    settings: Patches, image_size: tuple[int, int], batch_norm_momentum: float
-) -> nn.Module:
-    """Build the encoder."""
-    return PatchEncoder(settings.channels, settings.size)

@@ -9,22 +9,16 @@ import numpy as np
 import ffd_lightning as ffd
 
 
-@dataclass
-class Extents:
+@ffd.component("protocol", "extents")
+@dataclass(frozen=True)
+class Extents(ffd.EvaluationProtocol):
     """Sides of the bounding box.
 
-    Attributes:
+    Args:
         points: of each shape that are looked at.
     """
 
     points: int = 512
-
-
-@dataclass(frozen=True)
-class ExtentsProtocol(ffd.EvaluationProtocol):
-    """Compares the sides of bounding boxes of sampled points."""
-
-    points: int
 
     name = "extents"
     measures = (ffd.Measure("side_error", "mean difference of the box's three sides"),)
@@ -44,9 +38,3 @@ class ExtentsProtocol(ffd.EvaluationProtocol):
         """Return each measure of a shape."""
         sides = np.ptp(shape.cloud(self.points, rng), axis=0)
         return {"side_error": float(np.abs(sides - truth).mean())}
-
-
-@ffd.register("protocol", "extents", Extents)
-def extents(settings: Extents) -> ExtentsProtocol:
-    """Build the protocol."""
-    return ExtentsProtocol(settings.points)

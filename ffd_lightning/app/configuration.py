@@ -1,0 +1,416 @@
+"""The configuration: composed by Hydra from what signatures and `conf/` say, then typed.
+
+Hydra is given plain values, without types: a component's settings are those of its signature, all
+other settings are fields of `app.config`. `typed_config` then checks everything at once.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import logging
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial, update_wrapper
+from pathlib import Path
+from typing import Any, TypeVar, get_origin
+
+import hydra
+from hydra import compose, initialize_config_dir
+from hydra.core.config_store import ConfigStore
+from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+
+from ffd_lightning import components
+from ffd_lightning.app.config import GROUPS, HOLDERS, LISTS, Encoder
+from ffd_lightning.app.messages import SHOWN, explain
+from ffd_lightning.components import MISSING, OWN, Component, Setting, settings_of
+from ffd_lightning.errors import ConfigError, DataError
+
+log = logging.getLogger(__name__)
+# Hydra shows all that is logged as information. Here, as jobs in other processes load this too.
+logging.getLogger("matplotlib").setLevel(logging.WARNING)
+
+_Config = TypeVar("_Config")
+_ROOT = Path(__file__).parents[2]
+_PACKAGE = Path(__file__).parents[1]
+_COMPONENT = {f.name for f in dataclasses.fields(Component)}
+
+RENAMED: dict[str, str] = {
+    "data.residency": "trainer.residency",
+    "schedule.val_every": "trainer.val_every",
+    "schedule.checkpoint_every": "trainer.checkpoint_every",
+    "schedule.learning_rate_decay": "lr_schedule",
+    "encoder.pretrained": "encoder.weights=pretrained",
+    "category.symmetric": "regime.mirror_offsets",
+}
+"""Settings of earlier versions, and what does the same now."""
+
+
+# --- what signatures say --------------------------------------------------------------------------
+
+
+def label_of(kind: str) -> str:
+    """Return the key under which a configuration names the component of a group."""
+    return "term" if kind == "term" else "name"
+
+
+def common_settings(kind: str) -> dict[str, Setting]:
+    """Return the settings that all components of a kind have, beside their own."""
+    holder = HOLDERS.get(kind)
+    found = {} if holder is None else settings_of(holder)
+    return {name: setting for name, setting in found.items() if name not in _COMPONENT}
+
+
+def all_settings(kind: str, name: str) -> dict[str, Setting]:
+    """Return the settings of a component, its own and those of its kind.
+
+    Raises:
+        ConfigError: there is no such component, or a setting of its own has a taken name.
+    """
+    own, common = components.settings(kind, name), common_settings(kind)
+    taken = [key for key in own if key in common or key == label_of(kind)]
+    if taken:
+        raise ConfigError(
+            f"{kind} {name!r} of {components.provider(kind, name)}: every {kind} has a setting "
+            f"{taken[0]!r}; choose another name"
+        )
+    return own | common
+
+
+def nodes(settings: Mapping[str, Setting]) -> dict[str, Any]:
+    """Return settings as Hydra composes them: plain defaults, "???" for what must be given."""
+    found = {}
+    for name, setting in settings.items():
+        kind, hint = get_origin(setting.hint), setting.hint
+        if isinstance(hint, type) and issubclass(hint, Component):
+            continue  # the group's option brings it
+        if dataclasses.is_dataclass(hint):
+            found[name] = nodes(settings_of(hint))
+        else:
+            found[name] = {} if kind is Mapping else components.plain(setting.default)
+    return found
+
+
+def register(schema: type[Any]) -> None:
+    """Make the settings of a command, and all components that it can choose, known to Hydra."""
+    store = ConfigStore.instance()
+    store.store(name="schema", node=nodes(settings_of(schema)))
+    places = {where for where, _ in _places(schema)}
+    for where, kind in {**GROUPS, **LISTS}.items():
+        if where not in places:
+            continue
+        for name in components.names(kind):
+            node = {label_of(kind): name, **nodes(all_settings(kind, name))}
+            group, package = where.replace(".", "/"), where
+            if where in LISTS:
+                group, package = group.removesuffix("s"), f"{where}.{name}"
+            store.store(group=group, name=name, node=node, package=package)
+
+
+def _places(schema: type[Any]) -> Iterator[tuple[str, str]]:
+    """Yield place and kind of the components that a command chooses."""
+    for where, kind in {**GROUPS, **LISTS}.items():
+        first = where.split(".")[0]
+        if any(f.name == first for f in dataclasses.fields(schema)):
+            yield where, kind
+
+
+# --- from composed to typed -----------------------------------------------------------------------
+
+
+def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> _Config:
+    """Turn a composed or read configuration into typed settings.
+
+    Args:
+        cfg: what Hydra composed, or a file held.
+        schema: of which command it is.
+
+    Raises:
+        ConfigError: a value that must be given is missing, a component that is not here, a setting
+            that does not exist, or a value that does not fit; the message names it.
+    """
+    given = cfg if isinstance(cfg, DictConfig) else OmegaConf.create(dict(cfg))
+    missing = sorted(str(key) for key in OmegaConf.missing_keys(given))
+    if missing:
+        raise ConfigError(f"these settings must be given: {', '.join(f'{k}=...' for k in missing)}")
+    plain: Any = OmegaConf.to_container(given, resolve=True)
+    for old, new in RENAMED.items():
+        *path, key = old.split(".")
+        if key in (_at(plain, path) or {}):
+            raise ConfigError(f"the setting {old} is of an earlier version: it is {new} now")
+    components.load_plugins(plain.get("plugins") or [])
+    provided = plain.get("provided") or {}
+    for where, kind in _places(schema):
+        *path, key = where.split(".")
+        node = _mapping(where, _at(plain, path)).get(key)
+        if where in LISTS:
+            labelled = _mapping(where, node or {}).items()
+            chosen: Any = {k: choose(kind, n, f"{where}.{k}", provided) for k, n in labelled}
+        elif node is None:
+            raise ConfigError(f"these settings must be given: {where.replace('.', '/')}=...")
+        else:
+            chosen = choose(kind, node, where, provided)
+        _at(plain, path)[key] = chosen
+    found: _Config = components.build(schema, plain, "")
+    return found
+
+
+def choose(kind: str, node: Any, where: str, provided: Mapping[str, str] = {}) -> Component:
+    """Return what a group of a configuration chooses.
+
+    Args:
+        kind: of component.
+        node: its name and its settings.
+        where: the group.
+        provided: which packages had what was chosen when the configuration was written.
+
+    Raises:
+        ConfigError: no such component, or settings that do not fit.
+    """
+    values, label = _mapping(where, node), label_of(kind)
+    name = str(values.pop(label, where.rpartition(".")[2]))
+    components.find(kind, name, provided.get(f"{kind} {name}", OWN))
+    common = common_settings(kind)
+    typed = components.read(all_settings(kind, name), values, where)
+    return components.called(
+        HOLDERS.get(kind, Component),
+        where,
+        kind=kind,
+        name=name,
+        settings={k: components.plain(v) for k, v in typed.items() if k not in common},
+        provider=components.provider(kind, name),
+        where=where,
+        **{k: v for k, v in typed.items() if k in common},
+    )
+
+
+def _at(plain: Any, path: Sequence[str]) -> Any:
+    for key in path:
+        plain = plain.get(key) if isinstance(plain, Mapping) else None
+    return plain
+
+
+def _mapping(where: str, node: Any) -> dict[str, Any]:
+    if isinstance(node, Mapping):
+        return {str(key): value for key, value in node.items()}
+    group = where.replace(".", "/")
+    raise ConfigError(f"{where}={node} is a group: write {group}={node}, without spaces")
+
+
+def chosen_components(config: Any) -> list[Component]:
+    """Return all components of typed settings."""
+    found: list[Component] = []
+    for where in (*GROUPS, *LISTS):
+        node = config
+        for step in where.split("."):
+            node = getattr(node, step, None)
+        found += node.values() if isinstance(node, Mapping) else [] if node is None else [node]
+    return found
+
+
+# --- and back -------------------------------------------------------------------------------------
+
+
+def content(node: Any) -> Any:
+    """Return typed settings as plain values, as `config.yaml` keeps them."""
+    if isinstance(node, Component):
+        names = [f.name for f in dataclasses.fields(node) if f.name not in _COMPONENT]
+        common = {name: content(getattr(node, name)) for name in names}
+        if isinstance(node, Encoder):
+            common["weights"] = node.first_weights
+        return {label_of(node.kind): node.name, **node.settings, **common}
+    if dataclasses.is_dataclass(node):
+        return {f.name: content(getattr(node, f.name)) for f in dataclasses.fields(node)}
+    if isinstance(node, Mapping):
+        return {str(key): content(value) for key, value in node.items()}
+    return components.plain(node)
+
+
+def flat(node: Any, prefix: str = "") -> dict[str, Any]:
+    """Return plain settings by the names that they have on a command line.
+
+    >>> flat({"seed": 0, "data": {"render": {"width": 4}}})
+    {'seed': 0, 'data.render.width': 4}
+    """
+    if not isinstance(node, Mapping):
+        return {prefix.removesuffix("."): node}
+    return {k: v for key, value in node.items() for k, v in flat(value, f"{prefix}{key}.").items()}
+
+
+def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+    """Return the names of settings that are not equal, or not in both."""
+    return [k for k in sorted({*before, *after}) if before.get(k) != after.get(k)]
+
+
+# --- commands that Hydra runs ---------------------------------------------------------------------
+
+
+def config_folder(name: str = "conf") -> Path:
+    """Return the folder of configurations, or of studies: `conf`, `sweeps`.
+
+    In a checkout it is at the top, in an installed package inside of it.
+    """
+    inside = _PACKAGE / name
+    return inside if inside.is_dir() else _ROOT / name
+
+
+def command_folder(name: str) -> Path:
+    """Return the folder of a command's configuration: `conf`, or one of its own in there.
+
+    A folder's subfolders are groups, and no setting may bear their names: `predict` has a setting
+    `category`, which is a group elsewhere.
+    """
+    own = config_folder() / name
+    return own if (own / f"{name}.yaml").is_file() else config_folder()
+
+
+def named_plugins(arguments: Sequence[str]) -> list[str]:
+    """Return the modules that `plugins=` names on a command line.
+
+    >>> named_plugins(["regime=e", "plugins=[my_parts,more.parts]"])
+    ['my_parts', 'more.parts']
+    """
+    found: list[str] = []
+    for argument in arguments:
+        match = re.fullmatch(r"\+{0,2}plugins=(.*)", argument)
+        if match:
+            found += [name.strip(" '\"") for name in match[1].strip("[]").split(",")]
+    return [name for name in found if name]
+
+
+def prepare_hydra(schema: type[Any], arguments: Sequence[str]) -> None:
+    """Make settings, components and resolvers known to Hydra, plugins included.
+
+    Raises:
+        ConfigError: a setting of an earlier version.
+    """
+    from ffd_lightning.app import identity
+
+    for argument in arguments:
+        key = argument.lstrip("+~").partition("=")[0]
+        if key in RENAMED:
+            raise ConfigError(f"the setting {key} is {RENAMED[key]} now")
+    components.load_plugins(named_plugins(arguments))
+    register(schema)
+    for name in ("run_folder", "run_suffix"):
+        OmegaConf.register_new_resolver(name, _resolver(getattr(identity, name)), replace=True)
+
+
+def _resolver(function: Callable[[DictConfig], str]) -> Callable[..., str]:
+    def resolve(*, _root_: DictConfig) -> str:
+        return function(_root_)
+
+    return resolve
+
+
+def compose_config(
+    name: str, schema: type[Any], overrides: Sequence[str], extra: str | None = None
+) -> DictConfig:
+    """Compose one of the configurations in `conf/`, for what is no Hydra application.
+
+    Args:
+        name: of the configuration.
+        schema: of its settings.
+        overrides: as on the command line.
+        extra: a folder with further options, as --config-dir.
+
+    Raises:
+        HydraException: an override that does not fit.
+    """
+    prepare_hydra(schema, overrides)
+    more = [] if extra is None else [f"hydra.searchpath=[file://{Path(extra).absolute()}]"]
+    with initialize_config_dir(str(command_folder(name)), version_base="1.3"):
+        return compose(name, [*overrides, *more])
+
+
+def run_hydra(
+    name: str,
+    schema: type[Any],
+    run: Callable[[Any], Any],
+    arguments: Sequence[str],
+    paths: Sequence[str] = (),
+    counted: bool = False,
+) -> None:
+    """Run a command as a Hydra application.
+
+    Args:
+        name: of the command and its configuration in `conf/`.
+        schema: of its settings.
+        run: takes the typed settings; what it returns is the job's result.
+        arguments: of the command line.
+        paths: settings whose values are files' names, to be taken as they are.
+        counted: a callback of the configuration counts the jobs of a multirun that have failed.
+    """
+    given = quote_paths(arguments, paths)
+    if {"-h", "--help"} & set(given):
+        from ffd_lightning.app.help import command_help
+
+        components.load_plugins(named_plugins(given))
+        folders = [command_folder(name), *map(Path, _options(given, "--config-dir"))]
+        print(command_help(name, schema, folders, everything="all" in given))
+        return
+    prepare_hydra(schema, given)
+    sys.argv[1:] = given
+    # Hydra names the log after the function's module: the command's, not functools.
+    job = update_wrapper(partial(_job, schema, run, counted), run)
+    main = hydra.main(version_base="1.3", config_path=str(command_folder(name)), config_name=name)
+    main(job)()
+
+
+def _job(schema: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictConfig) -> Any:
+    """Run one job; in a multirun, one that fails does not stop the others."""
+    try:
+        return run(typed_config(cfg, schema))
+    except SHOWN as error:
+        if HydraConfig.get().mode is not RunMode.MULTIRUN:
+            # Not as an exception: Hydra would put a line of its own above it.
+            sys.exit(f"error: {explain(error)}")
+        if counted:
+            log.error("%s", explain(error))  # to the log in the job's folder too
+            return None
+        print(f"error: {explain(error)}", file=sys.stderr)
+        # Hydra goes on, and shows the first of all exceptions at the end.
+        raise DataError("not all jobs came to their end: see the messages above") from None
+
+
+def _options(arguments: Sequence[str], name: str) -> Iterator[str]:
+    for k, argument in enumerate(arguments):
+        if argument == name and k + 1 < len(arguments):
+            yield arguments[k + 1]
+        elif argument.startswith(f"{name}="):
+            yield argument.partition("=")[2]
+
+
+def quote_paths(arguments: Sequence[str], keys: Sequence[str]) -> list[str]:
+    """Quote the values of some settings for Hydra, to which brackets, commas and = mean something.
+
+    Lists and what is quoted already stay as they are.
+
+    >>> quote_paths(["image=photo (1), a=b.png", "top_k=2", "mask=null"], ["image", "mask"])
+    ['image="photo (1), a=b.png"', 'top_k=2', 'mask=null']
+    """
+    result = []
+    for argument in arguments:
+        key, _, value = argument.partition("=")
+        if key in keys and value not in ("", "null", "???") and value[0] not in "['\"":
+            # Backslashes count only before a quote.
+            escaped = re.sub(r'(\\*)("|$)', lambda m: 2 * m[1] + (m[2] and '\\"'), value)
+            argument = f'{key}="{escaped}"'
+        result.append(argument)
+    return result
+
+
+__all__ = [
+    "MISSING",
+    "all_settings",
+    "choose",
+    "compose_config",
+    "config_folder",
+    "content",
+    "differences",
+    "flat",
+    "run_hydra",
+    "typed_config",
+]
