@@ -128,7 +128,10 @@ def own(term=CHAMFER, selection=None):
 
 BROKEN = {
     "term": (own(broken_term), "the loss of step 3 .* because of the term mine"),
-    "selection": (own(chamfer, broken_selection), "the loss of step 3 .* because of the selection"),
+    "selection": (
+        own(Chamfer(), broken_selection),
+        "the loss of step 3 .* because of the selection",
+    ),
     "gradient": (own(broken_gradient), r"network\.\S+ is not finite after step 3, because"),
 }
 
