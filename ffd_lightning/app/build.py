@@ -20,8 +20,7 @@ from ffd_lightning.app.config import (
 )
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.base import Source
-from ffd_lightning.data.sources.limited import LimitedSource
+from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.geometry.lattice import num_control_points
@@ -49,7 +48,7 @@ def build_source(cfg: PrepareConfig) -> Source:
     size = (cfg.data.render.height, cfg.data.render.width)
     source: Source = build_part("data", cfg.data, image_size=size)
     _expect(source, Source, f"data={cfg.data.name}")
-    return source if cfg.data.limit is None else LimitedSource(source, cfg.data.limit)
+    return source
 
 
 def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
@@ -62,6 +61,7 @@ def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
             num_points=cfg.data.num_points,
             render=cfg.data.render,
             root=Path(cfg.paths.data),
+            limit=cfg.data.limit,
             workers=cfg.preparation.workers,
             timeout=cfg.preparation.timeout,
         )
@@ -95,6 +95,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         render=cfg.data.render,
         cloud_points=cfg.data.num_points,
         root=cfg.paths.data,
+        limit=cfg.data.limit,
         augmentation=augmentation,
         residency=cfg.data.residency.value,
         num_workers=cfg.trainer.num_workers,

@@ -144,9 +144,9 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
 def _given_images_checks(cfg: PrepareConfig) -> _Checks:
     """Refuse cameras where the source has the images already; their size still counts."""
     images = getattr(cfg.data, "images", None)
-    if cfg.data.name != "pix3d" and getattr(images, "value", "render") == "render":
+    if images is None or getattr(images, "value", "render") == "render":
         return []
-    whose = "data=pix3d" if images is None else f"data.images={images.value}"
+    whose = f"data.images={images.value}"
     render, usual = cfg.data.render, RenderSettings()
     pairs = {
         name: (getattr(render, name), getattr(usual, name))

@@ -1,8 +1,8 @@
 """The schema of the whole configuration, and the only defaults that no YAML file states.
 
 A group's name, its package and its field here are the same word. Parts (`registry.KINDS`) have a
-schema per option: what `data=folder` can be told does not exist under `data=pix3d`. A misspelt key
-or a wrong type is refused before anything is built.
+schema per option: what `data=folder` can be told does not exist under `data=procedural`. A misspelt
+key or a wrong type is refused before anything is built.
 
 A field made by `setting(only_where=True)` decides where or how fast something is computed, and not
 what comes out. Folder names, resuming and studies all derive from that (`identity`).

@@ -20,7 +20,7 @@ from ffd_lightning.app.config import MeshColors, PredictConfig
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.photo_jobs import find_jobs
 from ffd_lightning.app.photo_run import predict_files
-from ffd_lightning.data.preparation.part_labels import PART_COLORS
+from ffd_lightning.palette import PART_COLORS
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.mesh import Mesh

@@ -22,7 +22,7 @@ from parts_tree import (
 )
 
 from ffd_lightning.data.preparation import part_labels
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART
+from ffd_lightning.geometry.mesh import UNKNOWN_PART
 from ffd_lightning.data.preparation.part_labels import (
     PART_COLORS,
     label_faces,
@@ -30,7 +30,7 @@ from ffd_lightning.data.preparation.part_labels import (
     part_colors,
 )
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.base import PartCloud
+from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE, PartAnnotations
 from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError

@@ -15,9 +15,9 @@ from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.data.preparation.joined import JoinedSet
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART
+from ffd_lightning.geometry.mesh import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.sources.base import PartCloud
+from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation import evaluator

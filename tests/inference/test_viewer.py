@@ -20,7 +20,7 @@ from PIL import Image
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.app.viewed_runs import open_studio
-from ffd_lightning.data.preparation.part_labels import part_colors
+from ffd_lightning.palette import part_colors
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging import cutting

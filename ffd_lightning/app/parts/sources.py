@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Any
@@ -83,66 +83,6 @@ def folder(settings: Folder, image_size: tuple[int, int] | None = None) -> Any:
 
 
 @dataclass
-class ModelNet:
-    """ModelNet40 or ModelNet10, unpacked or not.
-
-    Attributes:
-        root: with <category>/{train,test}/*.off, or an archive.
-        up: the axis of the meshes that points up.
-        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
-    """
-
-    root: str = MISSING
-    up: Up = Up.z
-    yaw: float = 0.0
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        _check_root(self.root, "modelnet")
-
-
-@register("source", "modelnet", ModelNet)
-def modelnet(settings: ModelNet, image_size: tuple[int, int] | None = None) -> Any:
-    """Build the source."""
-    from ffd_lightning.data.sources.modelnet import ModelNetSource
-
-    return ModelNetSource(_path(settings.root), settings.up.value, settings.yaw)
-
-
-@dataclass
-class Pix3d:
-    """Pix3D's photographs, cut out by their masks.
-
-    Attributes:
-        root: with pix3d.json beside img, mask and model.
-        up: the axis of the meshes that points up.
-        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
-        leave_out: kinds of photographs that are passed over.
-    """
-
-    root: str = MISSING
-    up: Up = Up.y
-    yaw: float = 0.0
-    leave_out: list[str] = field(default_factory=lambda: ["truncated", "occluded"])
-
-    def check(self) -> None:
-        """Raise ConfigError where it cannot work."""
-        _check_root(self.root, "pix3d")
-
-
-@register("source", "pix3d", Pix3d)
-def pix3d(settings: Pix3d, image_size: tuple[int, int]) -> Any:
-    """Build the source."""
-    from ffd_lightning.data.sources.pix3d import Pix3dSource
-
-    height, width = image_size
-    left_out = tuple(settings.leave_out)
-    return Pix3dSource(
-        _path(settings.root), height, width, left_out, settings.up.value, settings.yaw
-    )
-
-
-@dataclass
 class ShapeNet:
     """ShapeNetCore v1 or v2 as downloaded, folders or archives.
 
@@ -170,18 +110,17 @@ class ShapeNet:
 
 
 @register("source", "shapenet", ShapeNet)
-def shapenet(settings: ShapeNet, image_size: tuple[int, int]) -> Any:
+def shapenet(settings: ShapeNet, image_size: tuple[int, int] | None = None) -> Any:
     """Build the source."""
-    from ffd_lightning.data.sources.parts import PartAnnotations
-    from ffd_lightning.data.sources.r2n2 import R2n2Images
     from ffd_lightning.data.sources.shapenet import ShapeNetSource
 
-    images = parts = None
-    if settings.images is ImageKind.r2n2:
-        images = R2n2Images(_path(settings.images_root or settings.root), *image_size)
-    if settings.parts_root is not None:
-        parts = PartAnnotations(_path(settings.parts_root))
-    return ShapeNetSource(_path(settings.root), images, settings.mix_versions, parts)
+    return ShapeNetSource(
+        _path(settings.root),
+        settings.images.value,
+        None if settings.images_root is None else _path(settings.images_root),
+        settings.mix_versions,
+        None if settings.parts_root is None else _path(settings.parts_root),
+    )
 
 
 def _path(text: str) -> Path:

@@ -32,7 +32,7 @@ class_part("split", "hash", Hash, "ffd_lightning.data.splits:HashSplit")
 
 @dataclass
 class Auto:
-    """The data set's own (modelnet, pix3d), else by the hash of the id.
+    """The data set's own where it has one, else by the hash of the id.
 
     Attributes:
         train_fraction: share that is trained on, where the hash decides.
