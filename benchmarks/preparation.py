@@ -16,7 +16,7 @@ import trimesh
 
 from benchmarks.timing import Row
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.imaging.render_settings import RenderSettings

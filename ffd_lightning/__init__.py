@@ -24,16 +24,15 @@ _NAMES = {
     "Predictor": "inference.predictor",
     "PreparedSet": "data.preparation.prepared",
     "RenderSettings": "imaging.render_settings",
-    "SourceShape": "data.sources.base",
+    "SourceShape": "data.source",
     "SplitInput": "data.splits",
     "StepInput": "losses.terms",
-    "Survey": "data.sources.base",
     "Teaching": "losses.selection",
     "TemplateBank": "data.templates.bank",
     "TemplateFfdNetwork": "nn.network",
     "PreparedShape": "evaluation.shapes",
     "Shape": "evaluation.shapes",
-    "Source": "data.sources.base",
+    "Source": "data.source",
     "chamfer_distance": "geometry.chamfer",
     "deform": "geometry.deformation",
     "deformation_matrix": "geometry.deformation",
@@ -62,9 +61,8 @@ if TYPE_CHECKING:
     from ffd_lightning.components import make as make
     from ffd_lightning.data.datamodule import FfdDataModule as FfdDataModule
     from ffd_lightning.data.preparation.prepared import PreparedSet as PreparedSet
-    from ffd_lightning.data.sources.base import Source as Source
-    from ffd_lightning.data.sources.base import SourceShape as SourceShape
-    from ffd_lightning.data.sources.base import Survey as Survey
+    from ffd_lightning.data.source import Source as Source
+    from ffd_lightning.data.source import SourceShape as SourceShape
     from ffd_lightning.data.splits import SplitInput as SplitInput
     from ffd_lightning.data.templates.bank import TemplateBank as TemplateBank
     from ffd_lightning.evaluation.protocols.base import EvaluationProtocol as EvaluationProtocol

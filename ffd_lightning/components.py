@@ -113,13 +113,10 @@ KINDS: dict[str, Kind] = {
     ),
     "source": Kind(
         "where shapes come from",
-        ("image_size",),
-        {
+        built_in={
             "procedural": "ffd_lightning.data.sources.procedural:ProceduralSource",
             "folder": "ffd_lightning.data.sources.folder:FolderSource",
-            "modelnet": "ffd_lightning.data.sources.modelnet:ModelNetSource",
-            "pix3d": "ffd_lightning.data.sources.pix3d:pix3d",
-            "shapenet": "ffd_lightning.data.sources.shapenet:shapenet",
+            "shapenet": "ffd_lightning.data.sources.shapenet:ShapeNetSource",
         },
     ),
     "split": Kind(

@@ -14,7 +14,7 @@ from ffd_lightning.run_folder import RunFolder
 
 PROTOCOL = "paper"
 _UNKNOWN = "not recorded"
-_RENDERED = ("procedural", "folder", "modelnet")  # sources that bring no images of their own
+_RENDERED = ("procedural", "folder")  # sources that bring no images of their own
 _SHAPENET_V1 = {
     "plane": "4,050",
     "bench": "1,820",

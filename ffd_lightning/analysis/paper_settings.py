@@ -109,8 +109,8 @@ def compared_settings(settings: Mapping[str, Any]) -> dict[str, tuple[str, str]]
 
 def images_of_source(settings: Mapping[str, Any]) -> str:
     """Return whose images a run has that were not rendered here, "" where they were."""
-    name, images = (select(settings, f"data.{key}") for key in ("name", "images"))
-    return "pix3d" if name == "pix3d" else "" if images in (None, "render") else str(images)
+    images = select(settings, "data.images")
+    return "" if images in (None, "render") else str(images)
 
 
 def _elevation(camera: str) -> float:

@@ -17,8 +17,7 @@ from ffd_lightning.app.first_weights import load_first_weights
 from ffd_lightning.components import Component
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.base import Source
-from ffd_lightning.data.sources.limited import LimitedSource
+from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.geometry.lattice import num_control_points
@@ -36,9 +35,9 @@ def category_names(cfg: PrepareConfig) -> tuple[str, ...]:
 
 def build_source(cfg: PrepareConfig) -> Source:
     """Return the source of shapes; nothing is read yet."""
-    source: Source = cfg.data.build(image_size=(cfg.data.render.height, cfg.data.render.width))
+    source: Source = cfg.data.build()
     _expect(source, Source, f"data={cfg.data.name}")
-    return source if cfg.data.limit is None else LimitedSource(source, cfg.data.limit)
+    return source
 
 
 def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
@@ -51,6 +50,7 @@ def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
             num_points=cfg.data.num_points,
             render=cfg.data.render,
             root=Path(cfg.paths.data),
+            limit=cfg.data.limit,
             workers=cfg.preparation.workers,
             timeout=cfg.preparation.timeout,
         )
@@ -79,6 +79,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         render=cfg.data.render,
         cloud_points=cfg.data.num_points,
         root=cfg.paths.data,
+        limit=cfg.data.limit,
         augmentation=augmentation,
         residency=cfg.trainer.residency,
         num_workers=cfg.trainer.num_workers,

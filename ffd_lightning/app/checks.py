@@ -91,9 +91,9 @@ def _data_checks(cfg: PrepareConfig) -> _Checks:
 def _given_images_checks(cfg: PrepareConfig) -> _Checks:
     """Refuse cameras where the source has the images already; their size still counts."""
     images = cfg.data.settings.get("images", "render")
-    if cfg.data.name != "pix3d" and images == "render":
+    if images == "render":
         return []
-    whose = f"data.images={images}" if "images" in cfg.data.settings else "data=pix3d"
+    whose = f"data.images={images}"
     render, usual = cfg.data.render, RenderSettings()
     pairs = {
         name: (getattr(render, name), getattr(usual, name))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, NamedTuple
@@ -76,8 +75,8 @@ class ShapeStore:
     Args:
         prepared: the shapes.
         bank: the templates.
-        device: where to copy everything to; None leaves the shapes in their files, the clouds
-            mapped and the images packed, and the templates where they are.
+        device: where to copy everything to; None leaves the shapes in their files, and the
+            templates where they are.
         coverage: keeps the images' coverage too.
 
     Raises:
@@ -93,14 +92,18 @@ class ShapeStore:
     ) -> None:
         self._prepared, self._bank, self._coverage = prepared, bank, coverage
         self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
-        self.clouds = [_mapped(array) for array in prepared.mapped_clouds]
         self.own_templates = _own_templates(prepared, bank)
         self.images: Tensor | None = None
+        self.clouds: Tensor | None = None
         if device is None:
             return
         try:
             self.images = _unpacked(prepared, device, self._channels)
-            self.clouds = [torch.cat([clouds.to(device) for clouds in self.clouds])]
+            self.clouds = torch.empty(
+                (len(prepared), prepared.num_points, 3), dtype=torch.int16, device=device
+            )
+            for row in range(len(prepared)):
+                self.clouds[row] = torch.from_numpy(prepared.packed_cloud(row))
             self.control_points = bank.control_points.to(device)
             self.matrix = bank.deformation_matrix.to(device)
             if self.own_templates is not None:
@@ -113,7 +116,7 @@ class ShapeStore:
             ) from None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # Another process maps the files itself: tensors would travel as a copy of them all.
+        # Another process reads the files itself: tensors would travel as a copy of them all.
         return ShapeStore, (self._prepared, self._bank, None, self._coverage)
 
     @property
@@ -123,7 +126,7 @@ class ShapeStore:
     @property
     def device(self) -> torch.device:
         """Where batches come out."""
-        return self.clouds[0].device
+        return self.matrix.device
 
     def batch(self, indices: BatchIndices) -> Batch:
         """Gather what the indices name, on the device where the data is."""
@@ -135,7 +138,11 @@ class ShapeStore:
             images = torch.from_numpy(_read_images(self._prepared, pairs, self._channels))
         else:
             images = _select(self.images, rows[:, None], views[:, None])[:, 0]
-        clouds = self._points(rows, points).float() * POINT_STEP
+        if self.clouds is None:
+            clouds = torch.from_numpy(_read_points(self._prepared, indices.rows, indices.points))
+        else:
+            clouds = _select(self.clouds, rows[:, None], points)
+        clouds = clouds.float() * POINT_STEP
         templates = torch.arange(len(template_points), device=rows.device)[:, None]
         matrix = _select(self.matrix, templates, template_points)
         return Batch(
@@ -147,18 +154,6 @@ class ShapeStore:
             coverage=images[..., 3] if self._coverage else None,
             seed=indices.seed,
         )
-
-    def _points(self, rows: Tensor, points: Tensor) -> Tensor:
-        """Return which points of which clouds, (q, N, 3)."""
-        if len(self.clouds) == 1:
-            return _select(self.clouds[0], rows[:, None], points)
-        result = self.clouds[0].new_empty((*points.shape, 3))
-        start = 0
-        for clouds in self.clouds:
-            mine = (rows >= start) & (rows < start + len(clouds))
-            result[mine] = _select(clouds, rows[mine, None] - start, points[mine])
-            start += len(clouds)
-        return result
 
 
 def _own_templates(prepared: PreparedSet, bank: TemplateBank) -> Tensor | None:
@@ -209,7 +204,7 @@ def augmented(
 def resident_bytes(prepared: PreparedSet, bank: TemplateBank, coverage: bool = False) -> int:
     """Return what `ShapeStore` copies to a device, in bytes."""
     images = len(prepared) * math.prod(prepared.image_shape[:3]) * (4 if coverage else 3)
-    clouds = sum(array.nbytes for array in prepared.mapped_clouds)
+    clouds = len(prepared) * prepared.num_points * 3 * 2
     return images + clouds + bank.deformation_matrix.nbytes
 
 
@@ -229,10 +224,16 @@ def _select(table: Tensor, first: Tensor, second: Tensor) -> Tensor:
     return table.flatten(0, 1).index_select(0, flat.flatten()).unflatten(0, flat.shape)
 
 
-def _mapped(array: NDArray[Any]) -> Tensor:
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*not writable.*")  # nothing writes to it
-        return torch.from_numpy(array)
+def _read_points(prepared: PreparedSet, rows: Tensor, points: Tensor) -> NDArray[np.int16]:
+    """Return which points (q, N) of the clouds of which rows (q,), (q, N, 3)."""
+    result = np.empty((*points.shape, 3), np.int16)
+
+    def read(place: int) -> None:
+        result[place] = prepared.packed_cloud(int(rows[place]))[points[place].numpy()]
+
+    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
+        list(pool.map(read, range(len(rows))))
+    return result
 
 
 def _read_images(

@@ -27,10 +27,9 @@ from ffd_lightning.data.batches import (
     fits,
     resident_bytes,
 )
-from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.source import Source
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.strategies import TemplateStrategy, auto_choice, choose_templates
@@ -275,6 +274,7 @@ class FfdDataModule(LightningDataModule):
         render: the images.
         cloud_points: surface samples kept of each shape, of which steps draw theirs.
         root: prepared data is kept below it.
+        limit: see `Preparation`.
         augmentation: changes the images that are trained on, and no others.
         residency: where images and clouds are kept while training, see `Residency`.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
@@ -315,6 +315,7 @@ class FfdDataModule(LightningDataModule):
         render: RenderSettings | None = None,
         cloud_points: int = 16384,
         root: str | Path = "data",
+        limit: int | None = None,
         augmentation: Augmentation | None = None,
         residency: Residency = "auto",
         num_workers: int | None = None,
@@ -344,6 +345,7 @@ class FfdDataModule(LightningDataModule):
                 num_points=cloud_points,
                 render=self.render,
                 root=Path(root),
+                limit=limit,
                 workers=prepare_workers,
                 timeout=prepare_timeout,
                 progress=progress,
@@ -382,7 +384,7 @@ class FfdDataModule(LightningDataModule):
         if len(members) == 1:
             self.prepared, templates, self.split = members[0]
         else:
-            self.prepared = JoinedSet.join([prepared for prepared, _, _ in members])
+            self.prepared = PreparedSet.join([prepared for prepared, _, _ in members])
             templates = _prefixed(self.categories, [ids for _, ids, _ in members])
             subsets = zip(*(split for _, _, split in members), strict=True)
             self.split = Split(*(_prefixed(self.categories, subset) for subset in subsets))

@@ -76,7 +76,7 @@ class Shapes(NamedTuple):
         """Return what changes when the set, or the shapes taken from it, are others."""
         ids = "\n".join(self.prepared.ids[row] for row in self.rows)
         digest = hashlib.sha256(ids.encode()).hexdigest()
-        return {"prepared": self.prepared.manifest["sha256"], "ids": digest}
+        return {"prepared": self.prepared.digest, "ids": digest}
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.part_labels import label_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.sources.base import PartCloud
+from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
+from ffd_lightning.geometry.mesh import UNKNOWN_PART
 
 log = logging.getLogger(__name__)
 

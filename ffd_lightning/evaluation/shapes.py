@@ -11,12 +11,12 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.sources.base import PartCloud
+from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.deformation import bending_energy, deform
 from ffd_lightning.geometry.jacobian import deformation_jacobian
+from ffd_lightning.geometry.mesh import UNKNOWN_PART
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.metrics.distortion import distortion
 

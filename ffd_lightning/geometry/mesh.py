@@ -7,6 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+UNKNOWN_PART = 255
+"""The label of what belongs to no part that is known."""
+
 
 @dataclass(frozen=True)
 class Mesh:

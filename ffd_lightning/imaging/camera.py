@@ -91,6 +91,11 @@ class Camera:
         x, y, z = ((np.array(self.target) - np.asarray(center)) * scale).tolist()
         return replace(self, distance=self.distance * scale, target=(x, y, z))
 
+    def widened(self, share: float) -> Camera:
+        """Return the camera whose image is `share` times as high and shows more, not larger."""
+        half = math.atan(self.half_height * share)
+        return replace(self, field_of_view=math.degrees(2 * half))
+
 
 def vertical_field_of_view(focal_length: float, sensor: float, height: int, side: int) -> float:
     """Return the vertical field of view of a lens, in degrees.

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from PIL import Image
 from trimesh.exchange.obj import export_obj
 
-from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import cloud_mesh
@@ -26,6 +25,7 @@ from ffd_lightning.imaging.sheet import contact_sheet
 from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.inference.scenes import glb, lattice_scene, mesh_scene
+from ffd_lightning.palette import part_colors
 
 _PALETTE = 64  # colours of one mesh
 _PREVIEW_POINTS = 4096

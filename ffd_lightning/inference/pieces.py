@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.palette import part_colors
 
 MeshColors = Literal["material", "parts"]
 """What the colours of a mesh say."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.base import SourceShape, Survey
+from ffd_lightning.data.source import SourceShape, Survey
 from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.shapes.kit.builder import Builder

@@ -4,8 +4,8 @@ import functools
 import json
 
 import numpy as np
-
 from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE
+
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.geometry.sampling import sample_surface
 

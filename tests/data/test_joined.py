@@ -3,10 +3,10 @@ import pickle
 import numpy as np
 import pytest
 import torch
+from ffd_lightning.data.preparation.joined import JoinedSet
 
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import FfdDataModule
-from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit

@@ -4,10 +4,6 @@ import json
 import numpy as np
 import pytest
 import trimesh
-from PIL import Image
-from shapenet_tree import model_text, png, write_folder
-
-from ffd_lightning.data.reading.mesh_file import read_mesh, read_with_notes
 from ffd_lightning.data.reading.mesh_notes import (
     ABSENT_LIBRARIES,
     ABSENT_TEXTURES,
@@ -15,6 +11,10 @@ from ffd_lightning.data.reading.mesh_notes import (
     UNDECODABLE,
     UNDEFINED,
 )
+from PIL import Image
+from shapenet_tree import model_text, png, write_folder
+
+from ffd_lightning.data.reading.mesh_file import read_mesh, read_with_notes
 
 
 def cut_off():

@@ -6,6 +6,7 @@ import re
 
 import numpy as np
 import pytest
+from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE, PartAnnotations
 from parts_tree import (
     FIRST,
     LAYOUTS,
@@ -22,7 +23,6 @@ from parts_tree import (
 )
 
 from ffd_lightning.data.preparation import part_labels
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.part_labels import (
     PART_COLORS,
     label_faces,
@@ -30,11 +30,10 @@ from ffd_lightning.data.preparation.part_labels import (
     part_colors,
 )
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources.base import PartCloud
-from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE, PartAnnotations
+from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.sampling import sample_surface
 from ffd_lightning.imaging.render_settings import RenderSettings
 

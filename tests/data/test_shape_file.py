@@ -2,11 +2,11 @@ import zipfile
 
 import numpy as np
 from box_source import RENDER, BoxSource, box_mesh
+from ffd_lightning.data.preparation.shape_file import Recipe, compute_shape, is_done, write_shape
 
 from ffd_lightning.data.preparation import shape_file
 from ffd_lightning.data.preparation.packing import unpack_mesh
-from ffd_lightning.data.preparation.shape_file import Recipe, compute_shape, is_done, write_shape
-from ffd_lightning.data.sources.base import SourceShape
+from ffd_lightning.data.source import SourceShape
 from ffd_lightning.geometry.mesh import Mesh
 
 

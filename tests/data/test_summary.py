@@ -3,13 +3,13 @@ import csv
 import numpy as np
 import pytest
 from box_source import RENDER, BoxSource, prepare_boxes
+from ffd_lightning.data.preparation.sheet import _expected
+from ffd_lightning.data.preparation.summary import count_warnings, sheet_of, warnings_of
 from PIL import Image
 from shapenet_tree import model_text, png, write_folder
 
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.preparation.sheet import _expected
-from ffd_lightning.data.preparation.summary import count_warnings, sheet_of, warnings_of
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.procedural import ProceduralSource
 

@@ -2,8 +2,8 @@ import math
 
 import numpy as np
 import pytest
-
 from ffd_lightning.data.preparation.joined import JoinedSet
+
 from ffd_lightning.data.templates import coverage, summary
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.coverage import CANDIDATES, shape_distances

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from ffd_lightning.data.templates.candidates import Candidates
 from scipy.spatial import cKDTree
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
@@ -13,7 +14,6 @@ from ffd_lightning.data.preparation.packing import pack_mesh, pack_points, unpac
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates import coverage, strategies
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.candidates import Candidates
 from ffd_lightning.data.templates.strategies import (
     ListedStrategy,
     RandomStrategy,

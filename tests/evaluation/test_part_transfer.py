@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from ffd_lightning.data.preparation.joined import JoinedSet
 
 from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands.evaluate import evaluate_run
@@ -13,10 +14,8 @@ from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.checkpoint import model_entry
-from ffd_lightning.data.preparation.joined import JoinedSet
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.sources.base import PartCloud
+from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation import evaluator
@@ -31,7 +30,7 @@ from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.summaries import by_category, means
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.run_folder import RunFolder
 
 PARTS = PROTOCOLS["parts"]

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
+from ffd_lightning.data.preparation.joined import JoinedSet
 from torch import nn
 
-from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.templates.bank import TemplateBank

@@ -28,7 +28,7 @@ from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
-from ffd_lightning.data.preparation.preparation import FORMAT_VERSION as PREPARATION_VERSION
+from ffd_lightning.data.preparation.prepared import FORMAT_VERSION as PREPARATION_VERSION
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -125,7 +125,7 @@ def shape(category: str, shape_id: str) -> dict[str, Any]:
 def prepared(folder: Path) -> dict[str, Any]:
     """Return what a prepared set of 12 tables holds; it is built below `folder` if need be."""
     found = _prepared(folder)
-    manifest = found.manifest
+    (manifest,) = found.manifests
     facts = {
         "folder": found.path.name,
         "settings": manifest["settings"],
@@ -133,19 +133,15 @@ def prepared(folder: Path) -> dict[str, Any]:
         "families": list(found.families),
         "part_names": list(found.part_names),
         "image_shape": list(found.image_shape),
-        "counts": {name: manifest[name] for name in ("models", "rejected", "warnings")},
+        "counts": {name: len(manifest[name]) for name in ("ids", "rejected", "warnings")},
         "manifest_keys": sorted(manifest),
-        "manifest_files": sorted(manifest["files"]),
         "files": sorted(path.name for path in found.path.iterdir()),
-        "arrays": {
-            name: [str(array.dtype), array.ndim] for name, array in sorted(found.arrays.items())
-        },
     }
     models = {}
     for row, shape_id in enumerate(found.ids):
         mesh = found.mesh(row)
         models[shape_id] = {
-            "points": np.array(found.arrays["points"][row]),
+            "points": found.packed_cloud(row),
             "image": found.image(row),
             "vertices": mesh.vertices,
             "faces": mesh.faces,

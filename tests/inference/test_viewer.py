@@ -18,7 +18,6 @@ from PIL import Image
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.app.viewed_runs import open_studio
-from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -33,7 +32,7 @@ from ffd_lightning.inference.viewer.photo import File, Photo
 from ffd_lightning.inference.viewer.scene import layout
 from ffd_lightning.inference.viewer.session import Session, display_bank
 from ffd_lightning.inference.viewer.studio import Studio, start
-from ffd_lightning.palette import REGIME_COLORS
+from ffd_lightning.palette import REGIME_COLORS, part_colors
 
 
 @pytest.fixture(scope="module")

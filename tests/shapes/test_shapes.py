@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES
-from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.shapes import build, categories, families

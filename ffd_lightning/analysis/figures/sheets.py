@@ -20,18 +20,17 @@ from ffd_lightning.analysis.figures.drawing import (
     with_rims,
 )
 from ffd_lightning.analysis.figures.examples import Example, score_text
-from ffd_lightning.data.preparation.packing import UNKNOWN_PART
-from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
 from ffd_lightning.evaluation.samples import score_sample
 from ffd_lightning.evaluation.shapes import Shape
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
 from ffd_lightning.imaging.sheet import Picture, Sheet, lay_out, stacked
 from ffd_lightning.metrics.iou import voxel_iou
+from ffd_lightning.palette import part_colors
 
 SIZE = 320
 """Width of a cell in pixels; its height follows from the shape of the input images."""

@@ -1,4 +1,4 @@
-"""What a data set holds and what preparing it will cost, before anything is done.
+"""What a data set holds, before anything is prepared.
 
     ffd doctor data=shapenet data.root=DIR
 
@@ -10,7 +10,6 @@ nothing.
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,13 +25,12 @@ from ffd_lightning.app.studies.categories import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.preparation.survey import TRIAL, Finding, examine
-from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.preparation.trial import Finding, examine
+from ffd_lightning.data.source import Source
 from ffd_lightning.data.splits import AutoSplit, SplitInput, make_split
 from ffd_lightning.data.templates.summary import outlier_note, outlier_rows
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.parallel import available_cores
-from ffd_lightning.terminal import duration, table_console
+from ffd_lightning.terminal import table_console
 
 SCHEMA = DoctorConfig
 
@@ -42,21 +40,19 @@ _EXAMPLES = 3  # shapes named for each reason
 def report(findings: list[Finding], console: Console) -> None:
     """Print a table of categories, and below it what a user should know."""
     table = Table(box=None, header_style="bold")
-    for column in ("category", "layout", "models", "unusable", "paper's templates", "to prepare"):
-        table.add_column(column, justify="left" if column in ("category", "layout") else "right")
+    for column in ("category", "shapes", "unusable", "paper's templates", "prepared"):
+        table.add_column(column, justify="left" if column == "category" else "right")
     for finding in findings:
         if finding.problem:
-            table.add_row(finding.name, "-", "-", "-", "-", "-")
+            table.add_row(finding.name, "-", "-", "-", "-")
             continue
         there = len(finding.templates) - len(finding.absent)
-        cost = "is prepared" if finding.prepared else _cost(finding.seconds, finding.megabytes)
         table.add_row(
             finding.name,
-            finding.survey.layout,
-            f"{finding.models:,}",
-            f"{len(finding.survey.faults):,}",
+            f"{finding.shapes:,}",
+            f"{len(finding.unusable):,}",
             f"{there} of {len(finding.templates)}" if finding.templates else "-",
-            cost,
+            "yes" if finding.prepared else "no",
         )
     console.print(table)
     for finding in findings:
@@ -67,9 +63,9 @@ def report(findings: list[Finding], console: Console) -> None:
 def _notes(finding: Finding) -> list[str]:
     if finding.problem:
         return [finding.problem]
-    lines = list(finding.survey.notes)
+    lines = list(finding.notes)
     reasons: dict[str, list[str]] = {}
-    for shape_id, reason in finding.survey.faults.items():
+    for shape_id, reason in finding.unusable.items():
         reasons.setdefault(reason, []).append(shape_id)
     lines += [f"{len(ids):,} shapes: {why} ({_some(ids)})" for why, ids in reasons.items()]
     if finding.absent:
@@ -94,28 +90,9 @@ def _some(ids: list[str]) -> str:
     return ", ".join(ids[:_EXAMPLES]) + (", ..." if len(ids) > _EXAMPLES else "")
 
 
-def _cost(seconds: float, megabytes: float) -> str:
-    if not seconds:
-        return "-"
-    disk = f"{megabytes / 1e3:.1f} GB" if megabytes >= 1e3 else f"{megabytes:.0f} MB"
-    return f"{duration(seconds)}, {disk}"
-
-
-def _summary(cfg: DoctorConfig, source: Source, findings: list[Finding]) -> list[str]:
+def _summary(cfg: DoctorConfig, source: Source) -> list[str]:
     """Return what is true of all categories together."""
     lines = []
-    seconds, megabytes = (sum(getattr(f, k) for f in findings) for k in ("seconds", "megabytes"))
-    if seconds:
-        workers = cfg.preparation.workers or available_cores()
-        lines.append(
-            f"to prepare: about {_cost(seconds, megabytes)}, reckoned from up to {TRIAL} shapes of "
-            f"each category with {workers} processes here; twice the disk while shapes are joined"
-        )
-    place = Path(cfg.paths.data)
-    existing = next(p for p in (place, *place.absolute().parents) if p.exists())
-    free = shutil.disk_usage(existing).free / 1e6
-    enough = "" if 2 * megabytes < free else " NOT ENOUGH: choose another with paths.data=DIR"
-    lines.append(f"{place.absolute()} has {free / 1e3:.1f} GB free{enough}")
     if cfg.data.name == "shapenet":
         absent = absent_categories(source, PAPER_CATEGORIES)
         if absent:
@@ -154,8 +131,7 @@ def _examined(cfg: DoctorConfig, name: str) -> Finding:
     sheet = None if cfg.sheets is None else Path(cfg.sheets) / f"{cfg.data.name}-{name}.png"
     finding = examine(one, cfg.data.name == "shapenet", sheet)
     if not finding.problem:
-        notes = (*finding.survey.notes, *_split_notes(one, finding))
-        finding.survey = replace(finding.survey, notes=notes)
+        finding.notes = _split_notes(one, finding)
     return finding
 
 
@@ -165,8 +141,8 @@ def _split_notes(preparation: Preparation, finding: Finding) -> list[str]:
         prepared = PreparedSet.open(finding.prepared)
         ids, note = prepared.ids, outlier_note(prepared, outlier_rows(prepared))
     else:
-        ids, note = tuple(preparation.source.shape_ids(finding.name)), ""
-        ids = tuple(i for i in ids if i not in finding.survey.faults)
+        ids, note = tuple(preparation.shape_ids), ""
+        ids = tuple(i for i in ids if i not in finding.unusable)
     shapes = SplitInput(finding.name, ids, (), preparation.source.split(finding.name))
     try:
         few = make_split(ids, AutoSplit()(shapes), Split.val_fraction).warning()
@@ -202,6 +178,6 @@ def main(arguments: Sequence[str]) -> int:
     console.print(f"{cfg.data.name}{'' if root is None else f' in {root}'}\n", highlight=False)
     report(findings, console)
     console.print()
-    for line in _summary(cfg, source, findings):
+    for line in _summary(cfg, source):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
     return 1 if any(finding.problem for finding in findings) else 0

@@ -86,7 +86,7 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
         tested_on = Shapes(other, np.asarray(rows, np.int64))
-        of = f"{other.path.resolve().name}-{other.manifest['sha256'][:_DIGITS]}"
+        of = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
         run.checkpoint.is_file() and weights_digest(load_model(run.checkpoint).network) == weights

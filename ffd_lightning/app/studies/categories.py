@@ -10,7 +10,7 @@ from ffd_lightning.app.config import PrepareConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.studies.study import swept_values
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.sources.base import Source
+from ffd_lightning.data.source import Source
 from ffd_lightning.errors import DataError
 
 _ASKED = ("data", "category", "plugins", "paths")

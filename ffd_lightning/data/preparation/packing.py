@@ -1,7 +1,7 @@
 """How shapes are kept on disk: small, nearly exact, and quick to get back.
 
-Images are compressed one by one, a mesh as one block. Clouds stay mapped arrays, since training
-picks points at random: their coordinates are rounded to 1/65534 of the bounding box's diagonal.
+Images are compressed one by one, a mesh as one block. Coordinates of clouds are rounded to 1/65534
+of the bounding box's diagonal.
 Textures are WebP pictures; all else is exact to the float32.
 """
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.imaging.camera import Camera
 
 # What zipfile, zlib, struct, numpy and Pillow raise on damaged bytes.
@@ -28,7 +28,6 @@ _DAMAGED = (
     *(SyntaxError, struct.error, zipfile.BadZipFile, zlib.error, Image.DecompressionBombError),
 )
 
-UNKNOWN_PART = 255
 POINT_STEP = 1 / 65534
 """What one unit of a packed coordinate is, in diagonals; half of it is the most that is lost."""
 UV_STEP = 1 / 4096

@@ -1,15 +1,16 @@
-"""Reading a prepared set: mapped clouds, packed images and meshes, all checked on opening."""
+"""Reading prepared sets: folders of a file for each shape, and a manifest."""
 
 from __future__ import annotations
 
-import csv
 import hashlib
 import json
-import sys
-from collections.abc import Sequence
-from contextlib import suppress
+import zipfile
+import zlib
+from bisect import bisect_right
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -17,114 +18,158 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.packing import (
-    UNKNOWN_PART,
     unpack_camera,
     unpack_image,
     unpack_mesh,
     unpack_points,
 )
-from ffd_lightning.errors import DataError
-from ffd_lightning.files import write_atomic
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.data.preparation.prepared_shape import shape_file
+from ffd_lightning.errors import DataError, is_of_machine
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.imaging.camera import Camera
 
 MANIFEST = "manifest.json"
-REJECTED = "rejected.csv"
-WARNINGS = "warnings.csv"
-ARRAYS = ("points", "images", "image_offsets", "cameras", "meshes", "mesh_offsets")
-FILES = frozenset((*(f"{name}.npy" for name in ARRAYS), REJECTED, WARNINGS))
-_WORTH_A_WORD = 1 << 30  # bytes whose checking takes seconds
+FORMAT_VERSION = 4
+"""Goes up when the same settings give another set, so that prepared data is built anew."""
 
-
-def file_digest(path: Path) -> str:
-    """Return the sha256 of a file, in hexadecimal."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
-def manifest_digest(manifest: dict[str, Any]) -> str:
-    """Return the sha256 of what a manifest says, but for its own checksum."""
-    rest = {key: value for key, value in manifest.items() if key != "sha256"}
-    return hashlib.sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()
+_DAMAGED = (
+    *(zipfile.BadZipFile, zlib.error, EOFError, ValueError, KeyError),
+    *(NotImplementedError, RuntimeError),
+)  # what zipfile, zlib and numpy raise on damaged bytes
 
 
 @dataclass(frozen=True)
 class PreparedSet:
-    """One category, ready for training; immutable on disk.
+    """One category or several, ready for training; immutable on disk.
+
+    Rows count the shapes of all categories, one after the other. Where there are several, a shape's
+    id is `<category>/<its own>`.
 
     Attributes:
-        path: its folder.
-        manifest: settings, source, counts, and size and checksum of each file.
-        ids: n shape ids, sorted.
-        families: structural family of each, "" where unknown.
-        part_names: names of the parts, () where unknown.
-        image_shape: views, H, W, 4.
-        arrays: the files' content, mapped: `points` (n, N, 3) int16 in units of
-            `packing.POINT_STEP`; `images` and `meshes`, packed bytes of which `image_offsets`
-            (n * views + 1,) and `mesh_offsets` (n + 1,) tell the places; `cameras` (n, views, 7),
-            see `packing.pack_cameras`.
+        paths: the folder of each category.
+        manifests: of each: settings, versions, what is known of all its shapes, checksum.
+        taken: which of the folders' shapes are in this set, as `without` chose; None for all.
     """
 
-    path: Path
-    manifest: dict[str, Any]
-    ids: tuple[str, ...]
-    families: tuple[str, ...]
-    part_names: tuple[str, ...]
-    image_shape: tuple[int, int, int, int]
-    arrays: dict[str, NDArray[Any]]
+    paths: tuple[Path, ...]
+    manifests: tuple[dict[str, Any], ...]
+    taken: tuple[int, ...] | None = None
 
     @classmethod
-    def open(cls, path: Path) -> PreparedSet:
-        """Open a prepared set and check that every file is there and as it was written.
+    def open(cls, *paths: Path) -> PreparedSet:
+        """Open prepared sets as one, and check that no file is missing.
 
-        Checksums are compared once, and again when a file's size or time has changed since.
+        What a file holds is checked when it is read.
 
         Raises:
-            DataError: a file is missing or damaged; the message names it and how to rebuild.
+            DataError: a file is missing or damaged, or the sets have other images or numbers of
+                points; the message names it.
         """
-        if not (path / "manifest.json").exists() and not any(path.glob("*.npy")):
-            # Some other folder: nobody shall be told to delete it.
-            raise DataError(f"{path} is not a prepared set: it has no manifest.json")
-        manifest = _read_manifest(path)
-        _check_files(path, manifest)
-        ids, families, part_names = (
-            tuple(manifest[key]) for key in ("ids", "families", "part_names")
-        )
-        views, height, width, channels = manifest["image_shape"]
-        arrays = {}
-        for name in ARRAYS:
-            file = path / f"{name}.npy"
-            try:
-                arrays[name] = np.load(file, mmap_mode="r", allow_pickle=False)
-            except (OSError, ValueError) as error:
-                raise damaged(path, file, str(error)) from None
-        shape = (views, height, width, channels)
-        return cls(path, manifest, ids, families, part_names, shape, arrays)
+        found = cls(paths, tuple(_read_manifest(path) for path in paths))
+        sizes = [(*m["image_shape"], m["settings"]["num_points"]) for m in found.manifests]
+        for path, size in zip(paths, sizes, strict=True):
+            if size != sizes[0]:
+                raise DataError(
+                    f"{paths[0]} and {path} cannot be joined: views, height, width, channels and "
+                    f"points are {sizes[0]} and {size}"
+                )
+        return found
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        # Another process maps the files itself: a memory map would travel as a copy of them all.
-        return PreparedSet.open, (self.path,)
+    @classmethod
+    def join(cls, sets: Sequence[PreparedSet]) -> PreparedSet:
+        """Return sets as one; see `open`."""
+        return cls.open(*(path for each in sets for path in each.paths))
 
-    def __len__(self) -> int:
-        return len(self.ids)
+    def without(self, exclude: Collection[str]) -> PreparedSet:
+        """Return the set without some shapes; nothing is copied.
+
+        Args:
+            exclude: their ids.
+        """
+        left_out, all_ids = set(exclude), self.whole.ids
+        taken = range(len(all_ids)) if self.taken is None else self.taken
+        return replace(self, taken=tuple(row for row in taken if all_ids[row] not in left_out))
+
+    @cached_property
+    def whole(self) -> PreparedSet:
+        """The set of all shapes in the folders."""
+        return self if self.taken is None else replace(self, taken=None)
+
+    @cached_property
+    def path(self) -> Path:
+        """The folder; of several categories their folders with a `+` in between."""
+        return Path("+".join(map(str, self.paths)))
+
+    @cached_property
+    def categories(self) -> tuple[str, ...]:
+        """The category of each folder."""
+        return tuple(str(m["settings"]["category"]) for m in self.manifests)
+
+    @property
+    def members(self) -> tuple[PreparedSet, ...]:
+        """The set of each category, of all shapes in its folder."""
+        pairs = zip(self.paths, self.manifests, strict=True)
+        return tuple(PreparedSet((path,), (manifest,)) for path, manifest in pairs)
+
+    @cached_property
+    def digest(self) -> str:
+        """What tells sets of other shapes or settings apart, in hexadecimal."""
+        digests = [m["sha256"] for m in self.manifests]
+        if len(digests) == 1 and self.taken is None:
+            return str(digests[0])
+        return digest_of([digests, self.ids])
+
+    @cached_property
+    def ids(self) -> tuple[str, ...]:
+        """The shapes' ids, sorted within each category."""
+        return self._of([self._name(k, i) for k, m in enumerate(self.manifests) for i in m["ids"]])
+
+    @cached_property
+    def families(self) -> tuple[str, ...]:
+        """The structural family of each shape, "" where unknown."""
+        return self._of([family for m in self.manifests for family in m["families"]])
+
+    @cached_property
+    def part_names(self) -> tuple[str, ...]:
+        """The names of the parts, () where unknown."""
+        return tuple(dict.fromkeys(name for m in self.manifests for name in m["part_names"]))
+
+    @cached_property
+    def rejected(self) -> dict[str, str]:
+        """Why shapes are not in the set, by their ids."""
+        return self._joined("rejected")
+
+    @cached_property
+    def warnings(self) -> dict[str, list[str]]:
+        """What is wrong with shapes that are in the set all the same, by their ids."""
+        return self._joined("warnings")
+
+    @property
+    def image_shape(self) -> tuple[int, int, int, int]:
+        """Views, H, W, 4."""
+        views, height, width, channels = self.manifests[0]["image_shape"]
+        return views, height, width, channels
 
     @property
     def num_points(self) -> int:
         """Points per cloud, N."""
-        return int(self.arrays["points"].shape[1])
+        return int(self.manifests[0]["settings"]["num_points"])
 
-    @property
-    def mapped_clouds(self) -> tuple[NDArray[np.int16], ...]:
-        """All clouds in units of `packing.POINT_STEP`, end to end: arrays of (k, N, 3)."""
-        return (self.arrays["points"],)
+    def __len__(self) -> int:
+        return len(self.ids)
 
     def category(self, row: int) -> str:
-        """Return the category of a shape: the set's, of whichever shape."""
-        return str(self.manifest["settings"]["category"])
+        """Return the category of a shape."""
+        return self.categories[self._place(row)[0]]
 
     def part_names_of(self, row: int) -> tuple[str, ...]:
         """Return the names of the parts that shapes of a shape's category have."""
-        return self.part_names
+        return tuple(self.manifests[self._place(row)[0]]["part_names"])
+
+    def packed_cloud(self, row: int) -> NDArray[np.int16]:
+        """Return a shape's surface samples, (N, 3), in units of `packing.POINT_STEP`."""
+        (points,) = self._read(row, "points")
+        return points
 
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
         """Return a shape's surface samples, (N, 3), in its frame: bounding-box diagonal 1.
@@ -132,26 +177,27 @@ class PreparedSet:
         Args:
             row: of the shape.
             count: only the first so many, which cover the surface too: their order is random.
+
+        Raises:
+            DataError: its file is damaged.
         """
-        return unpack_points(self.arrays["points"][row, :count])
+        return unpack_points(self.packed_cloud(row)[:count])
 
     def image(self, row: int, view: int = 0) -> NDArray[np.uint8]:
-        """Return one image of a shape, (H, W, 4) uint8: RGB over white and coverage.
+        """Return one image of a shape, (H, W, 4) uint8: RGB over white and object mask.
 
         Args:
             row: of the shape.
             view: which of its images.
 
         Raises:
-            DataError: it is damaged.
+            DataError: its file is damaged.
         """
-        views, *shape = self.image_shape
-        place = row * views + view
-        start, end = self.arrays["image_offsets"][place : place + 2]
+        (packed,) = self._read(row, f"image_{view}")
         try:
-            return unpack_image(self.arrays["images"][start:end].data, tuple(shape))
+            return unpack_image(packed.data, self.image_shape[1:])
         except ValueError as error:
-            raise damaged(self.path, self.path / "images.npy", f"image {place}: {error}") from None
+            raise self._damaged(row, error) from None
 
     def camera(self, row: int, view: int = 0) -> Camera:
         """Return the camera that took an image; where nobody knows it, one that frames the shape.
@@ -160,7 +206,8 @@ class PreparedSet:
             row: of the shape.
             view: which of its images.
         """
-        return unpack_camera(self.arrays["cameras"][row, view])
+        (cameras,) = self._read(row, "cameras")
+        return unpack_camera(cameras[view])
 
     def spread_views(
         self, rows: Sequence[int] | NDArray[np.int64], count: int
@@ -181,9 +228,9 @@ class PreparedSet:
         """Return a shape's normalised mesh; its textures are smaller than the source's.
 
         Raises:
-            DataError: it is damaged.
+            DataError: its file is damaged.
         """
-        return self._model(row)[0]
+        return self._mesh(row)[0]
 
     def point_parts(self, row: int) -> NDArray[np.uint8] | None:
         """Return the parts of a cloud's points, (N,) index into `part_names`, 255 unknown.
@@ -191,9 +238,9 @@ class PreparedSet:
         None where the set has no parts at all.
 
         Raises:
-            DataError: it is damaged.
+            DataError: its file is damaged.
         """
-        return self._model(row)[1] if self.part_names else None
+        return self._mesh(row)[1] if self.part_names else None
 
     def index(self, shape_id: str) -> int:
         """Return the row of a shape.
@@ -207,97 +254,103 @@ class PreparedSet:
             raise DataError(f"{self.path} holds no shape {shape_id!r}") from None
 
     @cached_property
-    def rejected(self) -> dict[str, str]:
-        """Why a shape is not in the set, by its id."""
-        with (self.path / REJECTED).open(newline="", encoding="utf-8") as file:
-            return {row["id"]: row["reason"] for row in csv.DictReader(file)}
-
-    @cached_property
     def _rows(self) -> dict[str, int]:
         return {shape_id: row for row, shape_id in enumerate(self.ids)}
 
-    def _model(self, row: int) -> tuple[Mesh, NDArray[np.uint8]]:
-        """Return a mesh and its points' parts, (N,), numbered as the set numbers them."""
-        start, end = self.arrays["mesh_offsets"][row : row + 2]
+    @cached_property
+    def _starts(self) -> list[int]:
+        return list(accumulate((len(m["ids"]) for m in self.manifests), initial=0))
+
+    def _of(self, values: list[str]) -> tuple[str, ...]:
+        """Return what belongs to this set's shapes, of what belongs to all in the folders."""
+        return tuple(values) if self.taken is None else tuple(values[row] for row in self.taken)
+
+    def _name(self, member: int, shape_id: str) -> str:
+        return shape_id if len(self.paths) == 1 else f"{self.categories[member]}/{shape_id}"
+
+    def _joined(self, key: str) -> dict[str, Any]:
+        return {
+            self._name(k, shape_id): value
+            for k, manifest in enumerate(self.manifests)
+            for shape_id, value in manifest[key].items()
+        }
+
+    def _place(self, row: int) -> tuple[int, str]:
+        """Return the number of the folder that has a row, and the shape's own id."""
+        if not 0 <= row < len(self):
+            raise IndexError(row)
+        row = row if self.taken is None else self.taken[row]
+        member = bisect_right(self._starts, row) - 1
+        return member, self.manifests[member]["ids"][row - self._starts[member]]
+
+    def file(self, row: int) -> Path:
+        """Return the file of a shape."""
+        member, shape_id = self._place(row)
+        return shape_file(self.paths[member], shape_id)
+
+    def _read(self, row: int, *names: str) -> list[NDArray[Any]]:
+        """Return arrays of a shape's file; zip's own checksums tell whether they are whole."""
         try:
-            mesh, point_parts = unpack_mesh(self.arrays["meshes"][start:end].tobytes())
+            with np.load(self.file(row), allow_pickle=False) as arrays:
+                return [arrays[name] for name in names]
+        except (*_DAMAGED, OSError) as error:
+            if is_of_machine(error) and not isinstance(error, FileNotFoundError):
+                raise
+            raise self._damaged(row, error) from None
+
+    def _mesh(self, row: int) -> tuple[Mesh, NDArray[np.uint8]]:
+        """Return a mesh and its points' parts, (N,), numbered as the set numbers them."""
+        (packed,) = self._read(row, "mesh")
+        try:
+            mesh, point_parts = unpack_mesh(packed.tobytes())
         except ValueError as error:
-            raise damaged(self.path, self.path / "meshes.npy", f"mesh {row}: {error}") from None
-        if not self.part_names:
-            return replace(mesh, face_parts=None), point_parts
-        numbers = _part_numbers(mesh.part_names, self.part_names)
+            raise self._damaged(row, error) from None
+        if not self.part_names_of(row):
+            return replace(mesh, face_parts=None), np.full_like(point_parts, UNKNOWN_PART)
+        table = np.full(256, UNKNOWN_PART, np.uint8)
+        table[: len(mesh.part_names)] = [self.part_names.index(name) for name in mesh.part_names]
         assert mesh.face_parts is not None
-        mesh = replace(mesh, face_parts=numbers[mesh.face_parts], part_names=self.part_names)
-        return mesh, numbers[point_parts]
+        mesh = replace(mesh, face_parts=table[mesh.face_parts], part_names=self.part_names)
+        return mesh, table[point_parts]
+
+    def _damaged(self, row: int, why: Exception) -> DataError:
+        reason = f"{type(why).__name__}: {why}"
+        return damaged(self.file(row), reason, self.category(row))
 
 
-def _part_numbers(own: Sequence[str], all_names: Sequence[str]) -> NDArray[np.uint8]:
-    """Return the table from a model's own part labels to the set's, (256,)."""
-    table = np.full(256, UNKNOWN_PART, np.uint8)
-    table[: len(own)] = [all_names.index(name) for name in own]
-    return table
+def damaged(file: Path, why: str, category: str = "NAME") -> DataError:
+    """Return the error for a file that is not as it was written.
+
+    Args:
+        file: that is damaged.
+        why: in words.
+        category: of the set.
+    """
+    return DataError(
+        f"{file} is damaged ({why}): delete it and run the same command again, or ffd prepare "
+        f"category={category} with the data settings of the run"
+    )
 
 
-# --- checking ------------------------------------------------------------------------------------
+def digest_of(value: Any) -> str:
+    """Return the sha256 of what JSON can hold, in hexadecimal."""
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
 def _read_manifest(folder: Path) -> dict[str, Any]:
     file = folder / MANIFEST
     try:
         manifest: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        if manifest["sha256"] != manifest_digest(manifest):
+        if manifest["settings"]["format"] != FORMAT_VERSION:
+            raise DataError(f"{folder} was prepared by another version: ffd prepare makes it anew")
+        if manifest["sha256"] != digest_of([manifest["settings"], manifest["ids"]]):
             raise ValueError("its checksum does not fit")
-        missing = sorted(FILES - set(manifest["files"]))
-        if missing:
-            raise ValueError(f"it does not list {', '.join(missing)}")
+    except FileNotFoundError:
+        raise DataError(f"{folder} is not a prepared set: it has no {MANIFEST}") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise damaged(folder, file, f"{type(error).__name__}: {error}") from None
+        raise damaged(file, f"{type(error).__name__}: {error}") from None
+    there = {path.name for path in folder.iterdir()}
+    for shape_id in manifest["ids"]:
+        if (missing := shape_file(folder, shape_id)).name not in there:
+            raise damaged(missing, "it is missing", manifest["settings"]["category"])
     return manifest
-
-
-def _check_files(folder: Path, manifest: dict[str, Any]) -> None:
-    """Compare sizes, and checksums unless the very same files were found good before."""
-    found = {}
-    for name, facts in manifest["files"].items():
-        try:
-            stat = (folder / name).stat()
-        except OSError as error:
-            raise damaged(folder, folder / name, str(error.strerror)) from None
-        if stat.st_size != facts["bytes"]:
-            reason = f"{stat.st_size} bytes, {facts['bytes']} were written"
-            raise damaged(folder, folder / name, reason)
-        found[name] = [facts["sha256"], stat.st_mtime_ns, stat.st_ctime_ns]
-    note = _note(folder)
-    try:
-        if json.loads(note.read_text(encoding="utf-8")) == found:
-            return
-    except (OSError, ValueError):
-        pass
-    size = sum(facts["bytes"] for facts in manifest["files"].values())
-    if size > _WORTH_A_WORD:
-        print(f"comparing the checksums of {folder} ({size / 1e9:.1f} GB)", file=sys.stderr)
-    for name, facts in manifest["files"].items():
-        if file_digest(folder / name) != facts["sha256"]:
-            raise damaged(folder, folder / name, "its checksum has changed")
-    with suppress(OSError):  # a folder that only others may write to: compared again next time
-        write_atomic(note, json.dumps(found))
-
-
-def _note(folder: Path) -> Path:
-    """Return where it is noted which files, of which time, had the right checksums."""
-    return folder.with_name(f".{folder.name}.checked")
-
-
-def damaged(folder: Path, file: Path, why: str) -> DataError:
-    """Return the error for a file that is not as it was written.
-
-    Args:
-        folder: of the set.
-        file: that is damaged.
-        why: in words.
-    """
-    category = folder.name.rpartition("-")[0] or "NAME"
-    return DataError(
-        f"{file} is damaged ({why}): delete the folder {folder} and run the same command again, "
-        f"or ffd prepare category={category} with the data settings of the run"
-    )

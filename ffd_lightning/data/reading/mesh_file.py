@@ -1,82 +1,94 @@
 """One mesh file of any common format, with its materials, as a `Mesh`.
 
-Real shapes are messy: what can be mended is, what can't is rejected with a plain reason. A name
-that a file gives for another file (a material library, a texture, a glTF buffer) is looked up
-among the files that belong to the model and nowhere else, so nothing outside is read or fetched.
+trimesh reads; what it would read wrongly without a word is mended or rejected here. A name that a
+file gives for another file (a material library, a texture, a glTF buffer) is looked up among the
+files that belong to the shape and nowhere else, so nothing outside is read or fetched.
 """
 
 from __future__ import annotations
 
 import io
 import logging
+import re
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from PIL import Image
 from trimesh.resolvers import Resolver
 
-from ffd_lightning.data.reading.files import MAX_BYTES, File
-from ffd_lightning.data.reading.mesh_colors import Textures, face_colors, valid_faces
-from ffd_lightning.data.reading.mesh_gltf import mend_gltf
-from ffd_lightning.data.reading.mesh_notes import material_notes, used_materials
-from ffd_lightning.data.reading.mesh_text import mended_mtl, read_mended
+from ffd_lightning.data.reading.materials import ABSENT, Textures, face_colors
 from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
 
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
 """Formats that can be read, the best at carrying colours first."""
+MAX_BYTES = 1 << 31
+"""Of one file; reading a mesh takes several times its size in memory."""
 
-_MAX_FACES = 10_000_000
-_MAX_DEPTH = 100
-_BLOCK = 1 << 18  # faces whose areas are computed at a time
+_NAMED = 5  # files and materials that a note names; a shape may lack hundreds
+_UNSUPPORTED = {
+    rb"KHR_draco_mesh_compression": "is compressed by Draco",
+    rb'"sparse"\s*:': "stores geometry in sparse accessors",
+}  # of which trimesh makes nothing, or something else
+
+Read = Callable[[PurePath], bytes]
 
 
-def read_mesh(path: File, side_files: Sequence[File] = ()) -> Mesh:
-    """Read a mesh with its colours and textures.
+def read_file(path: PurePath) -> bytes:
+    """Return the content of a file in a folder.
+
+    Raises:
+        RejectedShapeError: it is larger than 2 GB.
+        OSError: it cannot be read.
+    """
+    if Path(path).stat().st_size > MAX_BYTES:
+        raise RejectedShapeError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
+    return Path(path).read_bytes()
+
+
+def read_mesh(
+    path: PurePath, side_files: Iterable[PurePath] = (), read: Read = read_file
+) -> tuple[Mesh, tuple[str, ...]]:
+    """Read a mesh with its colours and textures, and say what of its materials could not be had.
 
     Convention:
         Coordinates are taken as they are, y up: OBJ and glTF say so; PLY, OFF and STL have no
-        rule, so shapes in those formats that are z up must be turned beforehand.
+        rule.
 
     Args:
         path: the mesh file; its extension is one of `EXTENSIONS`, in any case.
         side_files: the only other files that may be read for it.
+        read: returns a file's content.
 
     Returns:
-        The mesh without faces that are degenerate, not finite or point to no vertex.
+        The mesh without faces that are degenerate, not finite or point to no vertex; and a note
+        "what: which" for each kind of fault, absent textures, say.
 
     Raises:
         RejectedShapeError: the file is damaged or has no surface; the message is the reason.
         OSError, MemoryError: of the system, see `errors.is_of_machine`.
     """
-    return read_with_notes(path, side_files)[0]
-
-
-def read_with_notes(path: File, side_files: Sequence[File] = ()) -> tuple[Mesh, tuple[str, ...]]:
-    """Read a mesh as `read_mesh` does, and say what of its materials could not be had.
-
-    Returns:
-        The mesh, and a note for each kind of fault: absent textures, say. See `mesh_notes`.
-
-    Raises:
-        RejectedShapeError, OSError, MemoryError: as `read_mesh`.
-    """
-    files, textures = SideFiles(side_files), Textures()
+    kind = path.suffix.lower().lstrip(".")
+    files, textures = SideFiles(side_files, read, kind == "obj"), Textures()
     try:
+        data = _mended(read(path), kind, path.name)
         with np.errstate(all="ignore"), _quiet():
-            scene, used = _load(path, files)
+            scene = trimesh.load_scene(
+                io.BytesIO(data), file_type=kind, resolver=files, process=False
+            )
             mesh = _merge(path.name, scene, textures)
-            notes = material_notes(files.missing, files.found(), textures.undecodable, used)
         if files.failure is not None:
             raise files.failure
-        return mesh, notes
+        return mesh, _notes(files, textures, data if kind == "obj" else b"")
     except Exception as error:  # trimesh meets anything in a damaged file
         if files.failure is not None:
             raise files.failure from None
@@ -103,49 +115,29 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(level)
 
 
-class _Once(io.BytesIO):
-    """A file that is forgotten when it has been read to its end, to save its size in memory."""
-
-    def read(self, size: int | None = -1) -> bytes:
-        data = super().read(size)
-        if size is None or size < 0:
-            self.close()
-        return data
-
-
-def _load(path: File, side_files: SideFiles) -> tuple[trimesh.Scene, set[str]]:
-    """Return what trimesh makes of a file, and the materials that an OBJ asks for."""
-    if isinstance(path, Path) and path.stat().st_size > MAX_BYTES:
-        raise RejectedShapeError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
-    kind = path.suffix.lower().lstrip(".")
-    data = read_mended(path)
-    if kind in ("glb", "gltf"):
-        data = mend_gltf(path.name, data, kind == "glb", side_files)
-    used = used_materials(data) if kind == "obj" else set()
-    with _Once(data) as file:
-        del data
-        scene = trimesh.load_scene(file, file_type=kind, resolver=side_files, process=False)
-        return scene, used
-
-
 class SideFiles(Resolver):
     r"""Finds the files that a mesh names, by their base names, among those that belong to it.
 
     So `C:\textures\wood.png`, `../maps/WOOD.PNG` and `-s 1 1 1 wood.png` all find `wood.png`,
     and no name leads outside. Of several namesakes the one that shares most of the named path is
-    taken, then the first.
+    taken, then the first. Textures that are absent or no pictures are given as `ABSENT`, since
+    trimesh would forget that a material has one.
 
     Attributes:
         missing: the base names that were asked for in vain.
+        undecodable: names of textures that are no pictures.
+        libraries: the contents of the material libraries that were read.
         failure: of the system, over a file that is there: trimesh passes over errors of any kind.
     """
 
-    def __init__(self, files: Iterable[File]) -> None:
+    def __init__(self, files: Iterable[PurePath], read: Read, obj: bool) -> None:
         self.missing: list[str] = []
+        self.undecodable: list[str] = []
+        self.libraries: list[bytes] = []
         self.failure: Exception | None = None
-        self._files: dict[str, list[File]] = {}
-        self._contents: dict[int, tuple[str, bytes]] = {}
-        self._parts = count()
+        self._read, self._obj, self._parts = read, obj, count()
+        self._files: dict[str, list[PurePath]] = {}
+        self._contents: dict[PurePath, bytes] = {}
         for file in sorted(files, key=lambda f: (len(f.parts), str(f))):
             self._files.setdefault(file.name.casefold(), []).append(file)
 
@@ -158,32 +150,40 @@ class SideFiles(Resolver):
         """Return the content of the file meant by `key`.
 
         Raises:
-            FileNotFoundError: the model has no such file.
+            FileNotFoundError: the shape has no such file.
             OSError, MemoryError: the file cannot be read.
         """
         words = unquote(key).replace("\\", "/").strip().strip('"').casefold().split()
         # A name may hold spaces and may follow options: try all of it, then less and less.
         for start in range(len(words)):
             parts = " ".join(words[start:]).split("/")
-            namesakes = self._files.get(parts[-1], [])
-            if namesakes:
-                file = max(namesakes, key=lambda f: _common_end(f, parts))
-                if id(file) not in self._contents:  # a hundred materials may name one texture
-                    try:
-                        data = file.read_bytes()
-                    except (OSError, MemoryError) as error:
-                        if is_of_machine(error):
-                            self.failure = error
-                        raise
-                    text = file.suffix.lower() == ".mtl"
-                    self._contents[id(file)] = file.name, mended_mtl(data) if text else data
-                return self._contents[id(file)][1]
-        self.missing.append(key.replace("\\", "/").strip().strip('"').rpartition("/")[2])
+            if namesakes := self._files.get(parts[-1]):
+                return self._content(max(namesakes, key=lambda f: _common_end(f, parts)))
+        name = key.replace("\\", "/").strip().strip('"').rpartition("/")[2]
+        self.missing.append(name)
+        if self._is_texture(PurePath(name)):
+            return ABSENT
         raise FileNotFoundError(key)
 
-    def found(self) -> dict[str, bytes]:
-        """Return the contents of all files that were asked for and found, by base name."""
-        return dict(self._contents.values())
+    def _content(self, file: PurePath) -> bytes:
+        if file not in self._contents:  # a hundred materials may name one texture
+            try:
+                data = self._read(file)
+            except (OSError, MemoryError) as error:
+                if is_of_machine(error):
+                    self.failure = error
+                raise
+            if file.suffix.lower() == ".mtl":
+                self.libraries.append(data := _as_utf8(data))
+            elif self._is_texture(file) and not _is_picture(data):
+                self.undecodable.append(file.name)
+                data = ABSENT
+            self._contents[file] = data
+        return self._contents[file]
+
+    def _is_texture(self, file: PurePath) -> bool:
+        suffix = file.suffix.lower()
+        return suffix != ".mtl" if self._obj else suffix in Image.registered_extensions()
 
     def write(self, name: str, data: Any) -> None:
         """Refuse: shapes are only read."""
@@ -198,93 +198,161 @@ class SideFiles(Resolver):
         return list(self._files)
 
 
-def _common_end(file: File, parts: Sequence[str]) -> int:
+def _common_end(file: PurePath, parts: Sequence[str]) -> int:
     """Return how many trailing components two paths share."""
-    count = 0
-    for a, b in zip(reversed(file.parts), reversed(parts), strict=False):
-        if a.casefold() != b:
-            break
-        count += 1
-    return count
+    pairs = list(zip(reversed(file.parts), reversed(parts), strict=False))
+    return next((k for k, (a, b) in enumerate(pairs) if a.casefold() != b), len(pairs))
+
+
+def _is_picture(data: bytes) -> bool:
+    """Return whether a picture's header can be read; what follows it is seen when it is used."""
+    try:
+        with Image.open(io.BytesIO(data)):
+            return True
+    except Exception:  # Pillow raises many kinds on damaged images
+        return False
+
+
+def _notes(files: SideFiles, textures: Textures, obj: bytes) -> tuple[str, ...]:
+    """Return what a user should know of a mesh's materials, a note a kind."""
+    absent = dict.fromkeys(files.missing)
+    libraries = [name for name in absent if name.lower().endswith(".mtl")]
+    used = re.findall(rb"(?m)^usemtl[ \t]+(\S.*)$", obj)
+    defined = re.findall(rb"(?im)^[ \t]*newmtl[ \t]+(\S.*)$", b"\n".join(files.libraries))
+    nowhere = {b" ".join(name.split()) for name in used}
+    nowhere -= {b" ".join(name.split()) for name in defined}
+    kinds = {
+        "material files are absent": libraries,
+        "textures that the materials name are absent": [n for n in absent if n not in libraries],
+        "textures cannot be decoded": list(dict.fromkeys(files.undecodable + textures.undecodable)),
+        "materials are defined nowhere": sorted(n.decode("utf-8", "replace") for n in nowhere),
+    }
+    if libraries:
+        del kinds["materials are defined nowhere"]
+    return tuple(
+        f"{kind}: {', '.join(which[:_NAMED])}"
+        + (f" and {len(which) - _NAMED} more" if len(which) > _NAMED else "")
+        for kind, which in kinds.items()
+        if which
+    )
+
+
+# --- text that trimesh would misread --------------------------------------------------------------
+
+
+def _mended(data: bytes, kind: str, name: str) -> bytes:
+    """Return a mesh file's content in the form that trimesh reads rightly."""
+    if not data or data.isspace():
+        raise RejectedShapeError(f"{name} is empty")
+    if kind in ("glb", "gltf"):
+        for mark, why in _UNSUPPORTED.items():
+            if re.search(mark, data):
+                raise RejectedShapeError(f"{name} {why}, which is not supported: export it without")
+    if kind in ("obj", "off") or (kind == "stl" and b"endfacet" in data):
+        data = _as_utf8(data)
+    if kind == "ply" and not data[: (end := data.find(b"end_header"))].isascii():
+        data = _as_utf8(data[:end]) + data[end:]
+    if kind == "off":
+        _check_off(data, name)
+    return _absolute_indices(data) if kind == "obj" else data
+
+
+def _as_utf8(data: bytes) -> bytes:
+    """Return text in UTF-8, whatever it was in: older exporters write the system's encoding."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return data.decode("utf-16", "replace").encode()
+    try:
+        return data.decode("utf-8-sig").encode()
+    except UnicodeDecodeError:
+        return data.decode("latin-1").encode()
+
+
+def _absolute_indices(data: bytes) -> bytes:
+    """Replace an OBJ's negative indices, which count back from the line they stand in.
+
+    trimesh takes them to count back from the end of the file.
+    """
+    if not re.search(rb"^f[^\n]*[ \t/]-\d", data, re.MULTILINE):
+        return data
+    lines = re.sub(rb"\\\r?\n", b" ", data).splitlines()
+    seen: Counter[bytes] = Counter()
+    for i, line in enumerate(lines):
+        first, *corners = line.split() or [b""]
+        seen[first] += 1
+        if first == b"f":
+            counts = seen[b"v"], seen[b"vt"], seen[b"vn"]
+            for k, corner in enumerate(corners):
+                pairs = zip(corner.split(b"/"), counts, strict=False)
+                corners[k] = b"/".join(
+                    b"%d" % (int(x) + n + 1) if x.startswith(b"-") else x for x, n in pairs
+                )
+            lines[i] = b" ".join([first, *corners])
+    return b"\n".join(lines)
+
+
+def _check_off(data: bytes, name: str) -> None:
+    """Reject an OFF that ends before its last face: trimesh reads what there is without a word."""
+    rows = [row for line in data.splitlines() if (row := line.split(b"#")[0].strip())]
+    header = re.fullmatch(rb"(?:ST)?C?N?OFF\s*((?:\d+\s*)*)", rows[0]) if rows else None
+    if header is None:
+        raise RejectedShapeError(f"{name} is not of a kind of OFF that can be read")
+    counts, start = header[1].split(), 1
+    while len(counts) < 2 and start < len(rows):
+        counts, start = counts + rows[start].split(), start + 1
+    promised, there = sum(map(int, counts[:2])), len(rows) - start
+    if len(counts) < 2 or there < promised:
+        raise RejectedShapeError(
+            f"{name} is incomplete: it has {there:,} of {promised:,} vertices and faces"
+        )
+
+
+# --- a scene as one mesh --------------------------------------------------------------------------
 
 
 def _merge(name: str, scene: trimesh.Scene, textures: Textures) -> Mesh:
     """Put all geometry of a scene in place and into one clean mesh, its textures in `textures`."""
     vertices, faces, colors, face_textures, uvs = [], [], [], [], []
-    offset = total = 0
-    for geometry, matrix in _placed(scene):
-        total += len(geometry.faces)
-        if total > _MAX_FACES:
-            raise RejectedShapeError(f"{name} has more than {_MAX_FACES:,} faces")
+    offset = 0
+    for node in scene.graph.nodes_geometry:
+        matrix, part = scene.graph[node]
+        geometry = scene.geometry[part]
+        if not isinstance(geometry, trimesh.Trimesh) or not len(geometry.faces):
+            continue
         points = np.asarray(geometry.vertices, np.float64)
         index = np.asarray(geometry.faces, np.int64)
-        valid = valid_faces(points, index)
-        # Without the vertices of no face, of which each instance of a part would hold its own.
-        used, index = _compact(index[valid], len(points))
-        vertices.append(points[used] @ matrix[:3, :3].T + matrix[:3, 3])
-        faces.append(index + offset)
-        color, texture, uv = face_colors(geometry, textures)
+        valid = np.asarray(((index >= 0) & (index < len(points))).all(axis=1), np.bool_)
+        color, texture, uv = face_colors(geometry, np.where(valid[:, None], index, 0), textures)
+        vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
+        faces.append(index[valid] + offset)
         colors.append(color[valid])
         face_textures.append(texture[valid])
-        uvs.append(None if uv is None else uv[valid])
-        offset += len(used)
-    if total == 0:
+        uvs.append(uv[valid])
+        offset += len(points)
+    if not faces:
         raise RejectedShapeError(f"{name} has no faces")
     corners, triangles = np.concatenate(vertices), np.concatenate(faces)
-    keep = _has_area(corners, triangles)
+    a, b, c = corners[triangles].swapaxes(0, 1)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    keep = np.asarray(np.isfinite(area) & (area > 0))
     if not keep.any():
         raise RejectedShapeError(f"{name} has no face with a finite area above zero")
-    used, triangles = _compact(triangles[keep], len(corners))
+    seen, triangles = _compact(triangles[keep], len(corners))
     texture = np.concatenate(face_textures)[keep]
     textured = bool((texture >= 0).any())
     return Mesh(
-        vertices=corners[used],
+        vertices=corners[seen],
         faces=triangles,
         face_colors=np.concatenate(colors)[keep],
         textures=tuple(textures.images) if textured else (),
         face_textures=texture if textured else None,
-        face_uvs=_joined(uvs, faces)[keep] if textured else None,
+        face_uvs=np.concatenate(uvs)[keep] if textured else None,
     )
 
 
 def _compact(
     faces: NDArray[np.int64], num_vertices: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return the vertices that faces (F, 3) use, (U,) in order, and the faces in terms of them."""
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Return which vertices (V,) faces (F, 3) use, and the faces in terms of those."""
     seen = np.zeros(num_vertices, np.bool_)
     seen[faces] = True
-    return np.flatnonzero(seen), (np.cumsum(seen) - 1)[faces]
-
-
-def _joined(
-    uvs: list[NDArray[np.float32] | None], faces: list[NDArray[np.int64]]
-) -> NDArray[np.float32]:
-    """Return all texture coordinates, (F, 3, 2), zero for parts of the mesh without any."""
-    parts = [
-        np.zeros((len(f), 3, 2), np.float32) if uv is None else uv
-        for uv, f in zip(uvs, faces, strict=True)
-    ]
-    return np.concatenate(parts)
-
-
-def _placed(scene: trimesh.Scene) -> Iterator[tuple[trimesh.Trimesh, NDArray[np.float64]]]:
-    """Yield every mesh in the scene with its (4, 4) transform, in the file's order."""
-    for node in scene.graph.nodes_geometry:
-        # trimesh takes time cubic in the depth to multiply the transforms down to one node.
-        path = scene.graph.transforms.shortest_path(scene.graph.base_frame, node)
-        if len(path) > _MAX_DEPTH:
-            raise RejectedShapeError(f"its scene nests more than {_MAX_DEPTH} levels deep")
-        matrix, name = scene.graph[node]
-        geometry = scene.geometry[name]
-        if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
-            yield geometry, np.asarray(matrix, np.float64)
-
-
-def _has_area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return which faces, (F,), have a finite area above zero."""
-    result = np.empty(len(faces), np.bool_)
-    for start in range(0, len(faces), _BLOCK):
-        a, b, c = (vertices[faces[start : start + _BLOCK, i]] for i in range(3))
-        area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        result[start : start + _BLOCK] = np.isfinite(area) & (area > 0)
-    return result
+    return seen, (np.cumsum(seen) - 1)[faces]

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.reading.files import files_below, is_hidden
-from ffd_lightning.data.reading.frame import Up, check_turn, into_frame
-from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_with_notes
-from ffd_lightning.data.sources.base import SourceShape, Survey
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
+from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
+from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import DataError, RejectedShapeError
 
 _LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give another mesh
@@ -28,43 +27,28 @@ class _ShapeFiles:
     side_files: tuple[Path, ...]
 
 
-@dataclass
-class FolderSource:
-    """Models from `root/<category>/<model>/...` or `root/<category>/<model>.<ext>`, also mixed.
+class FolderSource(Source):
+    """A tree of meshes: ROOT/<category>/<shape>/*.obj|glb|... or ROOT/<category>/<shape>.<ext>.
 
-    The category's folder bears its name or its ShapeNet v1 synset. A shape's folder may be nested
-    (`<model>/models/x.obj`). Of several mesh files of one shape the one taken is, in this order:
-    named `model_normalized`, `model` or as the model; the first format of glb, gltf, obj, ply,
-    off, stl; the least nested; the first by name. Folders without any mesh file (`textures`) serve
+    Both may be mixed. The category's folder bears its name or its ShapeNet v1 synset. A shape's
+    folder may be nested (`<shape>/models/x.obj`). Of several mesh files of one shape the one taken
+    is, in this order: named `model_normalized`, `model` or as the shape; the first format of glb,
+    gltf, obj, ply, off, stl; the first by path. Folders without any mesh file (`textures`) serve
     the mesh files next to them. Names that begin with a dot and `__MACOSX` are passed over.
 
-    Convention:
-        Shapes are taken to be y up and to face -z, as ShapeNet's; where they are not, `up` and
-        `yaw` turn all of them alike.
-
-    Attributes:
-        root: the folder of category folders.
-        up: the axis that points up in the files.
-        yaw: degrees to turn shapes by about the vertical after that, see `frame.turn`.
+    Args:
+        root: its folder.
+        up: the axis of the meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
     """
 
-    root: Path
-    up: Up = "y"
-    yaw: float = 0.0
-    _models: dict[str, dict[str, _ShapeFiles]] = field(
-        default_factory=dict, init=False, repr=False, compare=False
-    )
-
-    def __post_init__(self) -> None:
-        self.root = Path(self.root)
-        check_turn(self.up, self.yaw)
+    def __init__(self, root: Path, up: Up = "y", yaw: float = 0.0) -> None:
+        check_orientation(up, yaw)
+        self.root, self.up, self.yaw = Path(root), up, yaw
+        self._shapes: dict[str, dict[str, _ShapeFiles]] = {}
 
     def categories(self) -> list[str]:
-        """Return what the folders in `root` stand for, sorted: synsets by the project's names.
-
-        Raises:
-            DataError: there is no such folder.
-        """
+        """Return what the folders in `root` stand for, sorted: synsets by the project's names."""
         names = {synset: name for name, synset in SYNSETS.items()}
         return sorted({names.get(folder, folder) for folder in self._folders()})
 
@@ -75,29 +59,24 @@ class FolderSource:
             DataError: there is no such folder, or no shape in it.
         """
         folder = self._category_folder(category)
-        models = self._models[category] = _find_shapes(folder)
-        if not models:
+        shapes = self._shapes[category] = _find_shapes(folder)
+        if not shapes:
             formats = ", ".join(e.lstrip(".") for e in EXTENSIONS)
             raise DataError(
-                f"{folder} holds no shapes: expected <model>/... or <model>.<extension>, where "
+                f"{folder} holds no shapes: expected <shape>/... or <shape>.<extension>, where "
                 f"the extension is one of {formats}"
             )
-        return sorted(models)
+        return sorted(shapes)
 
     def load(self, category: str, shape_id: str) -> SourceShape:
-        """Return one shape.
-
-        Raises:
-            RejectedShapeError: the model cannot be used; the message is the reason.
-            DataError: there is no folder for the category.
-        """
-        if category not in self._models:
-            self._models[category] = _find_shapes(self._category_folder(category))
-        files = self._models[category].get(shape_id)
+        """Return one shape; see `Source.load`."""
+        if category not in self._shapes:
+            self._shapes[category] = _find_shapes(self._category_folder(category))
+        files = self._shapes[category].get(shape_id)
         if files is None:
             raise RejectedShapeError(f"there is no shape {shape_id!r} of category {category!r}")
-        mesh, notes = read_with_notes(files.mesh, files.side_files)
-        return SourceShape(into_frame(mesh, self.up, self.yaw)).warned(*notes)
+        mesh, notes = read_mesh(files.mesh, files.side_files)
+        return SourceShape(orient(mesh, self.up, self.yaw)).warned(*notes)
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return how shapes are turned, and a hash over names, sizes and times of all files.
@@ -121,28 +100,17 @@ class FolderSource:
             "yaw": self.yaw,
         }
 
-    def survey(self, category: str) -> Survey:
-        """Tell the formats of the meshes, and which files are empty.
-
-        Raises:
-            DataError: as `shape_ids`.
-        """
-        ids = self.shape_ids(category)
-        meshes = {i: self._models[category][i].mesh for i in ids}
-        counts = Counter(mesh.suffix.lower().lstrip(".") for mesh in meshes.values())
-        faults = {i: f"{m.name} is empty" for i, m in meshes.items() if m.stat().st_size == 0}
-        return Survey(", ".join(f"{n} {kind}" for kind, n in counts.most_common()), faults)
-
-    def split(self, category: str) -> dict[str, str]:
-        """Return {}: a folder of shapes has no split of its own."""
-        return {}
+    def rejected(self, category: str) -> dict[str, str]:
+        """Return the shapes whose mesh files are empty."""
+        meshes = {i: self._shapes[category][i].mesh for i in self.shape_ids(category)}
+        return {i: f"{m.name} is empty" for i, m in meshes.items() if m.stat().st_size == 0}
 
     def _folders(self) -> list[str]:
         """Return the names of the folders in `root`, sorted."""
         if not self.root.is_dir():
             raise DataError(
                 f"the folder of shapes {self.root} does not exist: set data.root to a folder of "
-                "the form <root>/<category>/<model>"
+                "the form <root>/<category>/<shape>"
             )
         return sorted(p.name for p in self.root.iterdir() if p.is_dir() and not is_hidden(p.name))
 
@@ -168,13 +136,12 @@ def _entries(folder: Path) -> Iterator[tuple[Path, dict[Path, os.stat_result]]]:
     """Yield what a category's folder holds: each file, or folder with all files below it."""
     for entry in sorted(folder.iterdir()):
         if not is_hidden(entry.name):
-            found = files_below(entry)
-            yield entry, {entry.joinpath(*path): stat for path, stat in found.items()}
+            yield entry, {entry / path: stat for path, stat in files_below(entry).items()}
 
 
 def _find_shapes(folder: Path) -> dict[str, _ShapeFiles]:
     """Return the shapes in a category's folder by id."""
-    models: dict[str, _ShapeFiles] = {}
+    shapes: dict[str, _ShapeFiles] = {}
     single: dict[str, list[Path]] = {}
     shared: list[Path] = []
     for entry, files in _entries(folder):
@@ -184,18 +151,18 @@ def _find_shapes(folder: Path) -> dict[str, _ShapeFiles]:
             for mesh in meshes:
                 single.setdefault(entry.stem, []).append(mesh)
         else:
-            models[entry.name] = _ShapeFiles(_preferred(meshes, entry.name), tuple(files))
+            shapes[entry.name] = _ShapeFiles(_preferred(meshes, entry.name), tuple(files))
     for name, meshes in single.items():
-        models.setdefault(name, _ShapeFiles(_preferred(meshes, name), tuple(shared)))
-    return models
+        shapes.setdefault(name, _ShapeFiles(_preferred(meshes, name), tuple(shared)))
+    return shapes
 
 
 def _preferred(meshes: list[Path], shape_id: str) -> Path:
     """Return the mesh file to take, by the order that `FolderSource` documents."""
     stems = [*_PREFERRED_STEMS, shape_id]
 
-    def rank(file: Path) -> tuple[int, int, int, str]:
+    def rank(file: Path) -> tuple[int, int, str]:
         stem = stems.index(file.stem) if file.stem in stems else len(stems)
-        return stem, EXTENSIONS.index(file.suffix.lower()), len(file.parts), str(file)
+        return stem, EXTENSIONS.index(file.suffix.lower()), str(file)
 
     return min(meshes, key=rank)

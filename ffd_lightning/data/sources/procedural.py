@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ffd_lightning import shapes
 from ffd_lightning.components import check_ranges
-from ffd_lightning.data.sources.base import SourceShape, Survey
+from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import RejectedShapeError
 
 
-@dataclass(frozen=True)
-class ProceduralSource:
+class ProceduralSource(Source):
     """The embedded dataset: parametric shapes of 13 categories, the same for everyone.
 
     A shape depends on (category, index, seed) and never on how many are asked for.
@@ -21,31 +18,21 @@ class ProceduralSource:
         seed: makes another set.
     """
 
-    num_models: int = 500
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        check_ranges(vars(self), num_models="(0, inf)", seed="[0, inf)")
+    def __init__(self, num_models: int = 500, seed: int = 0) -> None:
+        check_ranges(locals(), num_models="(0, inf)", seed="[0, inf)")
+        self.num_models, self.seed = num_models, seed
 
     def categories(self) -> list[str]:
         """Return the paper's categories."""
         return sorted(shapes.categories())
 
     def shape_ids(self, category: str) -> list[str]:
-        """Return `table-000000` and so on.
-
-        Raises:
-            DataError: no generator for the category.
-        """
+        """Return `table-000000` and so on; a DataError where there is no such category."""
         shapes.families(category)
         return [f"{category}-{i:06d}" for i in range(self.num_models)]
 
     def load(self, category: str, shape_id: str) -> SourceShape:
-        """Build one shape; its part names are the category's, in the category's order.
-
-        Raises:
-            RejectedShapeError: an id that is not of this category.
-        """
+        """Build one shape; its part names are the category's, in the category's order."""
         prefix, _, digits = shape_id.rpartition("-")
         if prefix != category or not digits.isdecimal():
             raise RejectedShapeError(f"{shape_id} is no id of a procedural {category}")
@@ -59,11 +46,3 @@ class ProceduralSource:
             "seed": self.seed,
             "generator_version": shapes.GENERATOR_VERSION,
         }
-
-    def survey(self, category: str) -> Survey:
-        """Return that shapes are computed."""
-        return Survey("computed")
-
-    def split(self, category: str) -> dict[str, str]:
-        """Return {}: there is no split of its own."""
-        return {}

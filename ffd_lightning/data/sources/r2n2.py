@@ -24,7 +24,6 @@ from ffd_lightning.data.reading.files import files_below
 from ffd_lightning.errors import DataError, RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import BLENDER_LENS, Camera, vertical_field_of_view
-from ffd_lightning.imaging.pictures import fit_picture
 from ffd_lightning.imaging.rendering import render
 
 VIEWS = 24
@@ -32,28 +31,21 @@ _METADATA = "rendering_metadata.txt"
 _FARTHEST = 1.75  # of their cameras
 _AGREES = 0.5  # intersection over union; a real shape's is 0.93, another turn's mostly below
 _FOLDER = "ShapeNetRendering"
-_MAX_PIXELS = 4096 * 4096  # they have 137 x 137; fitting one takes 16 bytes for each
+_MAX_PIXELS = 4096 * 4096  # they have 137 x 137
 
 
 @dataclass(frozen=True)
 class R2n2Images:
-    """`<root>/<synset>/<model>/rendering/{00..23}.png`, brought to the network's size.
+    """`<root>/<synset>/<shape>/rendering/{00..23}.png`.
 
     Attributes:
         root: the folder `ShapeNetRendering`, or one that holds it.
-        height, width: of the images, in pixels.
     """
 
     root: Path
-    height: int
-    width: int
 
     def ids(self, category: str) -> set[str]:
-        """Return the ids of all shapes that have a folder.
-
-        Raises:
-            DataError: there is no folder for the category.
-        """
+        """Return the ids of all shapes that have a folder; a DataError without any."""
         with os.scandir(self._folder(category)) as entries:
             return {entry.name for entry in entries if entry.is_dir()}
 
@@ -67,25 +59,16 @@ class R2n2Images:
         return set()
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return a hash over sizes of images and camera files, and the size they are brought to.
-
-        Raises:
-            DataError: there is no folder for the category.
-        """
+        """Return a hash over sizes of images and camera files."""
         digest, top = hashlib.sha256(), self._folder(category)
         for shape_id in sorted(self.ids(category)):
             found = files_below(top / shape_id / "rendering")
-            sizes = [(path, stat.st_size) for path, stat in found.items()]
+            sizes = [(path.as_posix(), stat.st_size) for path, stat in found.items()]
             digest.update(f"{shape_id}\0{sizes}\n".encode())
-        return {
-            "source": "r2n2",
-            "sha256": digest.hexdigest(),
-            "height": self.height,
-            "width": self.width,
-        }
+        return {"source": "r2n2", "sha256": digest.hexdigest()}
 
-    def read(self, category: str, shape_id: str) -> NDArray[np.uint8]:
-        """Return a shape's images, (24, height, width, 4) uint8: RGB over white and coverage.
+    def read(self, category: str, shape_id: str) -> list[NDArray[np.uint8]]:
+        """Return a shape's 24 images, (137, 137, 4) each.
 
         Raises:
             RejectedShapeError: one is missing or damaged; the message names it.
@@ -99,7 +82,7 @@ class R2n2Images:
                 with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
                     if picture.width * picture.height > _MAX_PIXELS:
                         raise ValueError(f"it has {picture.width} x {picture.height} pixels")
-                    images.append(fit_picture(picture, self.height, self.width))
+                    images.append(np.asarray(picture.convert("RGBA")))
             except FileNotFoundError:
                 raise RejectedShapeError(f"it has no {name}") from None
             except Exception as error:  # Pillow meets anything in a damaged file
@@ -107,7 +90,7 @@ class R2n2Images:
                     raise
                 reason = f"{type(error).__name__}: {error}"
                 raise RejectedShapeError(f"{name} cannot be read ({reason})") from error
-        return np.stack(images)
+        return images
 
     def cameras(self, category: str, shape_id: str) -> tuple[tuple[Camera, ...] | None, str]:
         """Return the camera of each view, for shapes that face -z, and what is wrong or "".
@@ -128,27 +111,11 @@ class R2n2Images:
         if not known or any(row[2] for row in numbers):
             what = "turned cameras" if known else f"not {VIEWS} lines of five numbers"
             return None, f"its cameras are not known: {_METADATA} has {what}"
-        side = min(self.height, self.width)  # `fit_picture` leaves a margin along the other
-        lens = vertical_field_of_view(*BLENDER_LENS, self.height, side)
+        lens = vertical_field_of_view(*BLENDER_LENS, 1, 1)
         return tuple(
             Camera(azimuth % 360, elevation, _FARTHEST * ratio, lens)
             for azimuth, elevation, _, ratio, _ in numbers
         ), ""
-
-    def mismatch(self, image: NDArray[np.uint8], camera: Camera, mesh: Mesh) -> str:
-        """Return what is wrong where a shape covers other pixels than its image shows, else "".
-
-        Args:
-            image: of the shape, (H, W, 4).
-            camera: that took it.
-            mesh: of the shape, facing -z.
-        """
-        seen = render(mesh, camera, height=self.height, width=self.width, samples=1)
-        covered, shown = seen[..., 3] > 127, image[..., 3] > 127
-        agreement = (covered & shown).sum() / max((covered | shown).sum(), 1)
-        if agreement >= _AGREES:
-            return ""
-        return f"its mesh and its first image are not alike: silhouettes agree to {agreement:.2f}"
 
     def _folder(self, category: str) -> Path:
         synset = SYNSETS.get(category, category)
@@ -161,3 +128,19 @@ class R2n2Images:
             f"there are no renderings of {category} in {self.root / _FOLDER / synset}: set "
             f"data.images_root to the folder {_FOLDER} of 3D-R2N2{hint}"
         )
+
+
+def mismatch(image: NDArray[np.uint8], camera: Camera, mesh: Mesh) -> str:
+    """Return what is wrong where a shape covers other pixels than its image shows, else "".
+
+    Args:
+        image: of the shape, (H, W, 4).
+        camera: that took it.
+        mesh: of the shape, facing -z.
+    """
+    seen = render(mesh, camera, height=image.shape[0], width=image.shape[1], samples=1)
+    covered, shown = seen[..., 3] > 127, image[..., 3] > 127
+    agreement = (covered & shown).sum() / max((covered | shown).sum(), 1)
+    if agreement >= _AGREES:
+        return ""
+    return f"its mesh and its first image are not alike: silhouettes agree to {agreement:.2f}"

@@ -4,23 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import torch
 from jaxtyping import Bool, Float, Int
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates.candidates import Candidates
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.progress import CountProgress
 
 CANDIDATES = 1000
 POINTS = 256  # per cloud: with 128, sixteen templates cover some percent worse
 
-_SAME = 1.3  # of the distance expected between two clouds of a shape, which varies by some percent
 _ALIKE = 3  # so many others have to be near; one or two may be as odd as the shape itself
 _FAR = 4.5  # times the spread: the embedded categories have none so far off
 _LEAST_SPREAD = 0.25  # of logarithms: an outlier is three times as far off as usual, or more
@@ -47,18 +43,9 @@ class ShapeDistances:
     points: Float[torch.Tensor, "n points 3"]
     table: Float[np.ndarray, "n n"]
 
-    @cached_property
-    def same(self) -> Bool[np.ndarray, "n n"]:
-        """Which pairs are no farther apart than two clouds of one shape: photographs of it, say.
-
-        A point is as far from the nearest one of such a cloud as from the nearest of its own.
-        """
-        own = [np.square(KDTree(cloud).query(cloud, 2)[0][:, 1]).mean() for cloud in self.points]
-        return np.asarray(self.table < _SAME * np.add.outer(own, own), np.bool_)
-
     def outlying(self) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
         """Return `outlying` of the shapes."""
-        return outlying(self.table, self.same)
+        return outlying(self.table)
 
     def among(self, places: Sequence[int]) -> ShapeDistances:
         """Return the distances between some of the shapes, which are then all there is."""
@@ -81,10 +68,10 @@ def shape_distances(prepared: PreparedSet, at_least: int = 0) -> ShapeDistances:
         prepared: a set of one category.
         at_least: look at so many, if there are.
     """
-    if isinstance(prepared, Candidates) and len(prepared.whole) <= CANDIDATES:
-        return shape_distances(prepared.whole).among(prepared.rows)
+    if prepared.taken is not None and len(prepared.whole) <= CANDIDATES:
+        return shape_distances(prepared.whole).among(prepared.taken)
     size = min(len(prepared), max(CANDIDATES, at_least))
-    key = (str(prepared.path), prepared.manifest.get("sha256"), size)
+    key = (str(prepared.path), prepared.digest, size)
     if key not in _known:
         found = _measure(prepared, size)
         while len(_known) >= _KEPT:
@@ -108,7 +95,6 @@ def _measure(prepared: PreparedSet, size: int) -> ShapeDistances:
 
 def outlying(
     table: Float[np.ndarray, "n n"],
-    same: Bool[np.ndarray, "n n"] | None = None,
 ) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """Tell the shapes that are like nothing else: hardly any other is as near as is usual.
 
@@ -119,18 +105,13 @@ def outlying(
 
     Args:
         table: distances between shapes.
-        same: pairs that are one shape: of those one counts as another's neighbour. None for none.
 
     Returns:
         Whether each is an outlier, and by what factor it is farther off than is usual.
     """
     count = len(table)
-    same = np.eye(count, dtype=np.bool_) if same is None else same | np.eye(count, dtype=np.bool_)
-    first = same.argmax(axis=1) == np.arange(count)  # of those that are the same, one counts
-    others = np.sort(np.where(same | ~first, np.inf, table), axis=1)
-    place = np.clip(np.isfinite(others).sum(axis=1), 1, _ALIKE) - 1  # of few, the farthest
-    third = others[np.arange(count), place].astype(np.float64)
-    third[np.isinf(third)] = table.max(axis=1)[np.isinf(third)]  # all are the same
+    # The first of each row is the shape itself; of few others, the farthest.
+    third = np.sort(table, axis=1)[:, min(_ALIKE, count - 1)].astype(np.float64)
     logs = np.log(np.maximum(third, np.finfo(np.float32).tiny))
     usual = np.median(logs)
     spread = max(_MAD_TO_STD * np.median(np.abs(logs - usual)), _LEAST_SPREAD)

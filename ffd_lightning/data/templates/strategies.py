@@ -14,7 +14,6 @@ from jaxtyping import Float
 from ffd_lightning.components import check_ranges
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates.candidates import Candidates, whole_set
 from ffd_lightning.data.templates.coverage import (
     CANDIDATES,
     POINTS,
@@ -53,7 +52,7 @@ def choose_templates(
             does not hold.
         DataError: fewer shapes to choose from than templates.
     """
-    candidates = Candidates.without(prepared, exclude) if exclude else prepared
+    candidates = prepared.without(exclude) if exclude else prepared
     if count > len(candidates):
         raise DataError(
             f"{count} templates asked for, but {prepared.path} holds only {len(candidates)} shapes "
@@ -125,7 +124,7 @@ def paper_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
         raise ConfigError(
             f"template_strategy=paper: the paper has no templates for {category}; use medoids"
         )
-    whole = whole_set(prepared)
+    whole = prepared.whole
     wanted, held = known[:count], set(whole.ids)
     absent = [i for i in wanted if i not in held]
     if absent:
@@ -148,7 +147,7 @@ def paper_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
 
 def auto_choice(prepared: PreparedSet, count: int) -> tuple[str, ...]:
     """Choose as `paper_choice` for ShapeNet's shapes, if the paper has templates, else medoids."""
-    source = prepared.manifest["settings"]["source"]
+    source = prepared.manifests[0]["settings"]["source"]
     known = paper_templates(_category(prepared))
     of_shapenet = source.get("source") == "shapenet"
     return (paper_choice if known and of_shapenet else medoid_templates)(prepared, count)
@@ -176,7 +175,7 @@ class ListedStrategy:
             raise ConfigError(
                 f"template_strategy.file={file} lists {len(ids)} ids, {count} are needed"
             )
-        whole = whole_set(prepared)
+        whole = prepared.whole
         unknown = sorted(set(ids[:count]) - set(whole.ids))
         if unknown:
             raise ConfigError(
@@ -212,7 +211,7 @@ def _read(file: Path) -> str:
 
 
 def _category(prepared: PreparedSet) -> str:
-    return str(prepared.manifest["settings"]["category"])
+    return "+".join(prepared.categories)
 
 
 def _medoids(
@@ -238,7 +237,7 @@ def _distances(
     prepared: PreparedSet, found: ShapeDistances, shape_id: str
 ) -> Float[np.ndarray, " candidates"]:
     """Return how far any shape of the whole set is from those that were looked at."""
-    whole = whole_set(prepared)
+    whole = prepared.whole
     cloud = torch.from_numpy(whole.cloud(whole.index(shape_id), POINTS))
     return chamfer_distance(cloud, found.points, "mean").numpy()
 

@@ -9,7 +9,6 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from ffd_lightning.data.preparation.joined import JoinedSet
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.coverage import (
@@ -73,10 +72,10 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
         nearest other is farther off than is usual in the set.
     """
     result: list[Row] = []
-    for member in _members(prepared):
+    for member in prepared.members:
         found = shape_distances(member)
         outlier, factor = found.outlying()
-        prefix = f"{member.category(0)}/" if isinstance(prepared, JoinedSet) else ""
+        prefix = f"{member.category(0)}/" if len(prepared.paths) > 1 else ""
         for k in np.flatnonzero(outlier):
             shape_id = prefix + member.ids[found.rows[k]]
             result.append({"id": shape_id, "times_usual": round(float(factor[k]), 2)})
@@ -93,7 +92,7 @@ def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = Fal
     """
     if not rows:
         return ""
-    looked_at = sum(min(len(member), CANDIDATES) for member in _members(prepared))
+    looked_at = sum(min(len(member), CANDIDATES) for member in prepared.members)
     named = ", ".join(str(row["id"]) for row in rows[:_NAMED])
     more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
     return (
@@ -101,7 +100,3 @@ def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = Fal
         f"{named}{more}; {'they are left' if dropped else 'split.drop_outliers=true leaves them'} "
         "out of training and tests"
     )
-
-
-def _members(prepared: PreparedSet) -> Sequence[PreparedSet]:
-    return prepared.members if isinstance(prepared, JoinedSet) else (prepared,)

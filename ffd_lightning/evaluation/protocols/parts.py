@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ffd_lightning.data.sources.base import PartCloud
+from ffd_lightning.data.source import PartCloud
 from ffd_lightning.evaluation.part_transfer import (
     known_points,
     part_of_points,

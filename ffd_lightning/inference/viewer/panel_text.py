@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ffd_lightning.data.preparation.part_labels import part_colors
 from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.viewer.session import NetworkTitle, Session
 from ffd_lightning.inference.viewer.thumbnails import data_uri
+from ffd_lightning.palette import part_colors
 
 # A picture is as good as the button of its rank: the nearest one, whose way is up and down again.
 _CLICK = (

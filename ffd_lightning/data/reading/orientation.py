@@ -8,7 +8,6 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
 
 Up = Literal["y", "z"]
@@ -28,19 +27,15 @@ def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
 
     Args:
         points: (..., 3) positions.
-        up: the axis that points up in them, "y" or "z".
+        up: the axis that points up in them.
         yaw: degrees.
 
     Returns:
         (..., 3) float64.
 
-    Raises:
-        ConfigError: another axis, or an angle that is no number.
-
     >>> turn([0, 0, -1], "y", 90).tolist()
     [-1.0, 0.0, 0.0]
     """
-    check_turn(up, yaw)
     x, y, z = np.moveaxis(np.asarray(points, np.float64), -1, 0)
     if up == "z":
         y, z = z, -y
@@ -49,41 +44,20 @@ def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
     return np.stack([cosine * x + sine * z, y, cosine * z - sine * x], axis=-1) + 0.0  # no -0.0
 
 
-def check_turn(up: str, yaw: float) -> None:
+def check_orientation(up: str, yaw: float) -> None:
     """Check the settings of a source that turns its meshes.
 
     Raises:
-        ConfigError: there is no such axis or angle.
+        ValueError: there is no such axis or angle.
     """
     if up not in get_args(Up):
-        raise ConfigError(f"up={up!r} must be one of {', '.join(get_args(Up))}")
+        raise ValueError(f"up={up} must be one of {', '.join(get_args(Up))}")
     if not math.isfinite(yaw):
-        raise ConfigError(f"yaw={yaw} must be a number of degrees")
+        raise ValueError(f"yaw={yaw} must be a number of degrees")
 
 
-def into_frame(mesh: Mesh, up: Up, yaw: float) -> Mesh:
+def orient(mesh: Mesh, up: Up, yaw: float) -> Mesh:
     """Turn a mesh as `turn` does its points; the very same mesh where nothing is to be turned."""
     if up == "y" and yaw % 360 == 0:
         return mesh
     return mesh.with_vertices(turn(mesh.vertices, up, yaw))
-
-
-def mean_azimuth(positions: ArrayLike) -> float | None:
-    """Return the circular mean of cameras' azimuths, in degrees of (-180, 180].
-
-    Convention:
-        0 is a camera at -z, 90 one at +x, as in `rendering.render`.
-
-    Args:
-        positions: (N, 3), in the project's frame, about the origin.
-
-    Returns:
-        The mean; None where no camera stands to the side, or they stand all around.
-    """
-    flat = np.asarray(positions, np.float64).reshape(-1, 3)[:, [0, 2]]
-    distance = np.linalg.norm(flat, axis=1)
-    flat = flat[distance > 0] / distance[distance > 0, None]
-    if len(flat) == 0 or np.linalg.norm(flat.mean(axis=0)) < 1e-6:
-        return None
-    x, z = flat.mean(axis=0)
-    return math.degrees(math.atan2(x, -z))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Protocol, runtime_checkable
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ class PartCloud:
     """Points on a shape's surface of which the part is known.
 
     Attributes:
-        points: (P, 3) float64, in the frame of the model's mesh.
+        points: (P, 3) float64, in the frame of the shape's mesh.
         labels: (P,) uint8 index into `names`, 255 unknown.
         names: names of the parts.
     """
@@ -35,8 +35,8 @@ class SourceShape:
     Attributes:
         mesh: geometry, colours, textures and part labels; y up, facing -z (+x is its own right).
         family: structural family where the source knows it ("pedestal", say), else "".
-        images: the source's own images, (views, H, W, 4) uint8, RGB over white and coverage, in the
-            size asked for; None where the mesh is to be rendered.
+        images: the source's own images, one a view, (H, W, 4) uint8, colours and object mask, of
+            any size; None where the mesh is to be rendered.
         cameras: that took them, in the mesh's frame and unit, one each; None where unknown.
         parts: annotated points, for meshes without part labels of their own.
         warning: what is wrong with it though it can be used, a line each, "" for nothing. What
@@ -45,7 +45,7 @@ class SourceShape:
 
     mesh: Mesh
     family: str = ""
-    images: NDArray[np.uint8] | None = None
+    images: Sequence[NDArray[np.uint8]] | None = None
     cameras: Sequence[Camera] | None = None
     parts: PartCloud | None = None
     warning: str = ""
@@ -55,31 +55,18 @@ class SourceShape:
         return replace(self, warning="\n".join(filter(None, (self.warning, *lines))))
 
 
-@dataclass(frozen=True)
-class Survey:
-    """What can be seen of a category without loading its shapes.
-
-    Attributes:
-        layout: how its files are kept ("v1, zip archive", say).
-        faults: shapes that cannot be used, and why.
-        notes: what a user should know.
-    """
-
-    layout: str
-    faults: dict[str, str] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-
-
-@runtime_checkable
-class Source(Protocol):
+class Source:
     """Shapes by category and id. Picklable, so that worker processes can hold one each.
 
-    A class of your own may inherit from this for what has a default.
+    Attributes:
+        own_images: whether its shapes come with images, so that none are rendered.
     """
+
+    own_images: ClassVar[bool] = False
 
     def categories(self) -> list[str]:
         """Return what can be asked for, sorted: names where the project has one, else ids."""
-        ...
+        raise NotImplementedError
 
     def shape_ids(self, category: str) -> list[str]:
         """Return the ids of all shapes of `category`, sorted.
@@ -87,7 +74,7 @@ class Source(Protocol):
         Raises:
             DataError: the source has no such category; the message lists those it has.
         """
-        ...
+        raise NotImplementedError
 
     def load(self, category: str, shape_id: str) -> SourceShape:
         """Return one shape.
@@ -97,22 +84,17 @@ class Source(Protocol):
             shape_id: one of `shape_ids`.
 
         Raises:
-            RejectedShapeError: the model cannot be used; the message is the reason.
+            RejectedShapeError: the shape cannot be used; the message is the reason.
         """
-        ...
+        raise NotImplementedError
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return the JSON-able facts that decide what `load` returns for this category."""
-        ...
+        raise NotImplementedError
 
-    def survey(self, category: str) -> Survey:
-        """Look at a category without loading its shapes; by default there is nothing to say.
-
-        Raises:
-            DataError: as `shape_ids`.
-        """
-        self.shape_ids(category)
-        return Survey("")
+    def rejected(self, category: str) -> dict[str, str]:
+        """Return which shapes are seen to be unusable without loading them, and why, by id."""
+        return {}
 
     def split(self, category: str) -> dict[str, str]:
         """Return the data set's own split, "train", "val" or "test" by id; {} if it has none."""

@@ -1,4 +1,4 @@
-"""One prepared shape: what is computed of it, and its file in the working folder."""
+"""One prepared shape: what is computed of it, and its file."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from ffd_lightning.data.preparation.packing import (
-    UNKNOWN_PART,
     pack_cameras,
     pack_image,
     pack_mesh,
     pack_points,
 )
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
-from ffd_lightning.data.preparation.texture_reduction import reduce_textures
-from ffd_lightning.data.sources.base import Source, SourceShape
+from ffd_lightning.data.preparation.texture_reduction import shrink_textures
+from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import (
     RejectedShapeError,
     UserError,
@@ -29,11 +29,12 @@ from ffd_lightning.errors import (
     is_of_machine,
 )
 from ffd_lightning.files import atomic_file
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.normalization import bounding_box, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.textures import mean_colors
 from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.pictures import fit_picture
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
@@ -41,15 +42,16 @@ NEARLY_WHITE = 225.0
 """Mean brightness of the pixels a shape covers, of 255, above which it is hard to see on white."""
 
 _DIVISIONS = 7  # of a face's edges, where its texture is averaged
-_CONTENTS = frozenset(
-    ("images", "image_sizes", "image_shape", "cameras")
-    + ("points", "mesh", "family", "part_names", "warning")
-)
+
+
+def shape_file(folder: Path, shape_id: str) -> Path:
+    """Return where a shape's file is; ids may hold anything, names of files may not."""
+    return folder / f"{hashlib.sha256(shape_id.encode()).hexdigest()[:24]}.npz"
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """What is made of each shape of a category, and the working folder it goes to."""
+    """What is made of each shape of a category, and the folder it goes to."""
 
     source: Source
     category: str
@@ -58,8 +60,8 @@ class Recipe:
     folder: Path
 
     def file(self, shape_id: str) -> Path:
-        """Return where a finished shape goes; ids may hold anything, names of files may not."""
-        return self.folder / f"{hashlib.sha256(shape_id.encode()).hexdigest()[:24]}.npz"
+        """Return where a finished shape goes."""
+        return shape_file(self.folder, shape_id)
 
 
 @dataclass(frozen=True)
@@ -121,8 +123,7 @@ def is_done(recipe: Recipe, shape_id: str) -> bool:
     file = recipe.file(shape_id)
     try:
         with zipfile.ZipFile(file) as archive:
-            names = {name.removesuffix(".npy") for name in archive.namelist()}
-            if names == _CONTENTS and archive.testzip() is None:
+            if "warning.npy" in archive.namelist() and archive.testzip() is None:
                 return True
     except FileNotFoundError:
         return False
@@ -144,12 +145,11 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
     points, face_ids = sample_stratified(
         mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
     )
-    images, cameras = model.images, model.cameras
-    if images is None:
-        cameras = recipe.render.cameras(f"{recipe.category}/{shape_id}")
-        images = _rendered(mesh, recipe.render, cameras)
-    elif cameras is not None and len(cameras) != len(images):
-        raise RejectedShapeError(f"its source gives {len(images)} images of {len(cameras)} cameras")
+    if model.images is None:
+        cameras: Sequence[Camera] | None = recipe.render.cameras(f"{recipe.category}/{shape_id}")
+        images = _rendered(mesh, recipe.render, cameras or ())
+    else:
+        images, cameras = _fitted(model, recipe.render.height, recipe.render.width)
     packed = [pack_image(image) for image in images]
     if model.parts is not None:
         face_parts = label_faces(model.parts, mesh.vertices, mesh.faces)
@@ -160,10 +160,9 @@ def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
     else:
         point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
     # Colours of the textures as they came, then textures as they are kept.
-    mesh = reduce_textures(replace(mesh, face_colors=mean_colors(mesh, _DIVISIONS)))
+    mesh = shrink_textures(replace(mesh, face_colors=mean_colors(mesh, _DIVISIONS)))
     return {
-        "images": np.frombuffer(b"".join(packed), np.uint8),
-        "image_sizes": np.array([len(p) for p in packed]),
+        **{f"image_{view}": np.frombuffer(p, np.uint8) for view, p in enumerate(packed)},
         "image_shape": np.array(images.shape),
         "cameras": pack_cameras(cameras, len(images)),
         "points": pack_points(points),
@@ -197,6 +196,27 @@ def _normalized(model: SourceShape) -> SourceShape:
         cameras = tuple(camera.moved(center, 1 / diagonal) for camera in cameras)
     vertices = normalize(mesh.vertices, mesh.faces)
     return replace(model, mesh=mesh.with_vertices(vertices), parts=parts, cameras=cameras)
+
+
+def _fitted(
+    model: SourceShape, height: int, width: int
+) -> tuple[NDArray[np.uint8], Sequence[Camera] | None]:
+    """Return a source's own images, (views, H, W, 4), and cameras that see what is round them."""
+    pictures, cameras = list(model.images or ()), model.cameras
+    for picture in pictures:
+        if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 4:
+            raise RejectedShapeError(
+                f"its source gives an image {picture.dtype} {picture.shape}, not uint8 (H, W, 4)"
+            )
+    if not pictures or (cameras is not None and len(cameras) != len(pictures)):
+        count = "no" if cameras is None else str(len(cameras))
+        raise RejectedShapeError(f"its source gives {len(pictures)} images of {count} cameras")
+    if cameras is not None:
+        cameras = [
+            camera.widened(height / min(height, width * picture.shape[0] / picture.shape[1]))
+            for camera, picture in zip(cameras, pictures, strict=True)
+        ]
+    return np.stack([fit_picture(Image.fromarray(p), height, width) for p in pictures]), cameras
 
 
 def _rendered(mesh: Mesh, views: RenderSettings, cameras: Sequence[Camera]) -> NDArray[np.uint8]:

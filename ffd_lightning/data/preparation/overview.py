@@ -1,13 +1,16 @@
-"""A picture of a prepared set: what the network sees, and how shapes stand beside how they should.
+"""What a user should know of a set that has just been prepared: in lines, and in a picture.
 
-Below the images, embedded shapes of the category and some of the set's own are drawn from the same
+Below what the network sees, embedded shapes and some of the set are drawn from the same
 sides, so that a wrong `up` or `yaw` is seen at a glance.
 """
 
 from __future__ import annotations
 
+import io
+from collections import Counter
 from collections.abc import Sequence
 from itertools import product
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,13 +18,16 @@ from PIL import Image
 
 from ffd_lightning import shapes
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import MANIFEST, PreparedSet
+from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.imaging.sheet import Line, Sheet, lay_out, side_by_side, stacked
 
+_NAMED = 3  # shapes, with the reason for which they were rejected
+_KINDS = 6  # of warnings in one line; a source of one's own may word each its own way
 SHOWN = 32
 """Shapes of which an image is shown."""
 
@@ -40,6 +46,57 @@ _SIDES = {
 _EXAMPLES = ("chair", "car", "plane")  # for categories without embedded shapes
 _ANY_TITLE = "how shapes should stand, of whatever category"
 _LOOKED_AT = 20  # embedded shapes, to find different ones
+
+
+def sheet_of(folder: Path) -> Path:
+    """Return where the picture of a prepared set is: not in its folder, which never changes."""
+    return folder.parents[1] / "sheets" / f"{folder.name}.png"
+
+
+def describe(prepared: PreparedSet) -> list[str]:
+    """Return what was prepared and rejected, and in a line of its own the warnings by kind."""
+    size = sum(prepared.file(row).stat().st_size for row in range(len(prepared)))
+    line = f"prepared {len(prepared)} shapes in {prepared.path} ({size / 1e6:.0f} MB)"
+    if prepared.rejected:
+        first = "; ".join(f"{i}: {why}" for i, why in list(prepared.rejected.items())[:_NAMED])
+        more = "; ..." if len(prepared.rejected) > _NAMED else ""
+        count, file = len(prepared.rejected), prepared.path / MANIFEST
+        line += f"; rejected {count} ({first}{more}), see {file}"
+    lines = [line]
+    if counted := count_warnings(prepared):
+        lines.append(f"warnings: {counted}; see {prepared.path / MANIFEST}")
+    return lines
+
+
+def count_warnings(prepared: PreparedSet) -> str:
+    """Return how many shapes have each of the commonest kinds of warning, in words."""
+    counts: Counter[str] = Counter()
+    for texts in prepared.warnings.values():
+        counts.update({text.partition(": ")[0] for text in texts})
+    total = f" of {len(prepared)}"
+    parts = []
+    for kind, count in counts.most_common(_KINDS):
+        parts.append(f"{kind} ({count}{total})")
+        total = ""
+    if len(counts) > _KINDS:
+        parts.append(f"{len(counts) - _KINDS} more kinds")
+    return "; ".join(parts)
+
+
+def write_sheet(prepared: PreparedSet, file: Path) -> str:
+    """Draw a set into a PNG file, and say where it is, or why it could not be written.
+
+    Args:
+        prepared: the set.
+        file: of the picture.
+    """
+    data = io.BytesIO()
+    draw_set(prepared).save(data, "png", optimize=True)
+    try:
+        write_bytes_atomic(file, data.getvalue())
+    except OSError as error:  # the set itself is there
+        return f"no picture could be written: {error.strerror or error}: {file}"
+    return f"what they look like, and how they stand: {file}"
 
 
 def draw_set(prepared: PreparedSet) -> Image.Image:

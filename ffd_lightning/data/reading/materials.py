@@ -1,0 +1,187 @@
+"""Colours and textures of what trimesh loaded, in the form that `Mesh` holds."""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from PIL import Image
+
+from ffd_lightning.errors import is_bug
+from ffd_lightning.imaging.pictures import to_rgba
+
+_REFUSED = ("EPS", "IPTC")  # Pillow runs Ghostscript on PostScript, and IPTC may hold some
+_MAX_TEXTURE = 1024
+_NO_COLOR = np.array([178, 178, 178, 255], np.uint8)
+_WHITE = np.full(4, 255, np.uint8)
+
+Color = NDArray[np.uint8]
+
+
+def _absent() -> bytes:
+    data = io.BytesIO()
+    Image.new("RGB", (1, 1)).save(data, "gif", comment=b"absent")
+    return data.getvalue()
+
+
+ABSENT = _absent()
+"""The picture that stands for a texture that cannot be had, for `face_colors` to know."""
+
+
+class Textures:
+    """The textures of one shape, each picture kept once per tint.
+
+    Attributes:
+        images: RGBA, (h, w, 4) uint8 each.
+        means: the mean colour of each, (4,) uint8.
+        undecodable: names of those that could not be decoded.
+    """
+
+    def __init__(self) -> None:
+        self.images: list[NDArray[np.uint8]] = []
+        self.means: list[Color] = []
+        self.undecodable: list[str] = []
+        self._known: dict[tuple[object, bytes, float | None], int] = {}
+
+    def add(self, image: Image.Image, tint: Color, cutoff: float | None) -> int:
+        """Return the index of `image` times `tint`, -1 if it cannot be decoded.
+
+        Where `cutoff` is given, alpha becomes all or nothing about it; alpha that is zero
+        everywhere is an exporter's slip and means opaque.
+        """
+        name = image.info.get("file_path")
+        key = (name or id(image), tint.tobytes(), cutoff)
+        if key not in self._known:
+            self._known[key] = -1
+            try:
+                if image.format in _REFUSED:
+                    raise OSError("it may hold a program")
+                small = to_rgba(image)
+                small.thumbnail((_MAX_TEXTURE, _MAX_TEXTURE))
+                decoded = np.array(small)
+            except Exception as error:  # Pillow raises many kinds on damaged images
+                if is_bug(error):
+                    raise
+                self.undecodable.append(
+                    str(name or "one without a name").replace("\\", "/").rpartition("/")[2]
+                )
+                return -1
+            if decoded[..., 3].max() == 0:
+                decoded[..., 3] = 255
+            pixels = np.round(decoded * (tint / 255.0)).astype(np.uint8)
+            if cutoff is not None:
+                pixels[..., 3] = np.where(pixels[..., 3] >= 255 * cutoff, 255, 0)
+            self._known[key] = len(self.images)
+            self.images.append(pixels)
+            self.means.append(np.round(pixels.mean(axis=(0, 1))).astype(np.uint8))
+        return self._known[key]
+
+
+def face_colors(
+    geometry: trimesh.Trimesh, faces: NDArray[np.int64], textures: Textures
+) -> tuple[Color, NDArray[np.int16], NDArray[np.float32]]:
+    """Return colours (F, 4), texture indices (F,) and UVs (F, 3, 2) of a geometry.
+
+    A material whose texture cannot be shown is grey: the colour beside it is white as a rule, and
+    would not be seen on white.
+
+    Args:
+        geometry: as trimesh loaded it.
+        faces: its faces, (F, 3), all of them pointing to vertices.
+        textures: where those of its material are put.
+    """
+    visual: Any = geometry.visual
+    colors = np.tile(_NO_COLOR, (len(faces), 1))
+    index, uvs = np.full(len(faces), -1, np.int16), np.zeros((len(faces), 3, 2), np.float32)
+    if isinstance(visual, trimesh.visual.ColorVisuals):
+        if visual.kind == "face" and len(visual.face_colors) == len(faces):
+            colors = _opaque_if_unseen(np.asarray(visual.face_colors))
+        elif visual.kind == "vertex" and len(visual.vertex_colors) == len(geometry.vertices):
+            colors = _opaque_if_unseen(_mean_colors(visual.vertex_colors, faces))
+        return colors, index, uvs
+    color, image, tint, cutoff = _material(visual.material)
+    colors[:] = color
+    if image is not None and _fits(visual.uv, geometry, 2):
+        texture = textures.add(image, tint, cutoff)
+        if texture >= 0:
+            index[:] = texture
+            colors[:] = textures.means[texture]
+            uv = np.asarray(visual.uv, np.float32)
+            return colors, index, np.nan_to_num(uv[faces, :2], posinf=0, neginf=0)
+    painted = visual.vertex_attributes.get("color")
+    if _fits(painted, geometry, 3):
+        rgba = trimesh.visual.color.to_rgba(np.array(painted))
+        colors = np.round(_mean_colors(rgba, faces) * (color / 255.0)).astype(np.uint8)
+    return colors, index, uvs
+
+
+def _fits(values: NDArray[Any] | None, geometry: trimesh.Trimesh, columns: int) -> bool:
+    """Return whether there are at least so many values of each vertex."""
+    if values is None or np.ndim(values) != 2:
+        return False
+    return len(values) == len(geometry.vertices) and np.shape(values)[1] >= columns
+
+
+def _mean_colors(vertex_colors: Color, faces: NDArray[np.int64]) -> Color:
+    """Average vertex colours (V, 4) to the faces, (F, 4)."""
+    return np.round(np.asarray(vertex_colors)[faces].mean(axis=1)).astype(np.uint8)
+
+
+def _opaque_if_unseen(colors: Color) -> Color:
+    """Make colours opaque if all of them have alpha 0, which is an exporter's slip."""
+    colors = colors.copy()
+    if colors[:, 3].max() == 0:
+        colors[:, 3] = 255
+    return colors
+
+
+def _material(material: Any) -> tuple[Color, Image.Image | None, Color, float | None]:
+    """Return a material's colour without texture, the texture, its tint, and where alpha is cut."""
+    if isinstance(material, trimesh.visual.material.PBRMaterial):
+        color = _WHITE.copy()
+        if material.baseColorFactor is not None:
+            # The factor is linear light; the product of encoded values is close to the encoded
+            # product, so the encoded factor tints the texture as well.
+            color = np.array(material.baseColorFactor, np.uint8)
+            encoded = trimesh.visual.color.linear_to_srgb(color[:3] / 255.0)
+            color[:3] = np.round(255 * np.clip(encoded, 0, 1))
+        cutoff = None
+        if material.alphaMode == "MASK":
+            cutoff = 0.5 if material.alphaCutoff is None else float(material.alphaCutoff)
+        elif material.alphaMode != "BLEND":
+            cutoff = 0.0  # opaque, whatever the alpha
+        if cutoff is not None:
+            color[3] = 255
+        image = material.baseColorTexture
+        if not isinstance(image, Image.Image):
+            return color, None, color, cutoff
+        grey = np.round(_NO_COLOR * (color / 255.0)).astype(np.uint8)
+        return grey, None if _is_absent(image) else image, color, cutoff
+    options = getattr(material, "kwargs", {})
+    image = material.image
+    if getattr(image, "format", None) is None:
+        image = None  # not from a file: the placeholder that trimesh puts beside UVs
+    known = "kd" in options and image is None
+    color = np.array(material.diffuse, np.uint8) if known else _NO_COLOR.copy()
+    color[3] = round(255 * _mtl_alpha(options))
+    tint = np.array([255, 255, 255, color[3]], np.uint8)
+    return color, None if image is None or _is_absent(image) else image, tint, None
+
+
+def _is_absent(image: Image.Image) -> bool:
+    return image.info.get("comment") == b"absent"
+
+
+def _mtl_alpha(options: dict[str, Any]) -> float:
+    """Return the alpha that an MTL's `d` or `Tr` means; 0 is an exporter's slip for opaque."""
+    for key in ("d", "tr"):
+        try:
+            value = float(options[key][-1])
+        except (KeyError, IndexError, TypeError, ValueError):
+            continue
+        alpha = value if key == "d" else 1 - value
+        return alpha if 0 < alpha <= 1 else 1.0
+    return 1.0

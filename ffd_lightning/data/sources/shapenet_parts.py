@@ -1,0 +1,119 @@
+"""Part annotations of ShapeNet: `shapenetcore_partanno_segmentation_benchmark_v0_normal`.
+
+`<synset>/<shape>.txt` has a line for each point: position, normal, and the number of its part among
+those of all 16 categories.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ffd_lightning.data.categories import SYNSETS
+from ffd_lightning.data.reading.files import files_below
+from ffd_lightning.data.reading.part_alignment import align
+from ffd_lightning.data.source import PartCloud
+from ffd_lightning.errors import DataError, RejectedShapeError
+from ffd_lightning.geometry.mesh import Mesh
+
+NAME = "shapenetcore_partanno_segmentation_benchmark_v0_normal"
+"""The folder's published name."""
+
+_LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give other labels
+# Where each category's parts begin among all 50, and how many it has.
+_PARTS = {
+    "02691156": (0, 4),
+    "02773838": (4, 2),
+    "02954340": (6, 2),
+    "02958343": (8, 4),
+    "03001627": (12, 4),
+    "03261776": (16, 3),
+    "03467517": (19, 3),
+    "03624134": (22, 2),
+    "03636649": (24, 4),
+    "03642806": (28, 2),
+    "03790512": (30, 6),
+    "03797390": (36, 2),
+    "03948459": (38, 3),
+    "04099429": (41, 3),
+    "04225987": (44, 3),
+    "04379243": (47, 3),
+}
+
+
+@dataclass(frozen=True)
+class PartAnnotations:
+    """Part annotations as downloaded and unpacked; parts are named "part 1", "part 2" and so on.
+
+    Attributes:
+        root: the folder that holds `<synset>`, or one that holds it under its published name.
+    """
+
+    root: Path
+
+    def synsets(self) -> list[str]:
+        """Return the categories that are annotated, sorted."""
+        return [synset for synset in _PARTS if self._folder(synset) is not None]
+
+    def ids(self, category: str) -> list[str]:
+        """Return the ids of the shapes that are annotated, sorted.
+
+        Raises:
+            DataError: the category has no annotation; the message lists those that have.
+        """
+        return sorted(path.stem for path in self._sizes(category))
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        """Return a hash over names and sizes of files; a DataError as `ids`."""
+        digest = hashlib.sha256()
+        for shape_id, size in sorted((p.stem, size) for p, size in self._sizes(category).items()):
+            digest.update(f"{shape_id}\0{size}\n".encode())
+        return {"layout": NAME, "loader": _LOADER_VERSION, "sha256": digest.hexdigest()}
+
+    def read(self, category: str, shape_id: str, mesh: Mesh) -> tuple[PartCloud | None, str]:
+        """Return a shape's annotation in its mesh's frame, and what is wrong with it or "".
+
+        The same shape gives the same result in any process. What cannot be used gives no parts and
+        the reason, never an error.
+        """
+        synset = SYNSETS.get(category, category)
+        first, count = _PARTS[synset]
+        file = Path(self._folder(synset) or self.root) / f"{shape_id}.txt"
+        try:
+            table = np.loadtxt(io.BytesIO(file.read_bytes()), np.float64, comments=None, ndmin=2)
+            labels = table[:, 6] - first if table.shape[1] == 7 else np.array([np.nan])
+            if not (np.isfinite(table).all() and np.isin(labels, range(count)).all()):
+                raise ValueError(f"not seven numbers a line, parts from {first} on")
+            names = tuple(f"part {k + 1}" for k in range(count))
+            cloud = PartCloud(table[:, :3], labels.astype(np.uint8), names)
+            key = hashlib.sha256(f"parts/{shape_id}".encode()).digest()
+            return align(cloud, mesh, np.random.default_rng(list(key))), ""
+        except FileNotFoundError:
+            return None, "it has no part annotation"
+        except ValueError as error:
+            return None, f"its part annotation {synset}/{file.name} cannot be read ({error})"
+        except RejectedShapeError as error:
+            return None, str(error)
+
+    def _folder(self, synset: str) -> Path | None:
+        for top in (self.root, self.root / NAME):
+            if synset in _PARTS and next((top / synset).glob("*.txt"), None) is not None:
+                return top / synset
+        return None
+
+    def _sizes(self, category: str) -> dict[Path, int]:
+        synset = SYNSETS.get(category, category)
+        folder = self._folder(synset)
+        if folder is not None:
+            found = files_below(folder).items()
+            return {Path(path): stat.st_size for path, stat in found if path.suffix == ".txt"}
+        names = {s: n for n, s in SYNSETS.items()}
+        there = ", ".join(f"{names.get(s, 'other')} ({s})" for s in self.synsets())
+        raise DataError(
+            f"no part annotation of {category} ({synset}) in {self.root}, nor in {NAME} in it; "
+            + (f"it has: {there}" if there else "it has none at all: set data.parts_root")
+        )
