@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ffd_lightning.analysis.compare import require_columns
-from ffd_lightning.analysis.paired import Comparison, resampled_means
+from ffd_lightning.analysis.compare import interval, require_columns
 from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.analysis.selection import Families
 from ffd_lightning.errors import DataError
@@ -94,7 +93,7 @@ def _of_shapes(part: pd.DataFrame, measure: str) -> list[dict[str, Any]]:
     shapes = [shape for shape, name in columns.items() if name in models]
     scores = models.to_numpy(float)
     values = np.concatenate([scores, scores[:, :1] - scores], axis=1)
-    spans = _intervals([values], measure)
+    spans = _intervals([values])
     rows = []
     for k, shape in enumerate(shapes):
         gain = (np.nan,) * 3
@@ -144,7 +143,7 @@ def family_table(
             ("other", groups[1:]),
             ("same - other", [2 * groups[0], -2 * groups[1]]),
         ):
-            rows.append({**first, "family": name, **_group(strata, measure)})
+            rows.append({**first, "family": name, **_group(strata)})
     return pd.DataFrame(rows)
 
 
@@ -154,12 +153,12 @@ def _with_gain(part: pd.DataFrame, measure: str) -> NDArray[np.float64]:
     return np.stack([models[:, 0], models[:, 0] - models[:, 1]], axis=1)
 
 
-def _group(strata: list[NDArray[np.float64]], measure: str) -> dict[str, Any]:
+def _group(strata: list[NDArray[np.float64]]) -> dict[str, Any]:
     """Return the numbers of a row of `family_table`, from groups of shapes, (n, 2) each."""
     row: dict[str, Any] = {"num_samples": sum(len(group) for group in strata)}
     empty = any(len(group) == 0 for group in strata)
     means = [np.nan] * 2 if empty else np.mean([g.mean(0) for g in strata], axis=0).tolist()
-    spans = _intervals(strata, measure)
+    spans = _intervals(strata)
     for name, mean, (low, high), prefix in zip(
         ("mean", "gain"), means, spans, ("", "gain_"), strict=True
     ):
@@ -167,16 +166,9 @@ def _group(strata: list[NDArray[np.float64]], measure: str) -> dict[str, Any]:
     return row
 
 
-def _intervals(strata: list[NDArray[np.float64]], seed: str) -> list[tuple[float, float]]:
+def _intervals(strata: list[NDArray[np.float64]]) -> list[tuple[float, float]]:
     """Return the 95% interval of each column's mean, the mean over strata (n, P) of shapes."""
     columns = strata[0].shape[1]
     if min(len(values) for values in strata) < FEWEST:
         return [(np.nan, np.nan)] * columns
-    parts = [resampled_means(values, f"{seed} {k}") for k, values in enumerate(strata)]
-    resampled = np.mean(parts, axis=0)
-    return [
-        Comparison(
-            "", (), "", "", [v[:, k] for v in strata], resampled[:, k], np.empty(0), (1, 1)
-        ).interval
-        for k in range(columns)
-    ]
+    return [interval([values[:, k] for values in strata]) for k in range(columns)]
