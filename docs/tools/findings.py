@@ -34,7 +34,7 @@ from benchmarks.quality import draw
 from ffd_lightning.analysis.archive import write_archive
 from ffd_lightning.analysis.budget import error_budget
 from ffd_lightning.analysis.compare import LEVEL, compare_runs, holm
-from ffd_lightning.analysis.labels import family_table
+from ffd_lightning.analysis.parts import family_table
 from ffd_lightning.analysis.plots import (
     budget_bars,
     cumulative_curves,

@@ -14,7 +14,7 @@ from scipy import stats
 
 from ffd_lightning.analysis.archive import read_archive
 from ffd_lightning.analysis.compare import LEVEL, compare_runs, holm, interval, rank_score
-from ffd_lightning.analysis.labels import family_table
+from ffd_lightning.analysis.parts import family_table
 from ffd_lightning.analysis.selection import selection_table
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
