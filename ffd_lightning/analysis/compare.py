@@ -220,7 +220,7 @@ def compare_runs(
             }
         )
     table = pd.DataFrame(rows)
-    table.insert(table.columns.get_loc("p") + 1, "p_corrected", holm(table["p"]))  # type: ignore[arg-type]
+    table.insert(table.columns.get_loc("p") + 1, "p_corrected", holm(table["p"]))
     table["shown"] &= table["p_corrected"] < LEVEL
     table["statement"] = [
         _statement(row, held, judged, len(table)) for row in table.to_dict("records")

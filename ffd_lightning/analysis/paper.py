@@ -118,7 +118,7 @@ def beside_paper(runs: pd.DataFrame) -> Table:
     methods = [
         m for m in methods if any((c, m) in own for own in cells.values() for c in categories)
     ]
-    rows = []
+    rows: list[list[str]] = []
     for category in categories:
         for name, own in cells.items():
             row = [own.get((category, method), "-") for method in methods]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -59,6 +59,43 @@ class Table:
     heads: int = 1
     note: str = ""
     below: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        frame: pd.DataFrame,
+        title: str,
+        formats: Mapping[str, str],
+        best: Mapping[str, str] | None = None,
+    ) -> Table:
+        """Return the columns of a frame that `formats` names and that have values.
+
+        Args:
+            frame: its index heads the rows.
+            title: of the table.
+            formats: of each column, as of `str.format`; missing values are dashes.
+            best: columns whose least ("min") or greatest ("max") value is marked.
+
+        >>> frame = pd.DataFrame({"EMD": [0.52, float("nan")], "IoU": 2 * [None]}, index=["e", "r"])
+        >>> Table.of(frame, "", {"EMD": "{:.1f}", "IoU": "{}"}, {"EMD": "min"}).rows
+        [['e', '0.5'], ['r', '-']]
+        """
+        names = [name for name in formats if name in frame and frame[name].notna().any()]
+        wanted = {name: frame[name].agg(which) for name, which in (best or {}).items()}
+        rows = [
+            [
+                str(head),
+                *(
+                    Cell(
+                        "-" if pd.isna(value) else formats[name].format(value),
+                        mark="▲" if len(frame) > 1 and value == wanted.get(name) else "",
+                    )
+                    for name, value in zip(names, values, strict=True)
+                ),
+            ]
+            for head, *values in frame[names].itertuples(name=None)
+        ]
+        return cls(title, ["", *names], rows)
 
     def rich(self, width: int | None = None) -> RenderableType:
         """Return it for a terminal: in several parts where it would be wider than `width`."""

@@ -201,7 +201,7 @@ def pairs(results: Results) -> list[Table]:
     if not ranking_by or results.scored.drop_duplicates(ranking_by).shape[0] > _MOST:
         return []
     samples = results.samples.merge(results.scored[["run", "setup"]], on="run")
-    tables = []
+    tables: list[Table] = []
     for measure in results.protocol.measures:
         try:
             compared = compare_runs(
@@ -383,7 +383,7 @@ def with_intervals(table: Table, results: Results, ranking: Ranked) -> Table:
             ]
             cell, span = row[place], ends.get(tuple(group[name] for name in keys))
             note = "[{}, {}]".format(*map(column.show, span)) if span else ""
-            mark = cell.mark or (_LEVEL if found and label in found[0].level else "")
+            mark = getattr(cell, "mark", "") or (_LEVEL if found and label in found[0].level else "")
             row[place] = Cell(str(cell), note, mark)
     told = f"In brackets the 95% interval over test shapes. {_BEST} marks the best"
     if any(getattr(cell, "mark", "") == _LEVEL for row in rows for cell in row):
