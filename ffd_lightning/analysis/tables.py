@@ -383,7 +383,9 @@ def with_intervals(table: Table, results: Results, ranking: Ranked) -> Table:
             ]
             cell, span = row[place], ends.get(tuple(group[name] for name in keys))
             note = "[{}, {}]".format(*map(column.show, span)) if span else ""
-            mark = getattr(cell, "mark", "") or (_LEVEL if found and label in found[0].level else "")
+            mark = getattr(cell, "mark", "") or (
+                _LEVEL if found and label in found[0].level else ""
+            )
             row[place] = Cell(str(cell), note, mark)
     told = f"In brackets the 95% interval over test shapes. {_BEST} marks the best"
     if any(getattr(cell, "mark", "") == _LEVEL for row in rows for cell in row):

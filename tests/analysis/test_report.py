@@ -2,12 +2,8 @@ import base64
 import csv
 import io
 import json
-import os
 import re
-import select
 import shutil
-import subprocess
-import sys
 import time
 from collections import Counter
 from contextlib import contextmanager
@@ -754,114 +750,48 @@ def read_ranking(run):
 
 
 class Browser:
-    """Chromium without a window, spoken to in its DevTools protocol over two pipes."""
+    """A page in Chromium without a window; what it asks for and complains of is kept."""
 
-    FLAGS = (
-        "--headless=new",
-        "--no-sandbox",
-        "--remote-debugging-pipe",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
-        "--no-first-run",
-    )
-
-    def __init__(self, program, profile):
-        theirs, self._to = os.pipe()
-        self._from, back = os.pipe()
-        command = f'exec "$0" "$@" 3<&{theirs} 4>&{back}'
-        flags = [*self.FLAGS, f"--user-data-dir={profile}", "about:blank"]
-        self._process = subprocess.Popen(
-            ["bash", "-c", command, program, *flags],
-            pass_fds=(theirs, back),
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-        )
-        os.close(theirs)
-        os.close(back)
-        self._count, self._rest, self.events, self._session = 0, b"", [], None
-        targets = self.call("Target.getTargets")["targetInfos"]
-        target = next(t["targetId"] for t in targets if t["type"] == "page")
-        attached = self.call("Target.attachToTarget", targetId=target, flatten=True)
-        self._session = attached["sessionId"]
-        for domain in ("Page", "Runtime", "Log", "Network"):
-            self.call(f"{domain}.enable")
+    def __init__(self, page):
+        self._page, self._tools = page, page.context.new_cdp_session(page)
+        self.complaints, self.requests = [], []
+        page.on("console", lambda message: self.complaints.append(message.text))
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("request", lambda request: self.requests.append(request.url))
 
     def call(self, method, **params):
-        self._count += 1
-        message = {"id": self._count, "method": method, "params": params}
-        if self._session:
-            message["sessionId"] = self._session
-        os.write(self._to, json.dumps(message).encode() + b"\0")
-        end = time.monotonic() + 60
-        while True:
-            while b"\0" not in self._rest:
-                if not select.select([self._from], [], [], max(0, end - time.monotonic()))[0]:
-                    raise TimeoutError(method)
-                chunk = os.read(self._from, 1 << 20)
-                if not chunk:
-                    raise ConnectionError("the browser has ended")
-                self._rest += chunk
-            line, _, self._rest = self._rest.partition(b"\0")
-            answer = json.loads(line)
-            if answer.get("id") == self._count:
-                assert "error" not in answer, answer["error"]
-                return answer["result"]
-            self.events.append(answer)
+        return self._tools.send(method, params)
 
     def ask(self, expression):
         """Return what JavaScript says; a promise is waited for."""
-        result = self.call(
-            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
-        )
-        assert "exceptionDetails" not in result, result["exceptionDetails"]
-        return result["result"].get("value")
+        return self._page.evaluate(expression)
 
-    def open(self, path, width, height=900):
-        self.events.clear()
-        self.call(
-            "Emulation.setDeviceMetricsOverride",
-            width=width,
-            height=height,
-            deviceScaleFactor=1,
-            mobile=False,
-        )
-        self.call("Page.navigate", url=path.as_uri())
-        self.wait_for("location.href + document.readyState", f"{path.as_uri()}complete")
+    def open(self, path, width):
+        self.complaints.clear()
+        self.requests.clear()
+        self._page.set_viewport_size({"width": width, "height": 900})
+        self._page.goto(path.as_uri())
 
     def wait_for(self, expression, value):
         """Ask until the answer is this value."""
         end = time.monotonic() + 60  # only ends a test that would hang
         while (found := self.ask(expression)) != value:
             assert time.monotonic() < end, found
-            time.sleep(0.05)
-
-    def complaints(self):
-        names = ("Runtime.consoleAPICalled", "Runtime.exceptionThrown", "Log.entryAdded")
-        return [e for e in self.events if e.get("method") in names]
-
-    def requests(self):
-        sent = [e for e in self.events if e.get("method") == "Network.requestWillBeSent"]
-        return [e["params"]["request"]["url"] for e in sent]
-
-    def close(self):
-        self._process.terminate()
-        self._process.wait()
-        os.close(self._to)
-        os.close(self._from)
+            self._page.wait_for_timeout(50)
 
 
 @pytest.fixture(scope="module")
-def browser(tmp_path_factory):
+def browser():
+    playwright = pytest.importorskip("playwright.sync_api")
     programs = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
     program = next(filter(None, map(shutil.which, programs)), None)
-    if program is None or sys.platform != "linux":
+    if program is None:
         pytest.skip("no Chromium here")
-    try:
-        browser = Browser(program, tmp_path_factory.mktemp("profile"))
-    except (TimeoutError, ConnectionError, BrokenPipeError):
-        pytest.skip("Chromium does not start here")
-    yield browser
-    browser.close()
+    flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with playwright.sync_playwright() as started:
+        chromium = started.chromium.launch(executable_path=program, args=flags)
+        yield Browser(chromium.new_page())
+        chromium.close()
 
 
 # How much of the first two 3D pictures is drawn on, and a number that stands for both.
@@ -896,8 +826,8 @@ def test_a_browser_shows_it_without_a_word(browser, trained, width):
     assert browser.ask("innerWidth") == width
     assert browser.ask("document.documentElement.scrollWidth") <= width
     browser.wait_for("document.querySelectorAll('canvas[data-mesh]').length", 6)
-    assert browser.complaints() == []
-    assert [u for u in browser.requests() if not u.startswith("data:")] == [path.as_uri()]
+    assert browser.complaints == []
+    assert [u for u in browser.requests if not u.startswith("data:")] == [path.as_uri()]
 
 
 def key(browser, name, code):
@@ -941,7 +871,7 @@ def test_stills_show_where_nothing_can_be_drawn(browser, trained):
         browser.call("Emulation.setEmulatedMedia", media="")
     browser.call("Emulation.setScriptExecutionDisabled", value=True)
     try:
-        browser.call("Page.navigate", url=path.as_uri())
+        browser.open(path, 1000)
         browser.wait_for(VISIBLE, [[True, False]] * 6)
     finally:
         browser.call("Emulation.setScriptExecutionDisabled", value=False)
