@@ -14,7 +14,7 @@ help:
 	@echo "make test   set up, run the tests"
 	@echo "make bench  set up, compare speed with other libraries (a quarter of an hour)"
 	@echo "make docs   set up, build the documentation into site/"
-	@echo "make pictures   set up, make outdated pictures in docs/ anew (trains what is missing)"
+	@echo "make pictures   set up, make pictures in docs/ anew, all or NAME=... (trains what is missing)"
 	@echo "make lint   set up, run ruff and mypy"
 	@echo "make clean  remove the environment"
 
@@ -34,7 +34,7 @@ docs: $(VENV)/.installed-docs
 
 pictures: $(VENV)/.installed
 	$(PIP) -e '.[pictures]'
-	$(BIN)/python docs/tools/pictures.py
+	$(BIN)/python docs/tools/pictures.py $(NAME)
 
 lint: $(VENV)/.installed-dev
 	$(BIN)/ruff check .

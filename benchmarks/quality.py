@@ -21,7 +21,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
 from benchmarks.timing import Row
-from ffd_lightning.analysis.wording import measure_title
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.palette import COLORS
@@ -188,7 +187,7 @@ def _point(trial: Trial) -> dict[str, Any]:
 
 
 def _row(point: Mapping[str, Any]) -> Row:
-    scores = ", ".join(f"{measure_title(m.name)} {m.factor * point[m.name]:.1f}" for m in _MEASURES)
+    scores = ", ".join(f"{m.title} {m.factor * point[m.name]:.1f}" for m in _MEASURES)
     name = f"{point['recipe']}, seed {point['seed']}: {point['seconds']:.0f} s"
     return Row("quality", name, note=f"{scores} after {point['steps']:,} steps", extra=dict(point))
 
@@ -212,7 +211,7 @@ def draw(table: pd.DataFrame) -> Figure:
         axis.xaxis.set_major_locator(FixedLocator(sorted(table["asked_seconds"].unique())))
         axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axis.xaxis.set_minor_locator(NullLocator())
-        axis.set_title(f"{measure_title(shown.name)} x {shown.factor:g} {shown.arrow}", fontsize=10)
+        axis.set_title(f"{shown.title} x {shown.factor:g} {shown.arrow}", fontsize=10)
         axis.set_xlabel("seconds of training")
         axis.grid(alpha=0.3)
     handles, labels = axes[0].get_legend_handles_labels()

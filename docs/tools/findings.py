@@ -33,9 +33,8 @@ from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, differences, overa
 from benchmarks.quality import draw
 from ffd_lightning.analysis.archive import write_archive
 from ffd_lightning.analysis.budget import error_budget
-from ffd_lightning.analysis.compare import compare_runs
-from ffd_lightning.analysis.labels import family_table
-from ffd_lightning.analysis.paired import LEVEL, holm
+from ffd_lightning.analysis.compare import LEVEL, compare_runs, holm
+from ffd_lightning.analysis.parts import family_table
 from ffd_lightning.analysis.plots import (
     budget_bars,
     cumulative_curves,

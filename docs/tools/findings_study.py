@@ -13,15 +13,8 @@ import pandas as pd
 from scipy import stats
 
 from ffd_lightning.analysis.archive import read_archive
-from ffd_lightning.analysis.compare import compare_runs
-from ffd_lightning.analysis.labels import family_table
-from ffd_lightning.analysis.paired import (
-    LEVEL,
-    holm,
-    interval_of_mean,
-    rank_score,
-    resampled_means,
-)
+from ffd_lightning.analysis.compare import LEVEL, compare_runs, holm, interval, rank_score
+from ffd_lightning.analysis.parts import family_table
 from ffd_lightning.analysis.selection import selection_table
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
@@ -213,9 +206,8 @@ def _over_categories(table: pd.DataFrame) -> pd.DataFrame:
     """Return it with interval, p and `shown` of the mean taken over categories."""
     mean = _is_mean(table)
     of_categories = table.loc[~mean, "difference"].to_numpy(float)
-    resampled = resampled_means(of_categories[:, None], str(table["measure"].iloc[0]))[:, 0]
-    low, high = interval_of_mean([of_categories], resampled)
-    z = rank_score(of_categories)
+    low, high = interval([of_categories])
+    z = rank_score([of_categories])
     sign = 1 if of_categories.mean() > 0 else -1
     table.loc[mean, ["low", "high", "p"]] = low, high, 2 * stats.norm.sf(abs(z))
     table.loc[mean, "shown"] = bool(min(sign * low, sign * high) > 0 and sign * z > 0)
@@ -310,7 +302,7 @@ def _selects_more(study: Study, a: str, b: str) -> int:
     """Return 1 where a is shown to select more templates than b, -1 where fewer, else 0."""
     if study.one_seed:
         runs = study.runs.pivot_table("effective_templates", "category", "regime")
-        z = rank_score((runs[a] - runs[b]).to_numpy(float))
+        z = rank_score([(runs[a] - runs[b]).to_numpy(float)])
         return int(np.sign(z)) if 2 * stats.norm.sf(abs(z)) < LEVEL else 0
     more, fewer = (study.per_seed(regime, "effective_templates") for regime in (a, b))
     return int(more.min() > fewer.max()) - int(more.max() < fewer.min())

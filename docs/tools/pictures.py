@@ -1,8 +1,7 @@
 """Makes the pictures in docs/ from runs of the present code, training what is not there yet.
 
-    python docs/tools/pictures.py                     # all that are outdated
+    python docs/tools/pictures.py                     # all, which takes trainings
     python docs/tools/pictures.py overview.jpg figures/method.png
-    python docs/tools/pictures.py --list              # which are older than the code
 
 `--runs` and `--data` name folders, by default `runs` and `data`. Screenshots and notebooks need the
 extra `pictures`, and a Chromium on the path.
@@ -11,27 +10,20 @@ extra `pictures`, and a Chromium on the path.
 from __future__ import annotations
 
 import argparse
-import ast
-import hashlib
-import json
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from PIL import Image
 
 TOOLS = Path(__file__).parent
 DOCS, ROOT = TOOLS.parent, TOOLS.parents[1]
-PACKAGE = ROOT / "ffd_lightning"
-RECORD = DOCS / "pictures.json"
-"""Of which code each picture is."""
 
 _LARGEST = 2000  # pixels
 
@@ -59,19 +51,6 @@ SWEEPS = {
     ),
 }
 """Commands that give the runs; what is finished is not trained again."""
-
-TRAINING = (
-    "geometry",
-    "imaging",
-    "losses",
-    "nn",
-    "shapes",
-    "data",
-    "training/module.py",
-    "pretrained",
-    "../conf",
-)
-"""What decides the weights of a run, in the package."""
 
 
 @dataclass(frozen=True)
@@ -104,46 +83,11 @@ class Picture:
 
     Attributes:
         sweep: whose runs it shows; None for none.
-        drawn_by: files and folders of the package that draw it.
         make: writes it.
     """
 
     sweep: str | None
-    drawn_by: tuple[str, ...]
     make: Callable[[Place, Path], None]
-
-    def code(self) -> str:
-        """Return a digest of the code that it depends on."""
-        own = ["shapes", "imaging"] if self.sweep is None else TRAINING
-        return digest(PACKAGE / name for name in (*own, *self.drawn_by))
-
-
-def digest(places: Iterable[Path]) -> str:
-    """Return a digest of source files and weights, also of those in folders; words do not count."""
-    found = hashlib.sha256()
-    files = {f for place in places for f in ([place] if place.is_file() else place.rglob("*"))}
-    for path in sorted(files):
-        if path.suffix in (".py", ".yaml", ".html", ".css", ".js", ".ipynb"):
-            found.update(f"{path.name}\0{_code(path)}\0".encode())
-        elif path.suffix == ".ckpt":
-            found.update(path.read_bytes())
-    return found.hexdigest()[:12]
-
-
-def _code(path: Path) -> str:
-    """Return a file without comments and docstrings, where it is known how to leave them out."""
-    text = path.read_text(encoding="utf-8")
-    if path.suffix == ".yaml":
-        return json.dumps(yaml.safe_load(text), sort_keys=True)
-    if path.suffix != ".py":
-        return text
-    tree = ast.parse(text)
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and ast.get_docstring(
-            node
-        ):
-            node.body = node.body[1:]
-    return ast.dump(tree)
 
 
 def _overview(place: Place, file: Path) -> None:
@@ -223,76 +167,45 @@ def _fewer_colors(file: Path) -> None:
 def _pictures() -> dict[str, Picture]:
     from ffd_lightning.shapes import categories
 
-    tools = "../docs/tools"
-    drawn = (f"{tools}/drawings.py", "palette.py")
-    figures = ("analysis/figures", "imaging", "palette.py")
-    board = ("training", "evaluation/figures.py", f"{tools}/screenshots.py")
-    report = ("analysis/report", "analysis/compare.py", "palette.py", f"{tools}/screenshots.py")
-    viewer = ("inference/viewer", f"{tools}/screenshots.py")
     found = {
-        "overview.jpg": Picture("demo", drawn, _overview),
-        "posterior.jpg": Picture("categories", drawn, _by_category),
-        "deforming.gif": Picture("categories", drawn, _deforming),
+        "overview.jpg": Picture("demo", _overview),
+        "posterior.jpg": Picture("categories", _by_category),
+        "deforming.gif": Picture("categories", _deforming),
         "findings/categories.jpg": Picture(
-            "paper_table", drawn, partial(_findings, "paper_table", categories(), 1)
+            "paper_table", partial(_findings, "paper_table", categories(), 1)
         ),
-        "findings/real.jpg": Picture(
-            "real", drawn, partial(_findings, "real", ("chair", "table"), 3)
-        ),
-        "scaling.png": Picture(None, ("geometry/nearest", "../benchmarks/nearest.py"), _scaling),
-        "report.png": Picture("demo", report, partial(_screenshot, "report")),
-        "viewer.png": Picture("demo", viewer, partial(_screenshot, "viewer")),
+        "findings/real.jpg": Picture("real", partial(_findings, "real", ("chair", "table"), 3)),
+        "scaling.png": Picture(None, _scaling),
+        "report.png": Picture("demo", partial(_screenshot, "report")),
+        "viewer.png": Picture("demo", partial(_screenshot, "viewer")),
     }
     for name in ("scalars", "selection", "clouds", "hparams"):
-        found[f"tensorboard-{name}.png"] = Picture(
-            "demo", board, partial(_screenshot, f"tensorboard_{name}")
-        )
-    found |= {f"figures/{name}.png": Picture("demo", figures, _figure) for name in FIGURES}
-    for name, sweep in NOTEBOOKS.items():
-        plots = ("analysis", "palette.py", f"../notebooks/{name}.ipynb")
-        found[f"notebooks/{name}.md"] = Picture(sweep, plots, _notebook)
-    sheets = ("app/commands/shapes.py",)
-    return found | {
-        f"categories/{c}.jpg": Picture(None, sheets, _contact_sheet) for c in categories()
-    }
+        make = partial(_screenshot, f"tensorboard_{name}")
+        found[f"tensorboard-{name}.png"] = Picture("demo", make)
+    found |= {f"figures/{name}.png": Picture("demo", _figure) for name in FIGURES}
+    found |= {f"notebooks/{name}.md": Picture(s, _notebook) for name, s in NOTEBOOKS.items()}
+    return found | {f"categories/{c}.jpg": Picture(None, _contact_sheet) for c in categories()}
 
 
 PICTURES = _pictures()
 
 
-def record() -> dict[str, str]:
-    """Return the code that each picture is of."""
-    return json.loads(RECORD.read_text("utf-8")) if RECORD.exists() else {}
-
-
-def outdated() -> list[str]:
-    """Return the pictures that are older than the code that makes them."""
-    made = record()
-    return [name for name, picture in PICTURES.items() if made.get(name) != picture.code()]
-
-
 def main() -> None:
-    """Make what the command line names, or all that is outdated."""
+    """Make what the command line names, or all."""
     parser = argparse.ArgumentParser(description="Make the pictures in docs/.")
-    parser.add_argument("names", nargs="*", help="of pictures; by default all that are outdated")
-    parser.add_argument("--list", action="store_true", help="say which are outdated")
+    parser.add_argument("names", nargs="*", help=f"by default all of {', '.join(PICTURES)}")
     parser.add_argument("--runs", type=Path, default=ROOT / "runs")
     parser.add_argument("--data", type=Path, default=ROOT / "data")
     given = parser.parse_args()
     if unknown := sorted(set(given.names) - set(PICTURES)):
         sys.exit(f"no picture {unknown[0]}: {', '.join(PICTURES)}")
-    names = given.names or outdated()
-    if given.list:
-        print("\n".join(names))
-        return
+    names = given.names or list(PICTURES)
     place = Place(given.runs.resolve(), given.data.resolve())
     for sweep in sorted({PICTURES[name].sweep or "" for name in names} - {""}):
         place.train(sweep)
     for name in names:
         print(f"docs/{name}", flush=True)
         PICTURES[name].make(place, DOCS / name)
-        made = record() | {name: PICTURES[name].code()}
-        RECORD.write_text(json.dumps(made, indent=1, sort_keys=True) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

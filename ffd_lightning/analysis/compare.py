@@ -1,28 +1,88 @@
-"""Means over seeds, and comparisons of runs sample by sample."""
+"""Means over seeds, intervals, and comparisons of runs test shape by test shape."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+from scipy import stats
 
-from ffd_lightning.analysis.paired import Comparison, holm, resampled_means
 from ffd_lightning.analysis.runs import decides, different_settings, without_seed
-from ffd_lightning.analysis.sentences import group_label, statement
+from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
 
 REGIMES = ("b", "w", "e", "r")  # in the paper's order
+RESAMPLES = 10_000
+LEVEL = 0.05
+"""Differences are shown at 95%."""
 
 _HELD = ("regime", "templates")  # what is the same in a comparison unless it is what is compared
 _SEEDS_SHARE = ("category", "regime", "templates")
+_MEAN = "mean of "  # so many categories
+
+Array = NDArray[np.float64]
+
+
+def interval(strata: Sequence[Array]) -> tuple[float, float]:
+    """Return the 95% interval of a mean over test shapes, the mean of the means of strata.
+
+    A bootstrap, bias-corrected and accelerated (Efron 1987): differences of squared distances have
+    one long tail, on which plain percentiles end too early. Each stratum is resampled in itself.
+
+    Args:
+        strata: values of shapes, (n,) each.
+    """
+    if all(np.ptp(values) <= 1e-12 * np.abs(values).max() for values in strata):
+        return (mean := _mean_of(*strata)), mean
+    found = stats.bootstrap(
+        strata,
+        _mean_of,
+        n_resamples=RESAMPLES,
+        batch=max(1, 500_000 // max(map(len, strata))),
+        confidence_level=1 - LEVEL,
+        rng=np.random.default_rng(0),
+    )
+    return float(found.confidence_interval.low), float(found.confidence_interval.high)
+
+
+def _mean_of(*strata: Array, axis: int = -1) -> Any:
+    return np.mean([values.mean(axis=axis) for values in strata], axis=0)
+
+
+def rank_score(strata: Sequence[Array]) -> float:
+    """Return z of Wilcoxon's signed-rank test, positive where the greater ranks are.
+
+    Zeros are ranked as Pratt does, since runs often choose the very same shape. Of several strata,
+    the sum of their z-scores over the root of their number (Stouffer).
+    """
+    scores = []
+    for values in strata:
+        ranks = stats.rankdata(np.abs(values)) * np.sign(values)
+        p = stats.wilcoxon(values, zero_method="pratt").pvalue if ranks.sum() else 1.0
+        scores.append(np.sign(ranks.sum()) * stats.norm.isf(max(p, 1e-300) / 2))
+    return float(np.sum(scores) / np.sqrt(len(scores)))
+
+
+def holm(p_values: Sequence[float]) -> list[float]:
+    """Return p values corrected for their number, by Holm's step-down method (1979).
+
+    >>> [round(p, 3) for p in holm([0.04, 0.01, 0.5])]
+    [0.08, 0.03, 0.5]
+    """
+    p = np.asarray(p_values, float)
+    order = np.argsort(p, kind="stable")
+    steps = np.maximum.accumulate((len(p) - np.arange(len(p))) * p[order])
+    corrected = np.empty_like(p)
+    corrected[order] = np.minimum(steps, 1)
+    return [float(x) for x in corrected]
 
 
 def aggregate_seeds(
@@ -84,14 +144,10 @@ def compare_runs(
     have been tested on; how much another training would differ shows only in several seeds, and
     `agreement` says whether they speak with one voice.
 
-    The interval is a bootstrap over the shapes (10,000 resamples, fixed seed), bias-corrected and
-    accelerated (Efron 1987): differences of squared distances have one long tail, on which plain
-    percentiles end too early. Over several categories shapes are resampled within each and each
-    category counts the same. `p` is Wilcoxon's signed-rank test, with zeros ranked as Pratt does
-    since runs often choose the very same shape; of several categories, the sum of its z-scores
-    over the root of their number (Stouffer). It asks about ranks and is corrected for the number of
-    comparisons, the interval is about the mean and is not: a difference is called shown where
-    both show it, in one direction. Fewer than 6 shapes never show one.
+    See `interval` and `rank_score`; categories are strata, each counts the same. `p` asks about
+    ranks and is corrected for the number of comparisons, the interval is about the mean and is not:
+    a difference is called shown where both show it, in one direction. Fewer than 6 shapes never
+    show one.
 
     Args:
         samples: as `load_samples` gives them.
@@ -126,42 +182,182 @@ def compare_runs(
     require_columns(samples, ["run", "category", "id", "view", "seed", *_HELD, measure, *names])
     _check_values(samples, measure)
     held = [name for name in _HELD if name not in names and "setup" not in names]
-    found: list[Comparison] = []
+    found: list[_Pair] = []
     for values, part in samples.groupby(["category", *held], sort=False):
         category, *rest = values
         if settings is not None:
             _check_settings(part, names, settings)
-        found += _compare(part, measure, names, str(category), tuple(rest))
+        found += _pairs(part, measure, names, str(category), tuple(rest))
     if not found:
         raise DataError(
             f"nothing to compare: all runs of a category have the same {' and '.join(names)}"
         )
     found += _over_categories(found)
-    corrected = holm([c.p for c in found])
-    rows = [
-        {
-            "category": c.category,
-            **dict(zip(held, c.held, strict=True)),
-            "a": c.a,
-            "b": c.b,
-            "measure": measure,
-            "mean_a": c.means[0],
-            "mean_b": c.means[1],
-            "difference": c.difference,
-            "low": c.interval[0],
-            "high": c.interval[1],
-            "p": c.p,
-            "p_corrected": p,
-            "num_samples": c.num_samples,
-            "seeds_a": c.seeds[0],
-            "seeds_b": c.seeds[1],
-            "agreement": c.agreement,
-            "shown": c.shown(p),
-            "statement": statement(c, held, judged, measure, p, len(found)),
-        }
-        for c, p in zip(found, corrected, strict=True)
+    rows = []
+    for pair in found:
+        low, high = interval(pair.differences)
+        z = rank_score(pair.differences)
+        difference = float(np.mean([d.mean() for d in pair.differences]))
+        sign = 1 if difference > 0 else -1
+        rows.append(
+            {
+                "category": pair.category,
+                **dict(zip(held, pair.held, strict=True)),
+                "a": pair.a,
+                "b": pair.b,
+                "measure": measure,
+                "mean_a": pair.means[0],
+                "mean_b": pair.means[1],
+                "difference": difference,
+                "low": low,
+                "high": high,
+                "p": float(2 * stats.norm.sf(abs(z))),
+                "num_samples": sum(map(len, pair.differences)),
+                "seeds_a": pair.seeds[0],
+                "seeds_b": pair.seeds[1],
+                "agreement": float(np.mean(np.sign(pair.of_runs) == np.sign(difference))),
+                "shown": min(sign * low, sign * high) > 0 and sign * z > 0,
+            }
+        )
+    table = pd.DataFrame(rows)
+    table.insert(table.columns.get_loc("p") + 1, "p_corrected", holm(table["p"]))
+    table["shown"] &= table["p_corrected"] < LEVEL
+    table["statement"] = [
+        _statement(row, held, judged, len(table)) for row in table.to_dict("records")
     ]
-    return pd.DataFrame(rows)
+    return table
+
+
+class Best(NamedTuple):
+    """Groups of runs ranked by one measure, on the test shapes that all of them share.
+
+    Attributes:
+        category: its name; `mean of <k>` over several.
+        means: of each group, by its label, the best first.
+        ahead: by how much the best is better than the second, in the measure's own unit.
+        interval: of that, 95%.
+        shown: mean and ranks both show it.
+        seeds: the fewest trainings of the best and the second.
+        agreement: share of pairs of runs, one of each group, that have this order.
+        num_shapes: test shapes.
+        level: groups that are not shown to be worse than the best.
+    """
+
+    category: str
+    means: dict[str, float]
+    ahead: float
+    interval: tuple[float, float]
+    shown: bool
+    seeds: int
+    agreement: float
+    num_shapes: int
+    level: frozenset[str]
+
+    @property
+    def over_all(self) -> bool:
+        """Whether it is a mean over categories."""
+        return self.category.startswith(_MEAN)
+
+
+def best(compared: pd.DataFrame, measure: Measure) -> list[Best]:
+    """Rank the groups of each category, and of the mean of those that have all groups.
+
+    Args:
+        compared: all pairs of groups by this measure, as `compare_runs` gives them, with nothing
+            held but what all runs share.
+        measure: the measure.
+    """
+    count = len(set(compared["a"]) | set(compared["b"]))
+    return [
+        _best(part, measure)
+        for category, part in compared.groupby("category", sort=False)
+        if not str(category).startswith(_MEAN) or len(part) == count * (count - 1) // 2
+    ]
+
+
+def _best(pairs: pd.DataFrame, measure: Measure) -> Best:
+    """Rank the groups of one category."""
+    means = dict(zip(pairs["a"], pairs["mean_a"], strict=True))
+    means |= dict(zip(pairs["b"], pairs["mean_b"], strict=True))
+    sign = 1 if measure.higher_is_better else -1
+    order = sorted(means, key=lambda label: -sign * means[label])
+    of_best = pairs[(pairs["a"] == order[0]) | (pairs["b"] == order[0])]
+    (first,) = of_best[(of_best["a"] == order[1]) | (of_best["b"] == order[1])].to_dict("records")
+    turn = sign if first["a"] == order[0] else -sign
+    low, high = sorted(turn * float(first[end]) for end in ("low", "high"))
+    level = of_best.loc[~of_best["shown"], ["a", "b"]].to_numpy().ravel()
+    return Best(
+        str(first["category"]),
+        {label: float(means[label]) for label in order},
+        turn * float(first["difference"]),
+        (low, high),
+        bool(first["shown"]),
+        min(int(first["seeds_a"]), int(first["seeds_b"])),
+        float(first["agreement"]),
+        int(first["num_samples"]),
+        frozenset(map(str, level)) - {order[0]},
+    )
+
+
+def mean_intervals(
+    samples: pd.DataFrame, measure: str, keys: Sequence[str]
+) -> dict[tuple[object, ...], tuple[float, float]]:
+    """Return the 95% interval over test shapes of the mean of each group of runs.
+
+    Scores of a group's runs, and of the images of a shape, are averaged first: the interval says
+    how far the mean would differ on other test shapes, not what another training would give.
+
+    Args:
+        samples: as `load_samples` gives them, with the columns `keys`.
+        measure: a column of theirs.
+        keys: columns that tell the groups apart.
+    """
+    result = {}
+    for values, part in samples.groupby(list(keys), sort=False):
+        scores = part.groupby(["category", "id"])[measure].mean().dropna().to_numpy(float)
+        if len(scores) > 1:
+            result[tuple(values)] = interval([scores])
+    return result
+
+
+def group_label(names: Sequence[str], values: Sequence[Any]) -> str:
+    """Return what a group is called: "w T=16"."""
+    short = {"regime": "", "run": "", "setup": "", "shape": "", "templates": "T=", "seed": "seed "}
+    return " ".join(f"{short.get(n, f'{n}=')}{v}" for n, v in zip(names, values, strict=True))
+
+
+def _statement(row: dict[Any, Any], held: Sequence[str], judged: Measure, count: int) -> str:
+    """Say in a sentence what a comparison shows.
+
+    One group "beats" another only where both were trained several times, and every pair of their
+    runs agrees: of a single training, only its scores can be said to be better.
+    """
+    a, b = row["a"], row["b"]
+    where = ("the " if row["category"].startswith(_MEAN) else "") + row["category"]
+    if held:
+        where += f" ({group_label(held, [row[name] for name in held])})"
+    shape = row["measure"].removesuffix(judged.name).replace("_", " ")
+    chance = "p < 0.001" if row["p_corrected"] < 0.001 else f"p = {row['p_corrected']:.2g}"
+    seeds = "one training each: another seed may give another order"
+    if max(row["seeds_a"], row["seeds_b"]) > 1:
+        agree = f"{row['agreement']:.0%} of their pairs agree"
+        seeds = f"{row['seeds_a']} and {row['seeds_b']} seeds, {agree}"
+    corrected = f", Holm over {count} comparisons" if count > 1 else ""
+    facts = f"({row['num_samples']} shapes, {chance}{corrected}; {seeds})"
+    sign = 1
+    if not row["shown"]:
+        told = f"no difference shown between {a} and {b} on {where}: "
+        size = f"{shape}{judged.title} {a} - {b} = "
+    else:
+        sign = 1 if row["difference"] > 0 else -1
+        winner, loser = (a, b) if (sign > 0) == judged.higher_is_better else (b, a)
+        again = min(row["seeds_a"], row["seeds_b"]) > 1 and row["agreement"] == 1
+        told = f"{winner} {'beats' if again else 'scores better than'} {loser} on {where}: "
+        size = f"{shape}{judged.title} {'higher' if judged.higher_is_better else 'lower'} by "
+    low, high = sorted(sign * judged.factor * row[end] for end in ("low", "high"))
+    unit = "" if judged.factor == 1 else f" x {judged.factor:g}"
+    mean = number(sign * judged.factor * row["difference"])
+    return f"{told}{size}{mean} [{number(low)}, {number(high)}]{unit} {facts}"
 
 
 def compare_with_retrieval(
@@ -245,9 +441,32 @@ def check_seeds(part: pd.DataFrame) -> None:
         )
 
 
-def _compare(
+class _Pair(NamedTuple):
+    """Two groups of runs, over one category or several.
+
+    Attributes:
+        category: its name.
+        held: values of the settings that both have.
+        a, b: names of the groups.
+        differences: a - b of each test shape, (n,), a category each.
+        of_runs: differences of the means of single runs, all pairs.
+        seeds: runs in a and in b.
+        means: of a and of b, over shapes and categories.
+    """
+
+    category: str
+    held: tuple[Any, ...]
+    a: str
+    b: str
+    differences: list[Array]
+    of_runs: Array
+    seeds: tuple[int, int]
+    means: tuple[float, float]
+
+
+def _pairs(
     part: pd.DataFrame, measure: str, names: list[str], category: str, held: tuple[Any, ...]
-) -> list[Comparison]:
+) -> list[_Pair]:
     """Compare all pairs of groups in one category, over the images that all runs have."""
     own = ["run", "seed", *names, *({"setting"} & set(part))]
     runs = part[list(dict.fromkeys(own))].drop_duplicates()
@@ -269,44 +488,39 @@ def _compare(
             "least are needed: compare runs with the same data and split"
         )
     scores = {label: models[group].to_numpy().mean(1) for label, group in groups.items()}
-    pairs = [(later, base) for base, later in combinations(groups, 2)]
-    differences = np.stack([scores[a] - scores[b] for a, b in pairs], 1)
-    resampled = resampled_means(differences, category)
     of_run = models.mean()
     return [
-        Comparison(
+        _Pair(
             category,
             held,
             a,
             b,
-            [differences[:, k]],
-            resampled[:, k],
+            [scores[a] - scores[b]],
             np.subtract.outer(of_run[groups[a]].to_numpy(), of_run[groups[b]].to_numpy()).ravel(),
             (len(groups[a]), len(groups[b])),
             (float(scores[a].mean()), float(scores[b].mean())),
         )
-        for k, (a, b) in enumerate(pairs)
+        for b, a in combinations(groups, 2)
     ]
 
 
-def _over_categories(found: list[Comparison]) -> list[Comparison]:
+def _over_categories(found: list[_Pair]) -> list[_Pair]:
     """Return the comparisons over all categories of those that several have."""
-    same: dict[tuple[Any, ...], list[Comparison]] = {}
-    for c in found:
-        same.setdefault((c.held, c.a, c.b), []).append(c)
+    same: dict[tuple[Any, ...], list[_Pair]] = {}
+    for pair in found:
+        same.setdefault((pair.held, pair.a, pair.b), []).append(pair)
     return [
-        Comparison(
-            f"mean of {len(parts)}",
+        _Pair(
+            f"{_MEAN}{len(parts)}",
             held,
             a,
             b,
-            [d for c in parts for d in c.differences],
-            np.mean([c.resampled for c in parts], 0),
+            [d for pair in parts for d in pair.differences],
             _of_runs(parts),
-            (min(c.seeds[0] for c in parts), min(c.seeds[1] for c in parts)),
+            (min(pair.seeds[0] for pair in parts), min(pair.seeds[1] for pair in parts)),
             (
-                float(np.mean([c.means[0] for c in parts])),
-                float(np.mean([c.means[1] for c in parts])),
+                float(np.mean([pair.means[0] for pair in parts])),
+                float(np.mean([pair.means[1] for pair in parts])),
             ),
         )
         for (held, a, b), parts in same.items()
@@ -314,11 +528,11 @@ def _over_categories(found: list[Comparison]) -> list[Comparison]:
     ]
 
 
-def _of_runs(parts: list[Comparison]) -> NDArray[np.float64]:
+def _of_runs(parts: list[_Pair]) -> Array:
     """Return how much pairs of runs differ in the mean over categories."""
-    if len({c.seeds for c in parts}) > 1:  # no pairs that go together
-        return np.concatenate([c.of_runs for c in parts])
-    return np.asarray(np.mean([c.of_runs for c in parts], 0))
+    if len({pair.seeds for pair in parts}) > 1:  # no pairs that go together
+        return np.concatenate([pair.of_runs for pair in parts])
+    return np.asarray(np.mean([pair.of_runs for pair in parts], 0))
 
 
 def _order(value: Any) -> tuple[int, float, str]:

@@ -29,7 +29,7 @@ from ffd_lightning.analysis.plot_layout import (
     run_labels,
     series_of,
 )
-from ffd_lightning.analysis.wording import measure_title, scaled_title
+from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
@@ -62,7 +62,7 @@ def cumulative_curves(
     with matplotlib.rc_context(STYLE):
         series, colors = series_of(samples)
         categories = series["category"].unique()
-        title = f"Cumulative {measure_title(measure)} of the test images"
+        title = f"Cumulative {chosen.title} of the test images"
         figure, panels = panels_of(len(categories), 2, _WIDTH, 2.7, title)
         for category, panel in zip(categories, panels, strict=True):
             for run in series.index[series["category"] == category]:
@@ -166,7 +166,7 @@ def template_count_curves(
         categories = table["category"].unique()
         several = table.groupby(["category", "regime", "templates"]).size().max() > 1
         seeds = "mean ± standard deviation over seeds" if several else "one seed"
-        title = f"{measure_title(measure)} by number of templates, {seeds}"
+        title = f"{chosen.title} by number of templates, {seeds}"
         figure, panels = panels_of(len(categories), 2, _WIDTH, 2.7, title)
         for category, panel in zip(categories, panels, strict=True):
             of_category = table[table["category"] == category]
@@ -199,7 +199,7 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
     """
     table, labels = error_budget(samples, protocol), run_labels(samples, titled=True)
     with matplotlib.rc_context(STYLE):
-        title = f"What the {measure_title(protocol.main_measure.name)} is made of"
+        title = f"What the {protocol.main_measure.title} is made of"
         figure, (panel,) = panels_of(1, 1, 1.4 * _WIDTH, 0.34 * len(table), title)
         table = table.loc[[run for run in labels if run in table.index]]
         places, right = np.arange(len(table)), np.zeros(len(table))

@@ -19,15 +19,6 @@ SHAPE_TITLES = {
 """Short titles of what is scored, `ffd_lightning.evaluation.references.SHAPES`."""
 
 
-def measure_title(name: str) -> str:
-    """Return how a measure is written for people.
-
-    >>> measure_title("iou"), measure_title("fscore_1")
-    ('IoU', 'fscore_1')
-    """
-    return Measure(name, "").title
-
-
 def scaled_title(measure: Measure) -> str:
     """Return a measure with what its values are multiplied by where people read them.
 
@@ -35,7 +26,7 @@ def scaled_title(measure: Measure) -> str:
     ('Chamfer x 1000', 'fscore_1')
     """
     factor = "" if measure.factor == 1 else f" x {measure.factor:g}"
-    return f"{measure_title(measure.name)}{factor}"
+    return f"{measure.title}{factor}"
 
 
 def measure_note(measure: Measure, protocol: ProtocolDescription) -> str:
@@ -45,13 +36,4 @@ def measure_note(measure: Measure, protocol: ProtocolDescription) -> str:
     'IoU: of voxels; filled; protocol mine'
     """
     told = [measure.definition, *([protocol.note] if protocol.note else [])]
-    return f"{measure_title(measure.name)}: {'; '.join(told)}; protocol {protocol.name}"
-
-
-def number(value: float) -> str:
-    """Return a number for a table: one place after the point, more where it is small.
-
-    >>> number(1234.56), number(0.00345)
-    ('1234.6', '0.00345')
-    """
-    return f"{value:.1f}" if abs(value) >= 10 else f"{value + 0.0:.3g}"  # no -0
+    return f"{measure.title}: {'; '.join(told)}; protocol {protocol.name}"

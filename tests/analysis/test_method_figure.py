@@ -6,7 +6,7 @@ import pytest
 from ffd_lightning.analysis.figures import method as method_figure
 from ffd_lightning.analysis.figures.drawing import View, bars, draw, fitting_scale, joined, painted
 from ffd_lightning.analysis.figures.examples import Choice, collect
-from ffd_lightning.analysis.figures.figure import caption, paper_figure
+from ffd_lightning.analysis.figures.figure import paper_figure
 from ffd_lightning.analysis.figures.method import method, with_lattice
 from ffd_lightning.analysis.figures.sheets import DEFORMED, TEMPLATE, TRUTH
 from ffd_lightning.app.open_run import open_run
@@ -96,28 +96,6 @@ def test_lattices_are_the_control_points_before_and_after(example, drawn):
     assert [tuple(mesh.face_colors[0, :3]) for mesh in drawn[1]] == [DEFORMED, TRUTH]
 
 
-def test_bars_are_as_long_as_weights_and_only_the_selected_template_is_framed(example):
-    count = len(example.weights)
-    assert count == 4
-    view = example.view(256)
-    panel = method_figure._weights(example, view, count, 256)
-    assert [line.text for line in panel.lines] == ["0.60", "0.25", "0.10", "0.05"]
-    panel = panel.draw()
-    assert panel.shape == (view.height, view.width, 3)
-    filled = (panel == DEFORMED).all(2)
-    track = filled | (panel == method_figure._TRACK).all(2)
-    for rank, weight in enumerate(sorted(example.weights, reverse=True)):
-        y, x = (rank // 2 + 1) * view.height // 2, rank % 2 * view.width // 2
-        tile = slice(y - 16, y - 5), slice(x + 4, x + view.width // 2 - 4)
-        row = track[tile].sum(1).argmax()
-        length = track[tile][row].sum()
-        assert length > 60
-        assert filled[tile][row].sum() == pytest.approx(weight * length, abs=1.5)
-    frame = filled[:, 1]
-    assert frame[2 : view.height // 2 - 1].all()
-    assert not frame[view.height // 2 + 1 :].any()
-
-
 def test_lattices_that_reach_far_do_not_make_everything_small():
     mesh = wall(0)
     near, far, out = (painted((k * mesh.vertices, mesh.faces), TEMPLATE) for k in (1, 3, 99))
@@ -127,37 +105,10 @@ def test_lattices_that_reach_far_do_not_make_everything_small():
     assert method_figure._scales([mesh], [out], FRONT) == (1, method_figure._SMALLEST)
 
 
-@pytest.mark.parametrize(
-    ("weights", "top", "said"),
-    [
-        ([1.0], 4, "the only template"),
-        ([0.7, 0.3], 4, "all 2 templates"),
-        ([0.1, 0.6, 0.25, 0.05], 2, "2 of 4 templates, the rest: 0.15"),
-    ],
-)
-def test_what_is_not_shown_is_said(weights, top, said):
-    found = np.array(weights, np.float32)
-    assert method_figure._shown(found, min(top, len(found))) == said
-
-
-def test_many_templates_in_a_small_picture_are_left_out(example):
-    small = paper_figure("method", [[example]], 64, templates=99)
-    one = paper_figure("method", [[example]], 64, templates=1)
-    assert small.width == 6 * (64 + 8) + 4 * (6 + 8)
-    assert (small.height, small.width) == (one.height, one.width)
-
-
 def test_runs_are_shown_below_each_other(example):
     one = paper_figure("method", [[example]], 64).draw()
     both = paper_figure("method", [[example], [example]], 64).draw()
     assert both.shape[1] == one.shape[1] + 8
-    assert len(both) % 2 == 0
     first, second = np.split(both, 2)
     np.testing.assert_array_equal(first, second)
     np.testing.assert_array_equal(first[-4 - len(one) : -4, 4:-4], one)
-
-
-def test_the_caption_says_what_is_orange(example):
-    said = caption("method", [[example]], CHOICE)
-    assert "orange lines" in said
-    assert "1 image of" in said

@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
-from ffd_lightning.analysis.saving import DPI, save_figure, sheet_figure
+from ffd_lightning.analysis.saving import DPI, save_figure
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.sheet import lay_out
 
@@ -34,8 +34,8 @@ def test_a_png_and_a_pdf_are_written_without_an_ending(plot, tmp_path):
 
 
 def test_a_file_is_the_same_each_time(plot, sheet, tmp_path):
-    for figure in (plot, sheet):
-        for ending in ("png", "pdf", "svg"):
+    for figure, endings in ((plot, ("png", "pdf", "svg")), (sheet, ("png",))):
+        for ending in endings:
             once, again = (save_figure(figure, tmp_path / f"{k}.{ending}")[0] for k in "ab")
             assert once.read_bytes() == again.read_bytes()
 
@@ -45,21 +45,9 @@ def test_a_sheet_is_its_pixels_as_png(sheet, tmp_path):
     np.testing.assert_array_equal(np.asarray(Image.open(file)), sheet.draw())
 
 
-def test_a_sheet_has_its_words_and_pictures_at_their_places(sheet):
-    figure = sheet_figure(sheet)
-    assert tuple(figure.get_size_inches() * DPI) == pytest.approx((sheet.width, sheet.height))
-    assert [text.get_text() for text in figure.texts] == ["left", "right", "one", "$two"]
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    drawn = np.asarray(canvas.buffer_rgba())[..., :3]
-    for picture, x, y in sheet.pictures:
-        np.testing.assert_allclose(drawn[y : y + 40, x : x + 60], picture, atol=1)
-    assert abs(drawn.astype(float) - sheet.draw()).mean() < 6, "letters are where they are"
-
-
-def test_what_cannot_be_written_is_said(plot, tmp_path):
+def test_what_cannot_be_written_is_said(plot, sheet, tmp_path):
+    with pytest.raises(ConfigError, match=r"written as \.png$"):
+        save_figure(sheet, tmp_path / "a.pdf")
     with pytest.raises(ConfigError, match=r"written as \.png, \.pdf, \.svg"):
         save_figure(plot, tmp_path / "a.jpg")
     (tmp_path / "file").write_text("")

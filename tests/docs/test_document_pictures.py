@@ -1,7 +1,6 @@
-"""Every picture of the documents is made by one command; which are outdated is said."""
+"""Every picture of the documents is made by one command."""
 
 import sys
-import warnings
 
 from docs.documents import ROOT
 
@@ -26,22 +25,3 @@ def test_every_picture_is_small():
     files = [path for path in (ROOT / "docs").rglob("*") if path.is_file()]
     assert [f for f in files if f.stat().st_size > 3e5 and f.suffix != ".zip"] == []
     assert sum(f.stat().st_size for f in files if f.suffix == ".zip") < 6e6, "scores of studies"
-
-
-def test_outdated_pictures_are_named():
-    assert set(pictures.record()) <= set(pictures.PICTURES)
-    old = pictures.outdated()
-    if old:  # no error: the pictures take trainings, and the code changes more often
-        warnings.warn(f"older than the code, see `make pictures`: {', '.join(old)}", stacklevel=1)
-
-
-def test_a_change_of_the_code_makes_a_picture_outdated(tmp_path):
-    part = tmp_path / "part.py"
-    part.write_text("a = 1\n")
-    before = pictures.digest([tmp_path])
-    part.write_text("a = 2\n")
-    assert pictures.digest([tmp_path]) != before
-    changed = pictures.digest([part])
-    assert changed == pictures.digest([tmp_path])
-    part.write_text('"""What it is."""\n\na = 2  # two\n')
-    assert pictures.digest([part]) == changed, "words decide nothing"

@@ -21,7 +21,7 @@ from lightning import Callback, Trainer, seed_everything
 from torch import nn
 
 from ffd_lightning import shapes
-from ffd_lightning.analysis.report.write import write_report
+from ffd_lightning.analysis.report.page import write_report
 from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.app.build import build_data, build_module, build_network, build_preparations
 from ffd_lightning.app.config import TrainConfig

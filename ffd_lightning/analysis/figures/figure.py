@@ -24,10 +24,10 @@ FIGURES: dict[str, Callable[[Sequence[Example], int], Sheet]] = {
 
 _PAPER = "1,024 points, in units of the hemisphere of radius 3.2 around the truth"
 _CAPTIONS = {
-    "method": "Input image; the templates of the greatest weights, over bars from 0 to 1, the "
-    "selected one framed; that one in its lattice of control points, with orange lines to where "
-    "each is moved; lattice and mesh deformed (lattices that reach far are drawn smaller, and cut "
-    "off); the deformed mesh alone; the true mesh.",
+    "method": "Input image; the templates of the greatest weights; the selected one in its lattice "
+    "of control points, with orange lines to where each is moved; lattice and mesh deformed "
+    "(lattices that reach far are drawn smaller, and cut off); the deformed mesh alone; the true "
+    "mesh.",
     "overview": "Input image, selected template (and its weight), the template deformed: its "
     "cloud, its voxels (32^3) and its subdivided mesh; the true mesh.",
     "subdivision": "Input image; the selected template's mesh, the same deformed; the mesh with "

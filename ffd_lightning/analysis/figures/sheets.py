@@ -73,7 +73,7 @@ def overview(examples: Sequence[Example], size: int = SIZE) -> Sheet:
             painted(shape.mesh(), DEFORMED),
             painted(example.truth.mesh(), TRUTH),
         ]
-        labels = [example.name, _template_label(example), "", "", example.score, ""]
+        labels = [example.name, template_label(example), "", "", example.score, ""]
         rows.append(([example.image(view), *draw_row(meshes, view)], labels))
     names = ["template", "deformed cloud", "deformed voxels", "deformed mesh", "ground truth"]
     return _sheet(rows, ["input", *names], size)
@@ -125,7 +125,7 @@ def voxels(examples: Sequence[Example], size: int = SIZE) -> Sheet:
         cells = draw_row(meshes, view, [view.camera] * 3 + [behind])
         labels = [
             example.name,
-            _template_label(example),
+            template_label(example),
             "",
             score_text(_PAPER.measures[-1], iou),
             "",
@@ -174,7 +174,7 @@ def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDI
             + [painted(shape.mesh(), DEFORMED) for shape in shapes.values()],
             view,
         )
-        above = [example.name, *(_template_label(example, rank) for rank in ranks)]
+        above = [example.name, *(template_label(example, rank) for rank in ranks)]
         below = ["ground truth"]
         for rank in ranks:
             shown = (_PAPER.measures[0], _PAPER.measures[-1])
@@ -216,7 +216,7 @@ def labels(examples: Sequence[Example], size: int = SIZE) -> Sheet:
         for shown in (clouds[0].labels, fine.face_parts, truth.face_parts):
             seen |= set(np.unique(np.zeros(0, int) if shown is None else shown).tolist())
         cells = [example.image(view), *draw_row(meshes, view)]
-        rows.append((cells, [example.name, _template_label(example), _part_iou(example), "", ""]))
+        rows.append((cells, [example.name, template_label(example), _part_iou(example), "", ""]))
     names = ["template cloud", "deformed cloud", "deformed mesh", "ground truth"]
     sheet = _sheet(rows, ["input", *names], size)
     words = dict(enumerate(prepared.part_names)) | {UNKNOWN_PART: "unknown"}
@@ -261,7 +261,8 @@ def _voxels(shape: Shape) -> NDArray[np.bool_]:
     return voxelize(*shape.mesh(), _PAPER.resolution, half_size=_PAPER.half_size)
 
 
-def _template_label(example: Example, rank: int = 0) -> str:
+def template_label(example: Example, rank: int = 0) -> str:
+    """Return a template's id and weight; see `Example.ranked`."""
     index = example.ranked(rank)
     return f"{example.run.data.bank.ids[index]}\nweight {example.weights[index]:.2f}"
 

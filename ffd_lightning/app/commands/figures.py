@@ -10,7 +10,7 @@ voxels       its figure 4: where the voxels of prediction and truth agree
 labels       its figure 7: part labels that a template brings along
 candidates   the templates of the greatest weights, each of them deformed
 
-The picture is written to FIGURE.png and FIGURE.pdf in the run's folder; of several runs, side by
+The picture is written to FIGURE.png in the run's folder; of several runs, side by
 side (`method`: below each other), to the folder that holds them all. What it shows is printed, for
 the caption.
 """
@@ -47,7 +47,7 @@ class Settings:
             with.
         size: width of a cell in pixels.
         top: templates of an image in figure=method and figure=candidates.
-        out: where to write, a .png, .pdf or .svg; without an ending a .png and a .pdf.
+        out: where to write, a .png.
         data_root: where the runs' prepared data is, if not where they left it.
     """
 
@@ -118,14 +118,12 @@ def _target(out: str | None, runs: Sequence[RunFolder], figure: str) -> Path:
     Raises:
         ConfigError: no run, or a format that figures are not written in.
     """
-    from ffd_lightning.analysis.saving import FORMATS
-
     if not runs:
         raise ConfigError("runs=[]: at least one run must be shown")
     if out is None:
         folder = os.path.commonpath([run.path.resolve() for run in runs])
         # As the user wrote it where there is one run.
         return (runs[0].path if len(runs) == 1 else Path(folder)) / figure
-    if Path(out).suffix.lower() not in ("", *FORMATS):
-        raise ConfigError(f"out={out}: figures are written as {', '.join(FORMATS)}")
+    if Path(out).suffix.lower() not in ("", ".png"):
+        raise ConfigError(f"out={out}: figures are written as .png")
     return Path(out)

@@ -28,18 +28,17 @@ class Settings:
 
 def main(settings: Settings) -> int:
     """Print how well labels fit: by shape, by part and by the template's family."""
-    from ffd_lightning.analysis.label_tables import label_tables
-    from ffd_lightning.analysis.labels import label_samples
+    from ffd_lightning.analysis.parts import label_samples, label_tables
     from ffd_lightning.analysis.runs import require_runs
     from ffd_lightning.analysis.selection import run_families
-    from ffd_lightning.terminal import table_console
+    from ffd_lightning.terminal import table_console, terminal_width
 
     folder = Path(settings.runs)
     runs = require_runs(folder)
     samples, families = label_samples(runs), run_families(runs)
     console = table_console()
     for table in label_tables(samples, families, folder):
-        console.print(table)
+        console.print(table.rich(terminal_width()))
     if not families:
         print("structural families: none are known of this data")
     return 0

@@ -43,7 +43,7 @@ class Settings:
 
 def main(settings: Settings) -> int:
     """Write the page and print where it is."""
-    from ffd_lightning.analysis.report.write import write_report
+    from ffd_lightning.analysis.report.page import write_report
     from ffd_lightning.app.open_run import open_run
 
     opener = partial(open_run, data_root=settings.data_root)

@@ -5,7 +5,7 @@ import torch
 from scipy import stats
 
 from ffd_lightning.analysis.compare import compare_runs
-from ffd_lightning.analysis.labels import (
+from ffd_lightning.analysis.parts import (
     family_table,
     label_samples,
     part_columns,

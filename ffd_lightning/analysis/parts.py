@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ffd_lightning.analysis.compare import require_columns
-from ffd_lightning.analysis.paired import Comparison, resampled_means
+from ffd_lightning.analysis.compare import interval, require_columns
 from ffd_lightning.analysis.runs import load_samples
 from ffd_lightning.analysis.selection import Families
+from ffd_lightning.analysis.table import Cell, Table
+from ffd_lightning.analysis.wording import SHAPE_TITLES
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.run_folder import RunFolder
@@ -94,7 +96,7 @@ def _of_shapes(part: pd.DataFrame, measure: str) -> list[dict[str, Any]]:
     shapes = [shape for shape, name in columns.items() if name in models]
     scores = models.to_numpy(float)
     values = np.concatenate([scores, scores[:, :1] - scores], axis=1)
-    spans = _intervals([values], measure)
+    spans = _intervals([values])
     rows = []
     for k, shape in enumerate(shapes):
         gain = (np.nan,) * 3
@@ -144,7 +146,7 @@ def family_table(
             ("other", groups[1:]),
             ("same - other", [2 * groups[0], -2 * groups[1]]),
         ):
-            rows.append({**first, "family": name, **_group(strata, measure)})
+            rows.append({**first, "family": name, **_group(strata)})
     return pd.DataFrame(rows)
 
 
@@ -154,12 +156,12 @@ def _with_gain(part: pd.DataFrame, measure: str) -> NDArray[np.float64]:
     return np.stack([models[:, 0], models[:, 0] - models[:, 1]], axis=1)
 
 
-def _group(strata: list[NDArray[np.float64]], measure: str) -> dict[str, Any]:
+def _group(strata: list[NDArray[np.float64]]) -> dict[str, Any]:
     """Return the numbers of a row of `family_table`, from groups of shapes, (n, 2) each."""
     row: dict[str, Any] = {"num_samples": sum(len(group) for group in strata)}
     empty = any(len(group) == 0 for group in strata)
     means = [np.nan] * 2 if empty else np.mean([g.mean(0) for g in strata], axis=0).tolist()
-    spans = _intervals(strata, measure)
+    spans = _intervals(strata)
     for name, mean, (low, high), prefix in zip(
         ("mean", "gain"), means, spans, ("", "gain_"), strict=True
     ):
@@ -167,16 +169,83 @@ def _group(strata: list[NDArray[np.float64]], measure: str) -> dict[str, Any]:
     return row
 
 
-def _intervals(strata: list[NDArray[np.float64]], seed: str) -> list[tuple[float, float]]:
+def _intervals(strata: list[NDArray[np.float64]]) -> list[tuple[float, float]]:
     """Return the 95% interval of each column's mean, the mean over strata (n, P) of shapes."""
     columns = strata[0].shape[1]
     if min(len(values) for values in strata) < FEWEST:
         return [(np.nan, np.nan)] * columns
-    parts = [resampled_means(values, f"{seed} {k}") for k, values in enumerate(strata)]
-    resampled = np.mean(parts, axis=0)
-    return [
-        Comparison(
-            "", (), "", "", [v[:, k] for v in strata], resampled[:, k], np.empty(0), (1, 1)
-        ).interval
-        for k in range(columns)
+    return [interval([values[:, k] for values in strata]) for k in range(columns)]
+
+
+def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> list[Table]:
+    """Return a table of shapes, one of single parts, and one of families where they are known.
+
+    Args:
+        samples: as `label_samples` gives them.
+        families: as `run_families` reads them.
+        folder: that the runs are in; they are named as seen from it.
+    """
+    tables = [
+        _shapes_table(
+            transfer_table(samples, measures),
+            folder,
+            title,
+            f"Means over {over}; of the model (selected template, deformed) with 95% interval; "
+            "below the others: how much more the model has.",
+        )
+        for measures, title, over in (
+            ("part_iou", "Part IoU x 100 of transferred labels", "parts, then over test shapes"),
+            (part_columns(samples), "IoU x 100 of single parts", "the test shapes that have it"),
+        )
     ]
+    rows = [
+        [
+            str(Path(row["run"]).relative_to(folder)),
+            row["category"],
+            row["family"],
+            str(row["num_samples"]),
+            _span(row, "mean", "low", "high"),
+            _span(row, "gain", "gain_low", "gain_high", "+"),
+        ]
+        for row in family_table(samples, families).to_dict("records")
+    ]
+    head = ["run", "category", "template's family", "shapes", "part IoU", "gain"]
+    note = "Gain: over the same template as it is. 95% intervals over test shapes."
+    title = "Part IoU x 100 by the selected template's structural family"
+    return [*tables, Table(title, head, rows, 3, note)] if rows else tables
+
+
+def _shapes_table(table: pd.DataFrame, folder: Path, title: str, note: str) -> Table:
+    """Return a row per run, category and measure, a column per shape."""
+    shapes = [s for s in SHAPES if s in set(table["shape"])]
+    several = table["measure"].nunique() > 1
+    rows = []
+    for values, part in table.groupby(["run", "category", "measure"], sort=False):
+        run, category, measure = map(str, values)
+        found = part.set_index("shape").to_dict("index")
+        cells = [_shape_cell(found.get(shape), shape) for shape in shapes]
+        head = [str(Path(run).relative_to(folder)), category]
+        head += [measure.removeprefix(PART)] if several else []
+        rows.append([*head, str(found[""]["num_samples"]), *cells])
+    heads = ["run", "category", *(["part"] if several else [])]
+    titles = [SHAPE_TITLES[shape].replace(" ", "\n") for shape in shapes]
+    return Table(title, [*heads, "shapes", *titles], rows, len(heads), note)
+
+
+def _shape_cell(row: Mapping[Any, Any] | None, shape: str) -> str:
+    if row is None:
+        return "-"
+    if not shape:
+        return Cell(f"{100 * row['mean']:.1f}", _interval(row, "low", "high"))
+    gain = _span(row, "gain", "gain_low", "gain_high", "+")
+    return Cell(f"{100 * row['mean']:.1f}", gain)
+
+
+def _span(row: Mapping[Any, Any], mean: str, low: str, high: str, sign: str = "") -> str:
+    if np.isnan(row[mean]):
+        return "-"
+    return f"{100 * row[mean]:{sign}.1f} {_interval(row, low, high)}".rstrip()
+
+
+def _interval(row: Mapping[Any, Any], low: str, high: str) -> str:
+    return "" if np.isnan(row[low]) else f"[{100 * row[low]:.1f}, {100 * row[high]:.1f}]"

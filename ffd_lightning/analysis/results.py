@@ -1,16 +1,16 @@
-"""Reading what a report is about: the runs of a folder, under one protocol."""
+"""Results of runs: what every table, plot and page starts from."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from os.path import commonpath, relpath
 from pathlib import Path
 
 import pandas as pd
 
-from ffd_lightning.analysis.plot_layout import run_labels
 from ffd_lightning.analysis.runs import (
     COLUMN_KEYS,
     described_protocols,
@@ -37,8 +37,8 @@ SETTINGS = ["category", "regime", "templates"]
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """All runs of a folder.
+class Results:
+    """Results of runs under one protocol.
 
     Attributes:
         folder: that holds them.
@@ -47,7 +47,7 @@ class Sweep:
             share it are seeds of each other), `category`, `regime`, `templates`, `seed`,
             `setting` (see `load_runs`), `state` (finished, failed, running, interrupted),
             `reason` (of having no scores, "" with scores),
-            `protocol` and, with scores, the mean of each measure of each shape,
+            `protocol`, `seconds_per_step` and, with scores, the mean of each measure of each shape,
             `effective_templates` and `num_samples`.
         samples: as `load_samples` gives them, of the finished runs; no rows where there are none.
         protocol: that the scores are of.
@@ -62,7 +62,7 @@ class Sweep:
     damaged: dict[str, str]
 
     @classmethod
-    def read(cls, folder: Path, protocol: str | None = None) -> Sweep:
+    def read(cls, folder: Path, protocol: str | None = None) -> Results:
         """Read a folder.
 
         Args:
@@ -73,7 +73,14 @@ class Sweep:
             ConfigError: no run was evaluated under this protocol.
             DataError: no run.
         """
-        found = find_runs(folder)
+        return cls.of(find_runs(folder), protocol, folder)
+
+    @classmethod
+    def of(
+        cls, found: Sequence[RunFolder], protocol: str | None = None, folder: Path | None = None
+    ) -> Results:
+        """Read runs; `folder` is what they are named from, by default what all are in."""
+        folder = folder or Path(commonpath([run.path for run in found]))
         damaged = {run.path: why for run in found if (why := _damage(run))}
         runs = [run for run in found if run.path not in damaged]
         if not runs:
@@ -86,7 +93,8 @@ class Sweep:
             chosen = find_protocol(runs, protocol)
         except DataError:  # none has come to its evaluation
             chosen = ProtocolDescription(protocol or own_protocol(runs[0]).split("/")[0])
-        table = load_runs(runs)[["run", *SETTINGS, "seed", "setting", "state", "reason"]]
+        kept = ["run", *SETTINGS, "seed", "setting", "state", "reason", "seconds_per_step"]
+        table = load_runs(runs)[kept]
         order = table.sort_values([*SETTINGS, "seed"], key=_in_order, kind="stable").index
         table, runs = table.loc[order].reset_index(drop=True), [runs[k] for k in order]
         table["state"] = [str(run_status(run)["state"]) for run in runs]
@@ -100,13 +108,13 @@ class Sweep:
             if why and table.loc[place, "state"] != "failed":
                 table.loc[place, "reason"] = why
         samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame({"run": []})
-        names = pd.Series([str(run.path.relative_to(folder)) for run in runs])
+        names = pd.Series([relpath(run.path, folder) for run in runs])
         setups = names.map(_setup)
         mixed = table.groupby(setups)["setting"].transform("nunique") > 1
         table = table.assign(protocol=chosen.name, setup=setups.where(~mixed, names))
         if parts:
             table = table.merge(_means(samples, chosen), how="left", on="run")
-        shown = {str(path.relative_to(folder)): why for path, why in damaged.items()}
+        shown = {relpath(path, folder): why for path, why in damaged.items()}
         return cls(folder, runs, table, samples, chosen, shown)
 
     @property
@@ -114,10 +122,15 @@ class Sweep:
         """The rows of the table that have scores."""
         return self.table[self.table["run"].isin(self.samples["run"])]
 
+    @property
+    def unscored(self) -> pd.DataFrame:
+        """The other rows."""
+        return self.table[~self.table["run"].isin(self.samples["run"])]
+
     @cached_property
-    def labels(self) -> dict[str, str]:
-        """A short label of each run."""
-        return run_labels(self.table)
+    def settings(self) -> pd.DataFrame:
+        """A row per run, a column per setting; see `load_settings`."""
+        return load_settings(self.runs)
 
     @cached_property
     def keys(self) -> list[str]:
@@ -129,28 +142,17 @@ class Sweep:
     def told_apart_by(self) -> list[str]:
         """What settings with scores are told apart by, but for category and seed."""
         names = ["setup"] if "setup" in self.keys else ["regime", "templates"]
-        return varying(self.scored, names)
+        return [name for name in names if self.scored[name].nunique() > 1]
 
-    def title(self, run: str) -> str:
-        """Return all that tells a run apart, in words."""
-        row = self.table[self.table["run"] == run].iloc[0]
-        words = f"{row['category']}, {regime_title(row['regime'])}, T = {row['templates']}"
-        setup = f"{row['setup']}: " if "setup" in self.keys else ""
-        return f"{setup}{words}, seed {row['seed']}"
-
-    @cached_property
-    def settings(self) -> pd.DataFrame:
-        """A row per run, a column per setting; see `load_settings`."""
-        return load_settings(self.runs)
-
-    @property
-    def unscored(self) -> pd.DataFrame:
-        """The other rows."""
-        return self.table[~self.table["run"].isin(self.samples["run"])]
+    def title(self, row: Mapping[str, object]) -> str:
+        """Return what tells the setting of a row of the table from the others, for people."""
+        words = {"regime": lambda v: regime_title(str(v)), "templates": lambda v: f"T = {v}"}
+        names = self.told_apart_by or ["regime"]
+        return ", ".join(str(words.get(name, str)(row[name])) for name in names)
 
     def name(self, run: str) -> str:
-        """Return a run's folder, as seen from the sweep's."""
-        return str(Path(run).relative_to(self.folder))
+        """Return a run's folder, as seen from that of all."""
+        return relpath(run, self.folder)
 
 
 def _setup(name: str) -> str:
@@ -163,32 +165,6 @@ def _setup(name: str) -> str:
     """
     parts = [re.sub(r"^seed\d+_?", "", part) for part in Path(name).parts]
     return "/".join(part for part in parts if part) or "."
-
-
-def varying(table: pd.DataFrame, names: Sequence[str]) -> list[str]:
-    """Return the columns that have more than one value."""
-    return [name for name in names if table[name].nunique() > 1]
-
-
-def told_apart(table: pd.DataFrame, names: list[str]) -> tuple[list[str], str]:
-    """Return the settings that need a column, the regime always, and what all rows have in common.
-
-    Columns that say the same in each row only push the numbers off a narrow screen.
-    """
-    shown = [name for name in names if name == "regime" or table[name].nunique() > 1]
-    form = {"category": "{}", "templates": "T = {}", "seed": "seed {}"}
-    same = [form.get(name, "{}").format(table[name].iloc[0]) for name in names if name not in shown]
-    return shown, f" ({', '.join(same)})" if same else ""
-
-
-def plain(name: str) -> str:
-    """Return a setting's name as a heading."""
-    return "T" if name == "templates" else name
-
-
-def named(name: str, value: object) -> str:
-    """Return a setting's value for people."""
-    return regime_title(str(value)) if name == "regime" else str(value)
 
 
 def _in_order(column: pd.Series) -> pd.Series:

@@ -1,0 +1,70 @@
+"""Which templates each setting selects: bars in one common order, with their pictures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from ffd_lightning.analysis.report.gallery import Opened, data_uri, thumbnail
+from ffd_lightning.analysis.results import Results
+from ffd_lightning.metrics.selection import effective_templates
+from ffd_lightning.palette import REGIME_COLORS
+
+OTHERS = "others"
+"""The bar of what is not shown."""
+
+_BARS = 12
+
+
+def bars(results: Results) -> dict[str, Any]:
+    """Return what `selection.html` draws: of each category, the templates and each setting's bars.
+
+    Templates are in one order for all settings: the most selected over settings alike first, of
+    equals by id. Shares are means over seeds, and add up to 1.
+    """
+    samples = results.samples.merge(results.scored[["run", "setup"]], on="run")
+    keys = [key for key in results.keys if key != "category"]
+    found = []
+    for category, part in samples.groupby("category", sort=False):
+        # Trained together with other categories, a template is called <category>/<id>.
+        part = part.assign(template=part["template"].str.removeprefix(f"{category}/"))
+        counts = part.groupby(["run", "template"]).size().unstack(fill_value=0)
+        shares = counts.div(counts.sum(axis=1), axis=0)
+        firsts = part.drop_duplicates("run").set_index("run")
+        groups = [(row, shares.loc[row.index]) for _, row in firsts.groupby(keys, sort=False)]
+        total = sum(of_runs.mean() for _, of_runs in groups).sort_index()
+        order = total.sort_values(ascending=False, kind="stable").index
+        settings = []
+        for rows, of_runs in groups:
+            mean, row = of_runs.mean(), rows.iloc[0].to_dict()
+            shown = [(str(name), float(mean[name])) for name in order[:_BARS]]
+            if len(order) > _BARS:
+                shown.append((OTHERS, float(mean[order[_BARS:]].sum())))
+            effective = of_runs.apply(lambda c: effective_templates(c[c > 0]), axis=1).mean()
+            settings.append(
+                {
+                    "title": results.title(row),
+                    "color": REGIME_COLORS.get(str(row["regime"]), ""),
+                    "effective": f"{effective:.1f} of {row['templates']}",
+                    "bars": shown,
+                }
+            )
+        found.append({"category": category, "settings": settings})
+    highest = max(share for c in found for s in c["settings"] for _, share in s["bars"])
+    return {"categories": found, "highest": highest}
+
+
+def pictures(results: Results, opened: Opened) -> dict[str, tuple[str, str]]:
+    """Return pictures of the templates that are selected: by id their name in the page, and data.
+
+    Templates of joint runs are known by their ids with and without the category.
+    """
+    wanted = set(results.samples.get("template", pd.Series(dtype=str)).astype(str))
+    drawn: dict[str, tuple[str, str]] = {}
+    for run in opened.runs.values():
+        bank = run.data.bank
+        for name, mesh in zip(bank.ids, bank.meshes, strict=True):
+            if name in wanted and name not in drawn:
+                drawn[name] = f"template-{len(drawn)}", data_uri(thumbnail(mesh), "image/png")
+    return {name.rpartition("/")[2]: picture for name, picture in drawn.items()} | drawn

@@ -1,0 +1,221 @@
+"""One table, for terminals, pages, notebooks, documents and papers."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+from markupsafe import Markup, escape
+from rich import box
+from rich.console import Console, Group, RenderableType
+from rich.constrain import Constrain
+from rich.table import Table as RichTable
+from rich.text import Text
+
+_READ_EASILY = 100  # characters in a line of prose
+_RULER = Console(width=10_000)
+
+
+class Cell(str):
+    """A cell with more than its text.
+
+    Attributes:
+        note: in small letters below the text.
+        mark: a sign after the text.
+        color: of a square before the text.
+    """
+
+    note: str
+    mark: str
+    color: str
+
+    def __new__(cls, text: str, note: str = "", mark: str = "", color: str = "") -> Cell:
+        """Make a cell."""
+        self = super().__new__(cls, text)
+        self.note, self.mark, self.color = note, mark, color
+        return self
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table.
+
+    Attributes:
+        title: what it is.
+        columns: headings; what follows a line break is the unit.
+        rows: as many cells each.
+        heads: so many columns, from the left, say what a row is about.
+        note: prose about it.
+        below: so many rows at the end are set apart.
+    """
+
+    title: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    heads: int = 1
+    note: str = ""
+    below: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        frame: pd.DataFrame,
+        title: str,
+        formats: Mapping[str, str],
+        best: Mapping[str, str] | None = None,
+    ) -> Table:
+        """Return the columns of a frame that `formats` names and that have values.
+
+        Args:
+            frame: its index heads the rows.
+            title: of the table.
+            formats: of each column, as of `str.format`; missing values are dashes.
+            best: columns whose least ("min") or greatest ("max") value is marked.
+
+        >>> frame = pd.DataFrame({"EMD": [0.52, float("nan")], "IoU": 2 * [None]}, index=["e", "r"])
+        >>> Table.of(frame, "", {"EMD": "{:.1f}", "IoU": "{}"}, {"EMD": "min"}).rows
+        [['e', '0.5'], ['r', '-']]
+        """
+        names = [name for name in formats if name in frame and frame[name].notna().any()]
+        wanted = {name: frame[name].agg(which) for name, which in (best or {}).items()}
+        rows = [
+            [
+                str(head),
+                *(
+                    Cell(
+                        "-" if pd.isna(value) else formats[name].format(value),
+                        mark="▲" if len(frame) > 1 and value == wanted.get(name) else "",
+                    )
+                    for name, value in zip(names, values, strict=True)
+                ),
+            ]
+            for head, *values in frame[names].itertuples(name=None)
+        ]
+        return cls(title, ["", *names], rows)
+
+    def rich(self, width: int | None = None) -> RenderableType:
+        """Return it for a terminal: in several parts where it would be wider than `width`."""
+        shares: list[list[int]] = [[]]
+        for k in range(self.heads, len(self.columns)):
+            tried = self._part([*shares[-1], k])
+            if shares[-1] and width is not None and _RULER.measure(tried).maximum > width:
+                shares.append([])
+            shares[-1].append(k)
+        parts: list[RenderableType] = [Text(self.title, style="bold")]
+        for share in shares:
+            parts += [self._part(share), Text()]
+        if self.note:
+            told = Text(self.note, style="dim")
+            parts += [Constrain(told, min(width or _READ_EASILY, _READ_EASILY)), Text()]
+        return Group(*parts)
+
+    def _part(self, columns: Sequence[int]) -> RichTable:
+        """Return the heads and some other columns."""
+        table = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+        shown = [*range(self.heads), *columns]
+        for k in shown:
+            number = self._is_number(k)
+            table.add_column(
+                Text(self.columns[k]),
+                justify="right" if number else "left",
+                no_wrap=number,
+                overflow="fold",
+            )
+        for place, row in enumerate(self.rows, start=1):
+            cells = [Text(_with_note(row[k], "\n")) for k in shown]
+            table.add_row(*cells, end_section=place == len(self.rows) - self.below)
+        return table
+
+    def html(self) -> Markup:
+        """Return it as HTML that scrolls within itself where it is wider than its place."""
+        kinds = [' class="number"' if self._is_number(k) else "" for k in range(len(self.columns))]
+        head = "".join(
+            f'<th scope="col"{kind}>{_heading(name)}</th>'
+            for name, kind in zip(self.columns, kinds, strict=True)
+        )
+        rows = [
+            "<tr>" + "".join(f"<td{k}>{_html(c)}</td>" for c, k in zip(row, kinds, strict=True))
+            for row in self.rows
+        ]
+        split = len(rows) - self.below
+        bodies = ["</tr>\n".join([*part, ""]) for part in (rows[:split], rows[split:]) if part]
+        body = "".join(f"<tbody>\n{part}</tbody>\n" for part in bodies)
+        note = f'<p class="note">{escape(self.note)}</p>\n' if self.note else ""
+        return Markup(
+            f'<div class="scroll" role="region" tabindex="0" aria-label="{escape(self.title)}">\n'
+            f"<table>\n<thead><tr>{head}</tr></thead>\n{body}</table>\n</div>\n{note}"
+        )
+
+    def _repr_html_(self) -> str:
+        """Return it for a notebook."""
+        return f"<p><b>{escape(self.title)}</b></p>\n{self.html()}"
+
+    def markdown(self) -> str:
+        """Return it as Markdown, without its title."""
+        lines = [[" ".join(name.split()) for name in self.columns]]
+        lines += [["---"] * self.heads + ["---:"] * (len(self.columns) - self.heads)]
+        lines += [[_with_note(cell, " ").replace("|", "/") for cell in row] for row in self.rows]
+        text = "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+        return f"{text}\n\n{self.note}\n" if self.note else f"{text}\n"
+
+    def csv(self) -> str:
+        """Return it as CSV, without notes and marks."""
+        buffer = io.StringIO()
+        csv.writer(buffer, lineterminator="\n").writerows(
+            [[" ".join(name.split()) for name in self.columns], *self.rows]
+        )
+        return buffer.getvalue()
+
+    def latex(self) -> str:
+        r"""Return it as a LaTeX `tabular`; it needs `\usepackage{booktabs}`."""
+        frame = pd.DataFrame(
+            [[str(cell) for cell in row] for row in self.rows],
+            columns=[" ".join(name.split()) for name in self.columns],
+        )
+        shape = "l" * self.heads + "r" * (len(self.columns) - self.heads)
+        return str(frame.to_latex(index=False, escape=True, column_format=shape))
+
+    def _is_number(self, column: int) -> bool:
+        """Tell whether a column is set as numbers: all its cells begin as numbers do."""
+        cells = [row[column] for row in self.rows[: len(self.rows) - self.below]]
+        return bool(cells) and all(_begins_as_number(cell) for cell in cells)
+
+
+def number(value: float) -> str:
+    """Return a number for a table: one place after the point, more where it is small.
+
+    >>> number(1234.56), number(0.00345)
+    ('1234.6', '0.00345')
+    """
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value + 0.0:.3g}"  # no -0
+
+
+def _begins_as_number(text: str) -> bool:
+    return re.match(r"$|-$|[-+<~]?\d[\d.,]*(e-?\d+)?%?($|[ \n/\u2013\[])", text) is not None
+
+
+def _with_note(cell: str, between: str) -> str:
+    mark, note = getattr(cell, "mark", ""), getattr(cell, "note", "")
+    return f"{cell}{mark and f' {mark}'}{note and f'{between}{note}'}"
+
+
+def _heading(text: str) -> Markup:
+    """Return a heading that may be broken into lines where words end, its unit below it."""
+    name, _, unit = text.partition("\n")
+    broken = re.sub(r"([._/])", r"\1<wbr>", str(escape(name)))
+    return Markup(broken + (f' <span class="unit">{escape(unit)}</span>' if unit else ""))
+
+
+def _html(cell: str) -> Markup:
+    """Return what is within a cell's tags."""
+    if not isinstance(cell, Cell):
+        return escape(cell)
+    square = f'<span class="swatch" style="background:{escape(cell.color)}"></span>'
+    mark = f' <b class="mark">{escape(cell.mark)}</b>'
+    note = f"<small>{escape(cell.note)}</small>"
+    text = f"{escape(str(cell))}{mark if cell.mark else ''}{note if cell.note else ''}"
+    return Markup(square + text if cell.color else text)
