@@ -44,8 +44,8 @@ From a framed image to a deformed mesh, with numpy and onnxruntime alone:
     vertices = matrix @ (templates["control_points"][k] + offsets[0, k])  # B (P + dP)
     faces = templates[f"faces_{k}"]
 
-Before it is written, the graph is compared with torch in float64 on eight pictures of the templates.
-More than 1e-4 between weights or offsets is an error.
+Before it is written, the graph is compared with torch in float64 on eight pictures of the
+templates. More than 1e-4 between weights or offsets is an error.
 """
 
 from __future__ import annotations

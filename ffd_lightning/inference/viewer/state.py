@@ -1,0 +1,149 @@
+"""What one visitor of the viewer looks at and has changed, apart from how it is drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.metrics.chamfer import chamfer
+
+Floats = NDArray[np.float32]
+
+_EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
+_POINTS = 1024  # of a cloud that Chamfer distances are of, as in training
+
+
+def display_bank(bank: TemplateBank) -> TemplateBank:
+    """Return the same templates, light enough to be moved many times a second.
+
+    Their meshes have edges up to 0.05 instead of 0.02: an eighth of the faces, more or less.
+    """
+    return bank.lighter(_POINTS, max(_EDGE, bank.max_edge))
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a test shape really is.
+
+    Attributes:
+        shape_id: its id.
+        mesh: its mesh, bounding-box diagonal 1.
+        points: of its surface, (N, 3) float32.
+    """
+
+    shape_id: str
+    mesh: Mesh
+    points: Floats
+
+
+class State:
+    """A reconstruction that can be looked at step by step, and pulled at.
+
+    What is shown is ``deform(B, P, amount * dP + edit)``: `amount` goes from the template as it is
+    (0) to the network's deformation (1) and beyond; `edit` is what was pulled by hand, and is kept
+    for each template.
+
+    Args:
+        reconstruction: of the network.
+        display: `display_bank` of its templates.
+        name: of the input, which files are named after.
+        truth: None for photographs.
+
+    Attributes:
+        template: index of the template that is shown, the selected one at first.
+        amount: how much of the network's deformation is shown.
+        edits: by hand, (T, M, 3).
+    """
+
+    def __init__(
+        self,
+        reconstruction: Reconstruction,
+        display: TemplateBank,
+        name: str = "",
+        truth: Truth | None = None,
+    ) -> None:
+        self.reconstruction, self.display = reconstruction, display
+        self.name, self.truth = name, truth
+        self.template = reconstruction.index
+        self.amount = 1.0
+        self.edits = np.zeros_like(reconstruction.offsets)
+
+    @property
+    def offsets(self) -> Floats:
+        """How far each control point is from its place of rest, (M, 3)."""
+        predicted = self.reconstruction.offsets[self.template]
+        total: Floats = np.float32(self.amount) * predicted + self.edits[self.template]
+        return total
+
+    @property
+    def control_points(self) -> Floats:
+        """Where the control points are, (M, 3)."""
+        moved: Floats = self.display.control_points[self.template].numpy() + self.offsets
+        return moved
+
+    @property
+    def edited(self) -> NDArray[np.bool_]:
+        """Which control points were moved by hand, (M,)."""
+        moved: NDArray[np.bool_] = (self.edits[self.template] != 0).any(axis=1)
+        return moved
+
+    def move(self, index: int, position: NDArray[np.floating]) -> None:
+        """Put a control point somewhere, (3,)."""
+        change = (position - self.control_points[index]).astype(np.float32)
+        self.edits[self.template, index] += change
+
+    def choose_category(self, category: str) -> None:
+        """Show the best template of a category that the network knows."""
+        self.reconstruction = self.reconstruction.of_category(category)
+        self.template = self.reconstruction.index
+
+    def reset(self) -> None:
+        """Show what the network predicts of the template, without edits."""
+        self.amount = 1.0
+        self.edits[self.template] = 0
+
+    def surface(self) -> Mesh:
+        """Return the mesh to draw, deformed."""
+        return self.display.deformed_mesh(self.template, torch.from_numpy(self.offsets))
+
+    def template_surface(self) -> Mesh:
+        """Return the mesh to draw as the template has it: the same vertices, at rest."""
+        return self.display.subdivided(self.template)[0]
+
+    def scores(self) -> dict[str, float]:
+        """Return box Chamfer distances to the ground truth, {} for a photograph.
+
+        Not times 1,000. Squared distances, mean over points, both directions added; the first
+        1,024 points of each cloud; in units in which shapes have a bounding box of diagonal 1. Of
+        what is shown, of the template as the network deforms it, and of the template as it is.
+        """
+        if self.truth is None:
+            return {}
+        predicted = self.reconstruction.offsets[self.template]
+        kinds = {
+            "shown": self.offsets,
+            "predicted": predicted,
+            "undeformed": np.zeros_like(predicted),
+        }
+        bank, t = self.display, self.template
+        scores = {}
+        for kind, offsets in kinds.items():
+            moved = deform(
+                bank.deformation_matrix[t], bank.control_points[t], torch.from_numpy(offsets)
+            )
+            points = np.asarray(moved.numpy(), np.float32)[:_POINTS]
+            scores[kind] = chamfer(points, self.truth.points[:_POINTS])
+        return scores
+
+    def shown(self) -> Reconstruction:
+        """Return what is shown as a reconstruction of its own, at full resolution."""
+        offsets = self.reconstruction.offsets.copy()
+        offsets[self.template] = self.offsets
+        return replace(self.reconstruction, index=self.template, offsets=offsets)
