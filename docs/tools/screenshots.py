@@ -74,12 +74,12 @@ def report(place: Runs, file: Path) -> None:
 
 
 def viewer(place: Runs, file: Path) -> None:
-    """Two regimes side by side in the viewer."""
-    runs = ",".join(str(place.run("demo", "table", regime)) for regime in ("r", "posterior"))
-    command = (sys.executable, "-m", "ffd_lightning", "view", f"runs=[{runs}]", "port={port}")
+    """A test shape in the viewer."""
+    run = place.run("demo", "table", "posterior")
+    command = (sys.executable, "-m", "ffd_lightning", "view", f"run={run}", "port={port}")
     with served(*command) as address, browser(1400, 900) as page:
         page.goto(address, wait_until="commit")
-        page.get_by_text("Shown:").first.wait_for()
+        page.get_by_text("To the ground truth").first.wait_for()
         page.locator(".mantine-Notification-closeButton").first.click()  # of software rendering
         page.wait_for_timeout(60_000)  # lights and shapes fade in, slowly in software
         page.screenshot(path=file)

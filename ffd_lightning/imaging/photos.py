@@ -1,62 +1,60 @@
-"""Reading photographs: upright, in sRGB, no larger than is of use."""
+"""Reading photographs: upright, RGB or RGBA."""
 
 from __future__ import annotations
 
+import io
 import stat
+import warnings
 from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image, ImageOps, UnidentifiedImageError
 
 from ffd_lightning.errors import DataError, is_bug
-from ffd_lightning.imaging.pictures import FORMATS, ORIGIN, open_picture, upright
+from ffd_lightning.imaging.pictures import FORMATS, open_picture
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
-READ_SIDE = 1536
-"""Pixels; the longer side of a photograph is decoded at this or more."""
-
 _FORMATS = (*FORMATS, "TIFF", "PPM")
-_WORK_SIDE = 512  # about that of what the border's colour is looked for in
 
 
-def read_photo(path: Path) -> Image.Image:
+def read_photo(source: str | Path | bytes, name: str = "") -> Image.Image:
     """Read a photograph: PNG, JPEG, WebP, BMP, GIF, TIFF or PPM.
 
-    Large JPEGs are decoded at a half, a quarter or an eighth of their size, with their longer side
-    at 1,536 pixels or more: several times what the network sees.
+    Args:
+        source: the file, or its content.
+        name: for messages; by default the file's.
 
     Returns:
-        Upright, RGB or RGBA, in sRGB. Its `info` holds its `Origin`, where `frame_photo` finds the
-        photograph's name and full size, and what was done to it.
+        Upright, RGB or RGBA; of several frames the first. Colour profiles are ignored.
 
     Raises:
         DataError: there is no such file, or it cannot be read; the message names it and says why.
     """
-    path = Path(path)
+    content = source if isinstance(source, bytes) else b""
+    name = name or ("the photograph" if isinstance(source, bytes) else str(source))
     try:
-        if not stat.S_ISREG(path.stat().st_mode):  # reading a pipe would wait for ever
-            raise DataError(f"{path} is not a file")
-        with open_picture(path, _FORMATS) as picture:
-            size = picture.size
-            less = max(1, max(size) // READ_SIDE)
-            picture.draft(None, (max(1, size[0] // less), max(1, size[1] // less)))
-            return upright(picture, str(path), size)
+        if not isinstance(source, bytes):
+            if not stat.S_ISREG(Path(source).stat().st_mode):
+                raise DataError(f"{name} is not a file")  # reading a pipe would wait for ever
+            content = Path(source).read_bytes()
+        with open_picture(io.BytesIO(content), _FORMATS) as picture:
+            return _upright(picture)
     except DataError:
         raise
     except UnidentifiedImageError:
-        raise DataError(f"{path} {_unknown_kind(path)}") from None
+        raise DataError(f"{name} {_unknown_kind(content)}") from None
     except Image.DecompressionBombError as error:
-        raise DataError(f"{path} is too large ({error}): make it smaller first") from None
+        raise DataError(f"{name} is too large ({error}): make it smaller first") from None
     except Exception as error:  # Pillow meets anything in a damaged file
         if is_bug(error):
             raise
-        raise DataError(f"{path} cannot be read ({reason_of(error)})") from error
+        raise DataError(f"{name} cannot be read ({reason_of(error)})") from error
 
 
-def as_picture(picture: Image.Image | Bytes) -> Image.Image:
+def as_photo(picture: Image.Image | Bytes) -> Image.Image:
     """Return any picture as `read_photo` would.
 
     Args:
@@ -73,26 +71,31 @@ def as_picture(picture: Image.Image | Bytes) -> Image.Image:
             )
         if 0 in values.shape:
             raise DataError(f"the photograph has no pixels: {values.shape}")
-        picture = Image.fromarray(values)
+        return Image.fromarray(values)
     try:
-        return upright(picture)
+        return _upright(picture)
     except Exception as error:  # it may be decoded only now: see `read_photo`
         if is_bug(error):
             raise
         raise DataError(f"the photograph cannot be read ({reason_of(error)})") from error
 
 
-def reduced(photo: Image.Image) -> Image.Image:
-    """Return a photograph with a longer side of about `_WORK_SIDE`, if it is much larger."""
-    times = max(1, round(max(photo.size) / _WORK_SIDE))
-    small = photo.reduce(times) if times > 1 else photo
-    small.info[ORIGIN] = photo.info[ORIGIN]
-    return small
-
-
-def scale_of(small: Image.Image) -> float:
-    """Return how many pixels of the file a pixel stands for."""
-    return float(small.info[ORIGIN].size[0] / small.width)
+def _upright(picture: Image.Image) -> Image.Image:
+    """Return a picture as RGB or RGBA, turned as its EXIF data ask for."""
+    picture.load()
+    if picture.mode == "F" or picture.mode.startswith("I"):
+        raise ValueError("it has more than 8 bits a pixel: save it with 8")  # Pillow clips them
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what is missing from the data
+            picture = ImageOps.exif_transpose(picture)
+    except Exception as error:  # Pillow's reader of metadata meets anything in a damaged file
+        if isinstance(error, MemoryError):
+            raise
+    picture = picture.convert("LA") if picture.mode == "La" else picture
+    result = picture.convert("RGBA" if picture.has_transparency_data else "RGB")
+    result.info = {}  # what is done must not be done again
+    return result
 
 
 def reason_of(error: Exception) -> str:
@@ -100,12 +103,10 @@ def reason_of(error: Exception) -> str:
     return f"{type(error).__name__}: {' '.join(str(error).split())[:200]}".rstrip(": ")
 
 
-def _unknown_kind(path: Path) -> str:
+def _unknown_kind(content: bytes) -> str:
     """Return what to say of a file that Pillow does not know."""
-    with path.open("rb") as file:
-        start = file.read(12)
-    if not start:
+    if not content:
         return "is empty"
-    if start[4:8] == b"ftyp":
+    if content[4:8] == b"ftyp":
         return "is HEIC or AVIF, which are not read: save it as JPEG or PNG"
     return "is no picture, or damaged from its start on: save it as JPEG or PNG"

@@ -5,12 +5,11 @@ from __future__ import annotations
 import io
 import warnings
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageCms, ImageOps
+from PIL import Image, ImageOps
 
 from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 
@@ -29,44 +28,6 @@ bench, by the default `RenderSettings` where coverage is above a half: 0.823. Ha
 [0.74, 0.86]; the categories' medians are 0.82 or 0.83, but for the lamps' 0.71. The larger of the
 box's height / the image's and its width / the image's says less: 0.64 for sofas, 0.83 for chairs.
 """
-
-ORIGIN = "origin"
-"""The key in a picture's `info` that its `Origin` is kept under."""
-
-_ORIENTATION = 0x0112  # the number of this field in EXIF data
-_TURNS = {
-    2: Image.Transpose.FLIP_LEFT_RIGHT,
-    3: Image.Transpose.ROTATE_180,
-    4: Image.Transpose.FLIP_TOP_BOTTOM,
-    5: Image.Transpose.TRANSPOSE,
-    6: Image.Transpose.ROTATE_270,
-    7: Image.Transpose.TRANSVERSE,
-    8: Image.Transpose.ROTATE_90,
-}
-
-
-@dataclass(frozen=True)
-class Origin:
-    """What became of a photograph while it was read.
-
-    Attributes:
-        name: of its file, for messages.
-        size: width and height once upright, in the file's pixels; decoding may have made it less.
-        orientation: by its EXIF data, 1 to 8; 1 was upright.
-        steps: what was done, in words.
-        warnings: what the user must know.
-    """
-
-    name: str
-    size: tuple[int, int]
-    orientation: int
-    steps: tuple[str, ...]
-    warnings: tuple[str, ...]
-
-    def turn(self, picture: Image.Image) -> Image.Image:
-        """Turn another picture as the photograph was turned."""
-        turn = _TURNS.get(self.orientation)
-        return picture if turn is None else picture.transpose(turn)
 
 
 def object_fill(images: Iterable[NDArray[np.uint8]]) -> float:
@@ -91,11 +52,11 @@ def object_fill(images: Iterable[NDArray[np.uint8]]) -> float:
     return float(np.median(fills)) if fills else 1.0
 
 
-def open_picture(path: Path, formats: tuple[str, ...] = FORMATS) -> Image.Image:
+def open_picture(path: Path | io.BytesIO, formats: tuple[str, ...] = FORMATS) -> Image.Image:
     """Read a picture's header, and nothing of its pixels.
 
     Args:
-        path: of the file.
+        path: of the file, or its content.
         formats: of Pillow's, those that it may be in.
 
     Raises:
@@ -221,93 +182,3 @@ def over_white(rgba: Image.Image) -> Image.Image:
     flat = Image.new("RGBA", rgba.size, "white")
     flat.alpha_composite(rgba)
     return flat
-
-
-def upright(
-    picture: Image.Image, name: str = "the photograph", size: tuple[int, int] | None = None
-) -> Image.Image:
-    """Return a picture of any mode as RGB or RGBA in sRGB, turned as its EXIF data ask for.
-
-    Args:
-        picture: as opened; of several frames the current one, which is the first, is taken.
-        name: for the `Origin`.
-        size: width and height in the file, where decoding makes it less.
-
-    Returns:
-        Of mode RGB, or RGBA where anything may be see-through; its `Origin` is in its `info`. What
-        was returned here before is returned as it is.
-
-    Raises:
-        ValueError: its values cannot be shown, as those of a float TIFF that are not finite.
-        OSError, SyntaxError: what Pillow raises for damaged files.
-    """
-    if isinstance(picture.info.get(ORIGIN), Origin):
-        return picture
-    steps: list[str] = []
-    cautions: list[str] = []
-    if picture.format != "MPO" and getattr(picture, "is_animated", False):  # MPO: previews, depths
-        cautions.append("several frames: the first is used")
-    picture.load()
-    profile = picture.info.get("icc_profile")
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of what is missing from the data
-            orientation = picture.getexif().get(_ORIENTATION, 1)
-    except Exception:  # Pillow's reader of metadata meets anything in a damaged file
-        orientation = 1
-        cautions.append("EXIF data cannot be read: it may lie on its side")
-    if orientation not in _TURNS:
-        orientation = 1
-    else:
-        steps.append(f"turned upright (EXIF orientation {orientation})")
-    result = _in_srgb(_eight_bit(picture, steps), profile, steps)
-    width, height = size or picture.size
-    full = (height, width) if orientation >= 5 else (width, height)
-    if picture.width < (size or picture.size)[0]:
-        steps.append(f"decoded at {picture.width / (size or picture.size)[0]:.3g} of its size")
-    origin = Origin(name, full, orientation, tuple(steps), tuple(cautions))
-    result = origin.turn(result)
-    result.info = {ORIGIN: origin}
-    return result
-
-
-def _eight_bit(picture: Image.Image, steps: list[str]) -> Image.Image:
-    """Return pictures of wider values as L, others as they are."""
-    if picture.mode.startswith("I"):
-        steps.append("16-bit grey levels brought to 8 bits")
-        return to_rgba(picture).convert("L")
-    if picture.mode != "F":
-        return picture
-    values = np.asarray(picture)
-    top = float(values.max(initial=0))
-    if not np.isfinite(values).all() or top > 65535:
-        raise ValueError("its values are not finite numbers of 65,535 at most")
-    unit = next(unit for unit in (1, 255, 65535) if top <= unit)
-    steps.append(f"values from 0 to {unit} brought to 8 bits")
-    return Image.fromarray(np.round(values.clip(0) / unit * 255).astype(np.uint8))
-
-
-def _in_srgb(picture: Image.Image, profile: bytes | None, steps: list[str]) -> Image.Image:
-    """Return a new picture, RGB or RGBA, with its colours in sRGB as far as a profile can say."""
-    if picture.mode == "La":
-        picture = picture.convert("LA")
-    mode = "RGBA" if picture.has_transparency_data else "RGB"
-    result = picture.copy() if picture.mode == mode else picture.convert(mode)
-    if not profile:
-        return result
-    colours = picture if picture.mode in ("L", "CMYK", "LAB") else result.convert("RGB")
-    try:
-        embedded = ImageCms.ImageCmsProfile(io.BytesIO(profile))
-        name = " ".join(ImageCms.getProfileDescription(embedded).split())[:60]
-        if "srgb" in name.lower():
-            return result
-        srgb = ImageCms.createProfile("sRGB")
-        converted = ImageCms.profileToProfile(colours, embedded, srgb, outputMode="RGB")
-        assert converted is not None  # it is made in place only where that is asked for
-    except (ImageCms.PyCMSError, OSError, ValueError):
-        steps.append("its colour profile cannot be used and is ignored")
-        return result
-    steps.append(f"colours brought to sRGB from its profile ({name})")
-    if mode == "RGBA":
-        converted.putalpha(result.getchannel("A"))
-    return converted

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-import torch
 import trimesh
 from numpy.typing import NDArray
 from PIL import Image
@@ -29,7 +28,6 @@ from ffd_lightning.palette import part_colors
 
 _PALETTE = 64  # colours of one mesh
 _PREVIEW_POINTS = 4096
-_PREVIEW_EDGE = 0.03  # longest edges of what is drawn
 _PREVIEW_HEIGHT = 192  # of its cells, pixels: images of less are shown two or more times as large
 
 
@@ -141,20 +139,9 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
     Returns:
         RGB image, (H, W, 3) uint8.
     """
-    # Fewer faces draw as well at this size, in a fraction of the time.
-    bank, index = reconstruction.bank, reconstruction.index
-    light = TemplateBank(
-        bank.ids[index : index + 1],
-        bank.families[index : index + 1],
-        bank.points[index : index + 1].numpy(),
-        bank.meshes[index : index + 1],
-        part_names=bank.part_names,
-        degrees=bank.degrees,
-        max_edge=max(bank.max_edge, _PREVIEW_EDGE),
-    )
-    surface = light.deformed_mesh(0, torch.from_numpy(reconstruction.offsets[index]))
+    surface = reconstruction.surface
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
-    cloud = cloud_mesh(points, colors=reconstruction.surface.face_colors[faces])
+    cloud = cloud_mesh(points, colors=surface.face_colors[faces])
 
     times = max(1, _PREVIEW_HEIGHT // view.height)
     height, width, camera = times * view.height, times * view.width, view.picture_camera
@@ -166,7 +153,7 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.
     cells = {
         "what the network saw": seen,
         f"template ({reconstruction.weight:.2f})\n{reconstruction.template_id}": draw(
-            bank.meshes[index]
+            reconstruction.bank.meshes[reconstruction.index]
         ),
         "deformed cloud": draw(cloud),
         "deformed mesh": draw(surface),

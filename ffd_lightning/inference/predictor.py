@@ -12,8 +12,7 @@ from PIL import Image
 
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.imaging.cutting import Background
-from ffd_lightning.imaging.framing import FramedPhoto, frame_photo
+from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.imaging.render_settings import CameraModel
 from ffd_lightning.inference.reconstruction import Reconstruction
@@ -77,7 +76,8 @@ class Predictor:
 
         Args:
             image: a file, a PIL image, or (H, W, 3 or 4) uint8: RGB, and coverage as alpha.
-            mask: bright where the object is; (H, W) or any picture of the photograph's size.
+            mask: bright where the object is; (H, W) or any picture, of the upright photograph's
+                size.
             background: what tells the object where there is neither mask nor alpha.
 
         Raises:

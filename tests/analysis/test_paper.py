@@ -3,6 +3,8 @@ import json
 
 import numpy as np
 import pytest
+from ffd_lightning.app.hydra_app import compose_config
+from ffd_lightning.app.schema import typed_config
 from omegaconf import OmegaConf
 
 from ffd_lightning.analysis.paper import (
@@ -14,9 +16,7 @@ from ffd_lightning.analysis.paper import (
 )
 from ffd_lightning.analysis.runs import load_runs
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.app.schema import typed_config
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder

@@ -10,12 +10,12 @@ import zlib
 
 import numpy as np
 import pytest
-from PIL import Image, ImageCms, ImageOps
+from PIL import Image
 
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.normalization import normalize
-from ffd_lightning.imaging import cutting, photos
+from ffd_lightning.imaging import framing
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.framing import frame_photo
 from ffd_lightning.imaging.photos import read_photo
@@ -203,7 +203,7 @@ def test_what_is_beside_the_object_is_left_out_unless_a_mask_shows_it():
     framed = frame(photo)
     assert np.abs(framed.image.astype(int) - expected).mean() < 1
     (told,) = [w for w in framed.warnings if "left out" in w]
-    assert "lines or arrows (below), another object (right); if that belongs to it" in told
+    assert told.startswith("2 other things")
     coverage[40:100, 380:400] = 255
     both = frame(photo, mask=Image.fromarray(coverage))
     assert extent(both.image)[0] > 1.2 * extent(framed.image)[0]
@@ -217,7 +217,7 @@ def test_of_two_objects_one_is_taken_and_told():
     framed = frame(both)
     assert extent(framed.image) == pytest.approx(extent(rendering()), abs=2)
     (told,) = framed.warnings
-    assert "another object of similar size (left); if that belongs to it" in told
+    assert told.startswith("1 other thing beside the object left out")
 
 
 def test_an_object_at_the_border_and_a_small_one_are_told():
@@ -246,25 +246,19 @@ def test_nothing_is_distorted_or_cut_off(shape):
         assert columns.min() + columns.max() == pytest.approx(size[1] - 1, abs=1)
 
 
-def test_large_photographs_are_decoded_smaller_and_small_objects_are_looked_at_again(tmp_path):
+def test_small_objects_of_large_photographs_are_looked_at_again(tmp_path):
     photo, coverage = on_colour((231, 230, 228), (600, 800), (100, 500), 192)
     expected = frame(photo).image
     large = Image.fromarray(photo).resize((3200, 2400), Image.Resampling.BICUBIC)
     large.save(tmp_path / "a.jpg", quality=90)
     picture = read_photo(tmp_path / "a.jpg")
-    assert picture.size == (1600, 1200)
     framed = frame(picture)
     assert np.abs(framed.image.astype(int) - expected).mean() < 5
     wide, high = (4 * n for n in extent(np.dstack([photo, coverage])))
     step = framed.steps[-2].split()
     assert [int(step[2]), int(step[4])] == pytest.approx([wide, high], rel=0.05)
-    assert framed.steps[0] == "decoded at 0.5 of its size"
-    mask = Image.fromarray(coverage).resize((3200, 2400))
-    masked = frame(picture, mask=mask)
+    masked = frame(picture, mask=Image.fromarray(coverage).resize((3200, 2400)))
     assert np.abs(masked.image.astype(int) - expected).mean() < 5
-    mask.save(tmp_path / "mask.jpg")
-    again = frame(picture, mask=read_photo(tmp_path / "mask.jpg"))
-    assert np.abs(again.image.astype(int) - masked.image).mean() < 2
 
 
 # --- masks ----------------------------------------------------------------------------------------
@@ -273,157 +267,68 @@ def test_large_photographs_are_decoded_smaller_and_small_objects_are_looked_at_a
 def test_masks_of_any_mode_show_the_same():
     photo, coverage = on_colour()
     hard = np.where(coverage > 127, 255, 0).astype(np.uint8)
-    expected = frame(photo, mask=Image.fromarray(hard)).image
     mask = Image.fromarray(hard)
+    expected = frame(photo, mask=mask).image
     cut = Image.fromarray(photo)
     cut.putalpha(mask)
-    black = Image.new("RGBA", mask.size)
-    black.putalpha(mask)
-    others = [mask.convert(mode) for mode in ("1", "P", "RGB", "RGBA", "LA", "F", "I")]
-    others += [Image.fromarray(hard // 255), Image.fromarray(hard / np.float32(255)), cut, black]
-    others += [Image.fromarray(hard.astype(np.uint16) * scale) for scale in (1, 257)]
-    for other in others:
+    others = [mask.convert(mode) for mode in ("1", "P", "RGBA")]
+    for other in [*others, Image.fromarray(hard // 255), cut]:
         np.testing.assert_array_equal(frame(photo, mask=other).image, expected)
-    soft = frame(photo, mask=Image.fromarray(coverage // 2)).image
-    assert ((soft[..., 3] > 40) & (soft[..., 3] < 215)).sum() > 20
 
 
 def test_masks_that_cannot_be_used():
     photo, coverage = on_colour()
-    with pytest.raises(DataError, match="mask has 319 x 240 pixels, the photograph 320 x 240"):
+    with pytest.raises(DataError, match="has 319 x 240 pixels, the upright photograph 320 x 240"):
         frame(photo, mask=Image.fromarray(coverage[:, 1:]))
     with pytest.raises(DataError, match="empty"):
         frame(photo, mask=Image.new("L", (320, 240)))
-    with pytest.raises(DataError, match="finite"):
-        frame(photo, mask=Image.fromarray(np.full((240, 320), np.nan, np.float32)))
+    with pytest.raises(DataError, match="8 bits"):
+        frame(photo, mask=Image.fromarray(coverage.astype(np.uint16)))
     framed = frame(photo, mask=Image.new("L", (320, 240), 255))
     assert any("covers all" in warning for warning in framed.warnings)
     assert any("all four sides: background is left in" in w for w in framed.warnings)
 
 
-# --- turning and colours --------------------------------------------------------------------------
+# --- reading --------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("orientation", range(1, 9))
-def test_photographs_are_turned_upright(tmp_path, orientation):
+@pytest.mark.parametrize("orientation", [3, 6])
+def test_photographs_are_turned_upright_once(tmp_path, orientation):
     photo, coverage = on_colour()
-    expected = frame(photo, mask=Image.fromarray(coverage))
     exif = Image.Exif()
     exif[0x0112] = orientation
-    # Pillow's own turn is the oracle: the stored picture is the one that it makes upright.
-    back = {5: 5, 6: 8, 7: 7, 8: 6}.get(orientation, orientation)
-    stored = {}
-    for name, pixels in (("photo", photo), ("mask", coverage)):
-        turned = Image.fromarray(pixels)
-        turned.getexif()[0x0112] = back
-        stored[name] = ImageOps.exif_transpose(turned)
-    stored["photo"].save(tmp_path / "a.png", exif=exif)
+    # Turned by numpy, so that a turn to the right (6) or by half (3) makes it upright.
+    stored = np.rot90(photo, {6: 1, 3: 2}[orientation])
+    Image.fromarray(np.ascontiguousarray(stored)).save(tmp_path / "a.png", exif=exif)
     picture = read_photo(tmp_path / "a.png")
     np.testing.assert_array_equal(np.asarray(picture), photo)
-    framed = frame(picture, mask=Image.fromarray(coverage))
-    np.testing.assert_array_equal(framed.image, expected.image)
-    told = f"turned upright (EXIF orientation {orientation})"
-    assert (told in framed.steps) == (orientation > 1)
-    np.testing.assert_array_equal(frame(Image.open(tmp_path / "a.png")).image, frame(photo).image)
-    if orientation >= 5:  # a mask that was drawn on the stored pixels
-        framed = frame(picture, mask=stored["mask"])
-        np.testing.assert_array_equal(framed.image, expected.image)
+    expected = frame(photo, mask=Image.fromarray(coverage)).image
+    np.testing.assert_array_equal(frame(picture, mask=Image.fromarray(coverage)).image, expected)
+    with Image.open(tmp_path / "a.png") as opened:
+        np.testing.assert_array_equal(frame(opened).image, frame(photo).image)
 
 
-def test_broken_exif_is_told(tmp_path):
+def test_broken_exif_is_ignored(tmp_path):
     photo, _ = on_colour()
-    for exif in (
-        b"Exif\0\0garbage",
-        b"Exif\0\0II*\0\xff\xff\xff\xff",
-        b"Exif\0\0MM\0*\0\0\0\x08\xff",
-    ):
+    for exif in (b"Exif\0\0garbage", b"Exif\0\0II*\0\xff\xff\xff\xff"):
         Image.fromarray(photo).save(tmp_path / "a.jpg", exif=exif, quality=95)
-        framed = frame(read_photo(tmp_path / "a.jpg"))
-        assert difference(framed.image, rendering()) < 4
-    exif = Image.Exif()
-    exif[0x0112] = 77
-    Image.fromarray(photo).save(tmp_path / "a.png", exif=exif)
-    np.testing.assert_array_equal(np.asarray(read_photo(tmp_path / "a.png")), photo)
+        assert difference(frame(read_photo(tmp_path / "a.jpg")).image, rendering()) < 4
 
 
-def test_embedded_profiles_are_turned_into_srgb(tmp_path):
-    photo, coverage = on_colour()
-    srgb = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
-    Image.fromarray(photo).save(tmp_path / "a.png", icc_profile=srgb)
-    np.testing.assert_array_equal(np.asarray(read_photo(tmp_path / "a.png")), photo)
-    # A profile whose red is sRGB's blue and the other way round, and which does not say sRGB.
-    swapped = srgb.replace(b"rXYZ", b"?XYZ").replace(b"bXYZ", b"rXYZ").replace(b"?XYZ", b"bXYZ")
-    swapped = swapped.replace("sRGB".encode("utf-16-be"), "wide".encode("utf-16-be"))
-    for pixels in (photo, np.dstack([photo, coverage])):
-        Image.fromarray(pixels).save(tmp_path / "a.png", icc_profile=swapped)
-        picture = read_photo(tmp_path / "a.png")
-        read = np.asarray(picture).astype(int)
-        assert np.abs(read[..., :3] - photo[..., ::-1]).max() <= 3
-        np.testing.assert_array_equal(read[..., 3:], pixels[..., 3:])
-        assert "brought to sRGB" in frame(picture).steps[0]
-    Image.fromarray(photo).save(tmp_path / "a.png", icc_profile=b"no profile" * 50)
-    picture = read_photo(tmp_path / "a.png")
-    np.testing.assert_array_equal(np.asarray(picture), photo)
-    assert "ignored" in frame(picture).steps[0]
-
-
-MODES = {
-    "grey": ("L", "png", 1),
-    "palette": ("P", "gif", 60),
-    "1-bit": ("1", "png", 256),
-    "CMYK JPEG": ("CMYK", "jpg", 8),
-    "grey and alpha": ("LA", "png", 1),
-    "a JPEG called .png": ("RGB", "JPEG", 8),
-    "WebP": ("RGB", "webp", 20),
-    "BMP": ("RGB", "bmp", 0),
-    "TIFF": ("RGB", "tiff", 0),
-    "YCbCr TIFF": ("YCbCr", "tiff", 8),
-}
-
-
-@pytest.mark.parametrize("name", MODES)
-def test_pictures_of_any_mode_and_kind(tmp_path, name):
-    mode, kind, off = MODES[name]
+@pytest.mark.parametrize(
+    ("mode", "kind", "off"),
+    [("L", "png", 1), ("P", "gif", 60), ("CMYK", "jpeg", 8), ("LA", "png", 1), ("RGB", "webp", 20)],
+)
+def test_pictures_of_any_mode_and_kind(tmp_path, mode, kind, off):
     photo, _ = on_colour()
-    grey = mode in ("L", "LA", "1")
+    grey = mode in ("L", "LA")
     source = Image.fromarray(photo).convert("L" if grey else "RGB").convert(mode)
-    path = tmp_path / "a.png"
-    source.save(path, format={"jpg": "JPEG"}.get(kind, kind))
-    picture = read_photo(path)
+    source.save(tmp_path / "a.png", format=kind)  # what it is, not what it is called, counts
+    picture = read_photo(tmp_path / "a.png")
     assert picture.mode in ("RGB", "RGBA")
     expected = np.asarray(Image.fromarray(photo).convert("L").convert("RGB")) if grey else photo
-    read = np.asarray(picture)[..., :3].astype(int)
-    if mode != "1":
-        assert off > 1 or np.abs(read - expected).max() <= off
-        assert np.abs(read - expected).mean() <= off
+    assert np.abs(np.asarray(picture)[..., :3].astype(int) - expected).mean() <= off
     assert frame(picture).image.shape == (96, 128, 4)
-
-
-def test_wide_values_are_scaled_not_clipped(tmp_path):
-    photo, _ = on_colour()
-    grey = np.asarray(Image.fromarray(photo).convert("L"))
-    expected = np.repeat(grey[..., None], 3, 2).astype(int)
-    wide = {
-        "16-bit PNG": (grey.astype(np.uint16) * 257, "png"),
-        "16-bit TIFF": (grey.astype(np.uint16) * 257, "tiff"),
-        "32-bit TIFF": (grey.astype(np.int32) * 257, "tiff"),
-        "float TIFF to 1": (grey / np.float32(255), "tiff"),
-        "float TIFF to 255": (grey.astype(np.float32), "tiff"),
-    }
-    for name, (values, kind) in wide.items():
-        path = tmp_path / f"a.{kind}"
-        Image.fromarray(values).save(path)
-        picture = read_photo(path)
-        assert np.abs(np.asarray(picture).astype(int) - expected).max() <= 1, name
-        assert "8 bits" in frame(picture).steps[0]
-    for bad in (np.nan, np.inf, 1e9):
-        Image.fromarray(np.full((9, 9), bad, np.float32)).save(tmp_path / "a.tiff")
-        with pytest.raises(DataError, match=r"a\.tiff cannot be read .*finite"):
-            read_photo(tmp_path / "a.tiff")
-    rgb16 = photo.astype(">u2") * 257
-    rows = b"".join(b"\0" + row.tobytes() for row in rgb16)
-    path.with_name("b.png").write_bytes(png(320, 240, rows, depth=16))
-    assert np.abs(np.asarray(read_photo(path.with_name("b.png"))).astype(int) - photo).max() <= 1
 
 
 def test_a_palette_with_a_clear_colour_has_alpha(tmp_path):
@@ -439,38 +344,32 @@ def test_a_palette_with_a_clear_colour_has_alpha(tmp_path):
     assert extent(framed.image) == pytest.approx(extent(rendering()), abs=1)
 
 
-# --- hostile files --------------------------------------------------------------------------------
+def bomb():
+    """A PNG of a few bytes that says it has 81 million pixels."""
+    parts = b""
+    for kind, data in (
+        (b"IHDR", struct.pack(">2I5B", 9000, 9000, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"")),
+        (b"IEND", b""),
+    ):
+        crc = struct.pack(">I", zlib.crc32(kind + data))
+        parts += struct.pack(">I", len(data)) + kind + data + crc
+    return b"\x89PNG\r\n\x1a\n" + parts
 
 
-def chunk(kind, data):
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-
-def png(width, height, rows=b"", depth=8, extra=b""):
-    header = struct.pack(">2I5B", width, height, depth, 2, 0, 0, 0)
-    parts = chunk(b"IHDR", header) + extra + chunk(b"IDAT", zlib.compress(rows))
-    return b"\x89PNG\r\n\x1a\n" + parts + chunk(b"IEND", b"")
-
-
-def encoded(kind, **options):
+def encoded(picture):
     file = io.BytesIO()
-    Image.fromarray(on_colour()[0]).save(file, kind, **options)
+    picture.save(file, "PNG")
     return file.getvalue()
 
 
 BAD = {
     "empty": (b"", "is empty"),
     "text": (b"It was a dark and stormy night.", "is no picture"),
-    "a bomb": (png(20_000, 20_000), "is too large"),
-    "a smaller bomb": (png(9_000, 9_000), "too large .9,000 x 9,000 pixels, more than 60,000,000"),
+    "a bomb": (bomb(), "too large .9,000 x 9,000 pixels, more than 60,000,000"),
     "HEIC": (b"\0\0\0\x18ftypheic\0\0\0\0mif1heic", "HEIC .* save it as JPEG"),
-    "a PNG without pixels": (png(30, 20), "cannot be read"),
-    "half a PNG": (encoded("PNG")[:-3000], "cannot be read .*truncated"),
-    "half a JPEG": (encoded("JPEG")[:-2000], "cannot be read .*truncated"),
-    "metadata that swell": (
-        png(2, 2, bytes(14), extra=chunk(b"zTXt", b"a\0\0" + zlib.compress(bytes(9_000_000)))),
-        "cannot be read",
-    ),
+    "half a PNG": (encoded(Image.fromarray(on_colour()[0]))[:-3000], "cannot be read .*truncated"),
+    "16 bits": (encoded(Image.fromarray(np.full((9, 9), 999, np.uint16))), "more than 8 bits"),
 }
 
 
@@ -482,46 +381,18 @@ def test_bad_files_are_refused_by_name(tmp_path, name):
     with pytest.raises(DataError, match=reason) as caught:
         read_photo(tmp_path / "photo.png")
     assert str(caught.value).startswith(str(tmp_path / "photo.png"))
-    assert "\n" not in str(caught.value)
+    with pytest.raises(DataError, match=f"^upload {reason}|^upload .*{reason}"):
+        read_photo(content, "upload")
 
 
-def test_what_is_no_file_is_refused(tmp_path, monkeypatch):
-    loop = tmp_path / "loop.png"
-    loop.symlink_to(loop)
+def test_what_is_no_file_is_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe.png")
-    for name, reason in (
-        ("", "is not a file"),
-        ("pipe.png", "is not a file"),
-        ("gone.png", "No such file"),
-        ("loop.png", "[Ss]ymbolic links"),
-        ("nul\0.png", "null"),
-    ):
+    for name, reason in (("", "is not a file"), ("pipe.png", "is not a file"), ("no", "No such")):
         with pytest.raises(DataError, match=reason):
             read_photo(tmp_path / name)
-    (tmp_path / "a.png").write_bytes(encoded("PNG"))
-
-    def refuse(*_, **__):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(photos, "open_picture", refuse)
-    with pytest.raises(DataError, match=r"a\.png cannot be read .*Permission denied"):
-        read_photo(tmp_path / "a.png")
 
 
-@pytest.mark.parametrize("kind", ["gif", "png", "tiff", "webp"])
-def test_the_first_of_several_frames_is_used(tmp_path, kind):
-    first, _ = on_colour()
-    others = [Image.fromarray(first[::-1])]
-    options = {"lossless": True} if kind == "webp" else {}
-    Image.fromarray(first).save(
-        tmp_path / f"a.{kind}", save_all=True, append_images=others, **options
-    )
-    picture = read_photo(tmp_path / f"a.{kind}")
-    assert np.abs(np.asarray(picture)[..., :3].astype(int) - first).mean() < 4
-    assert any("several frames" in warning for warning in frame(picture).warnings)
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (1, 50), (50, 1), (2, 2), (60, 80)])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 50), (60, 80)])
 @pytest.mark.parametrize("channels", [3, 4])
 def test_pictures_that_show_nothing(shape, channels):
     blank = np.full((*shape, channels), 0 if channels == 4 else 77, np.uint8)
@@ -562,9 +433,9 @@ def rembg(monkeypatch):
 
     fake.new_session, fake.remove = new_session, remove
     monkeypatch.setitem(sys.modules, "rembg", fake)
-    cutting._rembg.cache_clear()
+    framing._rembg.cache_clear()
     yield fake
-    cutting._rembg.cache_clear()
+    framing._rembg.cache_clear()
 
 
 def test_rembg_finds_the_object(rembg):
@@ -593,11 +464,3 @@ def test_rembg_that_is_missing_or_has_no_weights(rembg, monkeypatch):
     monkeypatch.setitem(sys.modules, "rembg", None)
     with pytest.raises(ConfigError, match=r"pip install 'rembg\[cpu\]'"):
         frame(photo, background="rembg")
-
-
-def test_rembg_without_its_runtime_does_not_end_the_program(rembg, tmp_path, monkeypatch):
-    (tmp_path / "rembg.py").write_text("import sys; print('No onnxruntime'); sys.exit(1)")
-    monkeypatch.delitem(sys.modules, "rembg")
-    monkeypatch.syspath_prepend(tmp_path)
-    with pytest.raises(ConfigError, match="pip install"):
-        frame(on_colour()[0], background="rembg")

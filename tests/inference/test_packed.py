@@ -9,9 +9,8 @@ from ffd_lightning.app.commands import export as command
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.inference.export import packed
-from ffd_lightning.inference.export.comparison import check_images
-from ffd_lightning.inference.export.packed import write_packed
+from ffd_lightning.inference import packed
+from ffd_lightning.inference.packed import write_packed
 from ffd_lightning.inference.predictor import Predictor
 
 POINTS = 100
@@ -52,13 +51,6 @@ def test_what_is_said_of_the_file_is_so(written, joint_checkpoint):
     assert told.size == out.stat().st_size < joint_checkpoint.stat().st_size / 3
     assert 0 <= told.size - sum(told.parts.values()) < 100_000, "records and names"
     assert told.model.step == 3
-    whole, small = load_model(joint_checkpoint), load_model(out)
-    with torch.no_grad():
-        found = [
-            (whole.network(images).offsets - small.network(images).offsets).abs().max()
-            for images in check_images(whole).values()
-        ]
-    assert told.differences["offsets"] == pytest.approx(float(max(found)), rel=1e-3)
 
 
 def test_what_only_training_needs_is_left_out(written, joint_checkpoint):
@@ -85,7 +77,6 @@ def test_templates_stay_whole_but_for_points(written, joint_checkpoint):
 def test_it_can_be_packed_again(written, tmp_path):
     again = write_packed(written[0], tmp_path / "again.ckpt")
     assert again.size == written[1].size
-    assert set(again.differences.values()) == {0.0}
 
 
 def test_a_checkpoint_is_not_written_over_itself(joint_checkpoint, tmp_path):
@@ -114,6 +105,3 @@ def test_the_command_says_what_is_in_the_file(joint_checkpoint, tmp_path, capsys
     assert size == pytest.approx(out.stat().st_size / 1e6, abs=0.06)
     for words in ("48 x 64", "4 templates of sofa, table", "step 3", "float16"):
         assert words in said
-    for setting in ("dtype=float32", "opset=20", "templates=false"):
-        with pytest.raises(ConfigError, match=f"{setting.split('=')[0]}= is of ONNX files"):
-            command.main(read_settings(command.Settings, [*arguments, setting]))

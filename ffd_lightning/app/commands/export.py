@@ -11,8 +11,8 @@ resuming.
 writes the network as ONNX, and its templates beside it: usable without torch. The graph takes
 batches of any size, standardises images itself, and calls its ends
 
-    images            (batch, 3, H, W): RGB over white, the object in the middle, its larger side
-                      `fill` times the height; uint8, or with dtype=float32 of any scale
+    images            (batch, 3, H, W) uint8: RGB over white, the object in the middle, its larger
+                      side `fill` times the height
     template_weights  (batch, T): the largest is the selected template's
     template_probs    (batch, T): the same before the floor of the training's weights
     offsets           (batch, T, M, 3): dP, displacements of every template's M control points
@@ -44,20 +44,19 @@ From a framed image to a deformed mesh, with numpy and onnxruntime alone:
     vertices = matrix @ (templates["control_points"][k] + offsets[0, k])  # B (P + dP)
     faces = templates[f"faces_{k}"]
 
-Before it is written, the graph is held against torch in float64: on noise, white, grey and pictures
-of the templates, in batches of 1, 3 and 8. More than 1e-4 between weights or offsets is an error.
+Before it is written, the graph is compared with torch in float64 on eight pictures of the
+templates. More than 1e-4 between weights or offsets is an error.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ffd_lightning.checkpoint import TrainedModel, load_model
+from ffd_lightning.checkpoint import load_model
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.inference.export.packed import NUM_POINTS, write_packed
-from ffd_lightning.inference.export.write import check_settings, export, templates_file
+from ffd_lightning.inference.export import check_out, export_onnx, templates_file
+from ffd_lightning.inference.packed import NUM_POINTS, write_packed
 from ffd_lightning.inference.predictor import checkpoint_of
 
 MAIN = "run"
@@ -71,17 +70,11 @@ class Settings:
         run: a run folder, or a checkpoint file; null for the model that comes with the package.
         out: the file to write, .onnx or .ckpt; its folder is made where it is missing.
         checkpoint: another checkpoint than the run's newest.
-        dtype: of the images that the ONNX graph takes, uint8 or float32.
-        opset: ONNX's version of operators, 18 to 25.
-        templates: whether to write the templates beside the ONNX file.
     """
 
     run: str | None = None
     out: str = "model.onnx"
     checkpoint: str | None = None
-    dtype: str = "uint8"
-    opset: int = 18
-    templates: bool = True
 
 
 def main(settings: Settings) -> int:
@@ -94,18 +87,15 @@ def main(settings: Settings) -> int:
     out = Path(settings.out).expanduser()
     if out.suffix == ".ckpt":
         return _write_checkpoint(settings, out)
-    check_settings(out, settings.dtype, settings.opset)  # before the checkpoint is read
+    check_out(out)  # before the checkpoint is read
     model = load_model(_checkpoint(settings))
-    differences = export(
-        model, out, settings.dtype, settings.opset, settings.templates, _notes(model)
-    )
+    notes = {"category": ", ".join(model.categories), "run": str(model.record.get("run", ""))}
+    differences = export_onnx(model, out, notes)
     height, width = model.network.image_size
-    print(
-        f"{out}: images (batch, 3, {height}, {width}) {settings.dtype}, {len(model.bank)} templates"
-    )
-    if settings.templates:
-        print(f"{templates_file(out)}: what deforms them")
-    _print_differences("torch in float64", differences)
+    print(f"{out}: images (batch, 3, {height}, {width}) uint8, {len(model.bank)} templates")
+    print(f"{templates_file(out)}: what deforms them")
+    found = ", ".join(f"{name} {value:.1e}" for name, value in differences.items())
+    print(f"largest difference from torch in float64, on pictures of templates: {found}")
     return 0
 
 
@@ -117,9 +107,6 @@ def _checkpoint(settings: Settings) -> Path:
 
 def _write_checkpoint(settings: Settings, out: Path) -> int:
     """Write a small checkpoint, and print what is in it."""
-    for name in ("dtype", "opset", "templates"):
-        if getattr(settings, name) != getattr(Settings, name):
-            raise ConfigError(f"{name}= is of ONNX files: leave it out for out={out}")
     packed = write_packed(_checkpoint(settings), out)
     model, sizes = packed.model, {k: f"{v / 1e6:.1f} MB" for k, v in packed.parts.items()}
     height, width = model.network.image_size
@@ -131,15 +118,4 @@ def _write_checkpoint(settings: Settings, out: Path) -> int:
         f"network {sizes['network']} in float16, meshes {sizes['meshes']}, {NUM_POINTS:,} points "
         f"of each template {sizes['clouds']}"
     )
-    _print_differences("float32", packed.differences)
     return 0
-
-
-def _print_differences(reference: str, differences: Mapping[str, float]) -> None:
-    found = ", ".join(f"{name} {value:.1e}" for name, value in differences.items())
-    print(f"largest difference from {reference}, 32 images: {found}")
-
-
-def _notes(model: TrainedModel) -> dict[str, str]:
-    """Return what the file says of the run that it comes from."""
-    return {"category": ", ".join(model.categories), "run": str(model.record.get("run", ""))}

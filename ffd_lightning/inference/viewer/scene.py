@@ -1,178 +1,238 @@
-"""Drawing what one visitor looks at in three dimensions, of one network or of two."""
+"""Drawing what one visitor looks at in three dimensions: it moves, and can be pulled at."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 
+from ffd_lightning.geometry.lattice import lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import CameraFrame
-from ffd_lightning.inference.viewer.drawing import Drawing, rgb_of
-from ffd_lightning.inference.viewer.exhibit import GREY, DrawingOptions, Exhibit
-from ffd_lightning.inference.viewer.session import Session
-from ffd_lightning.palette import COLORS
+from ffd_lightning.inference.pieces import MeshColors, Piece, pieces
+from ffd_lightning.inference.viewer.state import State
 
 SPACING = 1.05
-"""Between shapes that stand side by side, in template units."""
-ROWS = 1.5
-"""Between the reconstructions of two networks and their templates behind them."""
+"""Between shapes, which stand side by side, in template units."""
 
-_TRUTH = rgb_of(COLORS[-1])  # laid over a reconstruction
-_BEFORE, _OVER = 0.62, 0.28  # a label is so far before its shape, or over it
+_COLORS = 16  # of a mesh; each is a mesh of its own for the browser
+_POINT, _PULLED, _PICKED = (0, 114, 178), (86, 180, 233), (213, 94, 0)  # control points
+_KNOT, _GIZMO = 0.011, 0.16  # sizes in template units
+_BEFORE = 0.62  # a label is so far before its shape
 
 
-class Layout(NamedTuple):
-    """Where shapes stand, each (columns to the right, rows to the back).
+@dataclass(frozen=True)
+class DrawingOptions:
+    """What is drawn, and how.
 
     Attributes:
-        templates: of each network.
-        shown: the reconstruction of each network.
-        truths: copies of the ground truth.
+        colors: what the colours of meshes say.
+        template: the template as it is.
+        mesh: the reconstruction.
+        truth: the ground truth.
+        cage: the deformed control lattice.
+        handles: the control points.
     """
 
-    templates: tuple[tuple[float, float], ...]
-    shown: tuple[tuple[float, float], ...]
-    truths: tuple[tuple[float, float], ...]
-
-
-def layout(networks: int, truth: bool, beside: bool) -> Layout:
-    """Return where shapes stand.
-
-    One network's stand in a row: template, reconstruction, ground truth. The reconstructions of two
-    stand in one row with the ground truth between them, and each template behind its own. Shapes
-    that are laid over one another are so for each network.
-
-    Args:
-        networks: 1 or 2.
-        truth: whether the ground truth is known.
-        beside: whether shapes stand beside one another.
-
-    >>> layout(1, True, True).truths
-    ((1.0, 0.0),)
-    """
-    one: tuple[tuple[float, float], ...]
-    if networks == 1:
-        one = ((0.0, 0.0),)
-        if not beside:
-            return Layout(one, one, one if truth else ())
-        if not truth:
-            return Layout(((-0.55, 0.0),), ((0.55, 0.0),), ())
-        return Layout(((-1.0, 0.0),), one, ((1.0, 0.0),))
-    side = 1.0 if truth and beside else 0.6
-    one = ((-side, 0.0), (side, 0.0))
-    if not beside:
-        return Layout(one, one, one if truth else ())
-    front, back = (tuple((x, y) for x, _ in one) for y in (-0.5, 0.5))
-    return Layout(back, front, ((0.0, -0.5),) if truth else ())
+    colors: MeshColors
+    template: bool
+    mesh: bool
+    truth: bool
+    cage: bool
+    handles: bool
 
 
 def _lowest(mesh: Mesh) -> float:
     return float(mesh.vertices[:, 1].min())
 
 
-class Stage:
-    """The three-dimensional part of one visitor's page.
+class Scene:
+    """Template, reconstruction and ground truth in a row.
 
     Args:
         scene: viser's, of one client.
-        view: the camera that the page begins with: rows run across it.
+        view: the camera that the page begins with: the row runs across it.
         refresh: called when a control point was picked or pulled; it must return at once.
+
+    Attributes:
+        nodes: what can be shown or hidden, by name.
+        moving: the pieces of the reconstruction, with their nodes.
+        picked: the control point that has arrows.
     """
 
     def __init__(self, scene: Any, view: CameraFrame, refresh: Callable[[], None]) -> None:
         self._scene, self._refresh = scene, refresh
-        self._aside, back = view.right, view.forward * [1, 0, 1]
-        self._back = back / np.linalg.norm(back)
+        self._aside, toward = view.right, -view.forward * [1, 0, 1]
+        self._toward = toward / np.linalg.norm(toward)
         self._drawn: tuple[Any, ...] = ()
         self._builds = 0
-        self.drawing: Drawing | None = None
-        self.exhibits: list[Exhibit] = []
+        self._root = ""
+        self._held = False  # arrows that are being dragged must not be moved from here
+        self._pulls: dict[int, NDArray[np.float64]] = {}
+        self.nodes: dict[str, Any] = {}
+        self.moving: list[tuple[Any, Piece]] = []
+        self.picked: int | None = None
 
-    def pulls(self) -> list[dict[int, NDArray[np.float64]]]:
-        """Return where each exhibit's control points were pulled; see `Exhibit.pulls`."""
-        return [exhibit.pulls() for exhibit in self.exhibits]
+    def pulls(self) -> dict[int, NDArray[np.float64]]:
+        """Return where control points were pulled since the last call: (3,) by their index."""
+        pulls = {}
+        while self._pulls:  # the server's thread may add to them meanwhile
+            index, place = self._pulls.popitem()
+            pulls[index] = place
+        return pulls
 
-    def show(
-        self, sessions: Sequence[Session], options: DrawingOptions, labels: Sequence[str]
-    ) -> None:
-        """Draw the session of each network; only what has changed is sent.
+    def pull(self, index: int, place: NDArray[np.float64]) -> None:
+        """Pick a control point and pull it to a place in the template's coordinates, (3,)."""
+        self.picked, self._pulls[index] = index, place
+        self._refresh()
 
-        Args:
-            sessions: of the same input.
-            options: what is drawn.
-            labels: of the reconstructions.
-        """
-        templates = [session.template for session in sessions]
-        drawn = (*sessions, *templates, options.colors, options.beside)
+    def show(self, state: State, options: DrawingOptions) -> None:
+        """Draw a state; only what has changed is sent."""
+        drawn = (state, state.template, options.colors)
         if drawn != self._drawn:
-            self._build(sessions, options)
+            self._build(state, options.colors)
             self._drawn = drawn
-        assert self.drawing is not None
-        for k, (exhibit, session) in enumerate(zip(self.exhibits, sessions, strict=True)):
-            exhibit.update(session, options)
-            self.drawing.nodes[f"shown-{k}/label"].text = labels[k]
-        self._toggle(options)
+        vertices = state.surface().vertices.astype(np.float32)
+        for node, piece in self.moving:
+            node.vertices = vertices[piece.vertices]
+        places, nodes = state.control_points, self.nodes
+        nodes["shown/cage"].points = places[lattice_edges(state.display.degrees)]
+        knots, gizmo = nodes["shown/handles"], nodes["shown/gizmo"]
+        knots.batched_positions = places
+        knots.batched_colors = self._knot_colors(state)
+        for name, visible in (
+            ("template", options.template),
+            ("shown/mesh", options.mesh),
+            ("truth", options.truth),
+            ("shown/cage", options.cage),
+            ("shown/handles", options.handles),
+            ("shown/gizmo", options.handles and self.picked is not None),
+        ):
+            if name in nodes:
+                nodes[name].visible = visible
+        if self.picked is not None and not self._held:
+            gizmo.position = places[self.picked].astype(float)
 
-    def _build(self, sessions: Sequence[Session], options: DrawingOptions) -> None:
+    def _build(self, state: State, colors: MeshColors) -> None:
         # A browser keeps the place of a node that is made again: each time all have other names.
-        earlier, self._builds = self.drawing, self._builds + 1
-        self.drawing = drawing = Drawing(self._scene, f"/scene-{self._builds}")
-        truth = sessions[0].truth
-        spots = layout(len(sessions), truth is not None, options.beside)
-        floor = _lowest(sessions[0].surface())
-        ghosts = (None, None) if options.beside else (GREY, _TRUTH)
-
-        def place(spot: tuple[float, float], mesh: Mesh) -> NDArray[np.float64]:
-            """Return where a shape's origin is: on the floor, where it is not laid over another."""
-            up = np.array([0.0, floor - _lowest(mesh) if options.beside else 0.0, 0.0])
-            return spot[0] * SPACING * self._aside + spot[1] * ROWS * self._back + up
-
-        self.exhibits = []
-        for k, session in enumerate(sessions):
-            surface, resting = session.surface(), session.template_surface()
-            own, behind = place(spots.shown[k], surface), place(spots.templates[k], resting)
-            self.exhibits.append(
-                Exhibit(drawing, f"shown-{k}", session, own, options.colors, self._refresh)
-            )
-            drawing.label(f"shown-{k}/label", "", self._before(own, floor))
-            drawing.frame(f"template-{k}", behind)
-            drawing.mesh(f"template-{k}/mesh", resting, options.colors, ghosts[0])
-            if len(sessions) == 1:
-                drawing.label(f"template-{k}/label", "template", self._before(behind, floor))
-            else:  # what is before it stands on the reconstruction
-                over = (0, resting.vertices[:, 1].max() + _OVER, 0)
-                drawing.label(f"template-{k}/label", f"template of {session.title.text}", over)
-                drawing.ring(f"shown-{k}/ring", floor - own[1], rgb_of(session.title.color))
-        for k, spot in enumerate(spots.truths if truth is not None else ()):
-            assert truth is not None
-            own = place(spot, truth.mesh)
-            drawing.frame(f"truth-{k}", own)
-            drawing.frame(f"truth-{k}/mesh")
-            drawing.mesh(f"truth-{k}/mesh/surface", truth.mesh, options.colors, ghosts[1])
-            drawing.cloud(f"truth-{k}/cloud", truth.points)
-            drawing.label(f"truth-{k}/label", "ground truth", self._before(own, floor))
-        drawing.floor(floor - 0.005)
+        earlier = self.nodes.get("")
+        self._builds += 1
+        self._root = f"/scene-{self._builds}"
+        self.picked, self._held = None, False
+        self._pulls.clear()
+        self.nodes = {"": self._scene.add_frame(self._root, show_axes=False)}
+        surface = state.surface()
+        floor = _lowest(surface)
+        side = 0.55 if state.truth is None else 1.0
+        self._stand("template", "template", state.template_surface(), -side, floor, colors)
+        column = side if state.truth is None else 0.0
+        self.moving = self._stand("shown", "reconstruction", surface, column, floor, colors)
+        self._add_handles(state)
+        if state.truth is not None:
+            self._stand("truth", "ground truth", state.truth.mesh, side, floor, colors)
+        self._scene.add_grid(
+            f"{self._root}/floor",
+            plane="xz",
+            infinite_grid=True,
+            cell_size=0.1,
+            section_size=1.0,
+            cell_color=(228, 230, 234),
+            section_color=(205, 208, 214),
+            fade_distance=5.0,
+            fade_from="origin",
+            shadow_opacity=0.18,
+            position=(0, floor - 0.005, 0),
+        )
         if earlier is not None:
             earlier.remove()
 
-    def _before(self, place: NDArray[np.float64], floor: float) -> NDArray[np.float64]:
-        """Return where on the floor the label of a shape lies, from the shape's origin."""
-        return np.array([0.0, floor - place[1], 0.0]) - _BEFORE * self._back
+    def _stand(
+        self, name: str, label: str, mesh: Mesh, column: float, floor: float, colors: MeshColors
+    ) -> list[tuple[Any, Piece]]:
+        """Put a mesh on the floor, with a label before it.
 
-    def _toggle(self, options: DrawingOptions) -> None:
-        """Show what is to be seen beside the reconstructions."""
-        assert self.drawing is not None
-        for name, node in self.drawing.nodes.items():
-            kind, _, part = name.partition("/")
-            if kind.startswith("template"):
-                node.visible = options.beside if part == "label" else options.template
-            elif kind.startswith("truth"):
-                node.visible = {
-                    "": options.truth or options.truth_cloud,
-                    "mesh": options.truth,
-                    "cloud": options.truth_cloud,
-                    "label": options.beside,
-                }[part]
+        Returns:
+            A node for each piece: what moves the mesh moves their vertices.
+        """
+        up = floor - _lowest(mesh)
+        path, scene = f"{self._root}/{name}", self._scene
+        place = column * SPACING * self._aside + [0.0, up, 0.0]
+        self.nodes[name] = scene.add_frame(path, show_axes=False, position=place)
+        self.nodes[f"{name}/mesh"] = scene.add_frame(f"{path}/mesh", show_axes=False)
+        before = np.array([0.0, floor - up, 0.0]) + _BEFORE * self._toward
+        scene.add_label(f"{path}/label", label, position=before, anchor="center-center")
+        nodes = []
+        # Viser moves vertices of plain meshes only, so each small face has its texture's colour.
+        split = pieces(mesh.without_textures(), colors, _COLORS, by_part=False)
+        for k, piece in enumerate(split):
+            opacity = piece.rgba[3] / 255
+            node = scene.add_mesh_simple(
+                f"{path}/mesh/{k}",
+                mesh.vertices[piece.vertices],
+                piece.faces,
+                color=piece.rgba[:3],
+                opacity=opacity if opacity < 1 else None,
+                flat_shading=True,
+                side="double",
+                receive_shadow=False,  # so small, shapes would be streaked by shadows of their own
+            )
+            nodes.append((node, piece))
+        return nodes
+
+    def _add_handles(self, state: State) -> None:
+        """Add the lattice, the control points, and the arrows of the one that is picked."""
+        path, scene, build = f"{self._root}/shown", self._scene, self._builds
+        offset = np.asarray(self.nodes["shown"].position)
+        ball = trimesh.creation.icosphere(subdivisions=2, radius=_KNOT)
+        places = state.control_points
+        self.nodes["shown/cage"] = scene.add_line_segments(
+            f"{path}/cage",
+            places[lattice_edges(state.display.degrees)],
+            tuple((c + 255) // 2 for c in _POINT),
+            thickness=1.2,
+            thickness_units="screen",
+        )
+        knots = self.nodes["shown/handles"] = scene.add_batched_meshes_simple(
+            f"{path}/handles",
+            ball.vertices,
+            ball.faces,
+            batched_wxyzs=np.tile([1.0, 0, 0, 0], (len(places), 1)),
+            batched_positions=places,
+            batched_colors=self._knot_colors(state),
+            lod="off",
+            cast_shadow=False,
+            receive_shadow=False,
+        )
+        gizmo = self.nodes["shown/gizmo"] = scene.add_transform_controls(
+            f"{path}/gizmo", _GIZMO, disable_rotations=True, depth_test=False, visible=False
+        )
+
+        # Asynchronous: called in the order of the events, and they must not compute anything.
+        @knots.on_click
+        async def _(event: Any) -> None:
+            if build == self._builds:  # else it is of what was drawn before
+                self.picked = event.instance_index
+                self._refresh()
+
+        @knots.on_drag
+        async def _(event: Any) -> None:
+            # The scene's coordinates, where the arrows' are the template's.
+            if build == self._builds:
+                self.pull(event.instance_index, np.asarray(event.end_position) - offset)
+
+        @gizmo.on_update
+        async def _(event: Any) -> None:
+            if build == self._builds:
+                self._held = event.phase != "end"
+                if self.picked is not None:
+                    self.pull(self.picked, np.asarray(event.target.position))
+
+    def _knot_colors(self, state: State) -> NDArray[np.uint8]:
+        colors = np.where(state.edited[:, None], _PULLED, _POINT).astype(np.uint8)
+        if self.picked is not None:
+            colors[self.picked] = _PICKED
+        return colors

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import io
 from pathlib import Path
 from typing import NamedTuple
@@ -12,10 +11,7 @@ from torch import Tensor
 
 from ffd_lightning.checkpoint import TrainedModel, load_model, read_checkpoint
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.inference.export.comparison import check_images
-from ffd_lightning.inference.export.graph import OUTPUTS, in_order
 from ffd_lightning.inference.files import write_file
-from ffd_lightning.nn.network import TemplateFfdNetwork
 
 NUM_POINTS = 2048
 """So many points of each template's cloud are kept. Predictions are of the meshes, kept whole."""
@@ -28,14 +24,11 @@ class Packed(NamedTuple):
         model: what the checkpoint held.
         size: of the file written, in bytes.
         parts: bytes of what is in it, by name; they add up to the size but for its bookkeeping.
-        differences: largest absolute difference of each of the network's outputs from what it was
-            in float32, over 32 images.
     """
 
     model: TrainedModel
     size: int
     parts: dict[str, int]
-    differences: dict[str, float]
 
 
 def write_packed(checkpoint: Path, out: Path) -> Packed:
@@ -69,14 +62,13 @@ def write_packed(checkpoint: Path, out: Path) -> Packed:
     }
     buffer = io.BytesIO()
     torch.save(packed, buffer)
-    differences = _differences(model.network, network, model)
     write_file(out, buffer.getvalue())
     parts = {
         "network": _size(list(network.values())),
         "meshes": _size(templates["meshes"]),
         "clouds": _size([templates["points"]]),
     }
-    return Packed(model, len(buffer.getvalue()), parts, differences)
+    return Packed(model, len(buffer.getvalue()), parts)
 
 
 def _rounded(value: Tensor, name: str) -> Tensor:
@@ -86,21 +78,6 @@ def _rounded(value: Tensor, name: str) -> Tensor:
     if not rounded.isfinite().all():
         raise DataError(f"{name} has values that float16 cannot hold: its training has diverged")
     return rounded
-
-
-@torch.no_grad()
-def _differences(
-    network: TemplateFfdNetwork, weights: dict[str, Tensor], model: TrainedModel
-) -> dict[str, float]:
-    """Return how far rounded weights move the outputs, at most."""
-    rounded = copy.deepcopy(network)
-    rounded.load_state_dict({k.removeprefix("network."): v for k, v in weights.items()})
-    largest = dict.fromkeys(OUTPUTS, 0.0)
-    for images in check_images(model).values():
-        pairs = zip(OUTPUTS, in_order(network(images)), in_order(rounded(images)), strict=True)
-        for name, before, after in pairs:
-            largest[name] = max(largest[name], float((before - after).abs().max()))
-    return largest
 
 
 def _size(tensors: list[Tensor]) -> int:

@@ -13,13 +13,11 @@ from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.metrics.chamfer import chamfer
-from ffd_lightning.palette import COLORS
 
 Floats = NDArray[np.float32]
 
 _EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
-_POINTS = 4096  # of a cloud that are drawn
-_SCORED = 1024  # of a cloud that Chamfer distances are of, as in training
+_POINTS = 1024  # of a cloud that Chamfer distances are of, as in training
 
 
 def display_bank(bank: TemplateBank) -> TemplateBank:
@@ -28,21 +26,6 @@ def display_bank(bank: TemplateBank) -> TemplateBank:
     Their meshes have edges up to 0.05 instead of 0.02: an eighth of the faces, more or less.
     """
     return bank.lighter(_POINTS, max(_EDGE, bank.max_edge))
-
-
-@dataclass(frozen=True)
-class NetworkTitle:
-    """How a network is called in the page.
-
-    Attributes:
-        text: its name, as "b, base".
-        color: that it is told by, as #rrggbb.
-        note: what else to say of it, as "16 templates, 600 steps".
-    """
-
-    text: str = "reconstruction"
-    color: str = COLORS[0]
-    note: str = ""
 
 
 @dataclass(frozen=True)
@@ -60,7 +43,7 @@ class Truth:
     points: Floats
 
 
-class Session:
+class State:
     """A reconstruction that can be looked at step by step, and pulled at.
 
     What is shown is ``deform(B, P, amount * dP + edit)``: `amount` goes from the template as it is
@@ -70,9 +53,8 @@ class Session:
     Args:
         reconstruction: of the network.
         display: `display_bank` of its templates.
-        truth: None for photographs.
-        title: of the network.
         name: of the input, which files are named after.
+        truth: None for photographs.
 
     Attributes:
         template: index of the template that is shown, the selected one at first.
@@ -84,21 +66,14 @@ class Session:
         self,
         reconstruction: Reconstruction,
         display: TemplateBank,
-        truth: Truth | None = None,
-        title: NetworkTitle | None = None,
         name: str = "",
+        truth: Truth | None = None,
     ) -> None:
-        self.reconstruction, self.display, self.truth = reconstruction, display, truth
-        self.title, self.name = title or NetworkTitle(), name
+        self.reconstruction, self.display = reconstruction, display
+        self.name, self.truth = name, truth
         self.template = reconstruction.index
         self.amount = 1.0
         self.edits = np.zeros_like(reconstruction.offsets)
-
-    @property
-    def rest(self) -> Floats:
-        """The template's control points P, (M, 3)."""
-        points: Floats = self.display.control_points[self.template].numpy()
-        return points
 
     @property
     def offsets(self) -> Floats:
@@ -110,7 +85,7 @@ class Session:
     @property
     def control_points(self) -> Floats:
         """Where the control points are, (M, 3)."""
-        moved: Floats = self.rest + self.offsets
+        moved: Floats = self.display.control_points[self.template].numpy() + self.offsets
         return moved
 
     @property
@@ -121,9 +96,8 @@ class Session:
 
     def move(self, index: int, position: NDArray[np.floating]) -> None:
         """Put a control point somewhere, (3,)."""
-        self.edits[self.template, index] += (position - self.control_points[index]).astype(
-            np.float32
-        )
+        change = (position - self.control_points[index]).astype(np.float32)
+        self.edits[self.template, index] += change
 
     def choose_category(self, category: str) -> None:
         """Show the best template of a category that the network knows."""
@@ -143,10 +117,6 @@ class Session:
         """Return the mesh to draw as the template has it: the same vertices, at rest."""
         return self.display.subdivided(self.template)[0]
 
-    def points(self) -> Floats:
-        """Return the cloud to draw, deformed, (4096 at most, 3)."""
-        return self._deformed(self.offsets)
-
     def scores(self) -> dict[str, float]:
         """Return box Chamfer distances to the ground truth, {} for a photograph.
 
@@ -156,28 +126,24 @@ class Session:
         """
         if self.truth is None:
             return {}
-        target = self.truth.points[:_SCORED]
         predicted = self.reconstruction.offsets[self.template]
         kinds = {
             "shown": self.offsets,
             "predicted": predicted,
             "undeformed": np.zeros_like(predicted),
         }
-        return {
-            kind: chamfer(self._deformed(offsets)[:_SCORED], target)
-            for kind, offsets in kinds.items()
-        }
+        bank, t = self.display, self.template
+        scores = {}
+        for kind, offsets in kinds.items():
+            moved = deform(
+                bank.deformation_matrix[t], bank.control_points[t], torch.from_numpy(offsets)
+            )
+            points = np.asarray(moved.numpy(), np.float32)[:_POINTS]
+            scores[kind] = chamfer(points, self.truth.points[:_POINTS])
+        return scores
 
     def shown(self) -> Reconstruction:
         """Return what is shown as a reconstruction of its own, at full resolution."""
         offsets = self.reconstruction.offsets.copy()
         offsets[self.template] = self.offsets
         return replace(self.reconstruction, index=self.template, offsets=offsets)
-
-    def _deformed(self, offsets: Floats) -> Floats:
-        moved = deform(
-            self.display.deformation_matrix[self.template],
-            self.display.control_points[self.template],
-            torch.from_numpy(offsets),
-        )
-        return np.asarray(moved.numpy(), np.float32)

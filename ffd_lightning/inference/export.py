@@ -1,0 +1,246 @@
+"""A trained network as ONNX, checked first, and its templates beside it."""
+
+from __future__ import annotations
+
+import copy
+import importlib
+import io
+import json
+import logging
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from ffd_lightning.checkpoint import TrainedModel
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.files import write_file
+from ffd_lightning.nn.network import TemplateFfdNetwork
+
+OUTPUTS = ("template_weights", "template_probs", "offsets")
+
+TOLERANCE = 1e-4
+"""Largest difference from torch: of weights, and of offsets in units of a template's diagonal."""
+
+_OPSET = 18  # ONNX's version of operators
+_IMAGES = 8
+_MEANING = {
+    "template_weights": "the largest is the selected template's; they sum to 1",
+    "offsets": "dP, displacements of the control points P, in units of the bounding box's diagonal",
+    "deformation": "B (P + dP); row v of B holds the products b_i(s) b_j(t) b_k(u) of vertex v's "
+    "lattice coordinates (s, t, u), k fastest; b_i(t) = binomial(n, i) t^i (1 - t)^(n - i) for "
+    "an axis of degree n",
+    "frame": "y up, facing -z, bounding box of diagonal 1 centred at the origin",
+}
+
+
+def export_onnx(
+    model: TrainedModel, out: Path, notes: Mapping[str, str] | None = None
+) -> dict[str, float]:
+    """Write a model's network as ONNX, checked, and its templates beside it.
+
+    Args:
+        model: a checkpoint's content.
+        out: the file, `.onnx`; see `templates_file` for the templates'. Folders are made, files
+            there replaced, and never left half written.
+        notes: what the file says of itself beside the images, the templates and the step.
+
+    Returns:
+        The largest absolute difference of each output from torch's.
+
+    Raises:
+        ConfigError: see `check_out`; or torch cannot export this network.
+        DataError: the graph differs from torch by more than 1e-4, or a file cannot be written.
+    """
+    check_out(out)
+    content = build_graph(model, notes).SerializeToString()
+    differences = compare(model, content)
+    for name, difference in differences.items():
+        if difference > TOLERANCE:
+            raise DataError(
+                f"the graph's {name} differ from torch's by {difference:.1e}, more than "
+                f"{TOLERANCE:.0e}: nothing was written"
+            )
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **pack_templates(model.bank))
+    write_file(templates_file(out), buffer.getvalue())
+    write_file(out, content)
+    return differences
+
+
+def templates_file(out: Path) -> Path:
+    """Return where the templates of an ONNX file are."""
+    return out.with_suffix(".templates.npz")
+
+
+def check_out(out: Path) -> None:
+    """Refuse what cannot work before anything is computed, and make the folder.
+
+    Args:
+        out: the file to write.
+
+    Raises:
+        ConfigError: it does not end in .onnx, or a package is missing.
+        DataError: the folder cannot be made.
+    """
+    if out.suffix != ".onnx" or out.is_dir():
+        raise ConfigError(
+            f"out={out} must be a file that ends in .onnx or .ckpt: out={out}/model.onnx, say"
+        )
+    for name in ("onnx", "onnxscript", "onnxruntime"):
+        try:
+            importlib.import_module(name)
+        except ImportError as error:  # missing, or without a library of its own
+            raise ConfigError(
+                f"exporting needs {name} ({error}): pip install 'ffd_lightning[onnx]'"
+            ) from None
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise DataError(f"cannot make the folder {out.parent}: {error.strerror}") from None
+
+
+class _Graph(nn.Module):
+    """The network behind an exact standardisation, with the outputs of `OUTPUTS` in order."""
+
+    def __init__(self, network: TemplateFfdNetwork) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(self, images: Tensor) -> tuple[Tensor, ...]:
+        # float64 for the standardisation alone, the network goes on in float32: sums over all
+        # values of a mostly white image lose three digits in float32, in each runtime others.
+        prediction = self.network(images.double())
+        return tuple(getattr(prediction, name) for name in OUTPUTS)
+
+
+def build_graph(model: TrainedModel, notes: Mapping[str, str] | None = None) -> Any:
+    """Return the network as an `onnx.ModelProto` that says what it is.
+
+    Args:
+        model: a checkpoint's content.
+        notes: see `export_onnx`.
+
+    Raises:
+        ConfigError: torch cannot export this network.
+    """
+    import onnx
+
+    graph = _translated(model.network)
+    # Torch's notes on the lines of code that things come from hold paths.
+    for part in (graph.graph, *graph.graph.node, *graph.graph.value_info):
+        part.ClearField("metadata_props")
+    height, width = model.network.image_size
+    metadata = {
+        "images": f"(batch, 3, {height}, {width}) uint8, RGB over white; the object in the "
+        f"middle, its larger side fill x {height} pixels",
+        "image_size": json.dumps([height, width]),
+        "fill": json.dumps(round(model.object_fill, 4)),
+        "template_ids": json.dumps(model.bank.ids),
+        "degrees": json.dumps(model.bank.degrees),
+        "step": json.dumps(model.step),
+    }
+    onnx.helper.set_model_props(graph, {**metadata, **_MEANING, **(notes or {})})
+    return graph
+
+
+def _translated(network: TemplateFfdNetwork) -> Any:
+    """Return what torch's exporter makes of a network, checked by ONNX's own rules."""
+    import onnx
+
+    logger = logging.getLogger("torch.onnx")
+    level = logger.level
+    logger.setLevel(logging.ERROR)  # it warns of packages that are not needed
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            program = torch.onnx.export(
+                _Graph(network).eval(),
+                (torch.zeros(2, 3, *network.image_size, dtype=torch.uint8),),
+                input_names=["images"],
+                output_names=OUTPUTS,
+                dynamic_shapes={"images": {0: torch.export.Dim("batch")}},
+                opset_version=_OPSET,
+                dynamo=True,
+                verbose=False,
+            )
+        assert program is not None
+        onnx.checker.check_model(program.model_proto, full_check=True)
+    # Whatever the exporter meets comes out as its own kind of RuntimeError.
+    except (
+        RuntimeError,
+        onnx.checker.ValidationError,
+        onnx.shape_inference.InferenceError,
+    ) as error:
+        reason = f"{type(error).__name__}: {error}".split("\n")[0]
+        raise ConfigError(f"torch cannot export this network as ONNX ({reason})") from error
+    finally:
+        logger.setLevel(level)
+    return program.model_proto
+
+
+@torch.no_grad()
+def compare(model: TrainedModel, content: bytes) -> dict[str, float]:
+    """Hold an ONNX graph, as onnxruntime runs it on the CPU, against torch in float64.
+
+    Args:
+        model: what the graph was made of.
+        content: the graph's bytes.
+
+    Returns:
+        Largest absolute difference of each output, over pictures of the templates from all sides.
+
+    Raises:
+        DataError: outputs that are not finite.
+    """
+    import onnxruntime
+
+    height, width = model.network.image_size
+    meshes = model.bank.meshes
+    pictures = [
+        render(meshes[k % len(meshes)], Camera(45 * k), height=height, width=width, samples=1)
+        for k in range(_IMAGES)
+    ]
+    images = np.ascontiguousarray(np.stack(pictures)[..., :3].transpose(0, 3, 1, 2))
+    exact = _Graph(copy.deepcopy(model.network).double())(torch.from_numpy(images))
+    session = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"])
+    outputs = session.run(list(OUTPUTS), {"images": images})
+    differences = {}
+    for name, output, expected in zip(OUTPUTS, outputs, exact, strict=True):
+        differences[name] = float(np.abs(output - expected.numpy()).max())
+        if not np.isfinite(differences[name]):
+            raise DataError(f"the network's {name} are not finite: its training diverged")
+    return differences
+
+
+def pack_templates(bank: TemplateBank) -> dict[str, Any]:
+    """Return the arrays that deform a bank's subdivided meshes, without torch.
+
+    Lattice coordinates stand for the vertices, B P, and for B itself, M / 3 times as large.
+
+    Returns:
+        `ids` (T,), `degrees` (3,), `control_points` (T, M, 3), `part_names`, and of template k's
+        subdivided mesh `stu_k` (V, 3), `faces_k` (F, 3), `colors_k` (F, 4) and, where known,
+        `parts_k` (F,), index into `part_names`, 255 unknown.
+    """
+    arrays: dict[str, Any] = {
+        "ids": np.array(bank.ids),
+        "degrees": np.array(bank.degrees),
+        "control_points": bank.control_points.numpy(),
+        "part_names": np.array(bank.part_names, np.str_),
+    }
+    for k, lattice in enumerate(bank.lattices):
+        mesh, _ = bank.subdivided(k)
+        arrays[f"stu_{k}"] = lattice.to_stu(torch.from_numpy(mesh.vertices)).float().numpy()
+        arrays[f"faces_{k}"] = mesh.faces.astype(np.int32)
+        arrays[f"colors_{k}"] = mesh.face_colors
+        if mesh.face_parts is not None:
+            arrays[f"parts_{k}"] = mesh.face_parts
+    return arrays

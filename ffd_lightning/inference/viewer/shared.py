@@ -1,0 +1,126 @@
+"""What all visitors of the viewer share: the network and the test shapes."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.errors import DataError
+from ffd_lightning.imaging.framing import FramedPhoto
+from ffd_lightning.imaging.photos import read_photo
+from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.predictor import Predictor
+from ffd_lightning.inference.viewer.state import State, Truth, display_bank
+from ffd_lightning.palette import regime_title
+
+_HEIGHT, _WIDTH = 144, 192  # pixels of a template's picture
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """The test shapes of a run.
+
+    Attributes:
+        prepared: the set that they are in.
+        ids: theirs, in the order in which they are listed.
+    """
+
+    prepared: PreparedSet
+    ids: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Photo:
+    """A photograph as it was opened.
+
+    Attributes:
+        name: of its file.
+        content: the file's bytes.
+        mask: bytes of a picture that is bright where the object is, None where the background is
+            to be told from the photograph.
+    """
+
+    name: str
+    content: bytes
+    mask: bytes | None = None
+
+
+class Shared:
+    """The network and the test shapes.
+
+    Args:
+        predictor: the network.
+        shapes: None for photographs alone.
+        photo: that visitors see first, None for the first test shape.
+        note: what visitors should know, shown at the top.
+
+    Attributes:
+        heading: what is looked at, in a line.
+        shape_ids: the test shapes.
+        views: images of each.
+        camera: that the page begins with: the network's images', or three quarters where there are
+            several.
+    """
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        shapes: Shapes | None = None,
+        photo: Photo | None = None,
+        note: str = "",
+    ) -> None:
+        model = predictor.model
+        regime = regime_title(str(model.record.get("regime", "unknown regime")))
+        self.heading = (
+            f"{', '.join(model.categories)}: {regime}, {len(model.bank)} templates, "
+            f"{model.step:,} steps"
+        )
+        self.note, self.photo, self.camera = note, photo, model.render.picture_camera
+        self.shape_ids = () if shapes is None else shapes.ids
+        self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
+        self._predictor, self._shapes = predictor, shapes
+        self._display = display_bank(model.bank)
+        self._pictures: dict[int, NDArray[np.uint8]] = {}
+        self._busy = threading.Lock()  # visitors are served by threads of their own
+
+    def picture(self, template: int) -> NDArray[np.uint8]:
+        """Return a picture of a template, RGB."""
+        if template not in self._pictures:
+            mesh = self._predictor.model.bank.meshes[template]
+            image = render(mesh, self.camera, height=_HEIGHT, width=_WIDTH, samples=2)
+            self._pictures[template] = image[..., :3]
+        return self._pictures[template]
+
+    def open_shape(self, shape_id: str, view: int = 0) -> State:
+        """Reconstruct a test shape from one of its images."""
+        assert self._shapes is not None
+        prepared = self._shapes.prepared
+        row = prepared.index(shape_id)
+        step = f"test shape {shape_id}" + (f", view {view + 1}" if self.views > 1 else "")
+        framed = FramedPhoto(prepared.image(row, view), (step,), ())
+        truth = Truth(shape_id, prepared.mesh(row), prepared.cloud(row))
+        return self._state(framed, shape_id, truth)
+
+    def open_photo(self, photo: Photo) -> State:
+        """Reconstruct what a photograph shows.
+
+        Raises:
+            DataError: it cannot be used, or its mask cannot.
+        """
+        if photo.mask == photo.content:
+            raise DataError(f"the mask is the photograph itself, {photo.name}")
+        picture = read_photo(photo.content, photo.name)
+        mask = None if photo.mask is None else read_photo(photo.mask, "the mask")
+        framed = self._predictor.frame(picture, mask=mask)
+        return self._state(framed, Path(photo.name).stem, None)
+
+    def _state(self, framed: FramedPhoto, name: str, truth: Truth | None) -> State:
+        with self._busy:
+            (found,) = self._predictor.predict_framed([framed])
+            self._display.subdivided(found.index)
+        return State(found, self._display, name, truth)
