@@ -76,7 +76,7 @@ def packages(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def trained(packages, tmp_path_factory):
-    """Train with all components of the package, killed on the way and resumed: folder, run, output."""
+    """Train with all of them, killed on the way and resumed: folder, run, output."""
     folder = tmp_path_factory.mktemp("work")
     settings = (*OWN, *TINY)
     killed = ("-c", killed_training(5))
