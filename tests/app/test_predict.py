@@ -200,9 +200,7 @@ def test_the_record_suffices_to_make_the_mesh_again(written):
 
 def test_colours_by_part(config, photos, checkpoint):
     photo = sorted(photos.iterdir())[0]
-    predict_files(
-        replace(config, image=str(photo), colors="parts", preview=False, points=50)
-    )
+    predict_files(replace(config, image=str(photo), colors="parts", preview=False, points=50))
     scene = trimesh.load(Path(config.out) / photo.stem / "mesh.glb", process=False)
     names = Predictor.load(checkpoint).model.bank.part_names
     for name, piece in scene.geometry.items():
