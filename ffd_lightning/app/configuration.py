@@ -25,7 +25,7 @@ from omegaconf import DictConfig, OmegaConf
 from ffd_lightning import components
 from ffd_lightning.app.config import GROUPS, HOLDERS, LISTS, Encoder
 from ffd_lightning.app.messages import SHOWN, explain
-from ffd_lightning.components import MISSING, OWN, Component, Setting, settings_of
+from ffd_lightning.components import OWN, Component, Setting, settings_of
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder
@@ -406,17 +406,3 @@ def quote_paths(arguments: Sequence[str], keys: Sequence[str]) -> list[str]:
             argument = f'{key}="{escaped}"'
         result.append(argument)
     return result
-
-
-__all__ = [
-    "MISSING",
-    "all_settings",
-    "choose",
-    "compose_config",
-    "config_folder",
-    "content",
-    "differences",
-    "flat",
-    "run_hydra",
-    "typed_config",
-]
