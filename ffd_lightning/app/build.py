@@ -88,15 +88,18 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
     )
 
 
-def _seen(cfg: TrainConfig) -> tuple[tuple[int, int], int, tuple[int, int]]:
+def _seen(cfg: Any) -> tuple[tuple[int, int], int, tuple[int, int]]:
     """Return the size of images, by how much they are shrunk, and what the encoder sees."""
     size = (cfg.data.render.height, cfg.data.render.width)
     shrink = max(1, size[0] // (cfg.network.seen_height or size[0]))
     return size, shrink, shrunk_size(size, shrink)
 
 
-def build_encoder(cfg: TrainConfig) -> ImageEncoder:
+def build_encoder(cfg: Any) -> ImageEncoder:
     """Return the encoder with its first weights.
+
+    Args:
+        cfg: what has `encoder`, `data` and `network` of a `TrainConfig`.
 
     Raises:
         ConfigError: it is none, or has no such weights.

@@ -25,8 +25,10 @@ from omegaconf import DictConfig, OmegaConf
 from ffd_lightning import components
 from ffd_lightning.app.config import GROUPS, HOLDERS, LISTS, Encoder
 from ffd_lightning.app.messages import SHOWN, explain
-from ffd_lightning.components import MISSING, OWN, Component, Setting, settings_of
+from ffd_lightning.components import OWN, Component, Setting, settings_of
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.files import write_atomic
+from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 # Hydra shows all that is logged as information. Here, as jobs in other processes load this too.
@@ -369,6 +371,10 @@ def _job(schema: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictC
             sys.exit(f"error: {explain(error)}")
         if counted:
             log.error("%s", explain(error))  # to the log in the job's folder too
+            run_folder = RunFolder(Path(HydraConfig.get().runtime.output_dir))
+            if not run_folder.config.exists():  # the sweep's table tells of it too
+                write_atomic(run_folder.config, OmegaConf.to_yaml(cfg))
+                run_folder.set_status("failed", reason=explain(error))
             return None
         print(f"error: {explain(error)}", file=sys.stderr)
         # Hydra goes on, and shows the first of all exceptions at the end.
@@ -400,17 +406,3 @@ def quote_paths(arguments: Sequence[str], keys: Sequence[str]) -> list[str]:
             argument = f'{key}="{escaped}"'
         result.append(argument)
     return result
-
-
-__all__ = [
-    "MISSING",
-    "all_settings",
-    "choose",
-    "compose_config",
-    "config_folder",
-    "content",
-    "differences",
-    "flat",
-    "run_hydra",
-    "typed_config",
-]

@@ -21,7 +21,15 @@ from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning import components
 from ffd_lightning.app.config import GROUPS, EvaluateConfig, TrainConfig
-from ffd_lightning.app.configuration import content, differences, flat, typed_config
+from ffd_lightning.app.configuration import (
+    choose,
+    content,
+    differences,
+    flat,
+    label_of,
+    typed_config,
+)
+from ffd_lightning.components import Component
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder
@@ -125,8 +133,11 @@ def run_suffix(root: DictConfig) -> str:
         # The job itself says what is wrong, as soon as it starts: not in another run's folder.
         told = "\n".join(hydra["overrides"]["task"])
         return f"_invalid-{_digest(told)}"
-    chosen = hydra["runtime"]["choices"]
-    choices = {k: _spelled(v) for k, v in chosen.items() if v and not k.startswith("hydra/")}
+    choices = {
+        key: choice
+        for key, choice in hydra["runtime"]["choices"].items()
+        if choice and not key.startswith("hydra/")
+    }
     base, plugins = tuple(config.base), tuple(config.plugins)
     placed = {group: choices[group] for group in _PLACED_GROUPS}
     usual = _composed(tuple(placed.items()), base)[0]
@@ -137,21 +148,27 @@ def run_suffix(root: DictConfig) -> str:
         for group, choice in choices.items()
         if group not in placed
         and decides(group)
-        and choice != _spelled(usual.get(group))
+        and choice != usual.get(group)
         # An option may bring another along: schedule=paper, lr_schedule=none, say.
-        and choice != _spelled(_composed(_without(choices, group), base)[0].get(group))
+        and choice != _composed(_without(choices, group), base)[0].get(group)
     ]
+    for chosen in (*config.regime.terms.values(), *config.callback.values()):
+        named = {f"{chosen.where}.{key}": value for key, value in _usual(chosen).items()}
+        new = named and named.keys() <= own.keys() and option.keys().isdisjoint(named)
+        if new and chosen.where.endswith(f".{chosen.name}"):
+            words.append(chosen.name)
+            option |= named
     changed = {key: own.get(key) for key in differences(option, own) if key not in _PLACED}
     return difference_name(words, changed, {*own, *option})
 
 
-def _spelled(choice: Any) -> str:
-    """Return a choice as it is written on a command line."""
-    return (
-        f"[{','.join(choice)}]"
-        if isinstance(choice, Sequence) and not isinstance(choice, str)
-        else str(choice)
-    )
+def _usual(chosen: Component) -> dict[str, Any]:
+    """Return a component with its default settings, {} where it has none without being told."""
+    node = {label_of(chosen.kind): chosen.name}
+    try:
+        return flat(content(choose(chosen.kind, node, chosen.where)))
+    except ConfigError:
+        return {}
 
 
 def _without(choices: Mapping[str, str], group: str) -> tuple[tuple[str, str], ...]:
@@ -163,8 +180,7 @@ def _word(group: str, choice: str) -> str:
     kinds = {where.replace(".", "/"): kind for where, kind in GROUPS.items()}
     others = (kind for other, kind in kinds.items() if other != group and decides(other))
     shared = any(choice in components.names(kind) for kind in others)
-    word = re.sub(r"[^\w]+", "-", choice).strip("-")
-    return f"{group.rpartition('/')[2]}-{word}" if shared else word
+    return f"{group.rpartition('/')[2]}-{choice}" if shared else choice
 
 
 def _without_suffix(node: Any) -> Any:

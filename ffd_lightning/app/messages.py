@@ -92,6 +92,8 @@ def explain(error: BaseException) -> str:
             f"{message}: commas separate values. Several are a list, image=[a.png,b.png]; one that "
             "has a comma is quoted twice, 'image=\"a,b.png\"'; a sweep needs -m"
         )
+    if "Error merging override callback=" in message:  # without one the group does not exist
+        return "no callback is registered: a package or plugins=[MODULE] brings them"
     if "Config group override must be a string" in message:
         return "a group's option is a name, not a number: templates=t30, say, not templates=30"
     return _explain_key(error) or message

@@ -1,13 +1,12 @@
 """The trained model that comes with the package.
 
 `model.ckpt` is a checkpoint of several categories, made by `ffd export run=RUN out=model.ckpt`;
-`README.md` beside it says what it was trained on and what can be expected of it.
+`README.md` beside it says what it was trained on and what can be expected of it. Runs that start
+from its encoder say `encoder.weights=embedded`: another model needs another word.
 """
 
 from __future__ import annotations
 
-import hashlib
-from functools import lru_cache
 from pathlib import Path
 
 from ffd_lightning.errors import ConfigError
@@ -27,18 +26,3 @@ def pretrained_model() -> Path:
             "checkpoint file"
         )
     return MODEL
-
-
-def pretrained_digest() -> str:
-    """Return eight hexadecimal digits that change with the model.
-
-    Raises:
-        ConfigError: see `pretrained_model`.
-    """
-    model = pretrained_model()
-    return _digest(model, model.stat().st_mtime_ns, model.stat().st_size)
-
-
-@lru_cache(maxsize=1)
-def _digest(model: Path, changed: int, size: int) -> str:
-    return hashlib.sha256(model.read_bytes()).hexdigest()[:8]

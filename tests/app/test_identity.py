@@ -176,9 +176,9 @@ def folder(*overrides):
         ([], "chair/b/t16/seed0"),
         (["category=sofa", "regime=e", "templates=t4", "seed=3"], "sofa/e/t4/seed3"),
         (["schedule.steps=50"], "chair/b/t16/seed0_steps-50"),
-        (["schedule=paper"], "chair/b/t16/seed0_paper"),
-        (["schedule=paper", "schedule.steps=50"], "chair/b/t16/seed0_paper_steps-50"),
-        (["schedule=paper", "lr_schedule=cosine"], "chair/b/t16/seed0_cosine_paper"),
+        (["schedule=paper"], "chair/b/t16/seed0_schedule-paper"),
+        (["schedule=paper", "schedule.steps=50"], "chair/b/t16/seed0_schedule-paper_steps-50"),
+        (["schedule=paper", "lr_schedule=cosine"], "chair/b/t16/seed0_schedule-paper_cosine"),
         (["lr_schedule=one_cycle"], "chair/b/t16/seed0"),  # the default
         (["lr_schedule=none"], "chair/b/t16/seed0_lr_schedule-none"),  # augmentation has one, too
         (["regime/term=[uniform_penalty]"], "chair/b/t16/seed0_uniform_penalty"),
@@ -189,10 +189,13 @@ def folder(*overrides):
             "chair/b/t16/seed0_weights-none_encoder.width-0.5",
         ),
         (["encoder.weights=none"], "chair/b/t16/seed0_weights-none"),
-        (["schedule=paper", "encoder.weights=none"], "chair/b/t16/seed0_paper_weights-none"),
+        (
+            ["schedule=paper", "encoder.weights=none"],
+            "chair/b/t16/seed0_schedule-paper_weights-none",
+        ),
         (
             ["schedule=paper", "network.batch_norm_momentum=0.1"],
-            "chair/b/t16/seed0_paper_batch_norm_momentum-0.1",
+            "chair/b/t16/seed0_schedule-paper_batch_norm_momentum-0.1",
         ),
         (["trainer.precision=bf16-mixed"], "chair/b/t16/seed0_precision-bf16-mixed"),
         (["trainer=cpu", "trainer.devices=2", "logger=none"], "chair/b/t16/seed0"),

@@ -16,7 +16,7 @@ from filelock import FileLock
 from PIL import Image
 
 from ffd_lightning.app import photo_run
-from ffd_lightning.app.config import MeshColors, PredictConfig
+from ffd_lightning.app.config import PredictConfig
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.photo_jobs import find_jobs
 from ffd_lightning.app.photo_run import predict_files
@@ -199,9 +199,7 @@ def test_the_record_suffices_to_make_the_mesh_again(written):
 
 def test_colours_by_part(config, photos, checkpoint):
     photo = sorted(photos.iterdir())[0]
-    predict_files(
-        replace(config, image=str(photo), colors=MeshColors.parts, preview=False, points=50)
-    )
+    predict_files(replace(config, image=str(photo), colors="parts", preview=False, points=50))
     scene = trimesh.load(Path(config.out) / photo.stem / "mesh.glb", process=False)
     names = Predictor.load(checkpoint).model.bank.part_names
     for name, piece in scene.geometry.items():
@@ -214,7 +212,7 @@ def test_many_colours_become_few_pieces():
     corners = rng.normal(size=(3000, 3))
     colors = rng.integers(100, 160, (1000, 4)).astype(np.uint8)
     mesh = Mesh(corners, np.arange(3000).reshape(-1, 3), colors)
-    found = pieces(mesh, MeshColors.material, 64)
+    found = pieces(mesh, "material", 64)
     assert 1 < len(found) <= 128, "64 opaque, 64 see-through"
     assert sum(len(piece.faces) for piece in found) == 1000
     for piece in found:

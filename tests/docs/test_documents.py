@@ -32,7 +32,7 @@ HYDRA = {
     "predict": ("predict", PredictConfig),
 }
 # What only the reader has: parts of a package of theirs.
-THEIRS = ("plugins=", "+regime.terms.smoothness", "encoder=mine", "encoder=patches", "data=boxes")
+THEIRS = ("plugins=", "regime/term=", "encoder=mine", "encoder=patches", "data=boxes")
 WRITTEN = [(name(page), *found) for page in PAGES for found in commands(page)]
 
 

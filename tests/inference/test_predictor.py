@@ -181,12 +181,10 @@ def test_checkpoints_of_other_versions_and_networks_are_named(checkpoint, tmp_pa
         loaded(lambda c: c["model"].pop("object_fill"))
     with pytest.raises(ConfigError, match=r"no encoder 'mobilnet'\. Did you mean mobilenet"):
         loaded(lambda c: c["model"].update(encoder={**c["model"]["encoder"], "name": "mobilnet"}))
-    theirs = {"kind": "encoder", "name": "tiny", "settings": {}, "provider": "own-components 0.1"}
-    with pytest.raises(
-        ConfigError, match=r"'tiny' comes from own-components 0.1, which is not here"
-    ):
+    theirs = {"kind": "encoder", "name": "tiny", "settings": {}, "provider": "own 0.1"}
+    with pytest.raises(ConfigError, match=r"'tiny' comes from own 0.1, which is not here"):
         loaded(lambda c: c["model"].update(encoder=theirs))
-    with pytest.raises(ConfigError, match=r"was not built by name.*pass network=\.\.\."):
+    with pytest.raises(ConfigError, match=r"is no component.*pass network=\.\.\."):
         loaded(lambda c: c["model"].update(encoder=None))
     with pytest.raises(ConfigError, match="of another network"):
         loaded(lambda c: c["state_dict"].popitem())
