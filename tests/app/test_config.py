@@ -179,8 +179,6 @@ def test_every_category_is_an_option(category):
 NEEDED = {
     "custom": ["category.name=mug"],
     "folder": ["data.root=."],
-    "modelnet": ["data.root=."],
-    "pix3d": ["data.root=."],
     "shapenet": ["data.root=."],
     "timm": ["encoder.model=resnet18"],
     ("split", "listed"): ["split.file=README.md"],
