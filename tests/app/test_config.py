@@ -324,10 +324,6 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
             ["data=shapenet", "data.root=.", "data.images=r2n2", "data.render.camera=authors"],
             "camera means nothing with data.images=r2n2.*data.render.camera=framed",
         ),
-        (
-            ["data=pix3d", "data.root=.", "data.render.azimuths=[0]"],
-            r"azimuths means nothing with data=pix3d.*azimuths=\[45.0\]",
-        ),
         (["data.render.height=31"], "height and width must be 32 or more"),
         (["data.render.azimuths=[]"], "at least one angle"),
         (["encoder.weights=/no/such.h5"], "encoder.weights=/no/such.h5 is not a file"),
