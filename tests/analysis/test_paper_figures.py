@@ -33,12 +33,12 @@ from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
-from ffd_lightning.palette import part_colors
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.protocols import Measure, PaperProtocol
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.palette import part_colors
 from ffd_lightning.run_folder import RunFolder
 
 GREY, ORANGE, BLUE = AGREEMENT.values()

@@ -20,13 +20,13 @@ from ffd_lightning.app.config import MeshColors, PredictConfig
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.photo_jobs import find_jobs
 from ffd_lightning.app.photo_run import predict_files
-from ffd_lightning.palette import PART_COLORS
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.pieces import pieces
 from ffd_lightning.inference.predictor import Predictor
+from ffd_lightning.palette import PART_COLORS
 
 ROOT = Path(__file__).parents[2]
 FILES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply", "prediction.json", "preview.png")

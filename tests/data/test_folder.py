@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from ffd_lightning.data.reading.orientation import orient, turn
 from ffd_lightning.data.reading.mesh_file import read_mesh
+from ffd_lightning.data.reading.orientation import orient, turn
 from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.errors import DataError, RejectedShapeError
@@ -271,4 +271,3 @@ def test_turns_are_anticlockwise_from_above_and_do_not_mirror() -> None:
     for up, yaw in (("x", 0.0), ("y", np.nan)):
         with pytest.raises(ValueError, match="must be"):
             FolderSource(Path(), up=up, yaw=yaw)
-

@@ -488,8 +488,7 @@ def test_a_damaged_file_gives_a_valid_mesh_or_is_rejected(extension, start, leng
     data = whole[:start] + junk + whole[start + length :]
     try:
         mesh, _ = read_mesh(PurePath(f"m.{extension}"), (), lambda _: data)
-    except RejectedShapeError as error:
-        assert str(error)
+    except RejectedShapeError:
         return
     assert len(mesh.faces) > 0
     assert np.isfinite(mesh.vertices).all()

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from parts_tree import FIRST, SYNSETS, annotate, annotation, model, tree, write
+from parts_tree import SYNSETS, annotate, annotation, model, tree, write
 
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -81,7 +81,9 @@ _, OWN, LABELS = annotate("chair", 0)
 )
 def test_broken_files_are_named_and_nothing_is_raised(tmp_path, content, reason):
     files = tree("chair", [1]) | ({} if content is None else {f"{CHAIR}/m.txt": content})
-    parts, warning = PartAnnotations(write(tmp_path, files)).read("chair", "m", model("chair", 0)[0])
+    parts, warning = PartAnnotations(write(tmp_path, files)).read(
+        "chair", "m", model("chair", 0)[0]
+    )
     assert parts is None
     assert reason in warning
 

@@ -9,9 +9,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
-from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
+from box_source import RENDER, BoxSource, contents, loads, prepare_boxes
 from commands import run_command
 
 from ffd_lightning.data.preparation.preparation import Preparation

@@ -143,7 +143,7 @@ def test_what_is_missing_is_said(tmp_path):
     with pytest.raises(DataError, match=r"no chair \(03001627\); it has: table \(04379243\)"):
         ShapeNetSource(tmp_path).shape_ids("chair")
     (tmp_path / CHAIR / "model").mkdir(parents=True)
-    with pytest.raises(DataError, match=r"holds 1 folders, but no <model>/model\.obj or"):
+    with pytest.raises(DataError, match=r"holds 1 folders, but no <shape>/model\.obj or"):
         ShapeNetSource(tmp_path).shape_ids("chair")
 
 

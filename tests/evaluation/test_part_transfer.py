@@ -14,7 +14,6 @@ from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.app.schema import typed_config
 from ffd_lightning.checkpoint import model_entry
-from ffd_lightning.geometry.mesh import UNKNOWN_PART
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -31,7 +30,7 @@ from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.summaries import by_category, means
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.run_folder import RunFolder
 
 PARTS = PROTOCOLS["parts"]

@@ -20,7 +20,6 @@ from PIL import Image
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.app.viewed_runs import open_studio
-from ffd_lightning.palette import part_colors
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging import cutting
@@ -40,7 +39,7 @@ from ffd_lightning.inference.viewer.scene import layout
 from ffd_lightning.inference.viewer.session import NetworkTitle, Session, display_bank
 from ffd_lightning.inference.viewer.studio import Studio, start
 from ffd_lightning.inference.viewer.thumbnails import Thumbnails
-from ffd_lightning.palette import REGIME_COLORS
+from ffd_lightning.palette import REGIME_COLORS, part_colors
 
 
 @pytest.fixture(scope="module")
