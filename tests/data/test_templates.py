@@ -245,7 +245,7 @@ def test_deformed_mesh_moves_as_the_offsets_say(bank):
 @pytest.mark.parametrize("parts", [True, False])
 def test_a_bank_comes_back_from_its_state(prepared, tmp_path, parts):
     if not parts:
-        prepared = replace(prepared, part_names=())
+        prepared = replace(prepared, manifests=({**prepared.manifests[0], "part_names": []},))
     bank = TemplateBank.of(prepared, prepared.ids[:2], (2, 3, 4), MAX_EDGE)
     torch.save(bank.state(), tmp_path / "bank.pt")
     again = TemplateBank.from_state(torch.load(tmp_path / "bank.pt", weights_only=True))
