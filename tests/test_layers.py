@@ -10,7 +10,6 @@ import ffd_lightning
 ROOT = Path(ffd_lightning.__file__).parent
 RANK = {
     "errors": 0,
-    "palette": 0,
     "files": 0,
     "parallel": 0,
     "pretrained": 0,
@@ -19,6 +18,7 @@ RANK = {
     "run_folder": 0,
     "components": 0,
     "geometry": 0,
+    "palette": 1,
     "shapes": 1,
     "imaging": 1,
     "losses": 1,
@@ -67,6 +67,28 @@ def test_imports_go_down_only(path):
             assert other == own or RANK[other] < RANK[own] or RANK[own] == RANK[other] == 0, (
                 f"{path} imports {name}"
             )
+
+
+DATA = {
+    "categories": (),
+    "source": (),
+    "splits": ("categories",),
+    "reading": ("source",),
+    "sources": ("categories", "source", "reading"),
+    "preparation": ("categories", "source"),
+    "templates": ("categories", "source", "preparation"),
+    "batches": ("preparation", "templates"),
+    "datamodule": ("source", "splits", "preparation", "templates", "batches"),
+}
+
+
+def test_imports_within_data_go_one_way():
+    for path in (ROOT / "data").rglob("*.py"):
+        own = path.relative_to(ROOT / "data").parts[0].removesuffix(".py")
+        for name in imports(path):
+            if name.startswith("ffd_lightning.data."):
+                other = name.split(".")[2]
+                assert other == own or other in DATA[own], f"{path} imports {name}"
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))

@@ -222,7 +222,6 @@ DISTINCT = [
     ["data=folder", "data.root=/data/meshes"],
     ["data=folder", "data.root=/data/other"],
     ["data=folder", "data.root=/data/meshes", "data.yaw=90"],
-    ["data=modelnet", "data.root=/data/meshes"],
     ["data.limit=20"],
     ["data.render.azimuths=[0,90,180,270]"],
     ["data.render.azimuths=[0,90,180,271]"],

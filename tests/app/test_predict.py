@@ -144,7 +144,7 @@ def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_p
     assert all(picture.is_file() for picture in pictures)
     expected = render(found.surface, height=96, width=128).astype(int)
     for file, others in (("mesh.glb", []), ("mesh.obj", [folder / "mesh.mtl", *pictures])):
-        mesh = read_mesh(folder / file, others)
+        mesh, _ = read_mesh(folder / file, others)
         assert len(mesh.faces) == len(found.mesh.faces)
         own = {texture.tobytes() for texture in mesh.textures}
         assert own == {texture.tobytes() for texture in found.surface.textures}

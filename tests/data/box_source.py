@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.source import SourceShape, Survey
+from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.shapes.kit.builder import Builder
@@ -18,7 +18,7 @@ RENDER = RenderSettings(height=24, width=32, azimuths=[0.0, 90.0], samples=1)
 
 
 @dataclass(frozen=True)
-class BoxSource:
+class BoxSource(Source):
     """Boxes `b00`, `b01` and so on; every load is written to `log` as "id pid"."""
 
     count: int
@@ -29,12 +29,6 @@ class BoxSource:
 
     def categories(self):
         return ["box"]
-
-    def survey(self, category):
-        return Survey("boxes")
-
-    def split(self, category):
-        return {}
 
     def shape_ids(self, category):
         return [f"b{i:02d}" for i in range(self.count)]

@@ -1,13 +1,11 @@
-import pickle
-
 import numpy as np
 import pytest
 import torch
-from ffd_lightning.data.preparation.joined import JoinedSet
 
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -32,7 +30,7 @@ def members(data_root):
 
 @pytest.fixture(scope="module")
 def joined(members):
-    return JoinedSet.join(members)
+    return PreparedSet.join(members)
 
 
 def test_rows_are_the_members_end_to_end(joined, members):
@@ -64,17 +62,10 @@ def test_rows_are_the_members_end_to_end(joined, members):
         joined.index(tables.ids[0])
 
 
-def test_another_process_gets_the_same(joined):
-    again = pickle.loads(pickle.dumps(joined))
-    assert again.ids == joined.ids
-    assert again.manifest == joined.manifest
-    np.testing.assert_array_equal(again.cloud(20), joined.cloud(20))
-
-
 def test_sets_that_do_not_go_together(members, data_root):
     other = preparation("sofa", data_root, points=128).run()
     with pytest.raises(DataError, match=r"cannot be joined.*256\).*128\)"):
-        JoinedSet.join([members[0], other])
+        PreparedSet.join([members[0], other])
 
 
 def module(root, categories=NAMES, **settings):

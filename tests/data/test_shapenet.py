@@ -16,9 +16,8 @@ from shapenet_tree import (
 )
 
 from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.data.sources import shapenet
 from ffd_lightning.data.sources.r2n2 import R2n2Images
-from ffd_lightning.data.sources.shapenet import CategoryFolder, ShapeNetSource
+from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -144,7 +143,7 @@ def test_what_is_missing_is_said(tmp_path):
     with pytest.raises(DataError, match=r"no chair \(03001627\); it has: table \(04379243\)"):
         ShapeNetSource(tmp_path).shape_ids("chair")
     (tmp_path / CHAIR / "model").mkdir(parents=True)
-    with pytest.raises(DataError, match=r"holds 1 folders, but no <model>/model\.obj or"):
+    with pytest.raises(DataError, match=r"holds 1 folders, but no <shape>/model\.obj or"):
         ShapeNetSource(tmp_path).shape_ids("chair")
 
 
@@ -160,13 +159,14 @@ def renderings(tmp_path):
         file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / f"{view:02d}.png"
         file.parent.mkdir(parents=True, exist_ok=True)
         Image.fromarray(picture).save(file)
-    return R2n2Images(tmp_path, 48, 64)
+    return R2n2Images(tmp_path)
 
 
 def test_renderings_are_fitted_and_not_distorted(renderings, tmp_path):
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
-    images = source.load("chair", "plain").images
-    assert images.shape == (24, 48, 64, 4)
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
+    view = RenderSettings(height=48, width=64, samples=1)
+    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
+    images = np.stack([prepared.image(0, k) for k in range(24)])
     assert images[3, 24, 32].tolist() == [30, 200, 30, 255]
     assert images[4, 24, 32].tolist() == [200, 30, 30, 255]
     assert images[0, 0, 0].tolist() == images[0, 24, 9].tolist() == [255, 255, 255, 0]
@@ -189,7 +189,7 @@ def test_the_fingerprint_follows_renderings_and_their_cameras(renderings, tmp_pa
 
 @pytest.mark.parametrize("content", [None, png()[:-30], b"GIF89a" + bytes(50)])
 def test_renderings_that_are_missing_or_damaged(renderings, tmp_path, content):
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
     file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / "07.png"
     file.unlink() if content is None else file.write_bytes(content)
     with pytest.raises(RejectedShapeError, match=r"rendering/07\.png"):
@@ -201,25 +201,25 @@ def test_renderings_that_are_missing_or_damaged(renderings, tmp_path, content):
 def test_renderings_of_version_1_are_not_mixed_with_version_2(renderings, tmp_path):
     root = write_folder(tmp_path / "v2", good_models("v2"))
     with pytest.raises(DataError, match=r"3D-R2N2's renderings are of v1.*data\.mix_versions=true"):
-        ShapeNetSource(root, renderings).shape_ids("chair")
-    mixed = ShapeNetSource(root, renderings, mix_versions=True)
-    assert mixed.load("chair", "plain").images.shape == (24, 48, 64, 4)
+        ShapeNetSource(root, "r2n2", tmp_path).shape_ids("chair")
+    mixed = ShapeNetSource(root, "r2n2", tmp_path, mix_versions=True)
+    assert mixed.load("chair", "plain").images[3].shape == (137, 137, 4)
 
 
 def test_renderings_that_are_not_there(tmp_path):
-    source = ShapeNetSource(write_folder(tmp_path, good_models("v1")), R2n2Images(tmp_path, 48, 64))
+    source = ShapeNetSource(write_folder(tmp_path, good_models("v1")), "r2n2")
     (tmp_path / "ShapeNetRendering.tgz").touch()
     with pytest.raises(DataError, match=r"data\.images_root.*unpack .*ShapeNetRendering\.tgz"):
         source.fingerprint("chair")
 
 
 def test_preparation_takes_the_renderings(renderings, tmp_path):
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
     view = RenderSettings(height=48, width=64, samples=1)
     prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
     assert prepared.ids == ("plain",)
     assert (len(prepared), *prepared.image_shape) == (1, 24, 48, 64, 4)
-    assert prepared.manifest["rejected"] == 3
+    assert len(prepared.rejected) == 3
 
 
 # --- frames and cameras -------------------------------------------------------------------------
@@ -266,9 +266,8 @@ def seen_by_3d_r2n2(points, azimuth, elevation, ratio):
 def test_cameras_of_renderings_are_those_of_their_metadata(renderings, tmp_path, height, width):
     write_metadata(tmp_path)
     root = write_folder(tmp_path / "v1", good_models("v1"))
-    images = R2n2Images(tmp_path, height, width)
     view = RenderSettings(height=height, width=width, samples=1)
-    source = ShapeNetSource(root, images)
+    source = ShapeNetSource(root, "r2n2", tmp_path)
     prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
     raw = ShapeNetSource(root).load("chair", "plain").mesh.vertices @ turned_back()
     scale = min(height, width) / 137
@@ -299,7 +298,7 @@ def turned_back():
 def test_images_are_good_without_their_cameras(renderings, tmp_path, rows, reason):
     if rows is not None:
         write_metadata(tmp_path, rows)
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), renderings)
+    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
     shape = source.load("chair", "plain")
     assert shape.cameras is None
     assert len(shape.images) == 24
@@ -312,23 +311,10 @@ def test_images_are_good_without_their_cameras(renderings, tmp_path, rows, reaso
 def test_an_image_of_another_shape_is_noticed(renderings, tmp_path):
     write_metadata(tmp_path)
     root = write_folder(tmp_path / "v1", good_models("v1"))
-    source = ShapeNetSource(root, renderings)
+    source = ShapeNetSource(root, "r2n2", tmp_path)
     assert "silhouettes agree to 0." in source.load("chair", "plain").warning
     shape = source.load("chair", "plain")
     folder = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering"
     own = render(shape.mesh, shape.cameras[0], height=137, width=137)
     Image.fromarray(own).save(folder / "00.png")
     assert source.load("chair", "plain").warning == ""
-
-
-def test_most_models_tell_the_version(tmp_path, monkeypatch):
-    """And not all 8,000 are looked at."""
-    monkeypatch.setattr(shapenet, "_TELLING", 3)
-    files = {f"{CHAIR}/a{k}/model.obj": b"1" for k in range(2)}
-    files |= {f"{CHAIR}/b{k}/models/model_normalized.obj": b"22" for k in range(20)}
-    source = ShapeNetSource(write_folder(tmp_path, files))
-    looked = []
-    size = CategoryFolder.size
-    monkeypatch.setattr(CategoryFolder, "size", lambda *a: looked.append(a[1]) or size(*a))
-    assert source.category("chair")[1] == 2
-    assert max(looked) == "b12"

@@ -1,16 +1,14 @@
 import itertools
-import pickle
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import torch
-from ffd_lightning.data.templates.candidates import Candidates
 from scipy.spatial import cKDTree
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
-from ffd_lightning.data.preparation.packing import pack_mesh, pack_points, unpack_points
+from ffd_lightning.data.preparation.packing import pack_mesh, pack_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates import coverage, strategies
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -104,25 +102,6 @@ def test_what_a_strategy_of_ones_own_chooses_is_checked(prepared):
             choose_templates(lambda *_, ids=ids: ids, prepared, 2)
     with pytest.raises(ConfigError, match="'unicorn' is not in"):
         choose_templates(lambda *_: [a, "unicorn"], prepared, 2)
-
-
-def test_candidates_are_a_set(prepared):
-    """A strategy of one's own may look at whatever a set has."""
-    candidates = Candidates.without(prepared, [prepared.ids[k] for k in (0, 1, 5)])
-    for own in (candidates, pickle.loads(pickle.dumps(candidates))):
-        assert own.ids == (*prepared.ids[2:5], *prepared.ids[6:])
-        assert own.families[3] == prepared.families[6]
-        assert own.index(prepared.ids[6]) == 3
-        np.testing.assert_array_equal(own.cloud(3, 9), prepared.cloud(6, 9))
-        np.testing.assert_array_equal(np.concatenate(own.mapped_clouds)[3], own.mapped_clouds[3][0])
-        np.testing.assert_array_equal(unpack_points(own.mapped_clouds[3])[0], prepared.cloud(6))
-        np.testing.assert_array_equal(own.image(3), prepared.image(6))
-        np.testing.assert_array_equal(own.mesh(3).face_parts, prepared.mesh(6).face_parts)
-        np.testing.assert_array_equal(own.point_parts(3), prepared.point_parts(6))
-        assert own.category(3) == prepared.category(6)
-        assert own.rejected == prepared.rejected
-        with pytest.raises(DataError, match="no shape"):
-            own.index(prepared.ids[5])
 
 
 # --- files --------------------------------------------------------------------------------------
@@ -266,7 +245,7 @@ def test_deformed_mesh_moves_as_the_offsets_say(bank):
 @pytest.mark.parametrize("parts", [True, False])
 def test_a_bank_comes_back_from_its_state(prepared, tmp_path, parts):
     if not parts:
-        prepared = replace(prepared, part_names=())
+        prepared = replace(prepared, manifests=({**prepared.manifests[0], "part_names": []},))
     bank = TemplateBank.of(prepared, prepared.ids[:2], (2, 3, 4), MAX_EDGE)
     torch.save(bank.state(), tmp_path / "bank.pt")
     again = TemplateBank.from_state(torch.load(tmp_path / "bank.pt", weights_only=True))
@@ -317,23 +296,41 @@ def square_set(vertices):
     cloud = np.random.default_rng(0).uniform(-0.5, 0.5, (1, 20, 3)) * (1, 0, 1)
     mesh = Mesh(vertices, np.array([(0, 1, 2), (0, 2, 3)]), np.full((2, 4), 255, np.uint8))
     packed = np.frombuffer(pack_mesh(mesh, np.full(20, 255, np.uint8)), np.uint8)
-    arrays = {
-        "points": pack_points(cloud),
-        "meshes": packed,
-        "mesh_offsets": np.array([0, len(packed)]),
-    }
-    return PreparedSet(Path("square"), {}, ("square",), ("",), (), (1, 2, 2, 4), arrays)
+    manifest = {"ids": ["square"], "families": [""], "part_names": []}
+    arrays = {"points": pack_points(cloud)[0], "mesh": packed}
+    return Held((Path("square"),), ({**manifest, "settings": {"category": "x"}},), arrays=arrays)
+
+
+@dataclass(frozen=True)
+class Held(PreparedSet):
+    """One shape that is in no file."""
+
+    arrays: dict | None = None
+
+    def _read(self, row, *names):
+        return [self.arrays[name] for name in names]
 
 
 # --- the paper's templates ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Renamed(PreparedSet):
+    """A set under other ids."""
+
+    of: PreparedSet | None = None
+
+    def file(self, row):
+        return self.of.file(row if self.taken is None else self.taken[row])
 
 
 def as_shapenet(prepared, ids, category="table", source="shapenet"):
     """The prepared set under other ids, as if it came from ShapeNet."""
     names = sorted([*ids, *(f"other{k:02d}" for k in range(len(prepared) - len(ids)))])
     settings = {"category": category, "source": {"source": source}}
-    manifest = {**prepared.manifest, "settings": settings}
-    return replace(prepared, ids=tuple(names), manifest=manifest)
+    manifest = {**prepared.manifests[0], "settings": settings, "ids": names}
+    manifest["sha256"] = f"{category} {source} {names}"
+    return Renamed(prepared.paths, (manifest,), of=prepared)
 
 
 def test_every_category_of_the_paper_has_30_templates():

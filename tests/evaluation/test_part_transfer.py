@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from ffd_lightning.data.preparation.joined import JoinedSet
 
 from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands.evaluate import evaluate_run
@@ -183,10 +182,11 @@ def test_points_of_unknown_parts_are_neither_asked_nor_do_they_answer():
 
 
 def test_the_parts_of_a_category_among_several(prepared):
-    manifest = {**prepared.manifest, "settings": {**prepared.manifest["settings"]}}
-    manifest["settings"]["category"] = "plane"
-    other = replace(prepared, manifest=manifest, part_names=(*prepared.part_names, "wing"))
-    joined = JoinedSet.join([prepared, other])
+    (own,) = prepared.manifests
+    settings = {**own["settings"], "category": "plane"}
+    plane = {**own, "settings": settings, "part_names": [*prepared.part_names, "wing"]}
+    other = PreparedSet(prepared.paths, (plane,))
+    joined = PreparedSet(prepared.paths * 2, (own, plane))
     assert PreparedShape(joined, 0).category_parts == prepared.part_names
     assert PreparedShape(joined, len(prepared)).category_parts == other.part_names
     assert "wing" in joined.part_names

@@ -7,10 +7,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import torch
-from ffd_lightning.data.preparation.joined import JoinedSet
 from torch import nn
 
 from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation import evaluator, reference_scores
@@ -141,7 +141,7 @@ def test_only_what_depends_on_the_network_is_scored_again(sets, runs, shared, mo
 
 
 def with_digest(prepared):
-    return replace(prepared, manifest={**prepared.manifest, "sha256": "another"})
+    return replace(prepared, manifests=({**prepared.manifests[0], "sha256": "another"},))
 
 
 @pytest.mark.parametrize(
@@ -170,16 +170,17 @@ def test_another_evaluation_does_not_read_them(sets, runs, shared, fits, change)
     assert len(list(shared.iterdir())) == 2
 
 
-def test_other_data_does_not_read_them(sets, runs, shared, fits, monkeypatch):
+def test_other_data_does_not_read_them(sets, runs, shared, fits, monkeypatch, tmp_path):
     Case(sets[0]).run(next(runs), shared)
     Case(with_digest(sets[0])).run(next(runs), shared)
     assert len(fits) == 6
     monkeypatch.setattr(evaluator, "FORMAT_VERSION", -1)
     Case(sets[0]).run(next(runs), shared)
     assert len(fits) == 9
-    points = sets[0].arrays["points"].copy()
-    points[0] += 1  # of a template, with its id
-    moved = replace(sets[0], arrays={**sets[0].arrays, "points": points})
+    moved = PreparedSet.open(shutil.copytree(sets[0].path, tmp_path / "moved"))
+    with np.load(moved.file(0)) as arrays:  # of a template, with its id
+        changed = {**arrays, "points": arrays["points"] + 1}
+    np.savez(moved.file(0), **changed)
     Case(moved).run(next(runs), shared)
     assert len(fits) == 12
     assert len(list(shared.iterdir())) == 4
@@ -321,7 +322,7 @@ def test_joined_sets_and_parts_share_too(sets, runs, shared, fits):
     tables = {"templates": (0, 9), "trained_on": (2, 3, 12, 13), "tested_on": (6, 15)}
     for protocol in (PROTOCOL, PartProtocol()):
         first, second = (
-            Case(JoinedSet.join(sets), seed=seed, protocol=protocol, **tables) for seed in (0, 1)
+            Case(PreparedSet.join(sets), seed=seed, protocol=protocol, **tables) for seed in (0, 1)
         )
         expected = second.run(next(runs))
         first.run(next(runs), shared)

@@ -28,8 +28,7 @@ class Mean:
 
 def test_shapes_of_one_row_of_two_sets_are_two(prepared):
     """As where a network is evaluated on a set that is not the one of its training."""
-    points = prepared.arrays["points"][::-1]
-    other = replace(prepared, ids=prepared.ids[::-1], arrays={**prepared.arrays, "points": points})
+    other = replace(prepared, taken=tuple(range(len(prepared)))[::-1])
     shapes = {"floor": PreparedShape(prepared, 4), "retrieval": PreparedShape(other, 4)}
     scores = score_sample(Mean(), prepared, 4, shapes, 0)
     expected = [np.float32(x.cloud(4).mean()) for x in (prepared, other)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -129,8 +130,17 @@ _recipe: Recipe | None = None
 
 
 def _start_worker(recipe: Recipe) -> None:
+    """Keep the recipe, and end when the parent is gone, also from within a shape."""
     global _recipe
     _recipe = recipe
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+
+    def watch() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
 
 
 def _work(shape_id: str) -> Failure | None:

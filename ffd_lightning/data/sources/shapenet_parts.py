@@ -84,7 +84,10 @@ class PartAnnotations:
         first, count = _PARTS[synset]
         file = Path(self._folder(synset) or self.root) / f"{shape_id}.txt"
         try:
-            table = np.loadtxt(io.BytesIO(file.read_bytes()), np.float64, comments=None, ndmin=2)
+            data = file.read_bytes()
+            if not data.strip():
+                raise ValueError("it is empty")
+            table = np.loadtxt(io.BytesIO(data), np.float64, comments=None, ndmin=2)
             labels = table[:, 6] - first if table.shape[1] == 7 else np.array([np.nan])
             if not (np.isfinite(table).all() and np.isin(labels, range(count)).all()):
                 raise ValueError(f"not seven numbers a line, parts from {first} on")

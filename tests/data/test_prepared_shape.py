@@ -1,0 +1,139 @@
+from dataclasses import replace
+
+import numpy as np
+import trimesh
+from box_source import RENDER, BoxSource, box_mesh
+
+from ffd_lightning.data.preparation import prepared_shape
+from ffd_lightning.data.preparation.packing import unpack_mesh
+from ffd_lightning.data.preparation.prepared_shape import (
+    Recipe,
+    compute_shape,
+    is_done,
+    write_shape,
+)
+from ffd_lightning.data.preparation.texture_reduction import MAX_TEXELS, shrink_textures
+from ffd_lightning.data.source import Source, SourceShape
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import render
+
+
+class OneShape(Source):
+    """One shape, whatever is asked for."""
+
+    def __init__(self, shape):
+        self.shape = shape
+
+    def load(self, category, shape_id):
+        return self.shape
+
+
+def recipe(folder, mesh, **more):
+    return Recipe(OneShape(SourceShape(mesh, **more)), "box", 40, RENDER, folder)
+
+
+def test_a_sample_depends_on_category_and_id_only(tmp_path):
+    made = recipe(tmp_path, box_mesh(0))
+    one, other, again = (compute_shape(made, i)["points"] for i in ("a", "b", "a"))
+    assert not np.array_equal(one, other)
+    np.testing.assert_array_equal(one, again)
+
+
+def test_odd_ids_do_not_leave_the_folder(tmp_path):
+    folder = tmp_path / "work"
+    folder.mkdir()
+    made, shape_id = recipe(folder, box_mesh(0)), "../a/b: ü" + 300 * "x"
+    write_shape(made, shape_id, compute_shape(made, shape_id))
+    assert len(list(folder.iterdir())) == 1
+    assert list(tmp_path.iterdir()) == [folder]
+
+
+def test_what_a_source_gives_wrongly_is_rejected_with_the_reason(tmp_path, monkeypatch):
+    flat = Mesh(np.eye(3), np.array([[0, 1, 1]]), np.full((1, 4), 255, np.uint8))
+    image = np.zeros((8, 8, 3), np.uint8)
+    for made, words in (
+        (recipe(tmp_path, flat), "no area"),
+        (recipe(tmp_path, box_mesh(0), images=[image]), "uint8 (8, 8, 3), not uint8 (H, W, 4)"),
+        (recipe(tmp_path, box_mesh(0), images=[]), "0 images"),
+        (Recipe(OneShape(None), "box", 40, RENDER, tmp_path), "gives a NoneType"),
+    ):
+        failure = compute_shape(made, "a")
+        assert failure.kind == "rejected"
+        assert words in failure.reason
+    monkeypatch.setattr(prepared_shape, "normalize", None)
+    reason = compute_shape(recipe(tmp_path, box_mesh(0)), "a").reason
+    assert reason.endswith("a bug of ffd_lightning: please report it)")
+
+
+def test_is_done_takes_whole_files_only(tmp_path):
+    made = Recipe(BoxSource(1, tmp_path / "log"), "box", 40, RENDER, tmp_path)
+    assert not is_done(made, "b00")
+    write_shape(made, "b00", compute_shape(made, "b00"))
+    assert is_done(made, "b00")
+    whole = made.file("b00").read_bytes()
+    at = whole.index(b"image_0.npy") + 200  # within the image
+    for broken in (b"", whole[:100], whole[:-1], whole[:at] + b"?" + whole[at + 1 :]):
+        made.file("b00").write_bytes(broken)
+        assert not is_done(made, "b00")
+        assert not made.file("b00").exists()
+
+
+# --- textures -----------------------------------------------------------------------------------
+
+
+def textured(count, height, width):
+    """A box whose faces take turns with soft pictures, of which each side shows a part."""
+    box = trimesh.creation.box((0.6, 0.5, 0.4))
+    corners = box.vertices[box.faces]
+    u, v = np.meshgrid(np.arange(width) / width, np.arange(height) / height)
+    waves = [[np.sin(7 * u + k + s) * np.cos(5 * v - k) for k in range(3)] for s in range(count)]
+    return Mesh(
+        vertices=np.asarray(box.vertices, float),
+        faces=np.asarray(box.faces, np.int64),
+        face_colors=np.full((12, 4), 99, np.uint8),
+        textures=tuple(
+            np.dstack([*(120 + 100 * w for w in wave), np.full_like(u, 255)]).astype(np.uint8)
+            for wave in waves
+        ),
+        face_textures=(np.arange(12) % count).astype(np.int16),
+        face_uvs=(corners[..., :2] + 0.3 * corners[..., 2:]).astype(np.float32),
+    )
+
+
+def test_a_shape_looks_as_before_in_few_texels():
+    mesh = textured(2, 500, 700)
+    small = shrink_textures(mesh)
+    assert sum(t.shape[0] * t.shape[1] for t in small.textures) <= MAX_TEXELS
+    seen = [render(m, height=96, width=128).astype(int) for m in (mesh, small)]
+    assert np.abs(seen[0] - seen[1]).mean() < 0.6
+
+
+def test_small_textures_are_kept_exactly_and_those_of_no_face_left_out():
+    mesh = textured(3, 30, 20)
+    mesh = replace(mesh, face_textures=np.array([2, -1, 0] * 4, np.int16))
+    small = shrink_textures(mesh)
+    np.testing.assert_array_equal(small.face_textures, [1, -1, 0] * 4)
+    for found, own in zip(small.textures, (mesh.textures[0], mesh.textures[2]), strict=True):
+        np.testing.assert_array_equal(found, own)
+    none = replace(mesh, face_textures=np.full(12, -1, np.int16))
+    assert shrink_textures(none).textures == ()
+
+
+def test_textures_stand_behind_plain_colours(tmp_path):
+    """Beyond what is kept of a texture, the plain colours are of all its texels."""
+    texture = np.full((1000, 1000, 4), 255, np.uint8)
+    texture[::2, ::2, :3] = 55
+    uv = np.array([[(0, 0), (1, 0), (0, 1)]], np.float32)
+    mesh = Mesh(
+        vertices=np.eye(3),
+        faces=np.array([[0, 1, 2]] * 2),
+        face_colors=np.full((2, 4), 77, np.uint8),
+        textures=(texture,),
+        face_textures=np.array([0, -1], np.int16),
+        face_uvs=np.concatenate([uv, uv]),
+    )
+    found, parts = unpack_mesh(compute_shape(recipe(tmp_path, mesh), "a")["mesh"].tobytes())
+    assert [t.shape for t in found.textures] == [(256, 256, 4)]
+    np.testing.assert_array_equal(found.face_colors[1], [77] * 4)
+    assert set(found.face_colors[0, :3]) <= set(range(55, 256))
+    assert set(parts) == {255}
