@@ -278,9 +278,7 @@ def test_masks_of_any_mode_show_the_same():
 
 def test_masks_that_cannot_be_used():
     photo, coverage = on_colour()
-    with pytest.raises(
-        DataError, match="has 319 x 240 pixels, the upright photograph 320 x 240"
-    ):
+    with pytest.raises(DataError, match="has 319 x 240 pixels, the upright photograph 320 x 240"):
         frame(photo, mask=Image.fromarray(coverage[:, 1:]))
     with pytest.raises(DataError, match="empty"):
         frame(photo, mask=Image.new("L", (320, 240)))
