@@ -28,22 +28,6 @@ def test_a_line_is_where_it_is_put(align, place):
     assert columns[-1] - columns[0] == pytest.approx(text_width("HHH", 16), abs=6)
 
 
-def test_letters_are_spaced_evenly():
-    """Between the same letters are the same gaps, also where their width is no whole pixel."""
-    (line,) = Sheet(20, 400, lines=(Line("l" * 40, 2, 10, 11),)).lines
-    drawn = 255.0 - Sheet(20, 400, lines=(line,)).draw()[10, :, 0]
-    middle = np.flatnonzero((drawn[1:-1] >= drawn[:-2]) & (drawn[1:-1] > drawn[2:])) + 1
-    places = [np.average(range(m - 1, m + 2), weights=drawn[m - 1 : m + 2]) for m in middle]
-    assert len(places) == 40
-    assert np.diff(places) == pytest.approx(text_width("l", 11), abs=0.35)
-
-
-def test_letters_of_many_languages_are_no_boxes():
-    missing = Sheet(40, 40, lines=(Line("\uffff", 4, 20, 20),)).draw()
-    for letter in "äłжλ≤…":
-        assert (Sheet(40, 40, lines=(Line(letter, 4, 20, 20),)).draw() != missing).any()
-
-
 def test_text_that_reaches_over_the_border_is_cut():
     for x, y in ((-5, 10), (90, 10), (10, 0), (10, 20), (-500, 10)):
         assert Sheet(20, 100, lines=(Line("word", x, y, 12),)).draw().shape == (20, 100, 3)

@@ -74,11 +74,6 @@ def test_templates_stay_whole_but_for_points(written, joint_checkpoint):
     np.testing.assert_array_equal(after.bank.point_parts, before.bank.point_parts[:, :POINTS])
 
 
-def test_it_can_be_packed_again(written, tmp_path):
-    again = write_packed(written[0], tmp_path / "again.ckpt")
-    assert again.size == written[1].size
-
-
 def test_a_checkpoint_is_not_written_over_itself(joint_checkpoint, tmp_path):
     path = shutil.copy(joint_checkpoint, tmp_path / "last.ckpt")
     before = path.read_bytes()

@@ -292,13 +292,11 @@ class Page:
 
     def _choose(self, state: State) -> None:
         """Show the template that is chosen."""
-        names, labels = list(state.reconstruction.category_weights), self.category.options
-        asked = names[labels.index(self.category.value)]
+        asked = list(state.reconstruction.category_weights)[_chosen(self.category)]
         if asked != state.reconstruction.category:
             state.choose_category(asked)
             self._list_templates(state)
-        rank = self.template.options.index(self.template.value)
-        state.template = int(state.reconstruction.ranking[rank])
+        state.template = int(state.reconstruction.ranking[_chosen(self.template)])
 
     def _show_photo(self) -> None:
         """Show what can be done with the photograph that was opened last, if there is one."""
@@ -309,3 +307,9 @@ class Page:
             self.unmask.visible = photo.mask is not None
         if self.shape is not None:
             self.back.visible = photo is not None
+
+
+def _chosen(dropdown: Any) -> int:
+    """Return which option is chosen: the first where it is one of a list that is gone."""
+    value, options = dropdown.value, dropdown.options
+    return options.index(value) if value in options else 0
