@@ -92,12 +92,14 @@ class Ranked(NamedTuple):
 
     Attributes:
         best: by measure, for each category and, where all settings are in all, their mean.
+        compared: by measure, all pairs, as `compare_runs` gives them.
         titles: of the groups that are ranked, by label, for people.
         left_out: settings that are too many to be compared.
         error: why nothing is ranked, "" where something is, or where there is only one setting.
     """
 
     best: Mapping[str, Sequence[Best]]
+    compared: Mapping[str, pd.DataFrame]
     titles: Mapping[str, str]
     left_out: int = 0
     error: str = ""
@@ -126,7 +128,7 @@ def ranked(results: Results) -> Ranked:
             return _of_settings(results)
         return _beside_retrieval(results)
     except DataError as error:
-        return Ranked({}, {}, error=str(error))
+        return Ranked({}, {}, {}, error=str(error))
 
 
 def _of_settings(results: Results) -> Ranked:
@@ -134,26 +136,28 @@ def _of_settings(results: Results) -> Ranked:
     protocol = replace(results.protocol, measures=tuple(measures))
     scored = results.scored.assign(label=results.scored[by].apply(lambda x: group_label(by, x), 1))
     samples = results.samples.merge(scored[["run", "setup", "label"]], on="run")
-    found = {}
+    compared = {}
     for measure in measures:
         means = samples.groupby("label", sort=False)[measure.name].mean()
         order = means.sort_values(ascending=not measure.higher_is_better, kind="stable")
         kept = samples[samples["label"].isin(order.index[:_MOST])]
-        compared = compare_runs(kept, protocol, measure.name, by, settings=results.settings)
-        found[measure.name] = best(compared, measure)
+        compared[measure.name] = compare_runs(
+            kept, protocol, measure.name, by, settings=results.settings
+        )
+    found = {measure.name: best(compared[measure.name], measure) for measure in measures}
     titles = {str(row["label"]): results.title(row) for row in scored.to_dict("records")}
-    return Ranked(found, titles, max(0, len(titles) - _MOST))
+    return Ranked(found, compared, titles, max(0, len(titles) - _MOST))
 
 
 def _beside_retrieval(results: Results) -> Ranked:
     protocol = results.protocol
     if not all(f"feature_retrieval_{m.name}" in results.samples for m in protocol.measures):
-        return Ranked({}, {})
-    found = {
-        m.name: best(compare_with_retrieval(results.samples, protocol, m.name), m)
-        for m in protocol.measures
+        return Ranked({}, {}, {})
+    compared = {
+        m.name: compare_with_retrieval(results.samples, protocol, m.name) for m in protocol.measures
     }
-    return Ranked(found, _RETRIEVAL)
+    found = {m.name: best(compared[m.name], m) for m in protocol.measures}
+    return Ranked(found, compared, _RETRIEVAL)
 
 
 def best_by_metric(results: Results, ranking: Ranked) -> Table | None:
@@ -195,20 +199,12 @@ def _verdict(found: Best) -> str:
     return "shown, and all pairs of seeds agree"
 
 
-def pairs(results: Results) -> list[Table]:
+def pairs(results: Results, ranking: Ranked) -> list[Table]:
     """Return every two settings beside each other, a table per measure; shown differences first."""
-    ranking_by = results.told_apart_by
-    if not ranking_by or results.scored.drop_duplicates(ranking_by).shape[0] > _MOST:
-        return []
-    samples = results.samples.merge(results.scored[["run", "setup"]], on="run")
-    tables: list[Table] = []
-    for measure in results.protocol.measures:
-        try:
-            compared = compare_runs(
-                samples, results.protocol, measure.name, ranking_by, settings=results.settings
-            )
-        except DataError:
-            return tables  # the ranking says why
+    tables = []
+    for measure in results.protocol.measures if results.told_apart_by else ():
+        if (compared := ranking.compared.get(measure.name)) is None:
+            continue
         compared = compared.sort_values("shown", ascending=False, kind="stable")
         rows = [
             [
@@ -221,9 +217,7 @@ def pairs(results: Results) -> list[Table]:
                 f"{row['agreement']:.0%} of {row['seeds_a']} x {row['seeds_b']}",
                 "yes" if row["shown"] else "no",
             ]
-            for row in compared.sort_values("shown", ascending=False, kind="stable").to_dict(
-                "records"
-            )
+            for row in compared.to_dict("records")
         ]
         head = ["pair", "category", "difference", "p (Holm)", "pairs of seeds agree", "shown?"]
         tables.append(Table(f"Pair by pair, {scaled_title(measure)}", head, rows, heads=2))

@@ -83,7 +83,7 @@ def write_report(
     if len(results.samples):
         ranking = tables.ranked(results)
         sections = [_best(results, ranking), _scores(results, ranking)]
-        if compared := tables.pairs(results):
+        if compared := tables.pairs(results, ranking):
             blocks = [_details(table.title, table.html()) for table in compared]
             sections.append(Section("pairs", "Pair by pair", blocks))
     else:
