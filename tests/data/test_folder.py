@@ -8,20 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from ffd_lightning.data.reading.frame import into_frame, mean_azimuth, turn
-from ffd_lightning.data.sources.modelnet import ModelNetSource
-from ffd_lightning.data.sources.pix3d import Pix3dSource
 from PIL import Image
 
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.reading.orientation import orient, turn
 from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.folder import FolderSource
-<<<<<<< HEAD
-from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
-=======
 from ffd_lightning.errors import DataError, RejectedShapeError
->>>>>>> h-q
 from ffd_lightning.geometry.mesh import Mesh
 
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"

@@ -1,34 +1,8 @@
 import numpy as np
 import pytest
-<<<<<<< HEAD
-from ffd_lightning.data.sources.parts import BENCHMARK, NORMAL, RELEASE, PartAnnotations
-from parts_tree import (
-    FIRST,
-    LAYOUTS,
-    SYNSETS,
-    annotate,
-    benchmark,
-    metadata,
-    model,
-    release,
-    text,
-    tree,
-    with_normals,
-    write,
-)
-
-from ffd_lightning.data.preparation import part_labels
-from ffd_lightning.data.preparation.part_labels import (
-    PART_COLORS,
-    label_faces,
-    label_points,
-    part_colors,
-)
-=======
 from parts_tree import SYNSETS, annotate, annotation, model, tree, write
 
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
->>>>>>> h-q
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.sources.shapenet import ShapeNetSource

@@ -2,10 +2,6 @@ import math
 
 import numpy as np
 import pytest
-<<<<<<< HEAD
-from ffd_lightning.data.preparation.joined import JoinedSet
-=======
->>>>>>> h-q
 
 from ffd_lightning.data.templates import coverage, summary
 from ffd_lightning.data.templates.bank import TemplateBank
