@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from ffd_lightning.app.config import EvaluateConfig, Subset
+from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.hydra_app import run_hydra
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
@@ -52,18 +53,11 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     from ffd_lightning.app.checks import setting_problems
     from ffd_lightning.app.identity import evaluation_name
     from ffd_lightning.app.open_run import open_run
+    from ffd_lightning.app.training_run import evaluated, evaluation_options
     from ffd_lightning.checkpoint import load_model
     from ffd_lightning.data.preparation.prepared import PreparedSet
-    from ffd_lightning.evaluation.evaluator import (
-        EvaluatedNetwork,
-        EvaluationOptions,
-        Shapes,
-        evaluate,
-        weights_digest,
-    )
-    from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
+    from ffd_lightning.evaluation.evaluator import Shapes, evaluate, weights_digest
     from ffd_lightning.inference.predictor import choose_device
-    from ffd_lightning.parallel import available_cores
 
     if problems := setting_problems(cfg):
         raise ConfigError("; ".join(problems))
@@ -78,15 +72,12 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
     data = opened.data
-    subset = cfg.evaluation.subset
-    ids = data.split.test if subset is Subset.test else data.split.val
-    if not ids:
-        raise ConfigError("evaluation.subset=val: the run has no validation shapes")
-    tested_on, of = Shapes(data.prepared, data.rows(ids)), subset.value
+    judged = evaluated(cfg, opened.network, data, opened.step)
+    of = cfg.evaluation.subset.value
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
-        tested_on = Shapes(other, np.asarray(rows, np.int64))
+        judged = replace(judged, tested_on=Shapes(other, np.asarray(rows, np.int64)))
         of = f"{other.path.resolve().name}-{other.manifest['sha256'][:_DIGITS]}"
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
@@ -94,24 +85,10 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     )
     if not (newest and run.finished):  # a checkpoint of an unfinished training will be another
         of = f"weights-{weights[:_DIGITS]}_{of}".removesuffix("_test")
-    evaluated = EvaluatedNetwork(
-        opened.network.to(device),
-        data.bank,
-        Shapes(data.prepared, data.rows(data.split.train)),
-        tested_on,
-        opened.step,
-    )
-    options = EvaluationOptions(
-        references=cfg.evaluation.references,
-        all_views=cfg.evaluation.all_views,
-        seed=cfg.evaluation.seed,
-        workers=cfg.evaluation.workers or available_cores(),
-        progress=cfg.progress_bar,
-        restart=cfg.restart,
-        shared=data.root / SHARED_FOLDER,
-    )
+    opened.network.to(device)
+    options = evaluation_options(cfg, data, cfg.progress_bar, cfg.restart)
     folder = run.evaluation(evaluation_name(cfg), of)
-    return evaluate(evaluated, build_protocol(cfg.protocol), folder, options), folder
+    return evaluate(judged, build_protocol(cfg.protocol), folder, options), folder
 
 
 def shapes_name(cfg: EvaluateConfig) -> str:
