@@ -18,7 +18,6 @@ from ffd_lightning.app.config import (
     Annealing,
     EvaluateConfig,
     LearningRateDecay,
-    PredictConfig,
     PrepareConfig,
     TrainConfig,
 )
@@ -448,7 +447,6 @@ def test_cfg_job_prints_everything():
     ("name", "schema"),
     [
         ("evaluate", EvaluateConfig),
-        ("predict", PredictConfig),
         ("prepare", PrepareConfig),
     ],
 )

@@ -23,7 +23,7 @@ from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import CategoryConfig, CommonSplit, DoctorConfig
 from ffd_lightning.app.hydra_app import compose_config
 from ffd_lightning.app.schema import typed_config
-from ffd_lightning.app.studies.categories import absent_categories, say_absent
+from ffd_lightning.app.studies import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet

@@ -2,38 +2,50 @@
 
 from __future__ import annotations
 
+import argparse
+import logging
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.hydra_app import run_hydra
+from ffd_lightning.app.help import command_help
+from ffd_lightning.app.hydra_app import compose_config, config_folder
+from ffd_lightning.app.schema import typed_config
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
 SCHEMA = EvaluateConfig
 
+_FILES = ("run", "checkpoint", "prepared", "data_root")
 _DIGITS = 8  # of digests in names
 
 
-def main(arguments: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> int:
     """Evaluate what the command line names, and print the table."""
-    run_hydra(
-        "evaluate",
-        EvaluateConfig,
-        evaluate_job,
-        arguments,
-        ("run", "checkpoint", "prepared", "data_root"),
-    )
-
-
-def evaluate_job(cfg: EvaluateConfig) -> None:
-    """Evaluate a run, and print the table."""
     from ffd_lightning.app.build import build_protocol
     from ffd_lightning.evaluation.tables import print_summary
 
+    parser = argparse.ArgumentParser("ffd evaluate", allow_abbrev=False, add_help=False)
+    parser.add_argument("--config-dir")
+    options, words = parser.parse_known_args(arguments)
+    if {"-h", "--help"} & set(words):
+        print(command_help("evaluate", EvaluateConfig, config_folder(), options.config_dir))
+        return 0
+    if unknown := [word for word in words if word.startswith("-")]:
+        raise ConfigError(f"no option {unknown[0]}: --config-dir")
+    files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
+    rest = [word for word in words if word.partition("=")[0] not in files]
+    composed = compose_config("evaluate", EvaluateConfig, rest, options.config_dir)
+    for key, name in files.items():  # names of files are taken as they are
+        composed[key] = None if name == "null" else name
+    cfg = typed_config(composed, EvaluateConfig)
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     summary, folder = evaluate_run(cfg)
-    print_summary(folder, build_protocol(cfg.protocol), summary, shapes_name(cfg))
+    shapes = cfg.evaluation.subset.value if cfg.prepared is None else Path(cfg.prepared).name
+    print_summary(folder, build_protocol(cfg.protocol), summary, shapes)
+    return 0
 
 
 def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
@@ -89,8 +101,3 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     options = evaluation_options(cfg, data, cfg.progress_bar, cfg.restart)
     folder = run.evaluation(evaluation_name(cfg), of)
     return evaluate(judged, build_protocol(cfg.protocol), folder, options), folder
-
-
-def shapes_name(cfg: EvaluateConfig) -> str:
-    """Return what the evaluated shapes are called."""
-    return cfg.evaluation.subset.value if cfg.prepared is None else Path(cfg.prepared).name
