@@ -38,6 +38,7 @@ def first_values(overrides):
 SHORT = (
     "beyond",
     "categories",
+    "minutes",
     "photographs",
     "search",
 )  # under schedule=quick
@@ -276,11 +277,11 @@ def test_a_dry_run_only_prints(trained, tmp_path, capsys):
         (["regimes", "joint"], "two studies: regimes and joint"),
         (
             ["--quick"],
-            "name a study: beyond, categories, joint, joint_views, paper_table",
+            "name a study: beyond, categories, joint, joint_views, minutes",
         ),
         (
             ["regime"],
-            "no study 'regime': .* has beyond, categories, joint, joint_views, paper_tab",
+            "no study 'regime': .* has beyond, categories, joint, joint_views, minutes",
         ),
     ],
 )
