@@ -180,7 +180,9 @@ def _figure(place: Place, file: Path) -> None:
 
 
 def _contact_sheet(place: Place, file: Path) -> None:
-    place.ffd("shapes", f"out={file.parent}", f"categories=[{file.stem}]")
+    from contact_sheets import draw_sheet
+
+    draw_sheet(file.stem).save(file, quality=80)
 
 
 def _scaling(place: Place, file: Path) -> None:
@@ -251,7 +253,7 @@ def _pictures() -> dict[str, Picture]:
     for name, sweep in NOTEBOOKS.items():
         plots = ("analysis", "palette.py", f"../notebooks/{name}.ipynb")
         found[f"notebooks/{name}.md"] = Picture(sweep, plots, _notebook)
-    sheets = ("app/commands/shapes.py",)
+    sheets = ("../docs/tools/contact_sheets.py",)
     return found | {
         f"categories/{c}.jpg": Picture(None, sheets, _contact_sheet) for c in categories()
     }

@@ -359,10 +359,8 @@ def test_the_number_of_workers_changes_nothing(config, photos, tmp_path):
     [
         ({"top_k": 5}, "top_k=5: the model has 4 templates of table"),
         ({"top_k": 0}, "top_k=0 must be 1 or more"),
-        ({"workers": -1}, "workers=-1 must be 0 or more"),
         ({"seed": -1}, "seed=-1 must be 0 or more"),
-        ({"mask": ""}, "mask= is empty"),
-        ({"image": ""}, "image= is empty"),
+        ({"colors": "red"}, "colors=red must be one of material, parts"),
         ({"run": "/nowhere"}, "there is no run /nowhere"),
         ({"device": "abacus"}, "device=abacus cannot be used"),
     ],

@@ -76,11 +76,6 @@ def test_a_study_for_the_paper_asks_for_its_weights_before_it_starts(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_study_goes_on_when_it_is_told_to(trained, tmp_path):
-    run_study(Request.parse(["regimes", f"paths.runs={tmp_path}", "encoder.weights=none"]))
-    assert "encoder.weights=none" in trained[0]
-
-
 def test_a_study_asks_where_one_of_its_jobs_would(trained, tmp_path):
     given = ["regimes", "--quick", f"paths.runs={tmp_path}"]
     with pytest.raises(ConfigError, match="schedule=paper starts from ImageNet weights"):
@@ -115,11 +110,6 @@ def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
     assert "- network.batch_norm_momentum is 1 (paper: 0.01)" in told
     sweep_end.print_beside_paper(tmp_path)
     assert "nothing is set beside the paper's Table 3: no run in" in capsys.readouterr().err
-
-
-def test_all_studies_are_there():
-    names = {f.stem for f in STUDIES}
-    assert names >= {"regimes", "template_counts", "paper_table", "joint", "joint_views", "search"}
 
 
 def test_the_second_stage_reads_the_ranking_of_the_first():
@@ -183,15 +173,6 @@ def test_the_joint_study_is_the_authors(quick):
     written, _ = folders(ranks)
     _, read = folders(joint)
     assert read.replace("{category}", category) == f"{written}/template_ranking.csv"
-
-
-def test_a_study_in_another_precision_has_other_folders():
-    study = load_study(next(f for f in STUDIES if f.stem == "regimes"))
-    first = folders(sweeps(study, "x", True, [])[0])[0]
-    second = folders(sweeps(study, "x", True, ["trainer.precision=bf16-mixed"])[0])[0]
-    third = folders(sweeps(study, "x", True, ["trainer.devices=2"])[0])[0]
-    assert (first, third) == ("runs/x/table/b/t8/seed0", first)
-    assert second == "runs/x/table/b/t8/seed0_precision-bf16-mixed"
 
 
 def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_path):

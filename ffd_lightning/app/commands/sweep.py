@@ -24,7 +24,8 @@ from ffd_lightning.files import write_atomic
 
 SCHEMA = TrainConfig
 _INTERRUPTED = 130
-_ALIASES = {"quick=true": "--quick", "dry_run=true": "--dry-run"}
+_ALIASES = {"quick=true": ["--quick"], "dry_run=true": ["--dry-run"]}
+_ALIASES |= {"quick=false": [], "dry_run=false": []}
 _HELP = """Run a study: all its sweeps of train.py, then a report. The same command again
 resumes where it was interrupted, and tries again what failed.
 
@@ -84,7 +85,9 @@ class Request:
         for name in ("--quick", "--dry-run"):
             parser.add_argument(name, action="store_true")
         parser.add_argument("--config-dir")
-        found, words = parser.parse_known_args([_ALIASES.get(a, a) for a in arguments])
+        found, words = parser.parse_known_args(
+            [word for each in arguments for word in _ALIASES.get(each, [each])]
+        )
         if unknown := [word for word in words if word.startswith("-")]:
             raise ConfigError(f"no option {unknown[0]}: --quick, --dry-run, --config-dir")
         named = [word.removeprefix("study=") for word in words if _names_study(word)]
