@@ -1,10 +1,9 @@
-"""A full training step of the paper's configuration, against the parts it cannot do without."""
+"""A full training step of the paper's configuration, and the parts it cannot do without."""
 
 from __future__ import annotations
 
 import itertools
 import logging
-import statistics
 import tempfile
 import time
 import warnings
@@ -16,7 +15,7 @@ import torch
 from lightning import Callback, Trainer
 
 from benchmarks.nearest import POINTS, QUERIES, TEMPLATES, clouds
-from benchmarks.timing import Row, seconds_of, synchronize
+from benchmarks.timing import Row, seconds_of
 from ffd_lightning.app.build import regime
 from ffd_lightning.data.batches import Residency
 from ffd_lightning.data.datamodule import FfdDataModule
@@ -38,7 +37,8 @@ class _Timer(Callback):
         self.times: list[float] = []
 
     def on_train_batch_end(self, *_: Any) -> None:
-        synchronize()
+        if torch.cuda.is_available():
+            torch.cuda.synchronize()
         self.times.append(time.perf_counter())
 
 
@@ -91,35 +91,22 @@ def measure(device: torch.device, quick: bool) -> list[Row]:
         "full step, trainer.residency=device": ("32-true", "device", False),
         "full step, trainer.precision=bf16-mixed": ("bf16-mixed", "auto", False),
     }
-    if device.type != "cpu":
-        variants["full step, trainer.residency=disk"] = ("32-true", "disk", False)
     if not quick:  # compilation takes most of a minute
         variants["full step, trainer.compile=true"] = ("32-true", "auto", True)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        module, data = build(folder)
-        times: dict[str, list[float]] = {"encoder alone": [], "nearest neighbours alone": []}
-        plain = _plain_torch_step(device)
+    times: dict[str, list[float]] = {}
+    with tempfile.TemporaryDirectory() as folder:
         for _ in range(rounds):
+            module, data = build(Path(folder))
             for part, function in _parts(module, data, device).items():
                 times.setdefault(part, []).extend(seconds_of(function) for _ in range(4))
-            if "step in plain torch (cdist)" not in times:  # most of a minute on two cores
-                times["step in plain torch (cdist)"] = [seconds_of(plain)]
             for variant, (precision, residency, fused) in variants.items():
-                module, data = build(folder, residency)
+                module, data = build(Path(folder), residency)
                 if fused:
                     compile_encoder(module.network)
                 times.setdefault(variant, []).extend(fit(module, data, steps, precision))
-    best = {part: min(values) for part, values in times.items() if values}
-    floor = best["encoder alone"] + best["nearest neighbours alone"]
-    rows = [
-        Row(section, "encoder alone + nearest alone", floor, floor, 1.0, "forward and backward")
-    ]
-    for part, values in times.items():
-        row = Row(section, part, min(values), statistics.median(values), min(values) / floor)
-        row.note = f"{len(values)} times"
-        rows.append(row)
-    return rows
+    best = {part: min(values) for part, values in times.items()}
+    own = best["full step"]
+    return [Row(section, part, value, value / own) for part, value in best.items()]
 
 
 def _parts(
@@ -156,44 +143,3 @@ def _parts(
         "part: deformation": deformation,
         "part: Adam": adam.step,
     }
-
-
-def _plain_torch_step(device: torch.device) -> Callable[[], object]:
-    """Return the step as one would write it first: contiguous, cdist, one query at a time."""
-    network = TemplateFfdNetwork(MobileNetV1(), (192, 256), TEMPLATES, 64).to(device)
-    images = torch.rand(QUERIES, 3, 192, 256, device=device)
-    a, b = clouds(QUERIES, TEMPLATES, POINTS, device, torch.float32)
-    matrix = torch.rand(TEMPLATES, POINTS, 64, device=device) / 64
-    adam = torch.optim.Adam(network.parameters(), lr=0.0)
-
-    def step() -> None:
-        adam.zero_grad()
-        inputs = (images - images.mean((1, 2, 3), True)) / images.std((1, 2, 3), keepdim=True)
-        logits, offsets = network.heads(network.encoder(inputs))
-        weights = logits.softmax(1)
-        total = logits.new_zeros(())
-        for q in range(QUERIES):
-            points = matrix @ offsets[q] + a[q]
-            squared = torch.cdist(points, b[q].expand_as(points)).square()
-            chamfer = squared.amin(2).sum(1) + squared.amin(1).sum(1)
-            total = total + (weights[q] * chamfer).sum()
-        total.backward()
-        adam.step()
-
-    return step
-
-
-def peak_memory() -> None:
-    """Print the peak memory of this process after some steps, in bytes."""
-    with tempfile.TemporaryDirectory() as name:
-        module, data = build(Path(name))
-        logging.getLogger("lightning.pytorch").setLevel(logging.ERROR)
-        warnings.filterwarnings("ignore", module="lightning")
-        fit(module, data, 6, "32-true")
-    # Not getrusage: a process inherits its parent's peak there.
-    status = Path("/proc/self/status").read_text(encoding="utf-8")
-    print(int(status.split("VmHWM:")[1].split()[0]) * 1024)
-
-
-if __name__ == "__main__":
-    peak_memory()

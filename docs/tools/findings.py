@@ -28,9 +28,9 @@ from matplotlib.figure import Figure
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parent))
+from findings_minutes import draw
 from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, differences, overall
 
-from benchmarks.quality import draw
 from ffd_lightning.analysis.archive import write_archive
 from ffd_lightning.analysis.budget import error_budget
 from ffd_lightning.analysis.compare import LEVEL, compare_runs, holm
@@ -499,7 +499,7 @@ def recipes(measures: Sequence[str] = ("chamfer", "emd", "iou")) -> str:
 
 
 def recipes_figure(alt: str) -> str:
-    """Draw the quality benchmark into a file beside the pages; return the link to it."""
+    """Draw the recipes' scores into a file beside the pages; return the link to it."""
     write_bytes_atomic(FOLDER / "recipes.svg", to_svg(draw(_recipes())))
     return f"![{alt}](recipes.svg)"
 

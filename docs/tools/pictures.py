@@ -124,7 +124,9 @@ def _figure(place: Place, file: Path) -> None:
 
 
 def _contact_sheet(place: Place, file: Path) -> None:
-    place.ffd("shapes", f"out={file.parent}", f"categories=[{file.stem}]")
+    from contact_sheets import draw_sheet
+
+    draw_sheet(file.stem).save(file, quality=80)
 
 
 def _scaling(place: Place, file: Path) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from ffd_lightning import pretrained
 from ffd_lightning.components import MISSING, Component, check_ranges
@@ -497,54 +497,3 @@ class EvaluateConfig:
     progress_bar: bool = True
     restart: bool = False
     plugins: list[str] = field(default_factory=list)
-
-
-@dataclass
-class PredictConfig:
-    """Everything that `predict` reads.
-
-    Attributes:
-        run: a run folder or a checkpoint file; null for the model that comes with the package.
-        image: a file, a folder, a pattern such as `photos/*.png`, or a list of those.
-        category: what all of them show, one that the model was trained on; null lets it guess.
-        out: each image has a folder below it.
-        mask: a file, or for several images a folder of masks with the images' names.
-        background: what tells the object from its background, where no mask is given: `auto`, the
-            alpha channel, else the colour of the border; `rembg`, the package of that name.
-        top_k: so many templates are deformed, the selected one first.
-        points: of `cloud.ply`.
-        colors: what the colours of meshes say.
-        obj: writes `mesh.obj` too.
-        preview: draws a picture of each.
-        seed: of the points.
-        workers: threads, 0 for one per core.
-        device: auto, cpu, cuda, cuda:1, ...
-        progress_bar: shows how far it is.
-        restart: makes again what is there.
-        plugins: modules with parts of your own.
-    """
-
-    run: str | None = None
-    image: Any = MISSING
-    category: str | None = None
-    out: str = "predictions"
-    mask: str | None = None
-    background: Literal["auto", "rembg"] = "auto"
-    top_k: int = 1
-    points: int = 16384
-    colors: Literal["material", "parts"] = "material"
-    obj: bool = False
-    preview: bool = True
-    seed: int = 0
-    workers: int = 0
-    device: str = "auto"
-    progress_bar: bool = True
-    restart: bool = False
-    plugins: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        positive = "[1, inf)"
-        check_ranges(
-            vars(self), top_k=positive, points=positive, seed="[0, inf)", workers="[0, inf)"
-        )

@@ -34,10 +34,8 @@ COMMANDS = {
     "status": Command("say what the runs of a folder are doing", "status"),
     "report": Command("write one page about all runs of a folder", "report"),
     "figures": Command("draw the paper's figures of runs", "figures"),
-    "labels": Command("say how well runs transfer part labels", "labels"),
     "view": Command("look at reconstructions in a local page", "view"),
     "export": Command("write a trained network small, or as ONNX", "export"),
-    "shapes": Command("draw contact sheets of the embedded dataset", "shapes"),
 }
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import logging
 import warnings
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import torch
-from lightning import Callback, Trainer, seed_everything
+from lightning import Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
 from lightning.pytorch.utilities.exceptions import MisconfigurationException
@@ -25,13 +25,13 @@ from ffd_lightning.app.build import (
     build_protocol,
 )
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.configuration import chosen_components
 from ffd_lightning.app.first_weights import leak_warning
-from ffd_lightning.app.template_record import record_templates
 from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.components import OWN
 from ffd_lightning.data.datamodule import FfdDataModule
+from ffd_lightning.data.templates.summary import outlier_note, outlier_rows, template_rows
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import (
     EvaluatedNetwork,
@@ -42,18 +42,20 @@ from ffd_lightning.evaluation.evaluator import (
     rank_templates,
     with_labels,
 )
-from ffd_lightning.evaluation.figures import reconstruction_figure
-from ffd_lightning.evaluation.protocols import EvaluationProtocol, ProtocolDescription
+from ffd_lightning.evaluation.figures import reconstruction_figure, template_figure
+from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
-from ffd_lightning.files import write_csv
+from ffd_lightning.files import write_bytes_atomic, write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import (
-    StepTimer,
+    Clock,
+    ExampleImages,
+    Reconstructions,
+    TemplateSelection,
     example_rows,
-    tensorboard_callbacks,
 )
-from ffd_lightning.training.progress import ProgressNote, StepProgress
+from ffd_lightning.training.progress import Progress
 from ffd_lightning.training.tensorboard import StepLogger
 
 log = logging.getLogger(__name__)
@@ -85,13 +87,13 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         return _train(cfg, run)
     with run.lock():
         identity.check_folder(cfg, run)
-        evaluated = {
+        asked = {
             "name": str(evaluation_folder(run, cfg).relative_to(run.evaluation(""))),
             "settings": protocol_key(build_protocol(cfg.protocol)),
             "references": cfg.evaluation.references,
             "subset": cfg.evaluation.subset,
         }
-        if run.finished and run.status.get("evaluation") == evaluated:
+        if run.finished and run.status.get("evaluation") == asked:
             log.info("%s is finished already; restart=true would train it again", run.path)
             return dict(run.status["summary"])
         trained = run.finished  # and stays so, whatever becomes of an evaluation in another way
@@ -104,7 +106,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
                 name = "" if isinstance(error, UserError) else f"{type(error).__name__}: "
                 run.set_status("failed", reason=f"{name}{error}")
             raise
-        run.set_status("finished", steps=cfg.schedule.steps, evaluation=evaluated, summary=summary)
+        run.set_status("finished", steps=cfg.schedule.steps, evaluation=asked, summary=summary)
         (run.path / "progress.json").unlink(missing_ok=True)
         return summary
 
@@ -117,8 +119,8 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     data.setup()
     network = build_network(cfg)
     protocol = build_protocol(cfg.protocol)
-    evaluated = _evaluated(cfg, network, data)
-    with_labels(evaluated, protocol, cfg.evaluation.references)  # told now, not after the training
+    judged = evaluated(cfg, network, data)
+    with_labels(judged, protocol, cfg.evaluation.references)  # told now, not after the training
     if cfg.trainer.compile:
         compile_encoder(network)
     module = build_module(cfg, network, _record(cfg))
@@ -132,20 +134,20 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         *(len(subset) for subset in data.split),
         cfg.schedule.steps,
     )
-    tested = [data.prepared.ids[row] for row in evaluated.tested_on.rows]
+    tested = [data.prepared.ids[row] for row in judged.tested_on.rows]
     for warning in filter(None, (data.split.warning(), leak_warning(cfg, tested))):
         log.warning("%s: %s", run.path, warning)
     done = _checkpoint_step(run, data.bank.ids)
     if getattr(rank_zero_only, "rank", 0) == 0:
-        record_templates(run, data)
-    timer = StepTimer()
+        _record_templates(run, data)
+    clock = Clock(cfg.logger.every)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
         warnings.filterwarnings("ignore", ".*LeafSpec.*")
         warnings.filterwarnings("ignore", ".*Total length of `list`.*")  # split.val_fraction=0
         warnings.filterwarnings("ignore", ".*exists and is not empty.*")
         try:
-            trainer = _trainer(cfg, run, done, timer)
+            trainer = _trainer(cfg, run, done, clock)
         except (MisconfigurationException, TypeError, ValueError) as error:
             raise ConfigError(f"trainer: {' '.join(str(error).split())}") from error
         try:
@@ -156,15 +158,37 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     trainer.save_checkpoint(run.checkpoint)  # whatever trainer.checkpoint_every divides
     if not trainer.is_global_zero:
         return {}
-    return _finish(
-        cfg, run, data, replace(evaluated, step=trainer.global_step), protocol, trainer, timer
-    )
+    network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
+    run.set_data(data.record())
+    _rank(cfg, run, data, network)
+    count, steps = len(tested), trainer.global_step
+    log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset)
+    run.set_progress("evaluating", 0, count, None)
+    options = evaluation_options(cfg, data, cfg.trainer.progress_bar)
+    judged = evaluated(cfg, network, data, steps)
+    summary = evaluate(judged, protocol, evaluation_folder(run, cfg), options)
+    summary["seconds_per_step"] = clock.seconds_per_step
+    logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
+    if rows := example_rows(data, cfg.callbacks.figure_examples):
+        figure = reconstruction_figure(network, data.prepared, data.bank, rows)
+        Image.fromarray(figure).save(run.path / "reconstructions.png")
+        if logger is not None:
+            tag = "worked_examples/reconstructions"
+            logger.experiment.add_image(tag, figure, steps, dataformats="HWC")
+    if logger is not None:
+        described = ProtocolDescription.of(protocol)
+        logger.log_results(identity.hyperparameters(cfg), summary, described, steps)
+        logger.finalize("success")
+    return summary
 
 
-def _evaluated(
-    cfg: TrainConfig, network: TemplateFfdNetwork, data: FfdDataModule
+def evaluated(
+    cfg: TrainConfig | EvaluateConfig,
+    network: TemplateFfdNetwork,
+    data: FfdDataModule,
+    step: int = 0,
 ) -> EvaluatedNetwork:
-    """Return what will be evaluated when the network is trained.
+    """Return what is evaluated: a network, and the shapes of `evaluation.subset`.
 
     Raises:
         ConfigError: the validation shapes are to be evaluated, and there are none.
@@ -175,7 +199,22 @@ def _evaluated(
             "evaluation.subset=val: there are no validation shapes (split.val_fraction)"
         )
     trained_on, tested_on = (Shapes(data.prepared, data.rows(x)) for x in (data.split.train, ids))
-    return EvaluatedNetwork(network, data.bank, trained_on, tested_on, 0)
+    return EvaluatedNetwork(network, data.bank, trained_on, tested_on, step)
+
+
+def evaluation_options(
+    cfg: TrainConfig | EvaluateConfig, data: FfdDataModule, progress: bool, restart: bool = False
+) -> EvaluationOptions:
+    """Return how `cfg.evaluation` has it evaluated."""
+    return EvaluationOptions(
+        references=cfg.evaluation.references,
+        all_views=cfg.evaluation.all_views,
+        seed=cfg.evaluation.seed,
+        workers=cfg.evaluation.workers or torch.get_num_threads(),
+        progress=progress,
+        restart=restart,
+        shared=data.root / SHARED_FOLDER,
+    )
 
 
 def _record(cfg: TrainConfig) -> dict[str, Any]:
@@ -215,16 +254,44 @@ def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
     return int(found["global_step"])
 
 
-def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> Trainer:
-    callbacks: list[Callback] = [
-        timer,
-        ProgressNote(run, timer),
-        *tensorboard_callbacks(
-            cfg.logger.every,
-            cfg.callbacks.figure_examples,
-            cfg.callbacks.training_examples,
-            cfg.callbacks.training_figures,
-            f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}",
+def _record_templates(run: RunFolder, data: FfdDataModule) -> None:
+    """Write `templates.csv`, `templates.png` and, if there are outliers, `outliers.csv`."""
+    bank = data.bank
+    rows, coverage = template_rows(data.prepared, bank)
+    write_csv(run.templates, rows)
+    notes = [f"nearest to {100 * row['share']:.0f}% of the shapes" for row in rows]
+    buffer = io.BytesIO()
+    Image.fromarray(template_figure(bank, notes)).save(buffer, "PNG")
+    write_bytes_atomic(run.templates_picture, buffer.getvalue())
+    log.info(
+        "%s: T = %d templates (templates.csv, templates.png); mean box Chamfer x 1000 of the other "
+        "shapes to the nearest: %.1f; ids: %s",
+        run.path,
+        len(bank),
+        1000 * coverage,
+        ", ".join(bank.ids),
+    )
+    outliers = outlier_rows(data.prepared)
+    run.outliers.unlink(missing_ok=True)
+    if outliers:
+        write_csv(run.outliers, outliers)
+        note = outlier_note(data.prepared, outliers, data.drop_outliers)
+        chosen = len({row["id"] for row in outliers}.intersection(bank.ids))
+        log.warning("%s: %s (outliers.csv); %d of them are templates", run.path, note, chosen)
+
+
+def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Trainer:
+    shown, name = cfg.callbacks, f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name}"
+    callbacks = [
+        clock,
+        Progress(run, clock, cfg.trainer.progress_bar),
+        TemplateSelection(),
+        ExampleImages(shown.figure_examples),
+        Reconstructions(
+            shown.figure_examples,
+            shown.training_examples,
+            shown.training_figures,
+            f"{name} {run.path.name}",
         ),
         ModelCheckpoint(
             dirpath=run.checkpoint.parent,
@@ -235,8 +302,6 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         ),
         *build_callbacks(cfg),
     ]
-    if cfg.trainer.progress_bar:
-        callbacks.append(StepProgress())
     logger = StepLogger(
         save_dir=run.path,
         name="",
@@ -259,65 +324,21 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, timer: StepTimer) -> T
         logger=logger if cfg.logger.tensorboard else False,
         callbacks=callbacks,
         use_distributed_sampler=False,
-        enable_progress_bar=False,  # ours is `StepProgress`
+        enable_progress_bar=False,  # ours is `Progress`
         enable_model_summary=False,
         default_root_dir=run.path,
     )
 
 
-def _finish(
-    cfg: TrainConfig,
-    run: RunFolder,
-    data: FfdDataModule,
-    evaluated: EvaluatedNetwork,
-    protocol: EvaluationProtocol,
-    trainer: Trainer,
-    timer: StepTimer,
-) -> dict[str, float]:
-    """Rank the templates, evaluate the trained network, draw the figure, and close the log."""
-    evaluated.network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
-    options = EvaluationOptions(
-        references=cfg.evaluation.references,
-        all_views=cfg.evaluation.all_views,
-        seed=cfg.evaluation.seed,
-        workers=cfg.evaluation.workers or torch.get_num_threads(),
-        progress=cfg.trainer.progress_bar,
-        shared=data.root / SHARED_FOLDER,
-    )
-    run.set_data(data.record())
-    _rank(cfg, run, data, evaluated.network, options.workers)
-    count = len(evaluated.tested_on.rows)
-    log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset)
-    run.set_progress("evaluating", 0, count, None)
-    summary = evaluate(evaluated, protocol, evaluation_folder(run, cfg), options)
-    summary["seconds_per_step"] = timer.seconds_per_step
-    logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
-    if rows := example_rows(data, cfg.callbacks.figure_examples):
-        figure = reconstruction_figure(evaluated.network, data.prepared, data.bank, rows)
-        Image.fromarray(figure).save(run.path / "reconstructions.png")
-        if logger is not None:
-            logger.experiment.add_image(
-                "worked_examples/reconstructions", figure, trainer.global_step, dataformats="HWC"
-            )
-    if logger is not None:
-        described = ProtocolDescription.of(protocol)
-        logger.log_results(identity.hyperparameters(cfg), summary, described, trainer.global_step)
-        logger.finalize("success")
-    return summary
-
-
 def _rank(
-    cfg: TrainConfig,
-    run: RunFolder,
-    data: FfdDataModule,
-    network: TemplateFfdNetwork,
-    workers: int,
+    cfg: TrainConfig, run: RunFolder, data: FfdDataModule, network: TemplateFfdNetwork
 ) -> None:
     """Write how often each template is selected: a choice, so not on test shapes."""
     on_train = cfg.template_ranking.subset == "train"
     ids = data.split.train if on_train else data.split.chosen_on
     samples = Shapes(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
     log.info("%s: ranking the templates on %d images", run.path, len(samples))
+    workers = cfg.evaluation.workers or torch.get_num_threads()
     ranking = rank_templates(network, data.bank, data.prepared, samples, workers)
     write_csv(run.path / "template_ranking.csv", ranking)
 

@@ -18,7 +18,6 @@ from lightning import Callback, LightningModule, Trainer
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.data.batches import Batch
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -32,14 +31,7 @@ from ffd_lightning.training.pictures import (
     thumbnails,
     write_clouds,
 )
-from ffd_lightning.training.tensorboard import (
-    WEIGHTED,
-    WEIGHTS,
-    custom_scalars,
-    tensorboard_writer,
-    write_bars,
-    write_buckets,
-)
+from ffd_lightning.training.tensorboard import tensorboard_writer, write_histogram
 
 _WARM_UP_STEPS = 5
 _KEPT_STEPS = 1000
@@ -47,22 +39,58 @@ _WEIGHT_BINS = 20
 _CLOUD_POINTS = 2048
 
 
-class StepTimer(Callback):
-    """Median wall time from one step's end to the next, data included, validation left out.
+class Clock(Callback):
+    """Times steps, data included and validation left out, and writes curves beside the logger's.
 
-    Of the last 1,000 steps, the first 5 of those left out as warm-up.
+    Tags: `weighted_terms/<term>`, each term that is minimised times its weight, which the loss is
+    the sum of; `work/learning_rate`; `work/steps_per_second` and `work/queries_per_second` (of all
+    devices), means since the last point. A GPU's host does not wait for them: they are read where
+    the logger waits anyway.
+
+    Args:
+        every: steps from one point of a curve to the next, as the logger's.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, every: int = 50) -> None:
+        self.every = every
         self._durations: deque[float] = deque(maxlen=_KEPT_STEPS)
         self._last: float | None = None
+        self._rate = 0.0
 
-    def on_train_batch_end(self, *_: Any) -> None:
-        """Note the time since the last step."""
-        now = time.perf_counter()
+    @property
+    def seconds_per_step(self) -> float:
+        """Median of the last 1,000 steps, the first 5 left out; nan before there is any."""
+        durations = list(self._durations)
+        durations = durations[_WARM_UP_STEPS:] or durations
+        return statistics.median(durations) if durations else float("nan")
+
+    def on_train_batch_start(self, trainer: Trainer, *_: Any) -> None:
+        """Note the step's learning rate: at its end it is the next one's."""
+        self._rate = trainer.optimizers[0].param_groups[0]["lr"]
+
+    def on_train_batch_end(
+        self, trainer: Trainer, pl_module: LightningModule, outputs: Any, batch: Any, *_: Any
+    ) -> None:
+        """Note the time since the last step, and write a point whenever the loss is written."""
+        now, step = time.perf_counter(), trainer.global_step
         if self._last is not None:
             self._durations.append(now - self._last)
         self._last = now
+        writer = tensorboard_writer(trainer)
+        if writer is None or step % self.every:
+            return
+        assert isinstance(pl_module, FfdModule)
+        writer.add_scalar("work/learning_rate", self._rate, step)
+        values, weights = trainer.callback_metrics, pl_module.objective.weights(step - 1)
+        for name, weight in {**weights, "selection": 1.0}.items():  # it may have a loss of its own
+            if weight and f"train/{name}" in values:
+                value = weight * float(values[f"train/{name}"])
+                writer.add_scalar(f"weighted_terms/{name}", value, step)
+        if recent := list(self._durations)[-self.every :]:
+            speed = len(recent) / sum(recent)
+            writer.add_scalar("work/steps_per_second", speed, step)
+            queries = speed * len(batch.rows) * trainer.world_size
+            writer.add_scalar("work/queries_per_second", queries, step)
 
     def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Leave the pause out."""
@@ -76,92 +104,13 @@ class StepTimer(Callback):
         """Take up the durations of a checkpoint."""
         self._durations.extend(state_dict["durations"])
 
-    @property
-    def seconds_per_step(self) -> float:
-        """Median in seconds, warm-up left out; nan before there is any."""
-        durations = list(self._durations)
-        durations = durations[_WARM_UP_STEPS:] or durations
-        return statistics.median(durations) if durations else float("nan")
 
-
-class StepCurves(Callback):
-    """Writes curves that are no terms of the loss, and lays out the page CUSTOM SCALARS.
-
-    Tags: `weights_of_terms/<term>`, the weight of each term that is minimised, and
-    `weighted_terms/<term>`, the term times its weight, which the loss is the sum of;
-    `work/learning_rate`; `work/steps_per_second` and `work/queries_per_second` (of all devices),
-    means since the last point, validation left out. A GPU's host does not wait for them: they are
-    read where the logger waits anyway.
-
-    Args:
-        every: steps from one point to the next, as the logger's.
-    """
-
-    def __init__(self, every: int) -> None:
-        self.every = every
-        self._since: float | None = None
-        self._paused = self._rate = 0.0
-        self._steps = self._queries = 0
-
-    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Write the layout, in the first attempt at a run."""
-        writer = tensorboard_writer(trainer)
-        if writer is None or trainer.global_step > 0 or not isinstance(pl_module, FfdModule):
-            return
-        writer.add_custom_scalars(custom_scalars(pl_module.objective.terms))
-
-    def on_train_batch_start(self, trainer: Trainer, *_: Any) -> None:
-        """Note the step's learning rate: at its end it is the next one's."""
-        self._rate = trainer.optimizers[0].param_groups[0]["lr"]
-
-    def on_train_batch_end(
-        self, trainer: Trainer, pl_module: LightningModule, outputs: Any, batch: Any, *_: Any
-    ) -> None:
-        """Count, and write a point whenever the loss is written."""
-        writer = tensorboard_writer(trainer)
-        if writer is None or not isinstance(pl_module, FfdModule):
-            return
-        assert isinstance(batch, Batch)
-        now, step = time.perf_counter(), trainer.global_step
-        due = step % self.every == 0
-        if due:
-            writer.add_scalar("work/learning_rate", self._rate, step)
-            values = trainer.callback_metrics
-            for name, weight in pl_module.objective.weights(step - 1).items():
-                if weight:
-                    writer.add_scalar(f"{WEIGHTS}/{name}", weight, step)
-                    value = weight * float(values[f"train/{name}"])
-                    writer.add_scalar(f"{WEIGHTED}/{name}", value, step)
-            if "train/selection" in values:  # the selection's own loss, which has no weight
-                writer.add_scalar(f"{WEIGHTED}/selection", float(values["train/selection"]), step)
-        if self._since is None:
-            self._since = now  # the first step compiles and reads: no speed counts it
-            return
-        self._steps += 1
-        self._queries += len(batch.rows) * trainer.world_size
-        if not due:
-            return
-        writer.add_scalar("work/steps_per_second", self._steps / (now - self._since), step)
-        writer.add_scalar("work/queries_per_second", self._queries / (now - self._since), step)
-        self._since, self._steps, self._queries = now, 0, 0
-
-    def on_validation_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Stop the clock."""
-        self._paused = time.perf_counter()
-
-    def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Let the clock go on."""
-        if self._since is not None:
-            self._since += time.perf_counter() - self._paused
-
-
-class TemplateHistograms(Callback):
+class TemplateSelection(Callback):
     """Draws template selection into TensorBoard at every validation.
 
-    An image: `which_template/bars`, see `selection_bars`. Histograms over templates:
-    `which_template/selected` (share of the images, in percent, by number from 1) and
-    `which_template/selected_sorted` (the same, most used first). A histogram over the validation
-    images: `which_template/weight_of_selected`.
+    An image, `which_template/bars`, see `selection_bars`. Histograms: `which_template/selected`
+    (share of the images, in percent, by the template's number from 1) and
+    `which_template/weight_of_selected` (over the validation images).
     """
 
     _pictures: NDArray[np.uint8] | None = None
@@ -180,10 +129,10 @@ class TemplateHistograms(Callback):
         step, shares = trainer.global_step, 100 * scores.counts / scores.counts.sum()
         image = selection_bars(scores.counts, scores.weights.mean(0), self._pictures)
         writer.add_image("which_template/bars", image, step, dataformats="HWC")
-        write_bars(writer, "which_template/selected", shares, step)
-        write_bars(writer, "which_template/selected_sorted", np.sort(shares)[::-1], step)
+        numbers = np.arange(len(shares) + 1) + 0.5
+        write_histogram(writer, "which_template/selected", shares, numbers, step)
         largest, edges = np.histogram(scores.weights.max(1), _WEIGHT_BINS, (0, 1))
-        write_buckets(writer, "which_template/weight_of_selected", largest, edges, step)
+        write_histogram(writer, "which_template/weight_of_selected", largest, edges, step)
 
 
 class ExampleImages(Callback):
@@ -252,26 +201,6 @@ class Reconstructions(Callback):
         step, total = trainer.global_step, trainer.max_steps
         last = step - int(trainer.val_check_batch or 0)
         return self.times * step // total > self.times * last // total
-
-
-def tensorboard_callbacks(
-    every: int, examples: int, training_examples: int, training_figures: int, name: str = ""
-) -> list[Callback]:
-    """Return all that writes to TensorBoard; without its logger they do nothing.
-
-    Args:
-        every: steps from one point of a curve to the next.
-        examples: how many input images are shown as training starts.
-        training_examples: how many of those are shown reconstructed while training.
-        training_figures: how often, spread evenly over training; 0 for never.
-        name: of the run, where TensorBoard does not say it.
-    """
-    return [
-        TemplateHistograms(),
-        ExampleImages(examples),
-        Reconstructions(examples, training_examples, training_figures, name),
-        StepCurves(every),  # last: its clock stands still until the others have drawn
-    ]
 
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:

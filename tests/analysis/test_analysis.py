@@ -1,6 +1,5 @@
 import io
 import json
-import os
 import pickle
 
 import pytest
@@ -20,7 +19,7 @@ from ffd_lightning.analysis.runs import (
 from ffd_lightning.analysis.status import status_table
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.commands import status
-from ffd_lightning.app.sweep_summary import SummaryTable
+from ffd_lightning.app.sweep_end import SweepEnd
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
@@ -198,7 +197,7 @@ def ended(callback, folder, runs, values):
 
 
 def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, tmp_path, capsys):
-    callback = SummaryTable()
+    callback = SweepEnd()
     ended(callback, tmp_path, runs, [SUMMARY, None])
     with pytest.raises(SystemExit, match="1 of 2 runs failed") as error:
         callback.on_multirun_end(hydra_config(tmp_path))
@@ -207,69 +206,27 @@ def test_a_sweep_with_a_failure_exits_with_1_after_its_table(runs, tmp_path, cap
     assert sorted(p.name for p in tmp_path.iterdir()) == ["b", "e"], "nothing is left behind"
 
 
-@pytest.mark.parametrize(
-    ("launcher", "left"), [("BasicLauncher", "30 s"), ("SubmititLauncher", None)]
-)
-def test_a_sweep_says_how_long_the_rest_takes(tmp_path, monkeypatch, caplog, launcher, left):
-    """A job takes ten seconds; what is finished already takes none, and says nothing."""
-    now, callback, done = [0.0], SummaryTable(), RunFolder(tmp_path / "done")
-    monkeypatch.setattr("ffd_lightning.app.sweep_summary.time.monotonic", lambda: now[0])
-    done.path.mkdir()
-    done.set_status("finished")
-    caplog.set_level("INFO")
-    callback.on_multirun_start(hydra_config(tmp_path, jobs=5, launcher=launcher))
-    for number, folder in enumerate((done.path, tmp_path / "new")):
-        config = hydra_config(tmp_path, folder, number, 5, launcher)
-        copy = pickle.loads(pickle.dumps(callback))
-        copy.on_job_start(config)
-        now[0] += 10
-        job = JobReturn()
-        job.status, job.return_value = JobStatus.COMPLETED, SUMMARY
-        copy.on_job_end(config, job)
-    told = f", about {left} left" if left else ""
-    assert caplog.messages == ["1 of 5 runs are done", f"2 of 5 runs are done{told}"]
-    callback.on_multirun_end(hydra_config(tmp_path))
-
-
 def test_a_sweep_for_a_gpu_that_is_not_there_is_refused_at_once(tmp_path, monkeypatch):
     monkeypatch.setattr("torch.cuda.is_available", lambda: False)
     with pytest.raises(SystemExit, match="there is no GPU: use trainer=auto"):
-        SummaryTable().on_multirun_start(hydra_config(tmp_path / "a", accelerator="gpu"))
+        SweepEnd().on_multirun_start(hydra_config(tmp_path / "a", accelerator="gpu"))
     assert not (tmp_path / "a").exists()
     cluster = hydra_config(tmp_path, launcher="SubmititLauncher", accelerator="gpu")
-    callback = SummaryTable()
+    callback = SweepEnd()
     callback.on_multirun_start(cluster)
     with pytest.raises(SystemExit, match="no job"):
         callback.on_multirun_end(cluster)
 
 
-def test_what_a_killed_sweep_left_is_cleared_but_nothing_of_one_at_work(tmp_path):
-    at_work, killed, new = SummaryTable(), tmp_path / ".jobs-killed", tmp_path / ".jobs-new"
-    at_work.on_multirun_start(hydra_config(tmp_path))
-    (locked,) = tmp_path.iterdir()
-    for folder in (killed, new):
-        folder.mkdir()
-    for folder in (killed, locked):
-        os.utime(folder, (0, 0))
-    other = SummaryTable()
-    other.on_multirun_start(hydra_config(tmp_path))
-    assert {locked, new} <= set(tmp_path.iterdir())
-    assert not killed.exists()
-    for callback in (at_work, other):
-        with pytest.raises(SystemExit, match="no job"):
-            callback.on_multirun_end(hydra_config(tmp_path))
-    assert list(tmp_path.iterdir()) == [new]
-
-
 def test_a_sweep_without_failure_ends_quietly(runs, tmp_path, capsys):
-    callback = SummaryTable()
+    callback = SweepEnd()
     ended(callback, tmp_path, runs[:1], [SUMMARY])
     callback.on_multirun_end(hydra_config(tmp_path))
     assert "Scores" in capsys.readouterr().out
 
 
 def test_a_sweep_of_which_nothing_came_to_its_end(runs, tmp_path):
-    callback = SummaryTable()
+    callback = SweepEnd()
     ended(callback, tmp_path, [], [])
     with pytest.raises(SystemExit, match="no job came to its end"):
         callback.on_multirun_end(hydra_config(tmp_path))

@@ -13,8 +13,8 @@ from ffd_lightning.analysis.parts import (
 )
 from ffd_lightning.analysis.runs import find_runs, load_samples
 from ffd_lightning.app.build import build_data, build_network
-from ffd_lightning.app.commands import labels
 from ffd_lightning.app.commands.evaluate import evaluate_run
+from ffd_lightning.app.commands.report import print_labels
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
@@ -196,7 +196,7 @@ def test_what_has_to_be_evaluated_first_is_said(sweep, tmp_path):
     }
     for folder, word in ((one, "protocol=parts"), (tmp_path, "no run in")):
         with pytest.raises(DataError, match=word):
-            labels.main(labels.Settings(str(folder)))
+            print_labels(folder)
 
 
 def test_runs_are_compared_by_their_labels(sweep):
@@ -211,7 +211,7 @@ def test_runs_are_compared_by_their_labels(sweep):
 
 def test_what_is_printed(sweep, capsys):
     samples = load_samples(evaluated(sweep), "parts")
-    assert labels.main(labels.Settings(str(sweep))) == 0
+    print_labels(sweep)
     out = capsys.readouterr().out
     shapes = [s for s in SHAPES if s != "resampled"]  # of protocols that carry points
     for column in [f"{shape}_part_iou".removeprefix("_") for shape in shapes]:
@@ -220,5 +220,5 @@ def test_what_is_printed(sweep, capsys):
         assert word in out
     for file in sweep.rglob("template_ranking.csv"):
         file.unlink()
-    labels.main(labels.Settings(str(sweep)))
+    print_labels(sweep)
     assert "families: none are known" in capsys.readouterr().out

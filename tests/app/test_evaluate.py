@@ -40,7 +40,7 @@ from ffd_lightning.evaluation.references import (
     medoid,
     nearest_by_feature,
 )
-from ffd_lightning.evaluation.samples import Journal, Sample, best_template, encode, predict
+from ffd_lightning.evaluation.samples import Sample, best_template, encode, predict
 from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.files import lock_folder
 from ffd_lightning.metrics.scalings import SCALINGS
@@ -200,7 +200,7 @@ def test_a_run_without_validation_shapes_is_evaluated_on_the_others(copy):
     text = copy.config.read_text()
     assert "val_fraction: 0.2" in text
     copy.config.write_text(text.replace("val_fraction: 0.2", "val_fraction: 0.0"))
-    with pytest.raises(ConfigError, match=r"evaluation\.subset=val: the run has no validation"):
+    with pytest.raises(ConfigError, match=r"evaluation\.subset=val: there are no validation"):
         evaluate(copy, "evaluation.subset=val")
 
 
@@ -308,12 +308,6 @@ def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):
 def test_the_distortion_of_hopeless_deformations_is_a_number(trained, make):
     distortion = hopeless(trained[2].bank, make).distortion()
     assert not any(np.isnan(value) for value in distortion.values())
-
-
-def test_finished_evaluations_are_read_back(copy, monkeypatch):
-    summary = evaluate(copy)
-    monkeypatch.setattr(evaluator, "predict", None)
-    assert evaluate(copy) == summary
 
 
 def test_a_killed_evaluation_goes_on(copy, trained, data_root):
@@ -540,14 +534,6 @@ def test_shapes_without_offsets_are_the_templates(trained):
     np.testing.assert_allclose(still.mesh()[0], as_is.mesh()[0], atol=1e-6)
 
 
-def test_a_journal_of_other_settings_is_begun_anew(tmp_path):
-    journal = Journal(tmp_path / "j", "a")
-    journal.add({"id": "x", "view": 2, "chamfer": 1.0})
-    journal.close()
-    assert Journal(tmp_path / "j", "a").rows["x", 2]["chamfer"] == 1
-    assert Journal(tmp_path / "j", "b").rows == {}
-
-
 def test_the_command(copy, data_root, prepared):
     assert isinstance(prepared, PreparedSet)
     command = [sys.executable, str(ROOT / "evaluate.py"), f"run={copy.path}", "protocol.points=64"]
@@ -579,28 +565,3 @@ def test_settings_that_cannot_work_are_told_before_anything_is_read():
     cfg = compose_config("evaluate", EvaluateConfig, ["run=nowhere", "protocol.points=0"])
     with pytest.raises(ConfigError, match=r"protocol\.points=0 must be above 0"):
         evaluate_run(typed_config(cfg, EvaluateConfig))
-
-
-def test_what_is_no_prepared_set_is_not_to_be_deleted(tmp_path):
-    (tmp_path / "thesis.tex").write_text("")
-    for folder in (tmp_path, tmp_path / "absent"):
-        with pytest.raises(DataError, match="is not a prepared set"):
-            PreparedSet.open(folder)
-
-
-def test_a_device_that_is_not_there_is_one_message():
-    cfg = compose_config("evaluate", EvaluateConfig, ["run=nowhere", "device=foo"])
-    with pytest.raises(ConfigError, match="device=foo cannot be used"):
-        evaluate_run(typed_config(cfg, EvaluateConfig))
-
-
-def test_the_table_names_the_validation_shapes_and_where_their_scores_are(trained):
-    run, _, _ = trained
-    done = run_command(
-        "evaluate", f"run={run.path}", "evaluation.subset=val", "evaluation.references=false"
-    )
-    assert done.returncode == 0, done.stderr
-    told = " ".join(done.stdout.split())
-    assert "Means over the val shapes" in told
-    assert str(run.evaluation("paper", "val")) in told
-    assert "test shapes" not in told

@@ -73,9 +73,7 @@ def test_help_of_train_is_one_screen_and_help_all_tells_every_setting(capsys):
     assert "regime.terms.LABEL.directions=8" in words
 
 
-@pytest.mark.parametrize(
-    "name", ["status", "report", "figures", "labels", "view", "export", "shapes"]
-)
+@pytest.mark.parametrize("name", ["status", "report", "figures", "predict", "view", "export"])
 def test_help_of_a_plain_command_lists_its_settings(name, capsys):
     text = help_of(name, capsys)
     schema = import_module(f"ffd_lightning.app.commands.{name}").Settings
@@ -136,7 +134,6 @@ def test_a_command_that_needs_no_setting_runs_without(monkeypatch, capsys):
         (["report", "x", "y"], "'y' is no setting: write runs=y, say"),
         (["figures", "figure=voxels", "runs=[a", "number=3"], "runs=[a must be a list"),
         (["status", "/no/such"], "no run in /no/such"),
-        (["shapes", "categories=[tabel]"], "no category 'tabel': "),
         (["report", "x", "gallery=-1"], "gallery=-1 must be 0 or more"),
         (["figures", "figure=overview", "runs=x", "size=1"], "size=1 must lie in [64, 2048]"),
         (["figures", "figure=ovrview", "x"], "figure=ovrview: choose one of method, overview"),

@@ -8,9 +8,9 @@ from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
 from omegaconf import OmegaConf
 
-from ffd_lightning.app import sweep_summary
+from ffd_lightning.app import sweep_end
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.commands import sweep as studies
+from ffd_lightning.app.commands import sweep as command
 from ffd_lightning.app.commands.sweep import Request, run_study
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import (
@@ -20,15 +20,8 @@ from ffd_lightning.app.configuration import (
     typed_config,
 )
 from ffd_lightning.app.identity import run_folder
-from ffd_lightning.app.studies.search import run_search
-from ffd_lightning.app.studies.study import (
-    Range,
-    Search,
-    commands,
-    load_study,
-    merge_overrides,
-    sample_jobs,
-)
+from ffd_lightning.app.search import run_search
+from ffd_lightning.app.studies import Range, Search, jobs, load_study, merged, sweeps
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
@@ -49,6 +42,7 @@ def first_values(overrides):
 SHORT = (
     "beyond",
     "categories",
+    "minutes",
     "photographs",
     "search",
 )  # under schedule=quick
@@ -60,7 +54,7 @@ def test_the_studies_compose(file, quick):
     study = load_study(file)
     assert study.question
     answer = [] if quick else ["encoder.weights=none"]
-    for sweep in commands(study, "x", quick, answer):
+    for sweep in sweeps(study, "x", quick, answer):
         cfg = typed_config(compose_config("train", TrainConfig, first_values(sweep)), TrainConfig)
         validate(cfg)
         assert cfg.schedule.name == ("quick" if quick or file.stem in SHORT else "paper")
@@ -86,11 +80,6 @@ def test_a_study_for_the_paper_asks_for_its_weights_before_it_starts(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_study_goes_on_when_it_is_told_to(trained, tmp_path):
-    run_study(Request.parse(["regimes", f"paths.runs={tmp_path}", "encoder.weights=none"]))
-    assert "encoder.weights=none" in trained[0]
-
-
 def test_a_study_asks_where_one_of_its_jobs_would(trained, tmp_path):
     given = ["regimes", "--quick", f"paths.runs={tmp_path}"]
     with pytest.raises(ConfigError, match="schedule=paper starts from ImageNet weights"):
@@ -101,19 +90,14 @@ def test_a_study_asks_where_one_of_its_jobs_would(trained, tmp_path):
 
 
 def test_jobs_of_a_sweep():
-    given = ["a=range(3)", "hydra/launcher=joblib", "c.d=[1,2]", "e='x,y'", "f=glob(*)", "+g=1"]
-    assert sample_jobs(given) == [["a=0", "c.d=[1,2]", "e='x,y'", "+g=1"]]
-    assert sample_jobs(["a=1,2", "b=3,4", "c=5,6"], ["a", "c"]) == [
-        ["a=1", "b=3", "c=5"],
-        ["a=1", "b=3", "c=6"],
-        ["a=2", "b=3", "c=5"],
-        ["a=2", "b=3", "c=6"],
-    ]
+    given = ["a=range(2)", "hydra/launcher=joblib", "c.d=[1,2]", "e='x,y'", "f=glob(*)", "+g=1"]
+    rest = ["c.d=[1,2]", "e='x,y'", "+g=1"]
+    assert jobs(given) == [["a=0", *rest], ["a=1", *rest]]
 
 
 def test_the_papers_table_ends_beside_the_papers(trained, tmp_path, monkeypatch, capsys):
     shown = []
-    monkeypatch.setattr(sweep_summary, "print_beside_paper", shown.append)
+    monkeypatch.setattr(sweep_end, "print_beside_paper", shown.append)
     for name in ("paper_table", "regimes"):
         run_study(request_of(tmp_path, name))
     assert shown == [tmp_path / "paper_table-quick"]
@@ -122,25 +106,20 @@ def test_the_papers_table_ends_beside_the_papers(trained, tmp_path, monkeypatch,
 
 
 def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
-    sweep_summary.print_beside_paper(tiny_run.path)
+    sweep_end.print_beside_paper(tiny_run.path)
     told = capsys.readouterr().out
     assert "Beside the paper's Table 3" in told
     assert "47/352/447" in told
     assert "- schedule.steps is 8 (paper: 100000)" in told
     assert "- network.batch_norm_momentum is 1 (paper: 0.01)" in told
-    sweep_summary.print_beside_paper(tmp_path)
+    sweep_end.print_beside_paper(tmp_path)
     assert "nothing is set beside the paper's Table 3: no run in" in capsys.readouterr().err
-
-
-def test_all_studies_are_there():
-    names = {f.stem for f in STUDIES}
-    assert names >= {"regimes", "template_counts", "paper_table", "joint", "joint_views", "search"}
 
 
 def test_the_second_stage_reads_the_ranking_of_the_first():
     study = load_study(next(f for f in STUDIES if f.stem == "template_counts"))
     for quick, count in ((False, "t30"), (True, "t8")):
-        first, *others = commands(study, "x", quick, [])
+        first, *others = sweeps(study, "x", quick, [])
         assert f"templates={count}" in first
         for sweep in others:
             (file,) = (x for x in sweep if x.startswith("template_strategy.file="))
@@ -164,7 +143,7 @@ def folders(sweep):
 @pytest.mark.parametrize("further", [[], ["trainer.precision=bf16-mixed"], ["schedule.steps=7"]])
 def test_a_later_stage_reads_the_folder_that_the_first_one_wrote(further):
     study = load_study(next(f for f in STUDIES if f.stem == "template_counts"))
-    first, *others = commands(study, "x", True, [*further])
+    first, *others = sweeps(study, "x", True, [*further])
     written, read = folders(first)
     assert read is None
     name = f"_{further[0].split('.')[1].replace('=', '-')}" if further else ""
@@ -178,7 +157,7 @@ def test_a_later_stage_reads_the_folder_that_the_first_one_wrote(further):
 @pytest.mark.parametrize("quick", [False, True])
 def test_the_joint_study_is_the_authors(quick):
     """Their `create_mixed_params.py`: networks `e_<category>_v8`, ranked in mode train."""
-    ranks, joint = commands(load_study(STUDIES[0].parent / "joint.yaml"), "x", quick, [])
+    ranks, joint = sweeps(load_study(STUDIES[0].parent / "joint.yaml"), "x", quick, [])
     first, last = (
         typed_config(compose_config("train", TrainConfig, first_values(stage)), TrainConfig)
         for stage in (ranks, joint)
@@ -200,15 +179,6 @@ def test_the_joint_study_is_the_authors(quick):
     assert read.replace("{category}", category) == f"{written}/template_ranking.csv"
 
 
-def test_a_study_in_another_precision_has_other_folders():
-    study = load_study(next(f for f in STUDIES if f.stem == "regimes"))
-    first = folders(commands(study, "x", True, [])[0])[0]
-    second = folders(commands(study, "x", True, ["trainer.precision=bf16-mixed"])[0])[0]
-    third = folders(commands(study, "x", True, ["trainer.devices=2"])[0])[0]
-    assert (first, third) == ("runs/x/table/b/t8/seed0", first)
-    assert second == "runs/x/table/b/t8/seed0_precision-bf16-mixed"
-
-
 def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_path):
     file = tmp_path / "s.yaml"
     file.write_text(
@@ -216,7 +186,7 @@ def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_
         "stages: [{overrides: [regime=e], quick: [schedule=quick]}, {}]\n"
     )
     study = load_study(file)
-    first, second = commands(study, "n", True, ["seed=1,2"])
+    first, second = sweeps(study, "n", True, ["seed=1,2"])
     assert first == [
         "name=n",
         "seed=1,2",
@@ -226,9 +196,9 @@ def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_
         'base=["seed=0","regime=e","templates=t2","schedule=quick"]',
     ]
     assert second[:-1] == ["name=n", "seed=1,2", "regime=b", "templates=t2"]
-    plain = commands(study, "n", False, [])[0]
+    plain = sweeps(study, "n", False, [])[0]
     assert plain[:-1] == ["name=n", "seed=0", "regime=e", "templates=t1"]
-    assert merge_overrides("a=1", "b=2", "+a=3") == ["+a=3", "b=2"]
+    assert merged(["a=1", "b=2", "+a=3"]) == ["+a=3", "b=2"]
 
 
 @pytest.mark.parametrize(
@@ -259,7 +229,7 @@ def trained(monkeypatch):
         calls.append(list(overrides))
         return next(codes)
 
-    monkeypatch.setattr(studies, "train", train)
+    monkeypatch.setattr(command, "train", train)
     return calls
 
 
@@ -292,11 +262,11 @@ def test_a_dry_run_only_prints(trained, tmp_path, capsys):
         (["regimes", "joint"], "two studies: regimes and joint"),
         (
             ["--quick"],
-            "name a study: beyond, categories, joint, joint_views, paper_table",
+            "name a study: beyond, categories, joint, joint_views, minutes",
         ),
         (
             ["regime"],
-            "no study 'regime': .* has beyond, categories, joint, joint_views, paper_tab",
+            "no study 'regime': .* has beyond, categories, joint, joint_views, minutes",
         ),
     ],
 )
@@ -312,7 +282,7 @@ def test_options_may_be_written_as_settings():
 
 
 def test_an_interrupt_stops_the_study(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(studies, "train", lambda overrides: 130)
+    monkeypatch.setattr(command, "train", lambda overrides: 130)
     with pytest.raises(KeyboardInterrupt):
         run_study(request_of(tmp_path, "regimes"))
 

@@ -3,8 +3,8 @@ from shapenet_tree import good_models, write_folder
 
 from ffd_lightning.app.commands.sweep import Request, run_study
 from ffd_lightning.app.configuration import config_folder
-from ffd_lightning.app.studies.categories import absent_categories, check_categories
-from ffd_lightning.app.studies.study import commands, load_study
+from ffd_lightning.app.studies import absent_categories, check_categories, load_study
+from ffd_lightning.app.studies import sweeps as stages
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
 
@@ -22,7 +22,7 @@ def shapenet(tmp_path):
 
 def sweeps(name, *overrides, quick=False):
     study = load_study(config_folder("sweeps") / f"{name}.yaml")
-    return commands(study, "x", quick, list(overrides))
+    return stages(study, "x", quick, list(overrides))
 
 
 def test_absent_categories_by_name_and_by_synset():

@@ -23,7 +23,7 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training import finite
-from ffd_lightning.training.callbacks import StepTimer
+from ffd_lightning.training.callbacks import Clock
 from ffd_lightning.training.module import FfdModule
 
 ROOT = Path(__file__).parents[2]
@@ -102,7 +102,7 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
     for tag in ("val/box_chamfer", "val/undeformed_box_chamfer", "val/entropy"):
         assert tag in tags["scalars"]
     assert not [tag for tag in tags["scalars"] if tag.startswith("test/")], "dots, not curves"
-    for tag in ("which_template/selected", "which_template/selected_sorted"):
+    for tag in ("which_template/selected", "which_template/weight_of_selected"):
         assert tag in tags["histograms"]
     expected = {"which_template/all", "which_template/bars"}
     expected |= {"worked_examples/input", "worked_examples/reconstructions"}
@@ -227,7 +227,7 @@ class _ReadsBack(TorchDispatchMode):
 
 def test_a_step_reads_nothing_back(tiny_config, tmp_path, monkeypatch):
     mode, counts = _ReadsBack(), []
-    monkeypatch.setattr(StepTimer, "on_train_batch_end", lambda *_: counts.append(mode.count))
+    monkeypatch.setattr(Clock, "on_train_batch_end", lambda *_: counts.append(mode.count))
     monkeypatch.setattr(finite, "_free_to_read", lambda _: False)  # as on a GPU
     overrides = ["trainer.val_every=8", "trainer.checkpoint_every=8", "logger.every=8"]
     with mode:

@@ -14,11 +14,11 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from PIL import Image
 
 from ffd_lightning.app.commands.sweep import Request
-from ffd_lightning.app.config import EvaluateConfig, PredictConfig, PrepareConfig, TrainConfig
+from ffd_lightning.app.config import EvaluateConfig, PrepareConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.main import COMMANDS
 from ffd_lightning.app.settings import read_settings
-from ffd_lightning.app.studies.study import load_study
+from ffd_lightning.app.studies import load_study
 from ffd_lightning.run_folder import RunFolder
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
@@ -29,7 +29,6 @@ HYDRA = {
     "prepare": ("prepare", PrepareConfig),
     "doctor": ("prepare", PrepareConfig),
     "evaluate": ("evaluate", EvaluateConfig),
-    "predict": ("predict", PredictConfig),
 }
 # What only the reader has: parts of a package of theirs.
 THEIRS = ("plugins=", "regime/term=", "encoder=mine", "encoder=patches", "data=boxes")

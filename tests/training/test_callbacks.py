@@ -13,7 +13,13 @@ from torch import nn
 from ffd_lightning.app.build import build_data, build_module, build_network
 from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
-from ffd_lightning.training.callbacks import Reconstructions, example_rows, tensorboard_callbacks
+from ffd_lightning.training.callbacks import (
+    Clock,
+    ExampleImages,
+    Reconstructions,
+    TemplateSelection,
+    example_rows,
+)
 from ffd_lightning.training.pictures import CLOUD_LEGEND
 from ffd_lightning.training.tensorboard import StepLogger
 
@@ -42,8 +48,8 @@ class Session:
         with torch.no_grad():
             network.heads.logits.bias[0] = 0.8
         self.module = build_module(config, network, {})
-        writing = tensorboard_callbacks(1, EXAMPLES, SHOWN, TIMES, "table/e/t2")
-        chosen = [*more, *writing]
+        drawn = Reconstructions(EXAMPLES, SHOWN, TIMES, "table/e/t2")
+        chosen = [*more, Clock(1), TemplateSelection(), ExampleImages(EXAMPLES), drawn]
         self.folder = folder / "tensorboard"
         self.trainer = Trainer(
             accelerator="cpu",
@@ -112,21 +118,17 @@ def logged(frozen, tiny_config, tmp_path_factory):
 
 def test_curves_count_steps_from_one_and_leave_the_epoch_out(logged):
     events = logged.events
-    assert "epoch" not in events.Tags()["scalars"]
     minimised, watched = ("weighted_chamfer", "negative_entropy"), ("offset_penalty",)
-    expected = {f"values_of_terms/{name}" for name in (*minimised, *watched)}
-    expected |= {
-        f"{group}/{n}" for group in ("weighted_terms", "weights_of_terms") for n in minimised
-    }
-    expected |= {"train/box_chamfer", "weighted_terms/loss", "work/learning_rate"}
-    for tag in expected:
+    every = {f"train/{name}" for name in (*minimised, *watched, "loss", "box_chamfer")}
+    every |= {f"weighted_terms/{name}" for name in minimised} | {"work/learning_rate"}
+    for tag in every:
         assert [s.step for s in events.Scalars(tag)] == list(range(1, STEPS + 1)), tag
     shown = ("box_chamfer", "undeformed_box_chamfer", "entropy", "effective_templates")
     judged = {f"val/{name}" for name in shown}
     for tag in judged:
         assert [s.step for s in events.Scalars(tag)] == [2, 4, 6, 8]
     speed = {"work/steps_per_second", "work/queries_per_second"}
-    assert set(events.Tags()["scalars"]) == expected | judged | speed
+    assert set(events.Tags()["scalars"]) == every | judged | speed
 
 
 def test_weighted_terms_add_up_to_the_loss(logged):
@@ -135,7 +137,7 @@ def test_weighted_terms_add_up_to_the_loss(logged):
         [point.value for point in events.Scalars(f"weighted_terms/{name}")]
         for name in ("weighted_chamfer", "negative_entropy")
     ]
-    losses = [point.value for point in events.Scalars("weighted_terms/loss")]
+    losses = [point.value for point in events.Scalars("train/loss")]
     assert np.sum(parts, axis=0) == pytest.approx(losses, rel=1e-4)
 
 
@@ -150,16 +152,20 @@ def test_learning_rate_and_weights_are_those_of_the_step(logged):
     for point in events.Scalars("work/learning_rate"):
         cosine = 1e-3 * (1 + math.cos(math.pi * (point.step - 1) / STEPS)) / 2
         assert point.value == pytest.approx(cosine, rel=1e-5)
-    for point in events.Scalars("weights_of_terms/negative_entropy"):
-        assert point.value == pytest.approx(100 * math.exp(-(point.step - 1) / 10), rel=1e-5)
-    assert {point.value for point in events.Scalars("weights_of_terms/weighted_chamfer")} == {1}
+    shown, terms = (events.Scalars(f"{x}/negative_entropy") for x in ("weighted_terms", "train"))
+    for weighted, term in zip(shown, terms, strict=True):
+        weight = 100 * math.exp(-(term.step - 1) / 10)
+        assert weighted.value == pytest.approx(weight * term.value, rel=1e-5)
 
 
 def test_bars_and_histograms_are_drawn_at_every_validation(logged):
-    events, step = logged.events, [2, 4, 6, 8]
+    events, step, scores = logged.events, [2, 4, 6, 8], logged.module.scores
     assert [i.step for i in events.Images("which_template/bars")] == step
-    for tag in ("selected", "selected_sorted", "weight_of_selected"):
+    for tag in ("selected", "weight_of_selected"):
         assert [h.step for h in events.Histograms(f"which_template/{tag}")] == step
+    last = events.Histograms("which_template/selected")[-1].histogram_value
+    assert last.bucket_limit == [1.5, 2.5]
+    assert last.bucket == pytest.approx(100 * scores.counts / len(scores.rows))
 
 
 def test_examples_are_drawn_as_often_as_asked(logged):
@@ -264,7 +270,7 @@ def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):
     with pytest.raises(Killed):
         first.fit()
     first.trainer.logger.finalize("failed")
-    assert [s.step for s in first.events.Scalars("weighted_terms/loss")][-1] == 7
+    assert [s.step for s in first.events.Scalars("train/loss")][-1] == 7
     second = Session(config, tmp_path, purge=5, more=(Frozen(),))
     second.module.network.encoder.eval()
     second.fit(checkpoint)

@@ -1,5 +1,3 @@
-import pytest
-
 from ffd_lightning import progress
 from ffd_lightning.app.training_run import train
 from ffd_lightning.run_folder import RunFolder
@@ -26,12 +24,3 @@ def test_a_log_has_a_line_now_and_then_and_no_bar(tiny_config, tmp_path, monkeyp
     assert words[3] == "about 36 s left"
     shown = float(words[2].removeprefix("box Chamfer "))
     assert 1 < shown < 500, "times 1000, of a box of diagonal 1"
-
-
-def test_a_failure_takes_the_bar_away(tiny_config, tmp_path, monkeypatch):
-    closed = []
-    monkeypatch.setattr(progress.CountProgress, "__exit__", lambda *_: closed.append(1))
-    monkeypatch.setattr(FfdModule, "training_step", lambda *_: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        train(tiny_config("trainer.progress_bar=true"), RunFolder(tmp_path))
-    assert closed == [1]

@@ -21,7 +21,7 @@ from ffd_lightning.app.build import build_preparations, build_source
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import CategoryConfig, DoctorConfig, Split
 from ffd_lightning.app.configuration import compose_config, typed_config
-from ffd_lightning.app.studies.categories import absent_categories, say_absent
+from ffd_lightning.app.studies import absent_categories, say_absent
 from ffd_lightning.data.categories import PAPER_CATEGORIES, SYNSETS
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet

@@ -2,37 +2,51 @@
 
 from __future__ import annotations
 
+import argparse
+import logging
+import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.configuration import run_hydra
+from ffd_lightning.app.configuration import compose_config, config_folder, typed_config
+from ffd_lightning.app.help import command_help
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
 SCHEMA = EvaluateConfig
 
+_FILES = ("run", "checkpoint", "prepared", "data_root")
 _DIGITS = 8  # of digests in names
 
 
-def main(arguments: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> int:
     """Evaluate what the command line names, and print the table."""
-    run_hydra(
-        "evaluate",
-        EvaluateConfig,
-        evaluate_job,
-        arguments,
-        ("run", "checkpoint", "prepared", "data_root"),
-    )
-
-
-def evaluate_job(cfg: EvaluateConfig) -> None:
-    """Evaluate a run, and print the table."""
     from ffd_lightning.app.build import build_protocol
     from ffd_lightning.evaluation.tables import print_summary
 
+    parser = argparse.ArgumentParser("ffd evaluate", allow_abbrev=False, add_help=False)
+    parser.add_argument("--config-dir")
+    options, words = parser.parse_known_args(arguments)
+    if {"-h", "--help"} & set(words):
+        more = [] if options.config_dir is None else [Path(options.config_dir)]
+        folders = [config_folder(), *more]
+        print(command_help("evaluate", EvaluateConfig, folders, "all" in words))
+        return 0
+    if unknown := [word for word in words if word.startswith("-")]:
+        raise ConfigError(f"no option {unknown[0]}: --config-dir")
+    files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
+    rest = [word for word in words if word.partition("=")[0] not in files]
+    composed = compose_config("evaluate", EvaluateConfig, rest, options.config_dir)
+    for key, name in files.items():  # names of files are taken as they are
+        composed[key] = None if name == "null" else name
+    cfg = typed_config(composed, EvaluateConfig)
+    logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     summary, folder = evaluate_run(cfg)
-    print_summary(folder, build_protocol(cfg.protocol), summary, shapes_name(cfg))
+    shapes = cfg.evaluation.subset if cfg.prepared is None else Path(cfg.prepared).name
+    print_summary(folder, build_protocol(cfg.protocol), summary, shapes)
+    return 0
 
 
 def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
@@ -51,18 +65,11 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     from ffd_lightning.app.build import build_protocol
     from ffd_lightning.app.identity import evaluation_name
     from ffd_lightning.app.open_run import open_run
+    from ffd_lightning.app.training_run import evaluated, evaluation_options
     from ffd_lightning.checkpoint import load_model
     from ffd_lightning.data.preparation.prepared import PreparedSet
-    from ffd_lightning.evaluation.evaluator import (
-        EvaluatedNetwork,
-        EvaluationOptions,
-        Shapes,
-        evaluate,
-        weights_digest,
-    )
-    from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
+    from ffd_lightning.evaluation.evaluator import Shapes, evaluate, weights_digest
     from ffd_lightning.inference.predictor import choose_device
-    from ffd_lightning.parallel import available_cores
 
     protocol = build_protocol(cfg.protocol)
     device = choose_device(cfg.device)
@@ -76,16 +83,12 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
     data = opened.data
-    subset = cfg.evaluation.subset
-    ids = data.split.test if subset == "test" else data.split.val
-    if not ids:
-        raise ConfigError("evaluation.subset=val: the run has no validation shapes")
-    of: str = subset
-    tested_on = Shapes(data.prepared, data.rows(ids))
+    judged = evaluated(cfg, opened.network, data, opened.step)
+    of: str = cfg.evaluation.subset
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
-        tested_on = Shapes(other, np.asarray(rows, np.int64))
+        judged = replace(judged, tested_on=Shapes(other, np.asarray(rows, np.int64)))
         of = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
@@ -93,26 +96,7 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     )
     if not (newest and run.finished):  # a checkpoint of an unfinished training will be another
         of = f"weights-{weights[:_DIGITS]}_{of}".removesuffix("_test")
-    evaluated = EvaluatedNetwork(
-        opened.network.to(device),
-        data.bank,
-        Shapes(data.prepared, data.rows(data.split.train)),
-        tested_on,
-        opened.step,
-    )
-    options = EvaluationOptions(
-        references=cfg.evaluation.references,
-        all_views=cfg.evaluation.all_views,
-        seed=cfg.evaluation.seed,
-        workers=cfg.evaluation.workers or available_cores(),
-        progress=cfg.progress_bar,
-        restart=cfg.restart,
-        shared=data.root / SHARED_FOLDER,
-    )
+    opened.network.to(device)
+    options = evaluation_options(cfg, data, cfg.progress_bar, cfg.restart)
     folder = run.evaluation(evaluation_name(cfg), of)
-    return evaluate(evaluated, protocol, folder, options), folder
-
-
-def shapes_name(cfg: EvaluateConfig) -> str:
-    """Return what the evaluated shapes are called."""
-    return cfg.evaluation.subset if cfg.prepared is None else Path(cfg.prepared).name
+    return evaluate(judged, protocol, folder, options), folder

@@ -1,29 +1,37 @@
-"""`ffd predict`: what photographs show."""
+"""Reconstruct what photographs show.
+
+    ffd predict image=photo.png                     by the model that comes with this
+    ffd predict image=photo.png category=chair      what it shows need not be guessed
+    ffd predict run=runs/demo/table/r/t16/seed0 image=photo.png out=predictions
+    ffd predict run=last.ckpt image=photos          a folder; a checkpoint file is enough
+    ffd predict run=RUN 'image=photos/*.jpg'        a pattern
+    ffd predict run=RUN image=[a.png,b.png]         several
+    ffd predict run=RUN image=photo.jpg mask=mask.png
+    ffd predict run=RUN image=photo.jpg background=rembg
+    ffd predict run=RUN image=photo.png points=200000 top_k=3 obj=true colors=parts
+
+Writes for each image a folder below `out`: mesh.glb (the deformed template, subdivided),
+template.glb, lattice.glb (control cage before and after), cloud.ply, prediction.json and
+preview.png; with top_k=3 the next candidates too. An object is told from its background by a mask,
+by transparency, or by the border's colour. The same command again makes only what is not there yet.
+The exit code is 1 if a photograph failed.
+"""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
+from ffd_lightning.app.predict import PredictSettings as Settings
+from ffd_lightning.app.predict import predict_files
 
-from ffd_lightning.app.config import PredictConfig
-from ffd_lightning.app.configuration import run_hydra
-
-SCHEMA = PredictConfig
+MAIN = "image"
 
 
-def main(arguments: Sequence[str]) -> None:
-    """Reconstruct what the command line names."""
-    run_hydra("predict", PredictConfig, predict_job, arguments, ("run", "image", "mask", "out"))
-
-
-def predict_job(cfg: PredictConfig) -> None:
-    """Reconstruct photographs; the exit code is 1 if one failed."""
-    from ffd_lightning.app.photo_run import predict_files
-
-    outcomes = predict_files(cfg)
+def main(settings: Settings) -> int:
+    """Reconstruct photographs, and say how many."""
+    outcomes = predict_files(settings)
     failed = sum(bool(outcome.error) for outcome in outcomes)
     known = sum(outcome.known for outcome in outcomes)
     if len(outcomes) > 1 or known:
         there = f", {known} of them there already (restart=true does them again)" if known else ""
-        print(f"{len(outcomes) - failed} of {len(outcomes)} photographs done{there}: {cfg.out}")
-    sys.exit(int(failed > 0))
+        done = f"{len(outcomes) - failed} of {len(outcomes)}"
+        print(f"{done} photographs done{there}: {settings.out}")
+    return int(failed > 0)

@@ -5,7 +5,8 @@
 
 The page, report.html in that folder, holds everything that it shows and opens from disk, without a
 network. Scores are shown under the protocol that most runs were evaluated under, unless one is
-named.
+named. With protocol=parts, how well part labels are transferred is printed, too: by shape, by part
+and by the template's family.
 """
 
 from __future__ import annotations
@@ -46,6 +47,28 @@ def main(settings: Settings) -> int:
     from ffd_lightning.analysis.report.page import write_report
     from ffd_lightning.app.open_run import open_run
 
-    opener = partial(open_run, data_root=settings.data_root)
-    print(write_report(Path(settings.runs), opener, settings.protocol, settings.gallery))
+    opener, folder = partial(open_run, data_root=settings.data_root), Path(settings.runs)
+    print(write_report(folder, opener, settings.protocol, settings.gallery))
+    if settings.protocol == "parts":
+        print_labels(folder)
     return 0
+
+
+def print_labels(folder: Path) -> None:
+    """Print how well the labels of runs fit.
+
+    Raises:
+        DataError: no run was evaluated under protocol parts.
+    """
+    from ffd_lightning.analysis.parts import label_samples, label_tables
+    from ffd_lightning.analysis.runs import require_runs
+    from ffd_lightning.analysis.selection import run_families
+    from ffd_lightning.terminal import table_console, terminal_width
+
+    runs = require_runs(folder)
+    samples, families = label_samples(runs), run_families(runs)
+    console = table_console()
+    for table in label_tables(samples, families, folder):
+        console.print(table.rich(terminal_width()))
+    if not families:
+        print("structural families: none are known of this data")

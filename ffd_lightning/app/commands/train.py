@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import subprocess
 import sys
@@ -34,7 +35,6 @@ def train_job(cfg: TrainConfig) -> dict[str, float] | None:
 
     In a multirun a failed job is recorded in its `status.json` and does not stop the others.
     """
-    from ffd_lightning.app.machine import give_memory_back
     from ffd_lightning.app.training_run import train
 
     hydra = HydraConfig.get()
@@ -51,25 +51,33 @@ def train_job(cfg: TrainConfig) -> dict[str, float] | None:
     except Exception:
         log.exception("%s failed", run.path)
     finally:
-        give_memory_back()
+        _give_memory_back()
     return None
 
 
 def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
-    """Train one job of a sweep on its share of the machine."""
-    from ffd_lightning.app.machine import gpu_slot, jobs_at_once, share_of_cores, visible_gpus
+    """Train one job of a sweep, on a GPU of its own if there are any."""
+    from ffd_lightning.app.gpus import gpu_slot, visible_gpus
     from ffd_lightning.app.training_run import train
 
     if cfg.trainer.strategy.startswith("ddp") and not run.finished:
         return _train_in_own_process(run, hydra)
     alone = cfg.trainer.strategy == "auto" and cfg.trainer.devices in ("auto", "1")
     gpus = visible_gpus() if alone and cfg.trainer.accelerator in ("auto", "gpu", "cuda") else []
-    with share_of_cores(jobs_at_once(hydra.launcher)):
-        if run.finished or not gpus:
-            return train(cfg, run)
-        with gpu_slot(gpus, cfg.trainer.jobs_per_gpu) as gpu:
-            cfg.trainer.devices = f"{gpu},"  # a list of one, as Lightning writes it
-            return train(cfg, run)
+    if run.finished or not gpus:
+        return train(cfg, run)
+    with gpu_slot(gpus, cfg.trainer.jobs_per_gpu) as gpu:
+        cfg.trainer.devices = f"{gpu},"  # a list of one, as Lightning writes it
+        return train(cfg, run)
+
+
+def _give_memory_back() -> None:
+    """Free what a finished job held in cycles and in the GPU's cache."""
+    import torch
+
+    gc.collect()
+    if torch.cuda.is_available():
+        torch.cuda.empty_cache()
 
 
 def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:

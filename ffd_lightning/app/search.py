@@ -1,22 +1,19 @@
-"""Searching settings with Optuna, each trial a sweep of `train.py`."""
+"""Searching settings with Optuna, each trial a sweep of `ffd train`."""
 
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ffd_lightning import components
 from ffd_lightning.analysis.runs import find_runs
-from ffd_lightning.app.studies.study import Search, merge_overrides, value_of
+from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
-from ffd_lightning.terminal import duration
 
 if TYPE_CHECKING:
     import optuna
@@ -49,28 +46,29 @@ def run_search(
     Raises:
         ConfigError: the protocol does not have the measure.
     """
-    optuna = _optuna()
+    try:
+        import optuna
+    except ImportError:
+        raise ConfigError("a search needs optuna: pip install 'ffd_lightning[search]'") from None
     protocol = value_of("protocol", overrides, "paper")
     measures = {m.name: m for m in components.make("protocol", protocol, name=protocol).measures}
     if search.measure not in measures:
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
     optuna.logging.set_verbosity(optuna.logging.WARNING)
+    maximize, done = measures[search.measure].higher_is_better, optuna.trial.TrialState.COMPLETE
     study = optuna.create_study(
         study_name="search",
         storage=f"sqlite:///{folder.absolute() / 'search.db'}",
-        direction="maximize" if measures[search.measure].higher_is_better else "minimize",
+        direction="maximize" if maximize else "minimize",
         load_if_exists=True,
     )
-    code, times = 0, list[float]()
+    code = 0
     for number, chosen in _trials(study, search, trials):
         place = f"trial-{number:03d}"
-        settings = [f"{key}={value:.4g}" for key, value in chosen.items()]
-        subdir = f'hydra.sweep.subdir="{place}/${{category.name}}/seed${{seed}}"'
-        rest = trials - len(study.get_trials(states=[optuna.trial.TrialState.COMPLETE]))
-        left = f", about {duration(rest * float(np.mean(times)))} left" if times else ""
-        print(f"\ntrial {number + 1} of {trials}{left}: {' '.join(settings)}", flush=True)
-        began = time.monotonic()
-        failed = train(merge_overrides(*overrides, "evaluation.subset=val", *settings, subdir))
+        settings = [f"{key}={value!r}" for key, value in chosen.items()]
+        subdir = f'hydra.sweep.subdir="{place}/${{run_folder:}}"'
+        print(f"\ntrial {number + 1} of {trials}: {' '.join(settings)}", flush=True)
+        failed = train(merged([*overrides, "evaluation.subset=val", *settings, subdir]))
         if failed == _INTERRUPTED:
             raise KeyboardInterrupt
         runs = [run for run in find_runs(folder / place) if run.finished]
@@ -79,17 +77,14 @@ def run_search(
             continue
         scores = [run.status["summary"][search.measure] for run in runs]
         study.tell(number, float(np.mean(scores)))
-        times.append(time.monotonic() - began)
-        _write(study, folder)
+        rows = [
+            {"trial": t.number, "score": t.value, **t.params}
+            for t in study.get_trials(states=[done])
+        ]
+        rows.sort(key=lambda row: row["score"], reverse=maximize)
+        write_csv(folder / "trials.csv", rows)
+        write_atomic(folder / "best.json", json.dumps(rows[0], indent=2) + "\n")
     return code
-
-
-def _optuna() -> ModuleType:
-    try:
-        import optuna
-    except ImportError:
-        raise ConfigError("a search needs optuna: pip install 'ffd_lightning[search]'") from None
-    return optuna
 
 
 def _trials(
@@ -114,16 +109,3 @@ def _trials(
             for key, r in search.parameters.items()
         }
         yield new.number, chosen
-
-
-def _write(study: optuna.Study, folder: Path) -> None:
-    """Write `trials.csv`, the best first, and `best.json`."""
-    from optuna.study import StudyDirection
-    from optuna.trial import TrialState
-
-    done = study.get_trials(states=[TrialState.COMPLETE])
-    sign = -1 if study.direction is StudyDirection.MAXIMIZE else 1
-    ranked = sorted(done, key=lambda trial: sign * float(trial.value or 0))
-    rows = [{"trial": t.number, "score": t.value, **t.params} for t in ranked]
-    write_csv(folder / "trials.csv", rows)
-    write_atomic(folder / "best.json", json.dumps(rows[0], indent=2) + "\n")

@@ -1,8 +1,7 @@
-"""Jobs of a sweep side by side on one machine: threads divided, GPUs taken in turn."""
+"""Jobs of a sweep side by side on one machine take its GPUs in turn."""
 
 from __future__ import annotations
 
-import gc
 import getpass
 import hashlib
 import logging
@@ -11,41 +10,13 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import torch
 from filelock import FileLock, Timeout
 
-from ffd_lightning.parallel import available_cores
-
 log = logging.getLogger(__name__)
 
 _LOOK_EVERY = 1.0  # seconds
-
-
-def jobs_at_once(launcher: Any) -> int:
-    """Return how many jobs Hydra's launcher runs at once on this machine.
-
-    Args:
-        launcher: `hydra.launcher` of the configuration; only joblib's has several.
-    """
-    if "joblib" not in str(launcher.get("_target_", "")):
-        return 1
-    count = int(launcher.get("n_jobs") or 1)
-    # joblib: -1 means a job per core, -2 one less.
-    return count if count > 0 else max(1, available_cores() + 1 + count)
-
-
-@contextmanager
-def share_of_cores(jobs: int) -> Iterator[None]:
-    """Keep torch and all that follows it to this job's share of the cores."""
-    before = torch.get_num_threads()
-    if jobs > 1:
-        torch.set_num_threads(max(1, available_cores() // jobs))
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 @contextmanager
@@ -66,7 +37,8 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
     folder.mkdir(parents=True, exist_ok=True)
     # All GPUs get one job before any gets a second.
     slots = [(k, n) for n in range(jobs_per_gpu) for k in range(len(gpus))]
-    told = False
+    more = f"trainer.jobs_per_gpu={jobs_per_gpu + 1} would let more jobs share them"
+    waiting = f"waiting for a free GPU of {len(gpus)}; {more}"
     while True:
         for index, number in slots:
             name = hashlib.sha256(gpus[index].encode()).hexdigest()[:16]
@@ -77,14 +49,9 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
             with lock:
                 yield index
             return
-        if not told:
-            told = True
-            log.info(
-                "waiting for a free GPU of %d; trainer.jobs_per_gpu=%d would let more jobs share "
-                "them",
-                len(gpus),
-                jobs_per_gpu + 1,
-            )
+        if waiting:
+            log.info(waiting)
+            waiting = ""
         time.sleep(_LOOK_EVERY)
 
 
@@ -92,10 +59,3 @@ def visible_gpus() -> list[str]:
     """Return a name of each visible GPU, the same in every process of this machine."""
     count = torch.cuda.device_count()
     return [str(torch.cuda.get_device_properties(k).uuid) for k in range(count)]
-
-
-def give_memory_back() -> None:
-    """Free what a finished job held in cycles and in the GPU's cache."""
-    gc.collect()
-    if torch.cuda.is_available():
-        torch.cuda.empty_cache()

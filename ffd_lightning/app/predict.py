@@ -1,0 +1,342 @@
+"""From photographs on the disk to folders of what was made of them."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import json
+import sys
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, cast
+
+from ffd_lightning.app.settings import MISSING
+from ffd_lightning.checkpoint import TrainedModel
+from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.files import lock_folder
+from ffd_lightning.inference.files import (
+    MeshWriter,
+    record,
+    write_cloud,
+    write_json,
+    write_preview,
+)
+from ffd_lightning.inference.predictor import Predictor, checkpoint_of
+from ffd_lightning.inference.scenes import OBJ_TEXTURES
+from ffd_lightning.parallel import available_cores, in_threads
+from ffd_lightning.progress import CountProgress
+
+FORMAT_VERSION = 5
+"""Goes up when the same photograph and settings give other files."""
+
+_SUFFIXES = frozenset(
+    (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tif", ".tiff", ".ppm", ".heic", ".avif")
+)
+"""What is taken for an image in a folder; what of it cannot be read is named."""
+_RECORD, _UNFINISHED = "prediction.json", "unfinished.json"
+_WORDS = {"background": ("auto", "rembg"), "colors": ("material", "parts")}
+_LEAST = {"top_k": 1, "points": 1, "seed": 0, "workers": 0}
+
+
+@dataclass
+class PredictSettings:
+    """Settings of `ffd predict`.
+
+    Attributes:
+        run: a run folder or a checkpoint file; null for the model that comes with the package.
+        image: a file, a folder, a pattern such as `photos/*.png`, or a list of those.
+        category: what all of them show, one that the model was trained on; null lets it guess.
+        out: each image has a folder below it.
+        mask: a file, or for several images a folder of masks with the images' names.
+        background: what tells the object from its background, where no mask is given: `auto`, the
+            alpha channel, else the colour of the border; `rembg`, the package of that name.
+        top_k: so many templates are deformed, the selected one first.
+        points: of `cloud.ply`.
+        colors: what the colours of meshes say: material or parts.
+        obj: writes `mesh.obj` too.
+        preview: draws a picture of each.
+        seed: of the points.
+        workers: threads, 0 for one per core.
+        device: auto, cpu, cuda, cuda:1, ...
+        progress_bar: shows how far it is.
+        restart: makes again what is there.
+    """
+
+    run: str | None = None
+    image: list[str] = MISSING
+    category: str | None = None
+    out: str = "predictions"
+    mask: str | None = None
+    background: str = "auto"
+    top_k: int = 1
+    points: int = 16384
+    colors: str = "material"
+    obj: bool = False
+    preview: bool = True
+    seed: int = 0
+    workers: int = 0
+    device: str = "auto"
+    progress_bar: bool = True
+    restart: bool = False
+
+
+@dataclass(frozen=True)
+class Job:
+    """One photograph, the mask of its object if there is one, and where its files go."""
+
+    image: Path
+    mask: Path | None
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one photograph: a line about it, its warnings, or why there is nothing."""
+
+    line: str = ""
+    warnings: tuple[str, ...] = ()
+    error: str = ""
+    known: bool = False
+
+
+def predict_files(settings: PredictSettings) -> list[Outcome]:
+    """Reconstruct photographs, each into its own folder below `out`.
+
+    A photograph that cannot be used does not stop the others. What is there already, from the same
+    photograph, checkpoint and settings, is not made again.
+
+    Raises:
+        ConfigError: settings that cannot work, no run or checkpoint, or no photographs.
+        DataError: the checkpoint is damaged.
+    """
+    for name, choices in _WORDS.items():
+        if (word := getattr(settings, name)) not in choices:
+            raise ConfigError(f"{name}={word} must be one of {', '.join(choices)}")
+    for name, least in _LEAST.items():
+        if (number := getattr(settings, name)) < least:
+            raise ConfigError(f"{name}={number} must be {least} or more")
+    out = Path(settings.out).expanduser()
+    jobs = find_jobs(settings.image, settings.mask, out)
+    checkpoint = checkpoint_of(settings.run)
+    predictor = Predictor.load(checkpoint, settings.device)
+    model = predictor.model
+    _check_candidates(model, settings)
+    print(f"network of {', '.join(model.categories)}; rendered images: {model.render.views}")
+    maker = _Maker(settings, predictor, hashlib.sha256(checkpoint.read_bytes()).hexdigest())
+    done: dict[Path, Outcome] = {}
+    show = settings.progress_bar and len(jobs) > 1
+    taken = f"another process writes to {out}: wait for it, or choose another out="
+    with lock_folder(out, taken), CountProgress("reconstructing", len(jobs), 0, show) as bar:
+        for job, outcome in in_threads(maker, jobs, settings.workers or available_cores()):
+            done[job.folder] = outcome
+            bar.advance()
+            if outcome.error:
+                print(f"error: {outcome.error}", file=sys.stderr)
+                continue
+            print(outcome.line)
+            for warning in outcome.warnings:
+                print(f"warning: {job.image}: {warning}", file=sys.stderr)
+    return [done[job.folder] for job in jobs]
+
+
+def _check_candidates(model: TrainedModel, settings: PredictSettings) -> None:
+    """Refuse a category that the model does not know, or more candidates than it has templates."""
+    asked = model.categories if settings.category is None else (settings.category,)
+    most, name = min((len(model.templates_of(name)), name) for name in asked)
+    if settings.top_k > most:
+        raise ConfigError(f"top_k={settings.top_k}: the model has {most} templates of {name}")
+
+
+class _Maker:
+    """Makes the files of one photograph."""
+
+    def __init__(self, settings: PredictSettings, predictor: Predictor, digest: str) -> None:
+        self._settings, self._predictor, self._digest = settings, predictor, digest
+        self._colors = cast(Literal["material", "parts"], settings.colors)
+        self._writer = MeshWriter(predictor.model.bank, self._colors)
+
+    def __call__(self, job: Job) -> Outcome:
+        try:
+            return self._made(job)
+        except UserError as error:
+            named = str(job.image) in str(error) or str(job.folder) in str(error)
+            return Outcome(error=str(error) if named else f"{job.image}: {error}")
+        except Exception as error:  # the others go on
+            return Outcome(error=f"{job.image}: {type(error).__name__}: {error}")
+
+    def _made(self, job: Job) -> Outcome:
+        settings, model, folder = self._settings, self._predictor.model, job.folder
+        key, earlier = self._key(job), _read(folder / _RECORD)
+        same = not settings.restart and earlier.get("key") == key
+        if same and all((folder / name).is_file() for name in earlier["files"]):
+            return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
+        start = time.perf_counter()
+        background = cast(Literal["auto", "rembg"], settings.background)
+        photo = self._predictor.frame(job.image, mask=job.mask, background=background)
+        framed = time.perf_counter()
+        selected = self._predictor.predict_framed([photo], settings.category)[0]
+        seen = time.perf_counter()
+        names = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
+        names += ["mesh.obj", "mesh.mtl", OBJ_TEXTURES] if settings.obj else []
+        names += ["preview.png"] if settings.preview else []
+        ranks = range(settings.top_k)
+        places = [f"candidate-{rank + 1}/" if rank else "" for rank in ranks]
+        files = [place + name for place in places for name in names]
+        for left in (earlier, _read(folder / _UNFINISHED)):
+            _remove(folder, [_RECORD, *left.get("files", [])])
+        write_json(folder / _UNFINISHED, {"files": files})
+        for rank, place in zip(ranks, places, strict=True):
+            found, into = selected.candidate(rank), folder / place
+            self._writer.write(found, into, settings.obj)
+            cloud = into / "cloud.ply"
+            write_cloud(found, cloud, settings.points, settings.seed, self._colors)
+            if settings.preview:
+                write_preview(found, into / "preview.png", model.render)
+        seconds = {
+            "framing": framed - start,
+            "network": seen - framed,
+            "meshes": time.perf_counter() - seen,
+        }
+        content = {
+            "image_file": str(job.image),
+            "asked_category": settings.category,
+            **record(selected),
+            "seconds": {name: round(value, 4) for name, value in seconds.items()},
+            "trained_on": {"categories": list(model.categories), "views": model.render.views},
+            "checkpoint": {"run": settings.run, "step": model.step, "sha256": self._digest},
+            "files": [file.relative_to(folder).as_posix() for file in _there(folder, files)],
+            "key": key,
+        }
+        write_json(folder / _RECORD, content)  # the last: it says that the others are whole
+        (folder / _UNFINISHED).unlink()
+        return Outcome(_line(job, content), selected.warnings)
+
+    def _key(self, job: Job) -> str:
+        """Return what changes when the files would be others."""
+        settings = self._settings
+        content = [
+            FORMAT_VERSION,
+            self._digest,
+            *(hashlib.sha256(_bytes(path)).hexdigest() for path in (job.image, job.mask) if path),
+            settings.background,
+            settings.category,
+            settings.top_k,
+            settings.points,
+            settings.colors,
+            settings.obj,
+            settings.preview,
+            settings.seed,
+        ]
+        return hashlib.sha256(json.dumps(content).encode()).hexdigest()
+
+
+def _there(folder: Path, files: Sequence[str]) -> list[Path]:
+    """Return those of a photograph's files that are there; a name may be a pattern."""
+    return [file for name in files for file in sorted(folder.glob(name))]
+
+
+def _remove(folder: Path, files: Sequence[str]) -> None:
+    """Remove files, and the folders of candidates that they leave empty."""
+    there = _there(folder, files)
+    for file in there:
+        file.unlink(missing_ok=True)
+    for place in {file.parent for file in there} - {folder}:
+        if not any(place.iterdir()):
+            place.rmdir()
+
+
+def _bytes(path: Path) -> bytes:
+    try:
+        if path.exists() and not path.is_file():
+            raise DataError(f"{path} is not a file")  # reading a pipe would wait for ever
+        return path.read_bytes()
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror}") from None
+
+
+def _read(file: Path) -> dict[str, Any]:
+    """Return a record, {} where there is none, or it is damaged."""
+    try:
+        return dict(json.loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        return {}
+
+
+def _line(job: Job, content: dict[str, Any]) -> str:
+    template, category = content["template"], content["category"]
+    found = f"{template['id']} ({template['weight']:.2f})"
+    others = [name for name in category["weights"] if name != category["name"]]
+    if others:  # the first is the runner-up, or what the network would have said
+        own, other = (category["weights"][name] for name in (category["name"], others[0]))
+        found = f"{category['name']} ({own:.2f}; {others[0]} {other:.2f}), {found}"
+    return f"{job.image}: {found} -> {job.folder}"
+
+
+# --- which photographs ----------------------------------------------------------------------------
+
+
+def find_jobs(image: str | Sequence[str], mask: str | None, out: Path) -> list[Job]:
+    """Return the photographs that `image` names, sorted within a folder or pattern.
+
+    Raises:
+        ConfigError: it names none, or `mask` does not fit them.
+    """
+    entries = [image] if isinstance(image, str) else image
+    masks: list[Path | None]
+    try:
+        images = list(dict.fromkeys(path for entry in entries for path in _expand(entry)))
+        if not images:
+            raise ConfigError(f"image={','.join(entries)}: no images there")
+        masks = [None] * len(images) if mask is None else _masks(images, Path(mask).expanduser())
+    except OSError as error:
+        name = str(error.filename)
+        shown = name if len(name) < 200 else f"{name[:100]}..."
+        raise ConfigError(f"{shown} cannot be looked at: {error.strerror}") from None
+    folders = [out / name for name in _names(images)]
+    return [Job(*job) for job in zip(images, masks, folders, strict=True)]
+
+
+def _expand(entry: str) -> list[Path]:
+    path = Path(entry).expanduser()
+    if path.is_dir():
+        return sorted(file for file in path.iterdir() if file.suffix.lower() in _SUFFIXES)
+    if path.exists() or not glob.has_magic(entry):
+        return [path]
+    return sorted(p for p in map(Path, glob.glob(str(path), recursive=True)) if p.is_file())
+
+
+def _names(images: Sequence[Path]) -> list[str]:
+    """Return a folder's name for each image: its stem, with its suffix or a number if need be."""
+    stems = Counter(image.stem for image in images)
+    names: dict[str, None] = {}
+    for image in images:
+        plain = stems[image.stem] == 1 and image.stem.strip(".")  # "..png" is no place to write to
+        name = image.stem if plain else image.name
+        tries = (name if k == 1 else f"{name}-{k}" for k in range(1, len(images) + 2))
+        names[next(t for t in tries if t not in names)] = None
+    return list(names)
+
+
+def _masks(images: Sequence[Path], mask: Path) -> list[Path | None]:
+    if mask.is_dir():
+        found: dict[str, list[Path]] = {}
+        for file in sorted(mask.iterdir()):
+            found.setdefault(file.stem, []).append(file)
+        for image in images:
+            count = len(found.get(image.stem, ()))
+            if count != 1:
+                raise ConfigError(
+                    f"mask={mask}: {count or 'no'} masks named {image.stem}.* are in that folder"
+                )
+        masks = [found[image.stem][0] for image in images]
+    elif len(images) > 1:
+        raise ConfigError(f"mask={mask}: for several images give a folder of masks of their names")
+    else:
+        masks = [mask]
+    for image, own in zip(images, masks, strict=True):
+        if image.exists() and own.exists() and image.samefile(own):
+            raise ConfigError(f"mask={own} is the photograph itself")
+    return list(masks)

@@ -1,0 +1,120 @@
+"""What Hydra calls when a run or a sweep has ended."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from hydra.core.utils import JobReturn, JobStatus
+from hydra.experimental.callback import Callback
+from omegaconf import DictConfig
+
+from ffd_lightning.analysis.tables import summary_tables
+from ffd_lightning.app.checks import device_problems
+from ffd_lightning.errors import UserError
+from ffd_lightning.files import write_atomic
+from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.terminal import table_console, terminal_width
+
+
+class SweepEnd(Callback):
+    """Prints one table of the runs that were asked for; a failed one makes the exit code 1.
+
+    Jobs may run in other processes and on other machines (joblib, submitit), which get a copy of
+    this, and two may have the same run folder: each writes a file of how it ended.
+    """
+
+    def __init__(self) -> None:
+        self._ends: Path | None = None  # of a single run there is none
+
+    def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
+        """Make the place for the jobs' files; refuse what no job could do."""
+        here = "submitit" not in config.hydra.launcher._target_.lower()
+        if problems := device_problems(config) if here else []:
+            sys.exit(f"error: {problems[0]}")  # Hydra would make a warning of other exceptions
+        folder = Path(config.hydra.sweep.dir).absolute()
+        folder.mkdir(parents=True, exist_ok=True)
+        self._ends = Path(tempfile.mkdtemp(prefix=".jobs-", dir=folder))
+
+    def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
+        """Write which run this was, and whether it came to its end."""
+        if self._ends is None or _is_further(job_return):
+            return
+        came_through = job_return.status is JobStatus.COMPLETED  # else there is no value to ask for
+        good = came_through and job_return.return_value is not None
+        end = {"path": str(Path(config.hydra.runtime.output_dir)), "good": good}
+        write_atomic(self._ends / f"{config.hydra.job.num:06d}", json.dumps(end))
+
+    def on_run_end(self, config: DictConfig, **kwargs: Any) -> None:
+        """Print the table of a single run."""
+        if not _is_further(kwargs["job_return"]):
+            _print([config.hydra.runtime.output_dir])
+
+    def on_multirun_end(self, config: DictConfig, **_: Any) -> None:
+        """Print the table of a sweep."""
+        assert self._ends is not None
+        jobs = [json.loads(file.read_text()) for file in sorted(self._ends.iterdir())]
+        shutil.rmtree(self._ends)
+        _print([job["path"] for job in jobs])
+        if config.callbacks.report and jobs:
+            report_quietly(Path(config.hydra.sweep.dir))
+        failed = [job["path"] for job in jobs if not job["good"]]
+        if failed or not jobs:
+            sys.exit(
+                f"{len(failed)} of {len(jobs)} runs failed, see the messages above: "
+                f"{', '.join(failed) or 'no job came to its end'}. The same command tries them "
+                "again"
+            )
+
+
+def _is_further(job_return: JobReturn) -> bool:
+    """Tell whether this was a further process of a distributed run, which returns no scores."""
+    return job_return.status is JobStatus.COMPLETED and job_return.return_value == {}
+
+
+def _print(paths: list[str]) -> None:
+    runs = [RunFolder(Path(path)) for path in dict.fromkeys(paths)]  # jobs may share a folder
+    runs = [run for run in runs if run.config.exists()]
+    if not runs:
+        return
+    for table in summary_tables(runs, terminal_width()):
+        table_console().print(table)
+    if finished := [str(run.path) for run in runs if run.finished]:
+        each = "" if len(finished) == 1 else f"{len(finished)} runs, each with "
+        folder = os.path.commonpath(finished)
+        print(f"{folder}: {each}templates.png, reconstructions.png, evaluation/, tensorboard/")
+
+
+def report_quietly(folder: Path) -> None:
+    """Write the report of a sweep and print where it is; what fails in it stops nothing."""
+    from ffd_lightning.analysis.report.page import write_report
+    from ffd_lightning.app.open_run import open_run
+
+    try:
+        print(f"\n{write_report(folder, open_run)}")
+    except Exception as error:
+        print(
+            f"no report of {folder} ({type(error).__name__}: {error}); the runs are not affected, "
+            f"and ffd report {folder} tries again",
+            file=sys.stderr,
+        )
+
+
+def print_beside_paper(folder: Path) -> None:
+    """Print the finished runs of a study beside the paper's Table 3, as far as there are any."""
+    from ffd_lightning.analysis.paper import beside_paper
+    from ffd_lightning.analysis.runs import load_runs, require_runs
+
+    try:
+        table = beside_paper(load_runs(require_runs(folder), "paper"))
+    except (UserError, OSError) as error:
+        print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
+        return
+    print()
+    console = table_console()
+    console.print(table.rich(console.width))

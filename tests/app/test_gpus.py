@@ -1,0 +1,55 @@
+import threading
+import time
+
+from filelock import FileLock
+
+from ffd_lightning.app import gpus
+from ffd_lightning.app.gpus import gpu_slot
+
+
+def test_each_job_gets_a_gpu_of_its_own_before_any_is_shared(tmp_path):
+    names = ["GPU-a", "GPU-b"]
+    with (
+        gpu_slot(names, 2, tmp_path) as first,
+        gpu_slot(names, 2, tmp_path) as second,
+        gpu_slot(names, 2, tmp_path) as third,
+    ):
+        assert [first, second, third] == [0, 1, 0]
+    with gpu_slot(names, 2, tmp_path) as again:
+        assert again == 0
+
+
+def test_a_gpu_is_free_as_soon_as_its_job_ends(tmp_path, monkeypatch):
+    kept = []  # a lock that is collected frees its file too
+    monkeypatch.setattr(gpus, "FileLock", lambda file: kept.append(FileLock(file)) or kept[-1])
+    for _ in range(2):
+        with gpu_slot(["GPU-a", "GPU-b"], 1, tmp_path) as index:
+            assert index == 0
+
+
+def test_gpus_are_known_by_name_not_by_place(tmp_path):
+    """Processes may see other GPUs in another order."""
+    with gpu_slot(["GPU-a", "GPU-b"], 1, tmp_path), gpu_slot(["GPU-b", "GPU-a"], 1, tmp_path) as k:
+        assert k == 0
+
+
+def test_a_job_waits_until_one_is_free(tmp_path, monkeypatch, caplog):
+    monkeypatch.setattr(gpus, "_LOOK_EVERY", 0.01)
+    caplog.set_level("INFO")
+    taken = []
+
+    def job():
+        with gpu_slot(["GPU-a"], 1, tmp_path) as index:
+            taken.append(index)
+
+    with gpu_slot(["GPU-a"], 1, tmp_path):
+        thread = threading.Thread(target=job)
+        thread.start()
+        end = time.monotonic() + 120
+        while "waiting" not in caplog.text:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        assert not taken
+    thread.join(120)
+    assert taken == [0]
+    assert "trainer.jobs_per_gpu=2" in caplog.text
