@@ -199,7 +199,7 @@ MISTAKES = [
     (["augmentation=photo", "augmentation.roll=90"], ["augmentation.roll=90.0 must lie in [0, 45"]),
     (["seed=4294967296"], ["seed=4294967296 must lie in [0, 4294967295]"]),
     (["regime.terms.offset_penalty.weight=-1"], ["regime.terms.offset_penalty.weight=-1.0 must"]),
-    (["encoder.weights=/no/such.h5"], ["encoder.weights: there is no file /no/such.h5"]),
+    (["encoder.weights=/no/such.h5"], ["encoder.weights=/no/such.h5 is not a file"]),
     # what does not go together
     (["templates=t1", "regime=w"], ["single template: use another regime"]),
     (["schedule.num_points=20000"], ["more than data.num_points=16384"]),

@@ -162,7 +162,7 @@ def test_the_joint_study_is_the_authors(quick):
         typed_config(compose_config("train", TrainConfig, first_values(stage)), TrainConfig)
         for stage in (ranks, joint)
     )
-    assert first.template_ranking.subset.value == "train"
+    assert first.template_ranking.subset == "train"
     assert first.template_ranking.all_views
     # Their view k is at these azimuths; 5 is that of all other networks, and is tested on.
     theirs = [270, 225, 180, 135, 90, 45, 0, 315]

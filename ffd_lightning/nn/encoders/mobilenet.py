@@ -123,7 +123,10 @@ class MobileNetV1(ImageEncoder):
         """Take the weights of a Keras file, see `load_keras_weights`."""
         from ffd_lightning.nn.encoders.keras_weights import load_keras_weights
 
-        load_keras_weights(self, Path(source).expanduser())
+        file = Path(source).expanduser()
+        if not file.is_file():
+            raise ConfigError(f"encoder.weights={source} is not a file")
+        load_keras_weights(self, file)
 
     def forward(self, images: Float[Tensor, "q 3 height width"]) -> Float[Tensor, "q c h w"]:
         """Return the last feature map of standardised images."""
