@@ -161,7 +161,7 @@ def test_what_cannot_be_used_is_rejected(pix3d, changes, reason):
 
 
 def test_mistakes_are_named(tmp_path):
-    with pytest.raises(DataError, match="set data.root to Pix3D's folder"):
+    with pytest.raises(DataError, match=r"set data.root to Pix3D's folder"):
         Pix3dSource(tmp_path).categories()
     with pytest.raises(ValueError, match="leave_out=blurred must be of"):
         Pix3dSource(tmp_path, leave_out=["blurred"])
