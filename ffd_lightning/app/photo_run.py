@@ -31,7 +31,7 @@ from ffd_lightning.parallel import available_cores, in_threads
 from ffd_lightning.progress import CountProgress
 from ffd_lightning.registry import range_problems
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 """Goes up when the same photograph and settings give other files."""
 
 
