@@ -258,16 +258,6 @@ def config_folder(name: str = "conf") -> Path:
     return inside if inside.is_dir() else _ROOT / name
 
 
-def command_folder(name: str) -> Path:
-    """Return the folder of a command's configuration: `conf`, or one of its own in there.
-
-    A folder's subfolders are groups, and no setting may bear their names: `predict` has a setting
-    `category`, which is a group elsewhere.
-    """
-    own = config_folder() / name
-    return own if (own / f"{name}.yaml").is_file() else config_folder()
-
-
 def named_plugins(arguments: Sequence[str]) -> list[str]:
     """Return the modules that `plugins=` names on a command line.
 
@@ -323,7 +313,7 @@ def compose_config(
     """
     prepare_hydra(schema, overrides)
     more = [] if extra is None else [f"hydra.searchpath=[file://{Path(extra).absolute()}]"]
-    with initialize_config_dir(str(command_folder(name)), version_base="1.3"):
+    with initialize_config_dir(str(config_folder()), version_base="1.3"):
         return compose(name, [*overrides, *more])
 
 
@@ -332,7 +322,6 @@ def run_hydra(
     schema: type[Any],
     run: Callable[[Any], Any],
     arguments: Sequence[str],
-    paths: Sequence[str] = (),
     counted: bool = False,
 ) -> None:
     """Run a command as a Hydra application.
@@ -342,22 +331,21 @@ def run_hydra(
         schema: of its settings.
         run: takes the typed settings; what it returns is the job's result.
         arguments: of the command line.
-        paths: settings whose values are files' names, to be taken as they are.
         counted: a callback of the configuration counts the jobs of a multirun that have failed.
     """
-    given = quote_paths(arguments, paths)
+    given = list(arguments)
     if {"-h", "--help"} & set(given):
         from ffd_lightning.app.help import command_help
 
         components.load_plugins(named_plugins(given))
-        folders = [command_folder(name), *map(Path, _options(given, "--config-dir"))]
+        folders = [config_folder(), *map(Path, _options(given, "--config-dir"))]
         print(command_help(name, schema, folders, everything="all" in given))
         return
     prepare_hydra(schema, given)
     sys.argv[1:] = given
     # Hydra names the log after the function's module: the command's, not functools.
     job = update_wrapper(partial(_job, schema, run, counted), run)
-    main = hydra.main(version_base="1.3", config_path=str(command_folder(name)), config_name=name)
+    main = hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=name)
     main(job)()
 
 
@@ -387,22 +375,3 @@ def _options(arguments: Sequence[str], name: str) -> Iterator[str]:
             yield arguments[k + 1]
         elif argument.startswith(f"{name}="):
             yield argument.partition("=")[2]
-
-
-def quote_paths(arguments: Sequence[str], keys: Sequence[str]) -> list[str]:
-    """Quote the values of some settings for Hydra, to which brackets, commas and = mean something.
-
-    Lists and what is quoted already stay as they are.
-
-    >>> quote_paths(["image=photo (1), a=b.png", "top_k=2", "mask=null"], ["image", "mask"])
-    ['image="photo (1), a=b.png"', 'top_k=2', 'mask=null']
-    """
-    result = []
-    for argument in arguments:
-        key, _, value = argument.partition("=")
-        if key in keys and value not in ("", "null", "???") and value[0] not in "['\"":
-            # Backslashes count only before a quote.
-            escaped = re.sub(r'(\\*)("|$)', lambda m: 2 * m[1] + (m[2] and '\\"'), value)
-            argument = f'{key}="{escaped}"'
-        result.append(argument)
-    return result

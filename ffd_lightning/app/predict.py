@@ -11,12 +11,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any
 
 from ffd_lightning.app.settings import MISSING
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
+from ffd_lightning.imaging.framing import Background
 from ffd_lightning.inference.files import (
     MeshWriter,
     record,
@@ -24,6 +25,7 @@ from ffd_lightning.inference.files import (
     write_json,
     write_preview,
 )
+from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 from ffd_lightning.inference.scenes import OBJ_TEXTURES
 from ffd_lightning.parallel import available_cores, in_threads
@@ -37,7 +39,6 @@ _SUFFIXES = frozenset(
 )
 """What is taken for an image in a folder; what of it cannot be read is named."""
 _RECORD, _UNFINISHED = "prediction.json", "unfinished.json"
-_WORDS = {"background": ("auto", "rembg"), "colors": ("material", "parts")}
 _LEAST = {"top_k": 1, "points": 1, "seed": 0, "workers": 0}
 
 
@@ -70,10 +71,10 @@ class PredictSettings:
     category: str | None = None
     out: str = "predictions"
     mask: str | None = None
-    background: str = "auto"
+    background: Background = "auto"
     top_k: int = 1
     points: int = 16384
-    colors: str = "material"
+    colors: MeshColors = "material"
     obj: bool = False
     preview: bool = True
     seed: int = 0
@@ -112,9 +113,6 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
         ConfigError: settings that cannot work, no run or checkpoint, or no photographs.
         DataError: the checkpoint is damaged.
     """
-    for name, choices in _WORDS.items():
-        if (word := getattr(settings, name)) not in choices:
-            raise ConfigError(f"{name}={word} must be one of {', '.join(choices)}")
     for name, least in _LEAST.items():
         if (number := getattr(settings, name)) < least:
             raise ConfigError(f"{name}={number} must be {least} or more")
@@ -155,7 +153,7 @@ class _Maker:
 
     def __init__(self, settings: PredictSettings, predictor: Predictor, digest: str) -> None:
         self._settings, self._predictor, self._digest = settings, predictor, digest
-        self._colors = cast(Literal["material", "parts"], settings.colors)
+        self._colors = settings.colors
         self._writer = MeshWriter(predictor.model.bank, self._colors)
 
     def __call__(self, job: Job) -> Outcome:
@@ -174,7 +172,7 @@ class _Maker:
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
         start = time.perf_counter()
-        background = cast(Literal["auto", "rembg"], settings.background)
+        background = settings.background
         photo = self._predictor.frame(job.image, mask=job.mask, background=background)
         framed = time.perf_counter()
         selected = self._predictor.predict_framed([photo], settings.category)[0]
