@@ -1,6 +1,7 @@
 """The wheel, installed and used from another folder."""
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -89,7 +90,12 @@ def test_the_wheel_trains_a_sweep_from_any_folder(installed, tmp_path):
 def test_the_wheel_has_studies_and_the_help_of_a_users_folder(installed, tmp_path):
     (tmp_path / "my_conf" / "regime").mkdir(parents=True)
     (tmp_path / "my_conf" / "regime" / "own.yaml").write_text(REGIME)
-    _, output = ffd(installed, tmp_path, "train", "--config-dir", "my_conf", "--help")
+    help_of_train = ("train", "--config-dir", "my_conf", "--help")
+    code, output = ffd(installed, tmp_path, *help_of_train)
+    assert code == 0, output
+    assert re.search(r"^ +regime=b +b, e, own, ", output, re.MULTILINE)
+    code, output = ffd(installed, tmp_path, *help_of_train, "all")
+    assert code == 0, output
     assert "a regime of one's own" in output
     code, output = ffd(installed, tmp_path, "sweep", "regimes", "--quick", "--dry-run")
     assert code == 0, output

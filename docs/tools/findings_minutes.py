@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, NullLocator, StrMethodFormatter
 
-from ffd_lightning.analysis.wording import measure_title
+from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.palette import COLORS
 
@@ -34,7 +34,7 @@ def draw(table: pd.DataFrame) -> Figure:
         axis.xaxis.set_major_locator(FixedLocator(sorted(table["asked_seconds"].unique())))
         axis.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axis.xaxis.set_minor_locator(NullLocator())
-        axis.set_title(f"{measure_title(shown.name)} x {shown.factor:g} {shown.arrow}", fontsize=10)
+        axis.set_title(f"{scaled_title(shown)} {shown.arrow}", fontsize=10)
         axis.set_xlabel("seconds of training")
         axis.grid(alpha=0.3)
     handles, labels = axes[0].get_legend_handles_labels()

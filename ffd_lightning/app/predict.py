@@ -11,10 +11,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_origin
 
 from ffd_lightning.app.settings import MISSING
 from ffd_lightning.checkpoint import TrainedModel
+from ffd_lightning.components import settings_of, typed
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.framing import Background
@@ -113,6 +114,9 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
         ConfigError: settings that cannot work, no run or checkpoint, or no photographs.
         DataError: the checkpoint is damaged.
     """
+    for name, known in settings_of(PredictSettings).items():
+        if get_origin(known.hint) is Literal:
+            typed(known.hint, getattr(settings, name), name)
     for name, least in _LEAST.items():
         if (number := getattr(settings, name)) < least:
             raise ConfigError(f"{name}={number} must be {least} or more")

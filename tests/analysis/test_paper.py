@@ -3,8 +3,6 @@ import json
 
 import numpy as np
 import pytest
-from ffd_lightning.app.hydra_app import compose_config
-from ffd_lightning.app.schema import typed_config
 from omegaconf import OmegaConf
 
 from ffd_lightning.analysis.paper import (
@@ -16,6 +14,7 @@ from ffd_lightning.analysis.paper import (
 )
 from ffd_lightning.analysis.runs import load_runs
 from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription

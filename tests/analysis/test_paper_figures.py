@@ -263,7 +263,9 @@ def test_a_legend_breaks_into_lines():
 
 
 def test_data_without_parts_is_refused(examples, monkeypatch):
-    prepared = replace(examples[0].run.data.prepared, part_names=())
+    prepared = examples[0].run.data.prepared
+    manifests = tuple(manifest | {"part_names": []} for manifest in prepared.manifests)
+    prepared = replace(prepared, manifests=manifests)
     monkeypatch.setattr(examples[0].run.data, "prepared", prepared)
     with pytest.raises(DataError, match="no part labels"):
         paper_figures_sheets.labels(examples, 64)

@@ -521,7 +521,7 @@ def test_the_command(sweep, tmp_path, capsys):
         ([f"runs={tmp_path / 'no'}"], DataError, "holds no run that can be read"),
         ([str(tmp_path), "protocol=papre"], ConfigError, "choose one of paper"),
         ([str(tmp_path), "protocl=paper"], ConfigError, "Did you mean protocol"),
-        ([str(tmp_path), "gallery=all"], ConfigError, "gallery=all cannot be used"),
+        ([str(tmp_path), "gallery=all"], ConfigError, "gallery=all must be a whole number"),
         ([str(tmp_path), "gallery=-1"], ConfigError, "gallery=-1"),
         ([str(tmp_path), str(tmp_path)], ConfigError, "is no setting"),
     ):

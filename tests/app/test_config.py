@@ -203,10 +203,13 @@ MISTAKES = [
     # what does not go together
     (["templates=t1", "regime=w"], ["single template: use another regime"]),
     (["schedule.num_points=20000"], ["more than data.num_points=16384"]),
-    (["data=shapenet", "data.root=.", "data.mix_versions=true"], ["without data.images=r2n2"]),
     (
-        ["data=pix3d", "data.root=.", "data.render.azimuths=[0]"],
-        ["azimuths means nothing with data=pix3d", "azimuths=[45.0]"],
+        ["data=shapenet", "data.root=.", "data.mix_versions=true"],
+        ["data.mix_versions=True must be left out without images=r2n2"],
+    ),
+    (
+        ["data=shapenet", "data.root=.", "data.images=r2n2", "data.render.azimuths=[0]"],
+        ["azimuths means nothing with data.images=r2n2", "azimuths=[45.0]"],
     ),
     (["split=listed", "split.file=/no/such"], ["split.file=/no/such does not exist"]),
     (["regime.terms.weighted_chamfer.weight=0"], ["regime b has no term of a weight above 0"]),

@@ -17,11 +17,12 @@ from commands import run_command
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
+from ffd_lightning import components
 from ffd_lightning.analysis.runs import described_protocols
 from ffd_lightning.app.build import build_data, build_network, build_protocol
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
+from ffd_lightning.app.configuration import choose, compose_config, typed_config
 from ffd_lightning.app.identity import evaluation_name
 from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_weights
@@ -383,7 +384,7 @@ def test_an_evaluation_without_references_does_not_take_those_that_are_there(cop
     assert samples(copy) == before
 
 
-@dataclass
+@dataclass(frozen=True)
 class Thresholds:
     """A protocol's settings, one of them without a default."""
 
@@ -392,8 +393,11 @@ class Thresholds:
     name: str = "shares"
 
 
-def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy):
-    protocols = [Thresholds((0.01,)), Thresholds((0.5,)), Thresholds((0.01,), [1, 2])]
+def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy, monkeypatch):
+    monkeypatch.setattr(components, "_registered", dict(components._registered))
+    components.component("protocol", "shares")(Thresholds)
+    given = [{"within": [0.01]}, {"within": [0.5]}, {"within": [0.01], "places": [1, 2]}]
+    protocols = [choose("protocol", {"name": "shares", **x}, "protocol") for x in given]
     names = [evaluation_name(replace(config(copy), protocol=x)) for x in protocols]
     assert len(set(names)) == 3
     assert all(name.startswith("shares-") for name in names)

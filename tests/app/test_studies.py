@@ -107,11 +107,11 @@ def test_the_papers_table_ends_beside_the_papers(trained, tmp_path, monkeypatch,
 
 def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
     sweep_end.print_beside_paper(tiny_run.path)
-    told = capsys.readouterr().out
+    told = " ".join(capsys.readouterr().out.split())
     assert "Beside the paper's Table 3" in told
     assert "47/352/447" in told
-    assert "- schedule.steps is 8 (paper: 100000)" in told
-    assert "- network.batch_norm_momentum is 1 (paper: 0.01)" in told
+    assert "; schedule.steps: 8 (paper: 100000); " in told
+    assert "; network.batch_norm_momentum: 1 (paper: 0.01); " in told
     sweep_end.print_beside_paper(tmp_path)
     assert "nothing is set beside the paper's Table 3: no run in" in capsys.readouterr().err
 

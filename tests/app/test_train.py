@@ -323,7 +323,7 @@ def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_r
     assert states.loc[2, "state"] == "finished"
     assert states.loc[500, "state"] == "failed"
     assert "only 21 shapes to choose from" in states.loc[500, "reason"]
-    assert "Results" in first.stdout
+    assert "Scores" in first.stdout
     second = run_command("train", *arguments[2:])
     assert second.returncode == 1
     assert "finished already" in second.stdout + second.stderr
@@ -366,7 +366,7 @@ def test_jobs_side_by_side_report_to_the_sweep(prepared, data_root, tmp_path):
     done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 1
     assert "1 of 2 runs failed" in done.stderr
-    assert "Results" in done.stdout
+    assert "Scores" in done.stdout
     states = load_runs(find_runs(tmp_path)).set_index("templates")["state"]
     assert states.to_dict() == {2: "finished", 500: "failed"}
     assert not list(tmp_path.rglob(".jobs-*"))
@@ -413,6 +413,7 @@ def test_labels_that_are_missing_are_told_before_the_training(tiny_config, tmp_p
 def without_labels(setup):
     def result(self, stage=None):
         setup(self, stage)
-        self.prepared = replace(self.prepared, part_names=())
+        manifests = tuple(manifest | {"part_names": []} for manifest in self.prepared.manifests)
+        self.prepared = replace(self.prepared, manifests=manifests)
 
     return result

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from docs.documents import PAGES, ROOT, blocks, commands, links, name
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf import OmegaConf
 from PIL import Image
 
 from ffd_lightning.app.commands.sweep import Request
@@ -155,7 +156,7 @@ def test_the_script_on_results_runs(tiny_config, tmp_path):
     for regime in ("b", "r"):
         run = RunFolder(tmp_path / "runs" / "demo" / "table" / regime / "t2" / "seed0")
         train(tiny_config(f"regime={regime}"), run)
-    assert "Chamfer" in run_script(block_with("comparison_table"), tmp_path)
+    assert "Chamfer" in run_script(block_with("beside_paper"), tmp_path)
 
 
 def test_the_part_in_five_steps_works(tmp_path):
@@ -174,4 +175,5 @@ def test_the_part_in_five_steps_works(tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert "smoothness" in done.stdout
+    chosen = OmegaConf.create(done.stdout).encoder
+    assert (chosen.name, chosen.size) == ("patches", 8)

@@ -38,6 +38,9 @@ class Network(nn.Module):
         self.logits = nn.Parameter(40 * torch.randn(shape[:2], generator=drawn))
         self.mixing = nn.Parameter(torch.randn(3, 8, generator=drawn))
 
+    def forward(self, images):
+        return self.predict(self.features(images))
+
     def features(self, images):
         colours = 1 - images.float().mean((2, 3)) / 255
         return torch.cat([colours, colours @ self.mixing], 1)

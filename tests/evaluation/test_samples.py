@@ -7,7 +7,7 @@ from torch import nn
 from torch.nn.functional import avg_pool2d, normalize
 
 from ffd_lightning.evaluation.protocols import Measure
-from ffd_lightning.evaluation.samples import Sample, predict, score_sample
+from ffd_lightning.evaluation.samples import Sample, encode, predict, score_sample
 from ffd_lightning.evaluation.shapes import PreparedShape
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
@@ -56,11 +56,12 @@ def test_features_are_of_images_as_the_network_sees_them(prepared, shrink):
     size = prepared.image_shape[1] // shrink, prepared.image_shape[2] // shrink
     network = TemplateFfdNetwork(OfOneSize(size), (48, 64), 2, 8, shrink=shrink)
     nn.init.normal_(network.heads.logits.weight)
-    found = predict(network, prepared, [Sample(0), Sample(3)])
+    shown = [Sample(0), Sample(3)]
+    found, features = predict(network, prepared, shown), encode(network, prepared, shown)
     images = np.stack([prepared.image(row)[..., :3].transpose(2, 0, 1) for row in (0, 3)])
     seen = avg_pool2d(torch.from_numpy(images).double(), shrink).flatten(1)
     expected = normalize(seen - seen.mean(1, keepdim=True), dim=1)
-    torch.testing.assert_close(found.features.double(), expected, atol=1e-5, rtol=0)
+    torch.testing.assert_close(features.double(), expected, atol=1e-5, rtol=0)
     with torch.no_grad():
         outputs = network(torch.from_numpy(images))
     np.testing.assert_allclose(found.weights, outputs.template_weights, atol=1e-6)

@@ -27,6 +27,7 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.preparation.trial import Finding, examine
 from ffd_lightning.data.source import Source
+from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.data.splits import AutoSplit, SplitInput, make_split
 from ffd_lightning.data.templates.summary import outlier_note, outlier_rows
 from ffd_lightning.errors import ConfigError, DataError
@@ -131,8 +132,19 @@ def _examined(cfg: DoctorConfig, name: str) -> Finding:
     sheet = None if cfg.sheets is None else Path(cfg.sheets) / f"{cfg.data.name}-{name}.png"
     finding = examine(one, cfg.data.name == "shapenet", sheet)
     if not finding.problem:
-        finding.notes = _split_notes(one, finding)
+        finding.notes = [*_parts_notes(one), *_split_notes(one, finding)]
     return finding
+
+
+def _parts_notes(preparation: Preparation) -> list[str]:
+    """Return of how many shapes the parts are annotated, where that was asked for."""
+    source, category = preparation.source, preparation.category
+    if not isinstance(source, ShapeNetSource) or source.parts is None:
+        return []
+    known = SYNSETS.get(category, category) in source.parts.synsets()
+    annotated = set(source.parts.ids(category)) if known else set()
+    count = len(annotated.intersection(source.shape_ids(category)))
+    return [f"parts of {count:,} shapes are annotated"]
 
 
 def _split_notes(preparation: Preparation, finding: Finding) -> list[str]:

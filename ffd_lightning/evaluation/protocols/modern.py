@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ffd_lightning.components import check_ranges
 from ffd_lightning.evaluation.protocols.base import Measure
 from ffd_lightning.evaluation.shapes import PreparedShape, Shape
 from ffd_lightning.geometry.voxels import voxelize
@@ -39,6 +40,9 @@ class ModernProtocol:
     name: str = "modern"
     points: int = 10_000
     needs_parts: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        check_ranges(vars(self), points="(0, inf)")
 
     @property
     def note(self) -> str:

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from ffd_lightning.components import check_ranges
 from ffd_lightning.evaluation.protocols.base import Measure
 from ffd_lightning.evaluation.shapes import Cloud, PreparedShape, Shape
 from ffd_lightning.geometry.hemisphere import Hemisphere, bounding_hemisphere
@@ -46,6 +47,9 @@ class PaperProtocol:
     half_size: float = PAPER_HALF_SIZE
     needs_parts: ClassVar[bool] = False
     carries_points: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_ranges(vars(self), points="(0, inf)", resolution="(0, inf)", half_size="(0, inf)")
 
     @property
     def note(self) -> str:
