@@ -302,22 +302,22 @@ def test_shapes_that_take_too_long_make_a_set_of_that_timeout(undisturbed, tmp_p
     """Whether Python runs, and is interrupted, or a library that does not return."""
     faults = {"b01": "sleep", "b02": "hang", "b03": "swallow"}
     # A box takes a hundredth of a second.
-    got = prepare_boxes(BoxSource(5, log, faults), tmp_path, timeout=1.0)
+    got = prepare_boxes(BoxSource(5, log, faults), tmp_path, timeout=5.0)
     assert got.ids == ("b00", "b04")
     assert got.rejected == {
-        "b01": "it takes longer than preparation.timeout=1 seconds",
-        "b02": "it takes longer than preparation.timeout=1 seconds",
-        "b03": "it takes longer than preparation.timeout=1 seconds",
+        "b01": "it takes longer than preparation.timeout=5 seconds",
+        "b02": "it takes longer than preparation.timeout=5 seconds",
+        "b03": "it takes longer than preparation.timeout=5 seconds",
     }
-    assert got.manifests[0]["settings"]["timeout"] == 1.0
+    assert got.manifests[0]["settings"]["timeout"] == 5.0
     log.unlink()
-    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=1).path == got.path
+    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=5).path == got.path
     assert loads(log)[0] == [], "the very same set is not made again"
     patient = prepare_boxes(BoxSource(5, log), tmp_path, timeout=60.0)
     assert patient.ids == undisturbed.ids[:5]
     assert patient.path != got.path
     assert "timeout" not in patient.manifests[0]["settings"]
-    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=1.0).path == patient.path
+    assert prepare_boxes(BoxSource(5, log), tmp_path, timeout=5.0).path == patient.path
 
 
 def test_what_cannot_be_read_now_makes_no_set(undisturbed, tmp_path, log):
