@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 import sys
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +35,7 @@ def on_files(files: Files, config: Any) -> Files:
 def on_page_content(html: str, **_: Any) -> str:
     """Write equations as MathML."""
     return _MATH.sub(
-        lambda m: convert(_plain(m[3]), display="block" if m[2] == "[" else "inline"), html
+        lambda m: convert(unescape(m[3]), display="block" if m[2] == "[" else "inline"), html
     )
 
 
@@ -45,7 +46,3 @@ def _relinked(text: str) -> str:
     for name, page in pages.items():
         text = text.replace(f"]({name})", f"]({page})")
     return text
-
-
-def _plain(latex: str) -> str:
-    return latex.replace("&amp;", "&").replace("&lt;", "<").replace("&gt;", ">")

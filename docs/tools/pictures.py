@@ -17,9 +17,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
 TOOLS = Path(__file__).parent
@@ -30,6 +29,8 @@ _LARGEST = 2000  # pixels
 REGIMES = ("b", "w", "e", "r", "posterior")
 SHOWN = ("chair", "plane", "sofa", "bench", "car")
 FIGURES = ("method", "overview", "subdivision", "voxels", "labels", "candidates")
+SCREENSHOTS = ("report", "viewer", "tensorboard-scalars", "tensorboard-selection")
+SCREENSHOTS += ("tensorboard-clouds", "tensorboard-hparams")
 NOTEBOOKS = {
     "cumulative_chamfer": "demo",
     "template_selection": "demo",
@@ -77,43 +78,33 @@ class Place:
         self.ffd(*SWEEPS[sweep], f"paths.runs={self.runs}", f"paths.data={self.data}")
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A picture of docs/.
-
-    Attributes:
-        sweep: whose runs it shows; None for none.
-        make: writes it.
-    """
-
-    sweep: str | None
-    make: Callable[[Place, Path], None]
+Make = Callable[[Place, Path], None]
+"""Writes a picture."""
 
 
-def _overview(place: Place, file: Path) -> None:
-    from drawings import overview
-
-    _save(overview([{r: place.run("demo", "table", r) for r in REGIMES}], 6), file)
+def _groups(place: Place, sweep: str, categories: Sequence[str]) -> list[dict[str, Path]]:
+    return [{r: place.run(sweep, category, r) for r in REGIMES} for category in categories]
 
 
-def _findings(sweep: str, categories: Sequence[str], count: int, place: Place, file: Path) -> None:
-    from drawings import overview
+def _drawing(name: str, runs: Callable[[Place], Any], *options: Any) -> Make:
+    """Return what saves a picture of `drawings`."""
 
-    groups = [{r: place.run(sweep, c, r) for r in REGIMES} for c in categories]
-    _save(overview(groups, count, width=120), file)
+    def make(place: Place, file: Path) -> None:
+        import drawings
+
+        getattr(drawings, name)(runs(place), *options).save(file, quality=85)
+
+    return make
 
 
-def _by_category(place: Place, file: Path) -> None:
-    from drawings import by_category
-
-    _save(by_category({c: place.run("categories", c, "posterior") for c in SHOWN}), file)
+def _posterior(place: Place) -> dict[str, Path]:
+    return {c: place.run("categories", c, "posterior") for c in SHOWN}
 
 
 def _deforming(place: Place, file: Path) -> None:
-    from drawings import deforming, write_animation
+    from drawings import deforming
 
-    runs = {c: place.run("categories", c, "posterior") for c in SHOWN}
-    write_animation(deforming(runs), file)
+    deforming(_posterior(place), file)
 
 
 def _figure(place: Place, file: Path) -> None:
@@ -121,12 +112,6 @@ def _figure(place: Place, file: Path) -> None:
     runs = ",".join(str(place.run("demo", "table", regime)) for regime in regimes)
     place.ffd("figures", f"figure={file.stem}", f"runs=[{runs}]", f"out={file}", "number=4")
     _fewer_colors(file)
-
-
-def _contact_sheet(place: Place, file: Path) -> None:
-    from contact_sheets import draw_sheet
-
-    draw_sheet(file.stem).save(file, quality=80)
 
 
 def _scaling(place: Place, file: Path) -> None:
@@ -144,15 +129,11 @@ def _notebook(place: Place, file: Path) -> None:
         _fewer_colors(drawn)
 
 
-def _screenshot(what: str, place: Place, file: Path) -> None:
-    import screenshots
+def _screenshot(place: Place, file: Path) -> None:
+    from screenshots import take
 
-    getattr(screenshots, what)(place, file)
+    take(place, file)
     _fewer_colors(file)
-
-
-def _save(picture: NDArray[np.uint8], file: Path) -> None:
-    Image.fromarray(picture).save(file, quality=85)
 
 
 def _fewer_colors(file: Path) -> None:
@@ -166,27 +147,28 @@ def _fewer_colors(file: Path) -> None:
     picture.quantize(256, kmeans=3, dither=Image.Dither.NONE).save(file, optimize=True)
 
 
-def _pictures() -> dict[str, Picture]:
+def _pictures() -> dict[str, tuple[str | None, Make]]:
+    """Return the sweep whose runs each picture shows, None for none, and what writes it."""
     from ffd_lightning.shapes import categories
 
-    found = {
-        "overview.jpg": Picture("demo", _overview),
-        "posterior.jpg": Picture("categories", _by_category),
-        "deforming.gif": Picture("categories", _deforming),
-        "findings/categories.jpg": Picture(
-            "paper_table", partial(_findings, "paper_table", categories(), 1)
-        ),
-        "findings/real.jpg": Picture("real", partial(_findings, "real", ("chair", "table"), 3)),
-        "scaling.png": Picture(None, _scaling),
-        "report.png": Picture("demo", partial(_screenshot, "report")),
-        "viewer.png": Picture("demo", partial(_screenshot, "viewer")),
+    demo = partial(_groups, sweep="demo", categories=["table"])
+    every = partial(_groups, sweep="paper_table", categories=categories())
+    real = partial(_groups, sweep="real", categories=["chair", "table"])
+    found: dict[str, tuple[str | None, Make]] = {
+        "overview.jpg": ("demo", _drawing("overview", demo, 6)),
+        "posterior.jpg": ("categories", _drawing("by_category", _posterior)),
+        "deforming.gif": ("categories", _deforming),
+        "findings/categories.jpg": ("paper_table", _drawing("overview", every, 1, 120)),
+        "findings/real.jpg": ("real", _drawing("overview", real, 3, 120)),
+        "scaling.png": (None, _scaling),
     }
-    for name in ("scalars", "selection", "clouds", "hparams"):
-        make = partial(_screenshot, f"tensorboard_{name}")
-        found[f"tensorboard-{name}.png"] = Picture("demo", make)
-    found |= {f"figures/{name}.png": Picture("demo", _figure) for name in FIGURES}
-    found |= {f"notebooks/{name}.md": Picture(s, _notebook) for name, s in NOTEBOOKS.items()}
-    return found | {f"categories/{c}.jpg": Picture(None, _contact_sheet) for c in categories()}
+    found |= {f"{name}.png": ("demo", _screenshot) for name in SCREENSHOTS}
+    found |= {f"figures/{name}.png": ("demo", _figure) for name in FIGURES}
+    found |= {f"notebooks/{name}.md": (sweep, _notebook) for name, sweep in NOTEBOOKS.items()}
+    for name in categories():
+        made = _drawing("contact_sheet", lambda _, name=name: name)
+        found[f"categories/{name}.jpg"] = None, made
+    return found
 
 
 PICTURES = _pictures()
@@ -203,11 +185,11 @@ def main() -> None:
         sys.exit(f"no picture {unknown[0]}: {', '.join(PICTURES)}")
     names = given.names or list(PICTURES)
     place = Place(given.runs.resolve(), given.data.resolve())
-    for sweep in sorted({PICTURES[name].sweep or "" for name in names} - {""}):
+    for sweep in sorted({PICTURES[name][0] or "" for name in names} - {""}):
         place.train(sweep)
     for name in names:
         print(f"docs/{name}", flush=True)
-        PICTURES[name].make(place, DOCS / name)
+        PICTURES[name][1](place, DOCS / name)
 
 
 if __name__ == "__main__":

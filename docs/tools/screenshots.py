@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Protocol
+from typing import Any
 
 from playwright.sync_api import Page, sync_playwright
 
@@ -22,14 +22,13 @@ _FLAGS += ["--enable-unsafe-swiftshader"]
 _PATIENCE = 300_000  # milliseconds
 
 
-class Runs(Protocol):
-    """Where runs are; see `pictures.Place`."""
-
-    runs: Path
-
-    def run(self, sweep: str, category: str, regime: str) -> Path:
-        """Return the folder of a sweep's run."""
-        ...
+# Of TensorBoard: page, height, milliseconds until all is drawn, and which tags.
+_TENSORBOARD = {
+    "scalars": ("timeseries", 1500, 10_000, ""),
+    "selection": ("timeseries", 1000, 10_000, "which_template/(bars|selected$)"),
+    "clouds": ("mesh", 900, 40_000, ""),
+    "hparams": ("hparams", 700, 10_000, ""),
+}
 
 
 @contextmanager
@@ -65,17 +64,32 @@ def served(*command: str) -> Iterator[str]:
         process.wait()
 
 
-def report(place: Runs, file: Path) -> None:
-    """The first screens of the demo's report."""
+def take(place: Any, file: Path) -> None:
+    """Write the screenshot that a file is named after: report, viewer or a page of TensorBoard.
+
+    Args:
+        place: where runs are, see `pictures.Place`.
+        file: of the screenshot.
+    """
+    if file.stem == "report":
+        _report(place.runs / "demo", file)
+    elif file.stem == "viewer":
+        _viewer(place.run("demo", "table", "posterior"), file)
+    else:
+        runs = {regime: place.run("demo", "table", regime) for regime in ("b", "r", "posterior")}
+        _tensorboard(runs, file, *_TENSORBOARD[file.stem.removeprefix("tensorboard-")])
+
+
+def _report(folder: Path, file: Path) -> None:
+    """Show the first screens."""
     with browser(1400, 1700) as page:
-        page.goto(f"file://{place.runs / 'demo' / 'report.html'}")
+        page.goto(f"file://{folder / 'report.html'}")
         page.wait_for_timeout(5000)
         page.screenshot(path=file)
 
 
-def viewer(place: Runs, file: Path) -> None:
-    """A test shape in the viewer."""
-    run = place.run("demo", "table", "posterior")
+def _viewer(run: Path, file: Path) -> None:
+    """Show a test shape."""
     command = (sys.executable, "-m", "ffd_lightning", "view", f"run={run}", "port={port}")
     with served(*command) as address, browser(1400, 900) as page:
         page.goto(address, wait_until="commit")
@@ -85,10 +99,12 @@ def viewer(place: Runs, file: Path) -> None:
         page.screenshot(path=file)
 
 
-def _tensorboard(place: Runs, file: Path, tab: str, height: int, wait: int, tags: str = "") -> None:
+def _tensorboard(
+    runs: dict[str, Path], file: Path, tab: str, height: int, wait: int, tags: str
+) -> None:
     with TemporaryDirectory() as folder:
-        for regime in ("b", "r", "posterior"):  # under their names, not their folders'
-            (Path(folder) / regime).symlink_to(place.run("demo", "table", regime) / "tensorboard")
+        for name, run in runs.items():  # under these names, not their folders'
+            (Path(folder) / name).symlink_to(run / "tensorboard")
         command = ("tensorboard.main", "--logdir", folder, "--port", "{port}")
         with served(sys.executable, "-m", *command) as address, browser(1400, height) as page:
             page.wait_for_timeout(15_000)  # it reads the logs
@@ -99,23 +115,3 @@ def _tensorboard(place: Runs, file: Path, tab: str, height: int, wait: int, tags
                 page.mouse.click(100, height - 50)  # closes the list of tags
             page.wait_for_timeout(wait)
             page.screenshot(path=file)
-
-
-def tensorboard_scalars(place: Runs, file: Path) -> None:
-    """Curves of selection and validation."""
-    _tensorboard(place, file, "timeseries", 1500, 10_000)
-
-
-def tensorboard_selection(place: Runs, file: Path) -> None:
-    """How often each template is selected, with its picture."""
-    _tensorboard(place, file, "timeseries", 1000, 10_000, "which_template/(bars|selected$)")
-
-
-def tensorboard_clouds(place: Runs, file: Path) -> None:
-    """Point clouds, coloured by their distance to the truth."""
-    _tensorboard(place, file, "mesh", 900, 40_000)
-
-
-def tensorboard_hparams(place: Runs, file: Path) -> None:
-    """Settings and results of the runs."""
-    _tensorboard(place, file, "hparams", 700, 10_000)

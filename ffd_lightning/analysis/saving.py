@@ -13,10 +13,9 @@ from PIL import Image
 from ffd_lightning.analysis.plot_layout import STYLE
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import write_bytes_atomic
-from ffd_lightning.imaging.sheet import Sheet
+from ffd_lightning.imaging.grid import png
 
 DPI = 200
-FORMATS = (".png", ".pdf", ".svg")
 _METADATA: dict[str, Any] = {
     ".png": {"Software": None},
     ".pdf": {"CreationDate": None},
@@ -24,13 +23,12 @@ _METADATA: dict[str, Any] = {
 }  # so that the same figure gives the same bytes
 
 
-def save_figure(figure: Figure | Sheet, path: Path) -> list[Path]:
-    """Write a figure, whole or not at all: PNG at 200 dpi, plots also as PDF and SVG.
+def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
+    """Write a plot as PNG at 200 dpi, PDF or SVG, or a picture as PNG, whole or not at all.
 
     Args:
-        figure: of Matplotlib, or a sheet of pictures and words.
-        path: with one of `FORMATS` as its ending, `.png` for a sheet; without an ending a plot is
-            written as PNG and PDF, a sheet as PNG.
+        figure: a plot of Matplotlib, or a picture.
+        path: with one of those endings; without, a plot is written as PNG and PDF.
 
     Returns:
         The files.
@@ -39,13 +37,13 @@ def save_figure(figure: Figure | Sheet, path: Path) -> list[Path]:
         ConfigError: another ending.
         DataError: a file cannot be written.
     """
-    ending = path.suffix.lower()
-    formats = FORMATS[:1] if isinstance(figure, Sheet) else FORMATS
+    ending, plot = path.suffix.lower(), isinstance(figure, Figure)
+    formats = list(_METADATA) if plot else [".png"]
     if ending and ending not in formats:
         raise ConfigError(f"{path}: it is written as {', '.join(formats)}")
-    files = [path] if ending else [path.with_suffix(x) for x in formats if x != ".svg"]
+    files = [path] if ending else [path.with_suffix(each) for each in formats[:2]]
     for file in files:
-        content = _content(figure, file.suffix.lower())
+        content = to_bytes(figure, file.suffix.lower()) if plot else png(figure, dpi=(DPI, DPI))
         try:
             write_bytes_atomic(file, content)
         except OSError as error:
@@ -53,12 +51,9 @@ def save_figure(figure: Figure | Sheet, path: Path) -> list[Path]:
     return files
 
 
-def _content(figure: Figure | Sheet, ending: str) -> bytes:
-    """Return what a file with this ending holds."""
+def to_bytes(figure: Figure, ending: str) -> bytes:
+    """Return a plot as a file with this ending; the same bytes each time, letters as paths."""
     buffer = io.BytesIO()
-    if isinstance(figure, Sheet):  # pixel by pixel as it was drawn
-        Image.fromarray(figure.draw()).save(buffer, "PNG", optimize=True, dpi=(DPI, DPI))
-        return buffer.getvalue()
     with matplotlib.rc_context(STYLE):
         figure.savefig(buffer, format=ending[1:], dpi=DPI, metadata=_METADATA[ending])
     return buffer.getvalue()

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import io
 import logging
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import torch
 from lightning import Trainer, seed_everything
 from lightning.pytorch.callbacks import ModelCheckpoint
 from lightning.pytorch.utilities import rank_zero_only
 from lightning.pytorch.utilities.exceptions import MisconfigurationException
-from PIL import Image
 
 from ffd_lightning.app import identity
 from ffd_lightning.app.build import (
@@ -46,6 +45,7 @@ from ffd_lightning.evaluation.figures import reconstruction_figure, template_fig
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
 from ffd_lightning.files import write_bytes_atomic, write_csv
+from ffd_lightning.imaging.grid import png
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import (
@@ -171,10 +171,10 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
     if rows := example_rows(data, cfg.callbacks.figure_examples):
         figure = reconstruction_figure(network, data.prepared, data.bank, rows)
-        Image.fromarray(figure).save(run.path / "reconstructions.png")
+        figure.save(run.path / "reconstructions.png")
         if logger is not None:
             tag = "worked_examples/reconstructions"
-            logger.experiment.add_image(tag, figure, steps, dataformats="HWC")
+            logger.experiment.add_image(tag, np.asarray(figure), steps, dataformats="HWC")
     if logger is not None:
         described = ProtocolDescription.of(protocol)
         logger.log_results(identity.hyperparameters(cfg), summary, described, steps)
@@ -260,9 +260,7 @@ def _record_templates(run: RunFolder, data: FfdDataModule) -> None:
     rows, coverage = template_rows(data.prepared, bank)
     write_csv(run.templates, rows)
     notes = [f"nearest to {100 * row['share']:.0f}% of the shapes" for row in rows]
-    buffer = io.BytesIO()
-    Image.fromarray(template_figure(bank, notes)).save(buffer, "PNG")
-    write_bytes_atomic(run.templates_picture, buffer.getvalue())
+    write_bytes_atomic(run.templates_picture, png(template_figure(bank, notes)))
     log.info(
         "%s: T = %d templates (templates.csv, templates.png); mean box Chamfer x 1000 of the other "
         "shapes to the nearest: %.1f; ids: %s",

@@ -1,35 +1,97 @@
-"""Pictures of reconstructions, drawn with the project's own renderer."""
+"""Pictures of reconstructions and templates, drawn with the project's own renderer."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
 from numpy.typing import ArrayLike, NDArray
+from PIL import Image
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.deformation import deform
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.grid import Picture, grid, text_width
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.imaging.sheet import contact_sheet, text_width
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 _CLOUD_POINTS = 2048
 _CELL = (192, 256)  # pixels, of a template
 _FONT = 12
 _COLUMNS = ("input", "template", "deformed cloud", "deformed mesh", "ground truth")
-_POINT_RADIUS = 0.006
+_MARGIN = 0.97  # of the way from the middle of an image to its border
 _OCTAHEDRON = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1.0]])
 _OCTAHEDRON_FACES = np.array(
     [[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]]
 )
 
 
+@dataclass(frozen=True)
+class View:
+    """A camera, and the size of its pictures in pixels."""
+
+    camera: Camera
+    height: int
+    width: int
+
+    @classmethod
+    def of(cls, prepared: PreparedSet, sample: Sample, width: int | None = None) -> View:
+        """Return that of a prepared image, for pictures of its own width or another."""
+        _, rows, columns, _ = prepared.image_shape
+        width = width or columns
+        return cls(prepared.camera(*sample), round(width * rows / columns), width)
+
+
+def reconstruction_row(
+    image: Picture, meshes: Sequence[Mesh], view: View, cameras: Sequence[Camera] | None = None
+) -> list[Picture]:
+    """Draw an input image and shapes beside it, as its camera sees them.
+
+    Args:
+        image: the input, of any size.
+        meshes: in the frame of prepared shapes. All are drawn at one scale: that of the image, or
+            less where one would be cut off.
+        view: camera and size.
+        cameras: of each shape, where it is not the view's.
+    """
+    views = [replace(view, camera=c) for c in cameras or [view.camera] * len(meshes)]
+    pairs = list(zip(meshes, views, strict=True))
+    scale = min(fitting_scale(mesh.used_vertices(), seen) for mesh, seen in pairs)
+    size = view.width, view.height
+    seen = Image.fromarray(image[..., :3]).resize(size, Image.Resampling.LANCZOS)
+    return [np.asarray(seen), *(draw(mesh, own, scale)[..., :3] for mesh, own in pairs)]
+
+
+def draw(mesh: Mesh, view: View, scale: float) -> Picture:
+    """Render a shape shrunk about the origin, (height, width, 4)."""
+    shrunk = mesh.with_vertices(scale * mesh.vertices)
+    return render(shrunk, view.camera, height=view.height, width=view.width)
+
+
+def fitting_scale(points: NDArray[np.float64], view: View) -> float:
+    """Return by how much points, (N, 3), must shrink about the origin to be seen whole.
+
+    As much as by a camera that steps back: 1 where all are in the image, with a little margin.
+    """
+    frame = view.camera.frame
+    across = np.stack([frame.right, frame.up], axis=1)
+    slope = _MARGIN * view.camera.half_height * np.array([view.width / view.height, 1.0])
+    # Shrunk by s, a point x off the origin to the side and z nearer is seen at the slope
+    # (s x + off) / (depth - s z), where off and depth are the origin's: at most `slope` where
+    # s (x + slope z) <= slope depth - off.
+    room = slope * -(frame.position @ frame.forward) - np.abs(frame.position @ across)
+    reach = np.abs(points @ across) - slope * (points @ frame.forward)[:, None]
+    return float((room / np.maximum(reach, room)).min(initial=1.0))
+
+
 def cloud_mesh(
-    points: ArrayLike, radius: float = _POINT_RADIUS, colors: NDArray[np.uint8] | None = None
+    points: ArrayLike, radius: float = 0.006, colors: NDArray[np.uint8] | None = None
 ) -> Mesh:
     """Turn a cloud into small octahedra, so that it can be rendered.
 
@@ -51,78 +113,54 @@ def cloud_mesh(
     return Mesh(vertices, faces, np.repeat(colors, len(_OCTAHEDRON_FACES), axis=0))
 
 
-@torch.no_grad()
 def reconstruction_figure(
     network: TemplateFfdNetwork,
     prepared: PreparedSet,
     bank: TemplateBank,
     rows: Sequence[int],
-) -> NDArray[np.uint8]:
+) -> Image.Image:
     """Draw a row per shape: input, selected template, deformed cloud, deformed mesh, truth.
 
-    All are seen by the camera that took the input, and in its size. Below the deformed mesh: the
-    Chamfer distance that training reports on its way (`template_scores`), of the cloud, x 1000.
+    Below the deformed mesh: the Chamfer distance that training reports on its way
+    (`template_scores`), of the cloud, x 1000.
 
     Args:
         network: put into evaluation mode here.
         prepared: where the shapes are.
         bank: the network's templates.
         rows: which shapes, by row of the prepared set.
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
     """
-    network.eval()
-    device = next(network.parameters()).device
-    inputs = np.stack([prepared.image(r)[..., :3] for r in rows])
-    images = torch.from_numpy(inputs).permute(0, 3, 1, 2).to(device)
-    prediction = network(images)
-    selected = prediction.template_index.tolist()
-    _, height, width, _ = prepared.image_shape
-
-    cells: list[NDArray[np.uint8]] = []
+    samples = [Sample(row) for row in rows]
+    prediction = predict(network, prepared, samples)
+    cells: list[Picture] = []
     labels: list[str] = []
-    for k, (row, t) in enumerate(zip(rows, selected, strict=True)):
-        offsets = prediction.offsets[k, t].cpu()
+    for k, sample in enumerate(samples):
+        t = int(prediction.selected[k])
+        offsets = torch.from_numpy(prediction.offsets[k, t])
         cloud = deform(bank.deformation_matrix[t], bank.control_points[t], offsets)
-        truth = torch.from_numpy(prepared.cloud(row, len(cloud)))
+        truth = torch.from_numpy(prepared.cloud(sample.row, len(cloud)))
         score = 1000 * float(chamfer_distance(cloud, truth, "mean"))
         meshes = (
             bank.meshes[t],
             cloud_mesh(cloud[:_CLOUD_POINTS].numpy()),
             bank.deformed_mesh(t, offsets),
-            prepared.mesh(row),
+            prepared.mesh(sample.row),
         )
-        cells.append(inputs[k])
-        cells += [render(mesh, prepared.camera(row), height=height, width=width) for mesh in meshes]
-        weight = float(prediction.template_weights[k, t])
-        labels += [
-            _in_lines(prepared.ids[row]),
-            f"{_in_lines(bank.ids[t])}\nweight {weight:.2f}",
-            "",
-            f"box Chamfer x 1000: {score:.1f}",
-            "",
-        ]
-    return contact_sheet(cells, len(_COLUMNS), labels, headings=_COLUMNS, font_size=_FONT)
+        cells += reconstruction_row(prepared.image(*sample), meshes, View.of(prepared, sample))
+        below = f"{_in_lines(bank.ids[t])}\nweight {prediction.weights[k, t]:.2f}"
+        name = _in_lines(prepared.ids[sample.row])
+        labels += [name, below, "", f"box Chamfer x 1000: {score:.1f}", ""]
+    return grid(cells, len(_COLUMNS), labels, _COLUMNS, _FONT)
 
 
-def template_figure(bank: TemplateBank, notes: Sequence[str] | None = None) -> NDArray[np.uint8]:
-    """Draw all templates, each with its number and id below it, and what else is to be said of it.
-
-    Args:
-        bank: T templates.
-        notes: one line for each.
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
-    """
+def template_figure(bank: TemplateBank, notes: Sequence[str] | None = None) -> Image.Image:
+    """Draw all templates, each with its number and id below it, and a note of one line, if any."""
     height, width = _CELL
     cells = [render(mesh, height=height, width=width) for mesh in bank.meshes]
     labels = [_in_lines(shape_id, f"{t + 1}  ") for t, shape_id in enumerate(bank.ids)]
     if notes is not None:
         labels = [f"{label}\n{note}" for label, note in zip(labels, notes, strict=True)]
-    columns = min(len(bank), 4 if len(bank) <= 16 else 6)
-    return contact_sheet(cells, columns, labels, font_size=_FONT)
+    return grid(cells, 4 if len(bank) <= 16 else 6, labels, font_size=_FONT)
 
 
 def _in_lines(shape_id: str, before: str = "") -> str:

@@ -10,9 +10,9 @@ from torch import Tensor
 def bernstein_basis(t: Float[Tensor, "*batch"], degree: int) -> Float[Tensor, "*batch {degree+1}"]:
     r"""Evaluate all Bernstein polynomials of one degree.
 
-    .. math:: B_{i,n}(t) = \binom{n}{i} t^i (1 - t)^{n - i}, \quad 0 \le i \le n
+    $$ B_{i,n}(t) = \binom{n}{i} t^i (1 - t)^{n - i}, \quad 0 \le i \le n $$
 
-    Built up by degree, :math:`B_{i,n} = (1 - t) B_{i,n-1} + t B_{i-1,n-1}`, which stays smooth
+    Built up by degree, $B_{i,n} = (1 - t) B_{i,n-1} + t B_{i-1,n-1}$, which stays smooth
     at t = 0 and t = 1 (powers would differentiate to 0 * inf there).
 
     Args:

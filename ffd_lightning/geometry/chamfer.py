@@ -17,8 +17,8 @@ def chamfer_distance(
 ) -> Float[Tensor, "*batch"]:
     r"""Squared Chamfer distance of each pair of clouds, both directions added.
 
-    .. math:: \lambda_c(A, B) = \sum_{a \in A} \min_{b \in B} \|a - b\|^2
-              + \sum_{b \in B} \min_{a \in A} \|b - a\|^2
+    $$ \lambda_c(A, B) = \sum_{a \in A} \min_{b \in B} \|a - b\|^2
+              + \sum_{b \in B} \min_{a \in A} \|b - a\|^2 $$
 
     Args:
         pred_points: (*batch_a, N, 3).

@@ -127,7 +127,7 @@ def fit_offsets(
 ) -> Float[Tensor, "*batch num_control_points 3"]:
     r"""Find the offsets that carry decomposed points onto targets, in the least-squares sense.
 
-    .. math:: \Delta P = (B^\top B + \rho N I)^{-1} B^\top (Y - B P)
+    $$ \Delta P = (B^\top B + \rho N I)^{-1} B^\top (Y - B P) $$
 
     Solved in float64. The ridge keeps control points without points near them at rest; plain
     least squares lets them drift by tens of box sizes.
@@ -159,7 +159,7 @@ def bending_energy(
 ) -> Float[Tensor, "*batch"]:
     r"""Return by how much offsets bend a lattice: the sum of their squared second differences.
 
-    .. math:: \sum_{a} \sum_{i} |\Delta P_{i - e_a} - 2 \Delta P_i + \Delta P_{i + e_a}|^2
+    $$ \sum_{a} \sum_{i} |\Delta P_{i - e_a} - 2 \Delta P_i + \Delta P_{i + e_a}|^2 $$
 
     over the axes a of the lattice and its control points i with neighbours on both sides along a.
     It is 0 for all offsets that are affine in the index of the control point: to move, turn,

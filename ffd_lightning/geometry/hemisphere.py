@@ -56,7 +56,7 @@ class Hemisphere(NamedTuple):
 def bounding_hemisphere(vertices: ArrayLike) -> Hemisphere:
     r"""Return the smallest hemisphere on the plane of the lowest vertex that holds all vertices.
 
-    .. math:: \min_{c \in R^2} \max_i \; |(x_i, z_i) - c|^2 + h_i^2, \quad h_i = y_i - \min_j y_j
+    $$ \min_{c \in R^2} \max_i \; |(x_i, z_i) - c|^2 + h_i^2, \quad h_i = y_i - \min_j y_j $$
 
     The minimum is unique, and at most three vertices decide it. It is found exactly: take the
     farthest vertex into a working set, solve that set by trying its singles, pairs and triples,

@@ -19,8 +19,8 @@ def deformation_jacobian(
 ) -> Float[Tensor, "*queries_batch num_points 3 3"]:
     r"""Return the Jacobian of the deformation x + B(x) dP with respect to the position x.
 
-    .. math:: J_{ij} = \delta_{ij} + \sum_m dP_{mi} \, \partial B_m / \partial x_j, \quad
-              B_{i,n}' = n \, (B_{i-1,n-1} - B_{i,n-1})
+    $$ J_{ij} = \delta_{ij} + \sum_m dP_{mi} \, \partial B_m / \partial x_j, \quad
+              B_{i,n}' = n \, (B_{i-1,n-1} - B_{i,n-1}) $$
 
     Where its determinant is below 0 the deformation turns space inside out, which is where a
     surface folds over.
@@ -76,7 +76,7 @@ def lattice_determinants(
     control_points: Float[Tensor, "*batch num_control_points 3"],
     degrees: Degrees,
 ) -> Float[Tensor, "*queries_batch num_control_points"]:
-    r"""Return :math:`\det J` at the places of the control points of lattices along the axes.
+    r"""Return $\det J$ at the places of the control points of lattices along the axes.
 
     Cheaper than `deformation_jacobian`, since all such lattices have one matrix of derivatives.
 

@@ -47,12 +47,12 @@ class Photo(PhotoVariation):
 class PhotoAugmentation:
     r"""Varies rendered images as photographs that were cut out vary.
 
-    The object is moved, blurred, eroded and partly erased together with its coverage :math:`a`;
+    The object is moved, blurred, eroded and partly erased together with its coverage $a$;
     its colours, times their coverage, go through one affine map per image, a gradient of light
-    and a tone curve. Then what a cut-out may leave of the background, of coverage :math:`m \ge a`
-    and colour :math:`b`, is laid behind it, and white behind both:
+    and a tone curve. Then what a cut-out may leave of the background, of coverage $m \ge a$
+    and colour $b$, is laid behind it, and white behind both:
 
-    .. math:: P + (m - a) b + (1 - m)
+    $$ P + (m - a) b + (1 - m) $$
 
     Convention:
         Positions are in half heights of the image, from its centre, x right, y down.

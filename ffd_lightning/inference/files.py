@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from PIL import Image
 from trimesh.exchange.obj import export_obj
 
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.figures import cloud_mesh
+from ffd_lightning.evaluation.figures import View, cloud_mesh, reconstruction_row
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.grid import grid, png
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.imaging.rendering import render
-from ffd_lightning.imaging.sheet import contact_sheet
 from ffd_lightning.inference.pieces import MeshColors, Piece, face_colors, pieces
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.inference.scenes import glb, lattice_scene, mesh_scene
@@ -128,40 +125,29 @@ def write_cloud(
     write_file(path, content)
 
 
-def preview(reconstruction: Reconstruction, view: RenderSettings) -> NDArray[np.uint8]:
+def preview(reconstruction: Reconstruction, view: RenderSettings) -> Image.Image:
     """Draw what the network saw, its template, the deformed cloud and mesh, and the parts.
 
     Args:
         reconstruction: what is drawn.
         view: size and camera of the network's own images; shapes are drawn by that camera, or from
             three quarters if there are several, and small images are enlarged.
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
     """
     surface = reconstruction.surface
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
-    cloud = cloud_mesh(points, colors=surface.face_colors[faces])
-
-    times = max(1, _PREVIEW_HEIGHT // view.height)
-    height, width, camera = times * view.height, times * view.width, view.picture_camera
-
-    def draw(mesh: Mesh) -> NDArray[np.uint8]:
-        return render(mesh, camera, height=height, width=width, samples=2)
-
-    seen = reconstruction.photo.image.repeat(times, axis=0).repeat(times, axis=1)
-    cells = {
-        "what the network saw": seen,
-        f"template ({reconstruction.weight:.2f})\n{reconstruction.template_id}": draw(
-            reconstruction.bank.meshes[reconstruction.index]
-        ),
-        "deformed cloud": draw(cloud),
-        "deformed mesh": draw(surface),
+    template = f"template ({reconstruction.weight:.2f})\n{reconstruction.template_id}"
+    meshes = {
+        template: reconstruction.bank.meshes[reconstruction.index],
+        "deformed cloud": cloud_mesh(points, colors=surface.face_colors[faces]),
+        "deformed mesh": surface,
     }
     if surface.face_parts is not None:
         parts = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
-        cells["parts"] = draw(parts)
-    return contact_sheet(list(cells.values()), len(cells), list(cells))
+        meshes["parts"] = parts
+    times = max(1, _PREVIEW_HEIGHT // view.height)
+    seen = View(view.picture_camera, times * view.height, times * view.width)
+    cells = reconstruction_row(reconstruction.photo.image, list(meshes.values()), seen)
+    return grid(cells, len(cells), ["what the network saw", *meshes])
 
 
 def record(reconstruction: Reconstruction) -> dict[str, Any]:
@@ -196,10 +182,7 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
 
 def write_preview(reconstruction: Reconstruction, path: Path, view: RenderSettings) -> None:
     """Write `preview` as PNG."""
-    image = Image.fromarray(preview(reconstruction, view))
-    buffer = io.BytesIO()
-    image.save(buffer, "PNG")
-    write_file(path, buffer.getvalue())
+    write_file(path, png(preview(reconstruction, view)))
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:

@@ -16,7 +16,7 @@ def constant(step: int) -> float:
 
 
 def exponential_annealing(step: int, annealing_steps: float) -> float:
-    r"""Return :math:`e^{-b / b_0}`, the factor of an annealed weight at step b.
+    r"""Return $e^{-b / b_0}$, the factor of an annealed weight at step b.
 
     Args:
         step: index of the step, from 0.
@@ -31,7 +31,7 @@ def exponential_annealing(step: int, annealing_steps: float) -> float:
 
 
 def linear_annealing(step: int, annealing_steps: float) -> float:
-    r"""Return :math:`\max(1 - b / b_0, 0)`, the factor of a weight that is gone after b_0 steps.
+    r"""Return $\max(1 - b / b_0, 0)$, the factor of a weight that is gone after b_0 steps.
 
     Args:
         step: index of the step, from 0.

@@ -35,8 +35,8 @@ class WeightedTerm:
 class Objective(nn.Module):
     r"""A training regime as a loss.
 
-    .. math:: \sum_{q,t} w^{(qt)} \sum_k \kappa_k(b) c_k^{(qt)} + \sum_j \kappa_j(b) \lambda_j
-              + \lambda_s
+    $$ \sum_{q,t} w^{(qt)} \sum_k \kappa_k(b) c_k^{(qt)} + \sum_j \kappa_j(b) \lambda_j
+              + \lambda_s $$
 
     Terms c give a cost of every template; the selection turns them into weights w, and may add a
     loss of its own. Terms lambda are one number. The paper's regimes have the Chamfer distance for

@@ -40,9 +40,9 @@ class WeightedCosts:
     r"""Costs count by a function of the template weights, which learn through them (the paper).
 
     Args:
-        function: `identity`, :math:`f(\gamma) = \gamma`; `log`,
-            :math:`f(\gamma) = -\log(1 - \gamma)`, whose positive curvature punishes overconfident
-            selection; or `square`, :math:`f(\gamma) = \gamma^2`.
+        function: `identity`, $f(\gamma) = \gamma$; `log`,
+            $f(\gamma) = -\log(1 - \gamma)$, whose positive curvature punishes overconfident
+            selection; or `square`, $f(\gamma) = \gamma^2$.
 
     Raises:
         ConfigError: another function.
@@ -66,9 +66,9 @@ class WeightedCosts:
 class PosteriorTaught:
     r"""Selection learns which template costs least; all templates learn.
 
-    .. math:: \pi^{(qt)} = \frac{e^{-c^{(qt)} / \tau}}{\sum_s e^{-c^{(qs)} / \tau}}, \quad
+    $$ \pi^{(qt)} = \frac{e^{-c^{(qt)} / \tau}}{\sum_s e^{-c^{(qs)} / \tau}}, \quad
               w^{(qt)} = (1 - u) \pi^{(qt)} + u / T, \quad
-              \lambda_s = -\sum_{q,t} \pi^{(qt)} \log \gamma_0^{(qt)}
+              \lambda_s = -\sum_{q,t} \pi^{(qt)} \log \gamma_0^{(qt)} $$
 
     The posterior pi says how well each template serves an image, given what it costs now. The
     logits learn it by cross entropy; costs count by w, so that no template is left behind. No
@@ -110,7 +110,7 @@ class PosteriorTaught:
 
 
 def log_weights(weights: Float[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:
-    r"""Return :math:`-\log(1 - \gamma)`, cut off where 1 - gamma is below the dtype's resolution.
+    r"""Return $-\log(1 - \gamma)$, cut off where 1 - gamma is below the dtype's resolution.
 
     >>> log_weights(torch.tensor([0.0, 0.5]))
     tensor([0.0000, 0.6931])

@@ -84,7 +84,7 @@ are trained, and buffers: a checkpoint keeps both."""
 class Chamfer:
     r"""Chamfer distance of each deformed template, a sum over points.
 
-    It is :math:`\lambda_c(s^{(q)}, \tilde s^{(qt)})`.
+    It is $\lambda_c(s^{(q)}, \tilde s^{(qt)})$.
 
     Source: the paper's equations 1 and 7.
     """
@@ -120,7 +120,7 @@ class LatticeBending:
 class LatticeFolding:
     r"""What a template's deformation turns inside out, at the places of the control points.
 
-    .. math:: \frac 1 M \sum_m \log\left(1 + \max(0, -\det J(P_m))^2\right)
+    $$ \frac 1 M \sum_m \log\left(1 + \max(0, -\det J(P_m))^2\right) $$
 
     J is the Jacobian of the deformation, see `lattice_determinants`. Whatever is not folded over
     costs nothing, however it is bent or stretched. A determinant is a product of three
@@ -139,7 +139,7 @@ class LatticeFolding:
 class NegativeEntropy:
     r"""Negative entropy of the batch's mean template weights, in nats.
 
-    .. math:: \lambda_e = \sum_t \bar\gamma^{(t)} \log \bar\gamma^{(t)}
+    $$ \lambda_e = \sum_t \bar\gamma^{(t)} \log \bar\gamma^{(t)} $$
 
     Lowest, -log T, when the batch as a whole uses all templates evenly; single queries may still
     be confident. Of a step of several accumulated batches each gives its share: the mean of their
@@ -161,7 +161,7 @@ class NegativeEntropy:
 class OffsetPenalty:
     r"""Squared norm of the offsets under the template weights.
 
-    .. math:: \lambda_r = \sum_{q,t} \gamma^{(qt)} |\Delta P^{(qt)}|^2
+    $$ \lambda_r = \sum_{q,t} \gamma^{(qt)} |\Delta P^{(qt)}|^2 $$
 
     Source: the paper's section 4.1, equation 14.
     """
@@ -176,7 +176,7 @@ class OffsetPenalty:
 class UniformPenalty:
     r"""Squared norm of the offsets of all templates alike, whatever their weights.
 
-    .. math:: \sum_{q,t} |\Delta P^{(qt)}|^2
+    $$ \sum_{q,t} |\Delta P^{(qt)}|^2 $$
 
     Source: the authors' released code; the paper weighs them, see `offset_penalty`.
     """

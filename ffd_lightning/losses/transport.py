@@ -14,9 +14,9 @@ from ffd_lightning.losses.terms import StepInput
 class SlicedWasserstein:
     r"""Sliced Wasserstein distance of each deformed template: what uneven density costs.
 
-    .. math:: 1000 \cdot \frac{3}{K N} \sum_{k=1}^{K} \sum_{i=1}^{N}
+    $$ 1000 \cdot \frac{3}{K N} \sum_{k=1}^{K} \sum_{i=1}^{N}
               \left( \langle \theta_k, s \rangle_{(i)} - \langle \theta_k, \tilde s \rangle_{(i)}
-              \right)^2
+              \right)^2 $$
 
     over K random directions and the N points of each cloud, sorted along each direction. Every
     point is carried onto one of its own, as in the Earth Mover's distance, where the Chamfer

@@ -16,7 +16,7 @@ def chamfer(
 ) -> float:
     r"""Return the mean distance to the nearest point of the other cloud, both ways added.
 
-    .. math:: \frac{1}{N} \sum_i \min_j \|a_i - b_j\|^p + \frac{1}{M} \sum_j \min_i \|b_j - a_i\|^p
+    $$ \frac{1}{N} \sum_i \min_j \|a_i - b_j\|^p + \frac{1}{M} \sum_j \min_i \|b_j - a_i\|^p $$
 
     The same mesh sampled twice does not give 0. In the paper's protocol (1,024 points, hemisphere
     of radius 3.2, squared distances) ShapeNet's meshes against themselves gave 0.0257 in the mean,

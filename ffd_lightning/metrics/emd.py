@@ -14,7 +14,7 @@ def earth_movers_distance(
 ) -> float:
     r"""Return the mean distance between points that the best one-to-one assignment pairs.
 
-    .. math:: \min_{\pi} \frac{1}{N} \sum_i \| a_i - b_{\pi(i)} \|
+    $$ \min_{\pi} \frac{1}{N} \sum_i \| a_i - b_{\pi(i)} \| $$
 
     Exact, by POT's network simplex: on clouds of shapes twice as fast as scipy's
     `linear_sum_assignment`. Time grows with about N^2.5, memory with N^2: 1,024 points take 0.1 s,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 def voxel_iou(pred: NDArray[np.bool_], target: NDArray[np.bool_]) -> float:
     r"""Return the intersection over union of two grids.
 
-    .. math:: \mathrm{IoU}(A, B) = |A \cap B| / |A \cup B|
+    $$ \mathrm{IoU}(A, B) = |A \cap B| / |A \cup B| $$
 
     Args:
         pred: (X, Y, Z) bool.

@@ -46,7 +46,7 @@ def standardize(
 ) -> Float[Tensor, "q 3 height width"]:
     r"""Give every image zero mean and unit deviation over all of its n values.
 
-    .. math:: (x - \bar x) / \max(\sigma(x), 1 / \sqrt n)
+    $$ (x - \bar x) / \max(\sigma(x), 1 / \sqrt n) $$
 
     The lower bound keeps constant images finite. The scale of the input does not matter otherwise:
     0 to 255 and 0 to 1 give the same.
@@ -97,7 +97,7 @@ class TemplateFfdNetwork(nn.Module):
         ConfigError: no template, a floor outside [0, 1], a shrink below 1, or images too small for
             the encoder.
 
-    Source: the paper's Table 1; equation 8 for the floor :math:`\epsilon_\gamma`.
+    Source: the paper's Table 1; equation 8 for the floor $\epsilon_\gamma$.
     """
 
     def __init__(

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import torch
 from lightning import Callback, LightningModule, Trainer
-from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.datamodule import FfdDataModule
@@ -23,14 +22,11 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.figures import reconstruction_figure, template_figure
 from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.imaging.grid import Picture
+from ffd_lightning.imaging.rendering import render
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.training.module import FfdModule
-from ffd_lightning.training.pictures import (
-    CLOUD_LEGEND,
-    selection_bars,
-    thumbnails,
-    write_clouds,
-)
+from ffd_lightning.training.pictures import CLOUD_LEGEND, selection_bars, write_clouds
 from ffd_lightning.training.tensorboard import tensorboard_writer, write_histogram
 
 _WARM_UP_STEPS = 5
@@ -113,7 +109,7 @@ class TemplateSelection(Callback):
     `which_template/weight_of_selected` (over the validation images).
     """
 
-    _pictures: NDArray[np.uint8] | None = None
+    _pictures: Sequence[Picture] = ()
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Write the image and the histograms."""
@@ -124,10 +120,10 @@ class TemplateSelection(Callback):
         scores = pl_module.scores
         if scores is None:  # no validation shapes
             return
-        if self._pictures is None:
-            self._pictures = thumbnails(data.bank)
+        if not self._pictures:
+            self._pictures = [render(m, height=54, width=72) for m in data.bank.meshes]
         step, shares = trainer.global_step, 100 * scores.counts / scores.counts.sum()
-        image = selection_bars(scores.counts, scores.weights.mean(0), self._pictures)
+        image = np.asarray(selection_bars(scores.counts, scores.weights.mean(0), self._pictures))
         writer.add_image("which_template/bars", image, step, dataformats="HWC")
         numbers = np.arange(len(shares) + 1) + 0.5
         write_histogram(writer, "which_template/selected", shares, numbers, step)
@@ -149,7 +145,8 @@ class ExampleImages(Callback):
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         if writer is None or trainer.global_step > 0 or not isinstance(data, FfdDataModule):
             return
-        writer.add_image("which_template/all", template_figure(data.bank), 0, dataformats="HWC")
+        figure = np.asarray(template_figure(data.bank))
+        writer.add_image("which_template/all", figure, 0, dataformats="HWC")
         images = [data.prepared.image(row)[..., :3] for row in example_rows(data, self.count)]
         if images:
             writer.add_images("worked_examples/input", np.stack(images), 0, dataformats="NHWC")
@@ -188,7 +185,7 @@ class Reconstructions(Callback):
         modes = [(part, part.training) for part in network.modules()]
         network.eval()
         if step < trainer.max_steps:
-            figure = reconstruction_figure(network, prepared, bank, rows)
+            figure = np.asarray(reconstruction_figure(network, prepared, bank, rows))
             writer.add_image("worked_examples/reconstructions", figure, step, dataformats="HWC")
         clouds = deformed_clouds(network, prepared, bank, rows)
         for part, training in modes:

@@ -8,23 +8,18 @@ import numpy as np
 import torch
 from matplotlib import colormaps
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageDraw
+from PIL import Image, ImageColor
 from torch import Tensor
 from torch.utils.tensorboard import SummaryWriter
 
-from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.nearest import nearest_neighbors
-from ffd_lightning.imaging.rendering import render
-from ffd_lightning.imaging.sheet import Line, Sheet, text_width
+from ffd_lightning.imaging.grid import Picture, grid, joined, legend, text_width, write
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import COLORS
 
-_CELL = 54, 72  # pixels, of a template
 _COLUMNS = 8  # TensorBoard shrinks pictures to some 300 pixels
-_BARS = 84  # height
-_LINE = 20
-_LARGE_FONT, _FONT = 15, 13
-_BAR_COLOR, _DOT_COLOR = COLORS[-1], COLORS[-2]
+_BARS, _FONT = 84, 14  # height of the highest bar, and of letters
+_SHARE, _WEIGHT = COLORS[-1], COLORS[-2]
 
 _FAR = 0.05  # of the box diagonal: the distance from which on points have the last colour
 _FAR_SHADE = 0.85  # plasma's end is lost on white
@@ -40,72 +35,40 @@ CLOUD_LEGEND = (
 """What the colours and places of `write_clouds` say."""
 
 
-def thumbnails(bank: TemplateBank) -> NDArray[np.uint8]:
-    """Draw templates small: (T, h, w, 3) uint8."""
-    height, width = _CELL
-    drawn = [render(mesh, height=height, width=width, samples=3) for mesh in bank.meshes]
-    return np.stack([image[..., :3] for image in drawn])
-
-
 def selection_bars(
-    counts: ArrayLike, weights: ArrayLike, pictures: NDArray[np.uint8]
-) -> NDArray[np.uint8]:
+    counts: ArrayLike, weights: ArrayLike, pictures: Sequence[Picture]
+) -> Image.Image:
     """Draw how often each template is selected, most used first, and its mean weight.
 
-    Below its bar a template has its picture and its number, which counts from 1. Eight are in a
-    row.
+    Below its bars a template has its picture, its number, which counts from 1, and its share.
 
     Args:
         counts: selections per template, (T,).
         weights: mean weight per template, (T,).
-        pictures: of the templates, (T, h, w, 3).
-
-    Returns:
-        RGB image, (H, W, 3) uint8.
+        pictures: of the templates, T of one size.
     """
     counts, weights = np.asarray(counts), np.asarray(weights, float)
     shares = counts / counts.sum()
-    height, width = pictures.shape[1:3]
-    top, row = 2 * _LINE, 2 * _LINE + _BARS + height
-    size = (_COLUMNS * width, top - (-len(counts) // _COLUMNS) * row)
-    sheet = Image.new("RGB", size, "white")
-    draw = ImageDraw.Draw(sheet)
-    lines = _headline(draw, counts)
     scale = _BARS / max(shares.max(), weights.max())
-    for place, t in enumerate(np.argsort(-counts, kind="stable")):
-        left, floor = place % _COLUMNS * width, top + place // _COLUMNS * row + row - height - _LINE
-        _bar(draw, (left, floor, width), scale * shares[t], scale * weights[t])
-        middle = left + width / 2
-        if counts[t]:
-            high = floor - scale * max(shares[t], weights[t]) - 12
-            lines.append(Line(f"{shares[t]:.0%}", middle, high, _FONT, "center"))
-        sheet.paste(Image.fromarray(pictures[t]), (left, floor))
-        below = floor + height + _LINE / 2
-        lines.append(Line(f"{t + 1}", middle, below, _FONT, "center"))
-    return Sheet(size[1], size[0], ((np.asarray(sheet), 0, 0),), tuple(lines)).draw()
-
-
-def _headline(draw: ImageDraw.ImageDraw, counts: NDArray[np.int64]) -> list[Line]:
-    """Say what came of the selections; draw what bars and dots look like, and say what they are."""
-    told = f"{(counts > 0).sum()} of {len(counts)} templates selected, "
-    told += f"effectively {effective_templates(counts):.1f}"
-    lines, x = [Line(told, 4, 10, _LARGE_FONT)], 4.0
-    for text, color in ((f"% of {counts.sum()} images", _BAR_COLOR), ("mean weight", _DOT_COLOR)):
-        draw.rectangle((x, _LINE + 8, x + 10, _LINE + 18), fill=color)
-        lines.append(Line(text, x + 16, _LINE + 13, _FONT))
-        x += 40 + text_width(text, _FONT)
-    return lines
-
-
-def _bar(draw: ImageDraw.ImageDraw, place: tuple[int, int, int], height: float, dot: float) -> None:
-    """Draw a bar, and a dot at its own height, between a left and a floor of some width."""
-    left, floor, width = place
-    draw.line((left, floor - 1, left + width, floor - 1), fill="gray")
-    if height:
-        inside, high = width // 6, max(round(height), 1)
-        draw.rectangle((left + inside, floor - high, left + width - inside, floor - 1), _BAR_COLOR)
-    x, y = left + width / 2, floor - dot
-    draw.ellipse((x - 4, y - 4, x + 4, y + 4), fill=_DOT_COLOR, outline="white")
+    order = np.argsort(-counts, kind="stable")
+    cells = []
+    for t in order:
+        height, width = pictures[t].shape[:2]
+        cell = np.full((_BARS + height, width, 3), 255, np.uint8)
+        cell[_BARS:] = pictures[t][..., :3]
+        for left, value, color in ((0.16, shares[t], _SHARE), (0.5, weights[t], _WEIGHT)):
+            columns = slice(round(left * width), round((left + 0.34) * width))
+            cell[_BARS - round(scale * value) : _BARS, columns] = ImageColor.getrgb(color)
+        cells.append(cell)
+    labels = [f"{t + 1}: {shares[t]:.0%}" for t in order]
+    bars = grid(cells, _COLUMNS, labels, font_size=_FONT)
+    words = f"{(counts > 0).sum()} of {len(counts)} templates selected, "
+    words += f"effectively {effective_templates(counts):.1f}"
+    head = Image.new("RGB", (max(bars.width, 8 + round(text_width(words, _FONT))), 24), "white")
+    write(head, words, 4, 12, _FONT)
+    colors = {f"% of {counts.sum()} images": _SHARE, "mean weight": _WEIGHT}
+    entries = {word: ImageColor.getrgb(color) for word, color in colors.items()}
+    return joined([head, legend(entries, head.width, _FONT), bars])
 
 
 def distance_colors(a: Tensor, b: Tensor) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

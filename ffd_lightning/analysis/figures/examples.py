@@ -1,18 +1,16 @@
-"""Choosing the images that the paper's figures show, and what runs make of them."""
+"""Test images, and what runs make of them: what figures and the report show."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
-from PIL import Image
 
-from ffd_lightning.analysis.figures.drawing import Picture, View
 from ffd_lightning.analysis.runs import (
     described_protocol,
     evaluate_command,
@@ -21,34 +19,20 @@ from ffd_lightning.analysis.runs import (
 )
 from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
+from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.run_folder import RunFolder
 
 PICKS = ("spread", "best", "median", "worst", "random")
 """Which test images to show, of those sorted by their scores: `spread` takes them evenly from the
 best to the worst; `random` needs no scores."""
 
-
-@dataclass(frozen=True)
-class Choice:
-    """Which images a figure shows.
-
-    Attributes:
-        models: ids of shapes, whose first images are shown; by `pick` where there are none.
-        number: images at most, of `pick`.
-        pick: one of `PICKS`.
-        protocol: whose scores decide; that of each run's training where it is None.
-        seed: of random choice.
-    """
-
-    models: tuple[str, ...] = ()
-    number: int = 6
-    pick: str = "spread"
-    protocol: str | None = None
-    seed: int = 0
+Query = tuple[str, int]
+"""A shape's id, and which of its images."""
 
 
 @dataclass(frozen=True)
@@ -60,31 +44,51 @@ class Example:
         sample: the image.
         weights: of the templates, (T,).
         offsets: of their control points, (T, M, 3).
-        score: of the selected template, in words; "" where the image was not evaluated.
-        definition: of the score, with its unit and points.
+        scores: its row of `samples.csv`; {} where it was not evaluated.
+        protocol: of the scores.
     """
 
     run: OpenRun
     sample: Sample
     weights: NDArray[np.float32]
     offsets: NDArray[np.float32]
-    score: str
-    definition: str
+    scores: Mapping[str, Any] = field(default_factory=dict)
+    protocol: ProtocolDescription | None = None
 
     @property
     def name(self) -> str:
-        """The model's id, the view where it is not the first, and whether it is no test model."""
+        """The shape's id, the view where it is not the first, and whether it is no test shape."""
         data = self.run.data
-        model = data.prepared.ids[self.sample.row]
+        shape_id = data.prepared.ids[self.sample.row]
         view = f", view {self.sample.view}" if self.sample.view else ""
-        if model in data.bank.ids:
-            return f"{model}{view}\n(a template)"
-        return f"{model}{view}" + ("\n(trained on)" if model in data.split.train else "")
+        if shape_id in data.bank.ids:
+            return f"{shape_id}{view}\n(a template)"
+        return f"{shape_id}{view}" + ("\n(trained on)" if shape_id in data.split.train else "")
+
+    @property
+    def score(self) -> str:
+        """The main score in words; "" where there is none."""
+        if self.protocol is None or not self.scores:
+            return ""
+        measure = self.protocol.main_measure
+        return score_text(measure, self.scores[measure.name])
+
+    @property
+    def definition(self) -> str:
+        """What the main score is, with its unit and points; "" where there is none."""
+        return (
+            "" if self.protocol is None else measure_note(self.protocol.main_measure, self.protocol)
+        )
 
     @property
     def truth(self) -> PreparedShape:
-        """The model itself."""
+        """The true shape."""
         return PreparedShape(self.run.data.prepared, self.sample.row)
+
+    @property
+    def image(self) -> Picture:
+        """What the network saw."""
+        return self.run.data.prepared.image(*self.sample)
 
     def ranked(self, rank: int = 0) -> int:
         """Return the template of the greatest weight, or of the `rank`-th after it."""
@@ -101,149 +105,128 @@ class Example:
 
     def view(self, width: int) -> View:
         """Return the camera that took the image, for pictures of this width."""
-        prepared = self.run.data.prepared
-        _, rows, columns, _ = prepared.image_shape
-        return View(prepared.camera(*self.sample), round(width * rows / columns), width)
-
-    def image(self, view: View) -> Picture:
-        """Return what the network saw, in the size of a view."""
-        seen = Image.fromarray(self.run.data.prepared.image(*self.sample)[..., :3])
-        return np.asarray(seen.resize((view.width, view.height), Image.Resampling.LANCZOS))
+        return View.of(self.run.data.prepared, self.sample, width)
 
 
-class _Scores(NamedTuple):
-    """A run's samples under a protocol."""
-
-    table: pd.DataFrame
-    protocol: ProtocolDescription
-
-    @property
-    def definition(self) -> str:
-        """What the main measure is, with its unit and points."""
-        measure = self.protocol.main_measure
-        return measure_note(measure, self.protocol)
-
-
-def collect(runs: Sequence[RunFolder], choice: Choice, open_run: RunOpener) -> list[list[Example]]:
+def collect(
+    runs: Sequence[RunFolder],
+    open_run: RunOpener,
+    models: Sequence[str] = (),
+    number: int = 6,
+    pick: str = "spread",
+    protocol: str | None = None,
+    seed: int = 0,
+) -> list[list[Example]]:
     """Choose images of each run and predict them.
 
     Runs that have the first run's images among their test images show the same ones, so that they
     can be compared; others choose their own.
 
     Args:
-        runs: with their checkpoints.
-        choice: which images.
-        open_run: opens a run.
-
-    Returns:
-        The examples of each run.
+        runs: that are shown.
+        open_run: opens one.
+        models: ids of shapes, whose first images are shown; by `pick` where there are none.
+        number: images at most, of `pick`.
+        pick: one of `PICKS`.
+        protocol: whose scores decide; that of each run's training where it is None.
+        seed: of random choice.
 
     Raises:
-        ConfigError: no run, no checkpoint, or nothing to show.
-        DataError: data that is missing, a model that is not in it, or a run whose scores are needed
-            and not there, or of other weights.
+        ConfigError: an unknown `pick`.
+        DataError: a shape that is not in the data, or a run whose scores are needed and not there,
+            or of other weights.
     """
-    if choice.number < 1:
-        raise ConfigError(f"number={choice.number}: at least one image must be shown")
-    if choice.pick not in PICKS:
-        raise ConfigError(f"pick={choice.pick}: choose one of {', '.join(PICKS)}")
+    if pick not in PICKS:
+        raise ConfigError(f"pick={pick}: choose one of {', '.join(PICKS)}")
     result: list[list[Example]] = []
-    first: list[tuple[str, int]] = []
+    first: list[Query] = []
     for run in runs:
-        opened = open_run(run)
-        name = choice.protocol or own_protocol(run)
-        scores = _scores(run, name)
-        if choice.models:
-            images = [(model, 0) for model in choice.models]
-        elif first and {model for model, _ in first} <= set(opened.data.split.test):
-            images = first
-        elif choice.pick == "random":
-            images = _random(opened, choice)
-        elif scores is None:
+        opened, name = open_run(run), protocol or own_protocol(run)
+        described = described_protocol(run, name)
+        evaluated = described and (run.evaluation(name) / "samples.csv").is_file()
+        samples = load_samples([run], name) if evaluated else None
+        test = sorted(opened.data.split.test)
+        if models:
+            queries = [(model, 0) for model in models]
+        elif first and {model for model, _ in first} <= set(test):
+            queries = first
+        elif pick == "random":
+            rng = np.random.default_rng(seed)
+            drawn = rng.choice(len(test), min(number, len(test)), replace=False)
+            queries = [(test[k], 0) for k in sorted(drawn)]
+        elif samples is None or described is None:
             raise DataError(
                 f"{run.path} has not been evaluated under protocol {name}, so there are no scores "
                 f"to choose by: {evaluate_command(run.path, name)}, or choose with "
                 "pick=random or models=[ID,ID]"
             )
         else:
-            measure = scores.protocol.main_measure
-            images = pick_images(scores.table, measure, choice.pick, choice.number)
-        first = first or images
-        result.append(_examples(opened, images, scores))
+            queries = picked(in_order(samples, described.main_measure), pick, number)
+        first = first or queries
+        result.append(reconstruct(opened, queries, samples, described))
     return result
 
 
-def pick_images(
-    table: pd.DataFrame, measure: Measure, pick: str, number: int
-) -> list[tuple[str, int]]:
-    """Return the ids and views of images, the better first, but for `worst`.
+def in_order(samples: pd.DataFrame, measure: Measure) -> list[Query]:
+    """Return the images that all runs were tested on, the best by their mean score first."""
+    scores = samples.pivot(index=["id", "view"], columns="run", values=measure.name).dropna()
+    sign = -1 if measure.higher_is_better else 1
+    # Of equals the first by id leads.
+    return (sign * scores.mean(axis=1)).sort_index().sort_values(kind="stable").index.tolist()
 
-    Args:
-        table: of one run, with `id`, `view` and the measure; of equal scores the first by id leads.
-        measure: that orders the images.
-        pick: which of them, not `random`.
-        number: at most; all where there are fewer.
-    """
-    order = table.sort_values(["id", "view"]).sort_values(
-        measure.name, ascending=not measure.higher_is_better, kind="stable"
-    )
+
+def picked(order: Sequence[Query], pick: str, number: int) -> list[Query]:
+    """Return images of a list that begins with the best: at most so many, by one of `PICKS`."""
     count = len(order)
     number = min(number, count)
-    if pick == "spread" and number > 1:
-        places = np.linspace(0, count - 1, number).round().astype(int)
-    elif pick == "worst":
-        places = np.arange(count)[::-1][:number]
-    elif pick == "best":
-        places = np.arange(number)
-    else:
-        places = (count - number) // 2 + np.arange(number)
-    chosen = order.iloc[places]
-    return [(str(i), int(view)) for i, view in zip(chosen["id"], chosen["view"], strict=True)]
+    middle = (count - number) // 2
+    places = {
+        "spread": np.linspace(0, count - 1, number).round().astype(int) if number > 1 else [middle],
+        "best": range(number),
+        "median": range(middle, middle + number),
+        "worst": range(count - 1, count - 1 - number, -1),
+    }[pick]
+    return [order[place] for place in places]
 
 
-def _scores(run: RunFolder, name: str) -> _Scores | None:
-    """Return a run's scores under a protocol, None where it was not evaluated under it."""
-    protocol = described_protocol(run, name)
-    if protocol is None or not (run.evaluation(name) / "samples.csv").is_file():
-        return None
-    return _Scores(load_samples([run], name), protocol)
-
-
-def _random(opened: OpenRun, choice: Choice) -> list[tuple[str, int]]:
-    """Return the first views of some test shapes, in the order of their ids."""
-    test = sorted(opened.data.split.test)
-    number = min(choice.number, len(test))
-    drawn = np.random.default_rng(choice.seed).choice(len(test), number, replace=False)
-    return [(test[k], 0) for k in sorted(drawn)]
-
-
-def _examples(
-    opened: OpenRun, images: Sequence[tuple[str, int]], scores: _Scores | None
+def reconstruct(
+    run: OpenRun,
+    queries: Sequence[Query],
+    samples: pd.DataFrame | None = None,
+    protocol: ProtocolDescription | None = None,
 ) -> list[Example]:
-    """Predict images, and look up their scores."""
-    data, path = opened.data, opened.folder.path
-    for model, _ in images:
-        if model not in data.prepared.ids:
-            close = difflib.get_close_matches(model, data.prepared.ids, 3)
+    """Return what a run makes of images.
+
+    Args:
+        run: with the weights that its samples are of.
+        queries: which images.
+        samples: of the run, with the scores of images that were evaluated.
+        protocol: of the scores.
+
+    Raises:
+        DataError: a shape that is not in the data, or samples of other weights.
+    """
+    data, path = run.data, run.folder.path
+    for shape_id, _ in queries:
+        if shape_id not in data.prepared.ids:
+            close = difflib.get_close_matches(shape_id, data.prepared.ids, 3)
             hint = f"; close to it: {', '.join(close)}" if close else ""
-            raise DataError(f"there is no shape {model!r} in the data of {path}{hint}")
-    samples = [Sample(data.prepared.index(model), view) for model, view in images]
-    prediction = predict(opened.network, data.prepared, samples)
-    known = {} if scores is None else scores.table.set_index(["id", "view"]).to_dict("index")
+            raise DataError(f"there is no shape {shape_id!r} in the data of {path}{hint}")
+    images = [Sample(data.prepared.index(shape_id), view) for shape_id, view in queries]
+    prediction = predict(run.network, data.prepared, images)
+    scores: dict[Query, Any] = {}
+    if samples is not None:
+        scores = samples.set_index(["id", "view"], drop=False).to_dict("index")
     result = []
-    for k, image in enumerate(images):
-        score = definition = ""
-        if scores is not None and (row := known.get(image)):
-            selected = data.bank.ids[int(prediction.selected[k])]
-            if row["template"] != selected:
-                raise DataError(
-                    f"the checkpoint of {path} selects template {selected} for {image[0]}, "
-                    f"samples.csv says {row['template']}: evaluate the run again (ffd evaluate)"
-                )
-            measure, definition = scores.protocol.main_measure, scores.definition
-            score = score_text(measure, row[measure.name])
+    for k, query in enumerate(queries):
+        row, selected = scores.get(query, {}), data.bank.ids[int(prediction.selected[k])]
+        if row and row["template"] != selected:
+            raise DataError(
+                f"the checkpoint of {path} selects template {selected} for {query[0]}, "
+                f"samples.csv says {row['template']}: evaluate the run again (ffd evaluate)"
+            )
         weights, offsets = prediction.weights[k], prediction.offsets[k]
-        result.append(Example(opened, samples[k], weights, offsets, score, definition))
+        result.append(Example(run, images[k], weights, offsets, row, protocol))
     return result
 
 

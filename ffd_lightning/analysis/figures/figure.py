@@ -1,89 +1,84 @@
-"""The paper's qualitative figures, of any run, and what to say below them."""
+"""A figure of the paper, of any run, and what to say below it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 
-from ffd_lightning.analysis.figures import sheets
-from ffd_lightning.analysis.figures.examples import Choice, Example
-from ffd_lightning.analysis.figures.method import method
+from PIL import Image
+
+from ffd_lightning.analysis.figures.examples import Example
+from ffd_lightning.analysis.figures.sheets import FIGURES
 from ffd_lightning.analysis.runs import COLUMN_KEYS, select
-from ffd_lightning.imaging.sheet import Sheet, lay_out, stacked
+from ffd_lightning.evaluation.figures import reconstruction_row
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.grid import Picture, grid, joined, legend
 from ffd_lightning.palette import regime_title
-
-_OF_TEMPLATES = {"method": method, "candidates": sheets.candidates}
-FIGURES: dict[str, Callable[[Sequence[Example], int], Sheet]] = {
-    "method": method,
-    "overview": sheets.overview,
-    "subdivision": sheets.subdivision,
-    "voxels": sheets.voxels,
-    "labels": sheets.labels,
-    "candidates": sheets.candidates,
-}
-
-_PAPER = "1,024 points, in units of the hemisphere of radius 3.2 around the truth"
-_CAPTIONS = {
-    "method": "Input image; the templates of the greatest weights; the selected one in its lattice "
-    "of control points, with orange lines to where each is moved; lattice and mesh deformed "
-    "(lattices that reach far are drawn smaller, and cut off); the deformed mesh alone; the true "
-    "mesh.",
-    "overview": "Input image, selected template (and its weight), the template deformed: its "
-    "cloud, its voxels (32^3) and its subdivided mesh; the true mesh.",
-    "subdivision": "Input image; the selected template's mesh, the same deformed; the mesh with "
-    "its edges subdivided, the same deformed by the same offsets; the true mesh.",
-    "voxels": "Input image; deformed mesh; true mesh; their voxels (32^3, conservative and filled, "
-    "as in protocol paper): grey in both, orange only in the truth, blue only in the prediction.",
-    "labels": "Input image; the selected template's cloud by its parts; cloud and mesh deformed, "
-    "with the template's parts; the true mesh by its own. Part IoU: protocol parts.",
-    "candidates": "Input image and true mesh; the templates of the greatest weights, above as they "
-    f"are, below deformed. Chamfer distance and IoU of protocol paper ({_PAPER}; 32^3 voxels).",
-}
 
 
 def paper_figure(
-    name: str,
-    runs: Sequence[Sequence[Example]],
-    size: int = sheets.SIZE,
-    templates: int = sheets.CANDIDATES,
-) -> Sheet:
+    name: str, runs: Sequence[Sequence[Example]], size: int = 320, templates: int = 4
+) -> Image.Image:
     """Draw one of the paper's figures.
 
     Args:
         name: a key of `FIGURES`.
-        runs: examples of each run, as `collect` gives them; shown side by side, or for `method`
-            below each other.
-        size: width of a cell in pixels.
+        runs: examples of each run, as `collect` gives them; shown side by side, or for `method`,
+            which is wide, below each other.
+        size: width of a cell in pixels; its height follows from the shape of the input images.
         templates: of each image, in `method` and `candidates`.
 
     Raises:
         DataError: `labels` of data without part labels.
     """
-    draw = FIGURES[name]
-    if name in _OF_TEMPLATES:
-        draw = partial(_OF_TEMPLATES[name], count=templates)
-    pictures = [draw(examples, size) for examples in runs]
+    pictures = [_of_run(name, examples, size, templates) for examples in runs]
     if len(pictures) == 1:
         return pictures[0]
-    titles, font_size = [_title(examples[0]) for examples in runs], round(size / 16)
-    if name == "method":  # it is too wide for others beside it
-        titled = zip(pictures, titles, strict=True)
-        return stacked(
-            [lay_out([p], 1, headings=[title], font_size=font_size) for p, title in titled]
+    font_size = round(size / 16)
+    titled = [
+        grid([picture], 1, headings=[_title(examples[0])], font_size=font_size)
+        for picture, examples in zip(pictures, runs, strict=True)
+    ]
+    return joined(titled, across=name != "method")
+
+
+def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -> Image.Image:
+    figure, count = FIGURES[name], min(templates, len(examples[0].weights))
+    pictures: list[Picture] = []
+    labels: list[str] = []
+    for example in examples:
+        view = example.view(size)
+        cells = figure.cells(example, view, count)
+        shapes = [(cell.content, cell.camera) for cell in cells if isinstance(cell.content, Mesh)]
+        meshes, cameras = zip(*shapes, strict=True)
+        seen = reconstruction_row(
+            example.image, meshes, view, [camera or view.camera for camera in cameras]
         )
-    return lay_out(pictures, len(pictures), headings=titles, font_size=font_size)
+        drawn = iter(seen[1:])
+        pictures.append(seen[0])
+        pictures += [next(drawn) if isinstance(c.content, Mesh) else c.content for c in cells]
+        labels += [example.name, *(cell.label for cell in cells)]
+    headings = ["input", *(cell.heading for cell in cells if cell.heading)]
+    font_size = max(10, round(size / 17))
+    sheet = grid(pictures, len(headings), labels, headings, font_size)
+    if figure.legend is None:
+        return sheet
+    return joined([sheet, legend(figure.legend(examples), sheet.width, font_size)])
 
 
-def caption(name: str, runs: Sequence[Sequence[Example]], choice: Choice) -> str:
-    """Return what a figure shows, in words; see `paper_figure`."""
-    first = runs[0][0]
-    count = len(runs[0])
+def caption(name: str, runs: Sequence[Sequence[Example]], pick: str | None = None) -> str:
+    """Return what a figure shows, in words; see `paper_figure`.
+
+    Args:
+        name: a key of `FIGURES`.
+        runs: examples of each run.
+        pick: how they were chosen from the test images, if they were.
+    """
+    first, count = runs[0][0], len(runs[0])
     which = f"{count} image{'s' if count > 1 else ''}"
-    if not choice.models:
-        which += f" of {len(first.run.data.split.test)} for testing ({choice.pick})"
-    shows_score = name in ("method", "overview") and first.score
-    scored = f" {first.definition}." if shows_score else ""
-    return f"{_CAPTIONS[name]} {which}.{scored}"
+    if pick is not None:
+        which += f" of {len(first.run.data.split.test)} for testing ({pick})"
+    scored = f" {first.definition}." if FIGURES[name].scored and first.score else ""
+    return f"{FIGURES[name].caption} {which}.{scored}"
 
 
 def _title(example: Example) -> str:

@@ -1,40 +1,38 @@
-"""The paper's qualitative figures: each from examples of one run to a picture."""
+"""The paper's qualitative figures: what each shows beside an image, and in words."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import torch
 from numpy.typing import NDArray
 
 from ffd_lightning.analysis.figures.drawing import (
-    Color,
-    draw_row,
-    legend,
+    bars,
     painted,
     rgba,
+    united,
     voxel_mesh,
     with_bars,
     with_rims,
 )
 from ffd_lightning.analysis.figures.examples import Example, score_text
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.figures import cloud_mesh
+from ffd_lightning.evaluation.figures import View, cloud_mesh, draw, fitting_scale
 from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
 from ffd_lightning.evaluation.samples import score_sample
 from ffd_lightning.evaluation.shapes import Shape
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
+from ffd_lightning.geometry.lattice import Degrees, lattice_edges
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
-from ffd_lightning.imaging.sheet import Picture, Sheet, lay_out, stacked
+from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.grid import Color, Picture
 from ffd_lightning.metrics.iou import voxel_iou
 from ffd_lightning.palette import part_colors
-
-SIZE = 320
-"""Width of a cell in pixels; its height follows from the shape of the input images."""
-CANDIDATES = 4
 
 TEMPLATE: Color = (172, 172, 172)
 DEFORMED: Color = (92, 142, 200)
@@ -42,193 +40,217 @@ CLOUD: Color = (40, 88, 152)
 TRUTH: Color = (216, 172, 104)
 FACE: Color = (222, 230, 240)
 EDGE: Color = (24, 28, 40)
+LATTICE: Color = (110, 116, 132)
+POINT: Color = (30, 34, 46)
+OFFSET: Color = (230, 120, 0)
 AGREEMENT: dict[str, Color] = {
     "in both": (170, 170, 170),
     "only in the truth (false negative)": (230, 120, 0),
     "only in the prediction (false positive)": (0, 114, 178),
 }
-_BAR = 0.0025  # half the thickness of an edge
+
+_EDGE_RADIUS, _LINE_RADIUS, _OFFSET_RADIUS, _POINT_RADIUS = 0.0025, 0.0035, 0.004, 0.011
+_RIM, _RIM_SHADE = 0.05, 0.11
+_HIDDEN = 0.3  # how much of a line is seen through the mesh in front of it
+_SMALLEST = 0.6  # of the other pictures' scale: no further do those of wide lattices shrink
 _CLOUD_POINTS = 4096
 _PAPER = PaperProtocol()
 
-Rows = list[tuple[list[Picture], list[str]]]
+
+class Cell(NamedTuple):
+    """A picture of a figure, or a shape to draw beside the input image.
+
+    Attributes:
+        heading: of its column; "" in a further row.
+        content: a shape, or a picture.
+        label: below it.
+        camera: that sees the shape, where it is not the input's.
+    """
+
+    heading: str
+    content: Mesh | Picture
+    label: str = ""
+    camera: Camera | None = None
 
 
-def overview(examples: Sequence[Example], size: int = SIZE) -> Sheet:
-    """Draw a row per image: it, the template, that deformed as cloud, voxels, mesh, and the truth.
+def method(example: Example, view: View, count: int) -> list[Cell]:
+    """Draw the templates, the first in its lattice, both moved, the mesh and the truth.
+
+    Source: the paper's figure 1.
+    """
+    bank, index = example.run.data.bank, example.ranked()
+    before = bank.control_points[index].double().numpy()
+    after = before + example.offsets[index]
+    still = painted(example.template().mesh(), TEMPLATE)
+    moved = painted(example.deformed().mesh(), DEFORMED)
+    offsets = bars(np.stack([before, after], axis=1), _OFFSET_RADIUS, OFFSET)
+    first, second = (lattice_mesh(points, bank.degrees) for points in (before, after))
+    first = united([first, offsets])
+    own = _scale([still, moved], view)
+    scale = max(_scale([still, moved, first, second], view), _SMALLEST * own)
+    number = " x ".join(str(degree + 1) for degree in bank.degrees)
+    return [
+        *(_template(example, rank, f"template {rank + 1}") for rank in range(count)),
+        Cell("template in its lattice", with_lattice(still, first, view, scale), bank.ids[index]),
+        Cell(
+            "deformed lattice",
+            with_lattice(moved, second, view, scale),
+            f"{number} control points",
+        ),
+        Cell("deformed mesh", moved, example.score),
+        _truth(example),
+    ]
+
+
+def lattice_mesh(points: NDArray[np.float64], degrees: Degrees) -> Mesh:
+    """Return control points, (M, 3), as dots, and lines between neighbours."""
+    dots = cloud_mesh(points, _POINT_RADIUS, rgba([POINT] * len(points)))
+    return united([dots, bars(points[lattice_edges(degrees)], _LINE_RADIUS, LATTICE)])
+
+
+def with_lattice(mesh: Mesh, lattice: Mesh, view: View, scale: float) -> Picture:
+    """Draw a mesh in its lattice: what of this is behind the mesh is seen faintly through it."""
+    whole = draw(united([mesh, lattice]), view, scale)[..., :3].astype(float)
+    alone = draw(lattice, view, scale).astype(float)
+    # Where the lattice is in front the two are the same, and the mixture is, too.
+    share = alone[..., 3:] / 255
+    mixed = (1 - _HIDDEN * share) * whole + _HIDDEN * (alone[..., :3] - 255 * (1 - share))
+    return np.round(mixed).clip(0, 255).astype(np.uint8)
+
+
+def _scale(meshes: Sequence[Mesh], view: View) -> float:
+    return min(fitting_scale(mesh.used_vertices(), view) for mesh in meshes)
+
+
+def overview(example: Example, view: View, count: int) -> list[Cell]:
+    """Draw the template, that deformed as cloud, voxels and mesh, and the truth.
 
     Source: the paper's figure 3.
-
-    Args:
-        examples: of one run, at least one.
-        size: width of a cell in pixels.
     """
-    rows: Rows = []
-    for example in examples:
-        view, shape = example.view(size), example.deformed()
-        meshes = [
-            painted(example.template().mesh(), TEMPLATE),
-            _cloud(shape),
-            voxel_mesh(_voxels(shape).astype(int), [DEFORMED]),
-            painted(shape.mesh(), DEFORMED),
-            painted(example.truth.mesh(), TRUTH),
-        ]
-        labels = [example.name, template_label(example), "", "", example.score, ""]
-        rows.append(([example.image(view), *draw_row(meshes, view)], labels))
-    names = ["template", "deformed cloud", "deformed voxels", "deformed mesh", "ground truth"]
-    return _sheet(rows, ["input", *names], size)
+    shape = example.deformed()
+    points = shape.labelled_points().points[:_CLOUD_POINTS]
+    return [
+        _template(example),
+        Cell("deformed cloud", cloud_mesh(points, colors=rgba([CLOUD] * len(points)))),
+        Cell("deformed voxels", voxel_mesh(_voxels(shape).astype(int), [DEFORMED])),
+        Cell("deformed mesh", painted(shape.mesh(), DEFORMED), example.score),
+        _truth(example),
+    ]
 
 
-def subdivision(examples: Sequence[Example], size: int = SIZE) -> Sheet:
-    """Draw a row per image: the template's mesh as it is and with short edges, both also deformed.
+def subdivision(example: Example, view: View, count: int) -> list[Cell]:
+    """Draw the template's mesh as it is and with short edges, both also deformed, and the truth.
 
     A mesh bends only at its vertices: long edges stay straight, whatever the deformation.
 
-    Source: the paper's figure 2. Arguments and result are those of `overview`.
+    Source: the paper's figure 2.
     """
-    rows: Rows = []
-    for example in examples:
-        view, index, bank = example.view(size), example.ranked(), example.run.data.bank
-        coarse, fine = bank.meshes[index], bank.subdivided(index)[0]
-        meshes = [
-            with_bars(painted((coarse.vertices, coarse.faces), FACE), _BAR, EDGE),
-            with_bars(painted((_deformed_vertices(example), coarse.faces), FACE), _BAR, EDGE),
-            with_rims(painted((fine.vertices, fine.faces), FACE), EDGE),
-            with_rims(painted(example.deformed().mesh(), FACE), EDGE),
-            painted(example.truth.mesh(), TRUTH),
-        ]
-        counts = [f"{len(m.vertices):,} vertices\n{len(m.faces):,} faces" for m in (coarse, fine)]
-        before, after = (
-            f"{bank.ids[index]}\n{counts[0]}",
-            f"edges ≤ {bank.max_edge:g}\n{counts[1]}",
-        )
-        cells = [example.image(view), *draw_row(meshes, view)]
-        rows.append((cells, [example.name, before, "", after, "", ""]))
-    names = ["template", "deformed", "subdivided", "subdivided, deformed", "ground truth"]
-    return _sheet(rows, ["input", *names], size)
+    bank, index = example.run.data.bank, example.ranked()
+    coarse, fine = bank.meshes[index], bank.subdivided(index)[0]
+    matrix = deformation_matrix(torch.from_numpy(coarse.vertices), bank.lattices[index])
+    offsets = torch.from_numpy(example.offsets[index]).double()
+    moved = deform(matrix, bank.control_points[index].double(), offsets).numpy()
+
+    def barred(vertices: NDArray[np.float64]) -> Mesh:
+        return with_bars(painted((vertices, coarse.faces), FACE), _EDGE_RADIUS, EDGE)
+
+    def rimmed(surface: tuple[NDArray[np.float64], NDArray[np.int64]]) -> Mesh:
+        return with_rims(painted(surface, FACE), _RIM, _RIM_SHADE)
+
+    counts = [f"{len(m.vertices):,} vertices\n{len(m.faces):,} faces" for m in (coarse, fine)]
+    edges = f"edges ≤ {bank.max_edge:g}\n{counts[1]}"
+    return [
+        Cell("template", barred(coarse.vertices), f"{bank.ids[index]}\n{counts[0]}"),
+        Cell("deformed", barred(moved)),
+        Cell("subdivided", rimmed((fine.vertices, fine.faces)), edges),
+        Cell("subdivided, deformed", rimmed(example.deformed().mesh())),
+        _truth(example),
+    ]
 
 
-def voxels(examples: Sequence[Example], size: int = SIZE) -> Sheet:
-    """Draw a row per image: it, the reconstruction, the truth, and how their voxels agree.
+def voxels(example: Example, view: View, count: int) -> list[Cell]:
+    """Draw the reconstruction, the truth, and how their voxels agree, as protocol paper has them.
 
-    Voxels and IoU are those of protocol paper.
-
-    Source: the paper's figure 4. Arguments and result are those of `overview`.
+    Source: the paper's figure 4.
     """
-    rows: Rows = []
-    for example in examples:
-        view, shape, truth = example.view(size), example.deformed(), example.truth
-        kinds, iou = voxel_agreement(_voxels(shape), _voxels(truth))
-        cubes = voxel_mesh(kinds, list(AGREEMENT.values()))
-        meshes = [painted(shape.mesh(), DEFORMED), painted(truth.mesh(), TRUTH), cubes, cubes]
-        behind = replace(view.camera, azimuth=(view.camera.azimuth + 180) % 360)
-        cells = draw_row(meshes, view, [view.camera] * 3 + [behind])
-        labels = [
-            example.name,
-            template_label(example),
-            "",
-            score_text(_PAPER.measures[-1], iou),
-            "",
-        ]
-        rows.append(([example.image(view), *cells], labels))
-    names = ["deformed mesh", "ground truth", "voxels", "voxels from behind"]
-    sheet = _sheet(rows, ["input", *names], size)
-    return stacked([sheet, legend(list(AGREEMENT.items()), sheet.width, font_size(size))])
-
-
-def voxel_agreement(
-    predicted: NDArray[np.bool_], true: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], float]:
-    """Return the kind of each voxel and the intersection over union.
-
-    Args:
-        predicted: (R, R, R).
-        true: (R, R, R).
-
-    Returns:
-        (R, R, R): 0 in neither, 1 in both, 2 only in the truth, 3 only predicted; and the IoU.
-    """
+    shape = example.deformed()
+    predicted, true = _voxels(shape), _voxels(example.truth)
     kinds = np.where(predicted, np.where(true, 1, 3), np.where(true, 2, 0))
-    return kinds, voxel_iou(predicted, true)
+    cubes = voxel_mesh(kinds, list(AGREEMENT.values()))
+    behind = replace(view.camera, azimuth=(view.camera.azimuth + 180) % 360)
+    return [
+        Cell("deformed mesh", painted(shape.mesh(), DEFORMED), _template(example).label),
+        _truth(example),
+        Cell("voxels", cubes, score_text(_PAPER.measures[-1], voxel_iou(predicted, true))),
+        Cell("voxels from behind", cubes, camera=behind),
+    ]
 
 
-def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDIDATES) -> Sheet:
-    """Draw two rows per image: it and the templates of the greatest weights; these deformed.
+def _voxels(shape: Shape) -> NDArray[np.bool_]:
+    """Return the voxels that protocol paper compares, (R, R, R)."""
+    return voxelize(*shape.mesh(), _PAPER.resolution, half_size=_PAPER.half_size)
+
+
+def candidates(example: Example, view: View, count: int) -> list[Cell]:
+    """Draw the templates of the greatest weights; below these the truth and each deformed.
 
     Chamfer distance and IoU are those of protocol paper, with seed 0.
-
-    Args:
-        examples: of one run, at least one.
-        size: width of a cell in pixels.
-        count: templates at most.
     """
-    rows: Rows = []
-    ranks = range(min(count, len(examples[0].weights)))
-    for example in examples:
-        view = example.view(size)
-        shapes: dict[str, Shape] = {str(rank): example.deformed(rank) for rank in ranks}
-        scores = score_sample(_PAPER, example.run.data.prepared, example.sample.row, shapes, 0)
-        drawn = draw_row(
-            [painted(example.template(rank).mesh(), TEMPLATE) for rank in ranks]
-            + [painted(example.truth.mesh(), TRUTH)]
-            + [painted(shape.mesh(), DEFORMED) for shape in shapes.values()],
-            view,
-        )
-        above = [example.name, *(template_label(example, rank) for rank in ranks)]
-        below = ["ground truth"]
-        for rank in ranks:
-            shown = (_PAPER.measures[0], _PAPER.measures[-1])
-            below.append("\n".join(score_text(m, scores[f"{rank}_{m.name}"]) for m in shown))
-        rows.append(([example.image(view), *drawn[: len(ranks)]], above))
-        rows.append((drawn[len(ranks) :], below))
-    return _sheet(rows, ["input", *(f"template {rank + 1}" for rank in ranks)], size)
+    shapes: dict[str, Shape] = {str(rank): example.deformed(rank) for rank in range(count)}
+    row, prepared = example.sample.row, example.run.data.prepared
+    scores = score_sample(_PAPER, prepared, row, shapes, 0)
+    cells = [_template(example, rank, f"template {rank + 1}") for rank in range(count)]
+    cells.append(_truth(example)._replace(heading="", label="ground truth"))
+    for rank, shape in shapes.items():
+        measures = (_PAPER.measures[0], _PAPER.measures[-1])
+        label = "\n".join(score_text(m, scores[f"{rank}_{m.name}"]) for m in measures)
+        cells.append(Cell("", painted(shape.mesh(), DEFORMED), label))
+    return cells
 
 
-def labels(examples: Sequence[Example], size: int = SIZE) -> Sheet:
-    """Draw a row per image: the template's parts, carried along by its deformation; the true ones.
+def labels(example: Example, view: View, count: int) -> list[Cell]:
+    """Draw the template's parts, carried along by its deformation, and the true ones.
 
-    Source: the paper's figure 7. Arguments and result are those of `overview`.
+    Source: the paper's figure 7.
 
     Raises:
         DataError: the data has no part labels.
     """
-    bank, prepared = examples[0].run.data.bank, examples[0].run.data.prepared
+    prepared = example.run.data.prepared
     if not prepared.part_names:
         raise DataError(
             f"{prepared.path} has no part labels to show: the embedded data has them, ShapeNet's "
             "models get them with data.parts_root=DIR"
         )
-    palette = part_colors(np.arange(256, dtype=np.uint8))
-    rows: Rows = []
-    seen: set[int] = set()
-    for example in examples:
-        view, template, shape = example.view(size), example.template(), example.deformed()
-        fine, truth = bank.subdivided(example.ranked())[0], prepared.mesh(example.sample.row)
-        clouds = [s.labelled_points() for s in (template, shape)]
-        meshes = [
-            *(
-                cloud_mesh(c.points[:_CLOUD_POINTS], colors=palette[c.labels[:_CLOUD_POINTS]])
-                for c in clouds
-            ),
-            _by_part(shape.mesh()[0], fine, palette),
-            _by_part(truth.vertices, truth, palette),
-        ]
-        for shown in (clouds[0].labels, fine.face_parts, truth.face_parts):
-            seen |= set(np.unique(np.zeros(0, int) if shown is None else shown).tolist())
-        cells = [example.image(view), *draw_row(meshes, view)]
-        rows.append((cells, [example.name, template_label(example), _part_iou(example), "", ""]))
-    names = ["template cloud", "deformed cloud", "deformed mesh", "ground truth"]
-    sheet = _sheet(rows, ["input", *names], size)
-    words = dict(enumerate(prepared.part_names)) | {UNKNOWN_PART: "unknown"}
-    entries = [(words[k], tuple(palette[k, :3].tolist())) for k in sorted(seen)]
-    return stacked([sheet, legend(entries, sheet.width, font_size(size))])
+    shape, truth = example.deformed(), prepared.mesh(example.sample.row)
+    fine = example.run.data.bank.subdivided(example.ranked())[0]
+    before, after = (
+        cloud_mesh(cloud.points[:_CLOUD_POINTS], colors=part_colors(cloud.labels[:_CLOUD_POINTS]))
+        for cloud in (example.template().labelled_points(), shape.labelled_points())
+    )
+    deformed = Mesh(shape.mesh()[0], fine.faces, part_colors(_parts(fine)))
+    return [
+        Cell("template cloud", before, _template(example).label),
+        Cell("deformed cloud", after, _part_iou(example)),
+        Cell("deformed mesh", deformed),
+        Cell("ground truth", Mesh(truth.vertices, truth.faces, part_colors(_parts(truth)))),
+    ]
 
 
-def _by_part(vertices: NDArray[np.float64], mesh: Mesh, palette: NDArray[np.uint8]) -> Mesh:
-    """Return a mesh on other vertices, (V, 3), in the colours of its faces' parts."""
+def part_legend(examples: Sequence[Example]) -> dict[str, Color]:
+    """Return the colours of the parts that the examples' categories have, by name."""
+    prepared = examples[0].run.data.prepared
+    names = {name for e in examples for name in prepared.part_names_of(e.sample.row)}
+    parts = [k for k, name in enumerate(prepared.part_names) if name in names]
+    colors = part_colors(np.array(parts, np.uint8))[:, :3].tolist()
+    named = zip(parts, colors, strict=True)
+    return {prepared.part_names[k]: (red, green, blue) for k, (red, green, blue) in named}
+
+
+def _parts(mesh: Mesh) -> NDArray[np.uint8]:
+    """Return the part of each face, (F,)."""
     unknown = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
-    parts = unknown if mesh.face_parts is None else mesh.face_parts
-    return Mesh(vertices, mesh.faces, palette[parts])
+    return unknown if mesh.face_parts is None else mesh.face_parts
 
 
 def _part_iou(example: Example) -> str:
@@ -243,36 +265,69 @@ def _part_iou(example: Example) -> str:
     return score_text(measure, value)
 
 
-def _deformed_vertices(example: Example) -> NDArray[np.float64]:
-    """Return the vertices of the selected template's own mesh, not subdivided, deformed: (V, 3)."""
-    bank, index = example.run.data.bank, example.ranked()
-    matrix = deformation_matrix(torch.from_numpy(bank.meshes[index].vertices), bank.lattices[index])
-    offsets = torch.from_numpy(example.offsets[index]).double()
-    return np.asarray(deform(matrix, bank.control_points[index].double(), offsets).numpy())
-
-
-def _cloud(shape: Shape) -> Mesh:
-    points = shape.labelled_points().points[:_CLOUD_POINTS]
-    return cloud_mesh(points, colors=rgba([CLOUD] * len(points)))
-
-
-def _voxels(shape: Shape) -> NDArray[np.bool_]:
-    """Return the voxels that protocol paper compares, (R, R, R)."""
-    return voxelize(*shape.mesh(), _PAPER.resolution, half_size=_PAPER.half_size)
-
-
-def template_label(example: Example, rank: int = 0) -> str:
-    """Return a template's id and weight; see `Example.ranked`."""
+def _template(example: Example, rank: int = 0, heading: str = "template") -> Cell:
+    """Return the template of the greatest weight, or the `rank`-th after it, with its weight."""
     index = example.ranked(rank)
-    return f"{example.run.data.bank.ids[index]}\nweight {example.weights[index]:.2f}"
+    label = f"{example.run.data.bank.ids[index]}\nweight {example.weights[index]:.2f}"
+    return Cell(heading, painted(example.template(rank).mesh(), TEMPLATE), label)
 
 
-def _sheet(rows: Rows, headings: Sequence[str], size: int) -> Sheet:
-    """Lay out rows of pictures with their labels."""
-    cells, words = ([x for row in part for x in row] for part in zip(*rows, strict=True))
-    return lay_out(cells, len(headings), words, headings=headings, font_size=font_size(size))
+def _truth(example: Example) -> Cell:
+    return Cell("ground truth", painted(example.truth.mesh(), TRUTH))
 
 
-def font_size(size: int) -> int:
-    """Return the height of labels for cells of this width, pixels."""
-    return max(10, round(size / 17))
+class Figure(NamedTuple):
+    """What a figure shows.
+
+    Attributes:
+        cells: what is beside an image; the last argument is how many templates, of several.
+        caption: the same in words.
+        scored: whether it shows the main score of the evaluation.
+        legend: colours and what they stand for.
+    """
+
+    cells: Callable[[Example, View, int], list[Cell]]
+    caption: str
+    scored: bool = False
+    legend: Callable[[Sequence[Example]], Mapping[str, Color]] | None = None
+
+
+FIGURES: dict[str, Figure] = {
+    "method": Figure(
+        method,
+        "Input image; the templates of the greatest weights; the selected one in its lattice of "
+        "control points, with orange lines to where each is moved; lattice and mesh deformed "
+        "(lattices that reach far are drawn smaller, and cut off); the deformed mesh alone; the "
+        "true mesh.",
+        scored=True,
+    ),
+    "overview": Figure(
+        overview,
+        "Input image, selected template (and its weight), the template deformed: its cloud, its "
+        "voxels (32^3) and its subdivided mesh; the true mesh.",
+        scored=True,
+    ),
+    "subdivision": Figure(
+        subdivision,
+        "Input image; the selected template's mesh, the same deformed; the mesh with its edges "
+        "subdivided, the same deformed by the same offsets; the true mesh.",
+    ),
+    "voxels": Figure(
+        voxels,
+        "Input image; deformed mesh; true mesh; their voxels (32^3, conservative and filled, as in "
+        "protocol paper): grey in both, orange only in the truth, blue only in the prediction.",
+        legend=lambda _: AGREEMENT,
+    ),
+    "labels": Figure(
+        labels,
+        "Input image; the selected template's cloud by its parts; cloud and mesh deformed, with "
+        "the template's parts; the true mesh by its own. Part IoU: protocol parts.",
+        legend=part_legend,
+    ),
+    "candidates": Figure(
+        candidates,
+        "Input image and true mesh; the templates of the greatest weights, above as they are, "
+        "below deformed. Chamfer distance and IoU of protocol paper (1,024 points, in units of the "
+        "hemisphere of radius 3.2 around the truth; 32^3 voxels).",
+    ),
+}

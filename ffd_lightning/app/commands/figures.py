@@ -72,8 +72,9 @@ class Settings:
 
 def main(settings: Settings) -> int:
     """Draw the figure, and print what it shows and where it is."""
-    from ffd_lightning.analysis.figures.examples import Choice, collect
-    from ffd_lightning.analysis.figures.figure import FIGURES, caption, paper_figure
+    from ffd_lightning.analysis.figures.examples import collect
+    from ffd_lightning.analysis.figures.figure import caption, paper_figure
+    from ffd_lightning.analysis.figures.sheets import FIGURES
     from ffd_lightning.analysis.saving import save_figure
     from ffd_lightning.app.open_run import open_run
 
@@ -82,16 +83,17 @@ def main(settings: Settings) -> int:
         raise ConfigError(f"figure={figure}: choose one of {', '.join(FIGURES)}")
     runs = [_run(Path(path)) for path in settings.runs]
     target = _target(settings.out, runs, figure)
-    choice = Choice(
-        models=tuple(settings.models),
+    examples = collect(
+        runs,
+        partial(open_run, data_root=settings.data_root),
+        models=settings.models,
         number=settings.number,
         pick=settings.pick,
         protocol=settings.protocol,
         seed=settings.seed,
     )
-    examples = collect(runs, choice, partial(open_run, data_root=settings.data_root))
     files = save_figure(paper_figure(figure, examples, settings.size, settings.top), target)
-    print(caption(figure, examples, choice))
+    print(caption(figure, examples, None if settings.models else settings.pick))
     print(*files, sep="\n")
     return 0
 

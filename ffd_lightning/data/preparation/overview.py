@@ -6,7 +6,6 @@ sides, so that a wrong `up` or `yaw` is seen at a glance.
 
 from __future__ import annotations
 
-import io
 from collections import Counter
 from collections.abc import Sequence
 from itertools import product
@@ -23,8 +22,8 @@ from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.normalization import normalize
 from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.grid import grid, joined, png, write
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.imaging.sheet import Line, Sheet, lay_out, side_by_side, stacked
 
 _NAMED = 3  # shapes, with the reason for which they were rejected
 _KINDS = 6  # of warnings in one line; a source of one's own may word each its own way
@@ -90,10 +89,8 @@ def write_sheet(prepared: PreparedSet, file: Path) -> str:
         prepared: the set.
         file: of the picture.
     """
-    data = io.BytesIO()
-    draw_set(prepared).save(data, "png", optimize=True)
     try:
-        write_bytes_atomic(file, data.getvalue())
+        write_bytes_atomic(file, png(draw_set(prepared)))
     except OSError as error:  # the set itself is there
         return f"no picture could be written: {error.strerror or error}: {file}"
     return f"what they look like, and how they stand: {file}"
@@ -104,7 +101,7 @@ def draw_set(prepared: PreparedSet) -> Image.Image:
     rows, category = _spread(prepared, SHOWN), prepared.category(0)
     which = f"{len(rows)} of {len(prepared)} shapes, the first image of each"
     images = [_framed(prepared.image(row)[..., :3]) for row in rows]
-    seen = lay_out(images, _COLUMNS, [prepared.ids[row] for row in rows], font_size=_FONT)
+    seen = grid(images, _COLUMNS, [prepared.ids[row] for row in rows], font_size=_FONT)
     own = _spread(prepared, _POSED)
     cameras = [prepared.camera(row) for row in own]
     expected = _expected(category)
@@ -118,7 +115,7 @@ def draw_set(prepared: PreparedSet) -> Image.Image:
     ]
     which = f"{which}   |   {prepared.path.name}"
     above = _headed(seen, f"{category}: what the network sees", which)
-    return Image.fromarray(stacked([above, side_by_side(poses)]).draw())
+    return joined([above, joined(poses, across=True)])
 
 
 def _spread(prepared: PreparedSet, count: int) -> list[int]:
@@ -156,7 +153,9 @@ def _expected(category: str) -> list[tuple[str, Mesh]]:
     return list(found.items())
 
 
-def _poses(meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera], ground: Ink) -> Sheet:
+def _poses(
+    meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera], ground: Ink
+) -> Image.Image:
     """Draw meshes from some sides, a row each.
 
     Args:
@@ -171,13 +170,15 @@ def _poses(meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera], ground
             cells.append(_laid_over(image, ground))
         labels += [name, *[""] * len(_SIDES)]
     heads = [*_SIDES, "as its first image"]
-    return lay_out(cells, len(heads), labels, headings=heads, font_size=_FONT)
+    return grid(cells, len(heads), labels, heads, _FONT)
 
 
-def _headed(sheet: Sheet, title: str, said: str) -> Sheet:
-    """Return a sheet below a title and a line of what is said."""
-    words = (Line(title, 4, 18, 20), Line(said, 4, 43, 14, color=(110, 118, 128)))
-    return stacked([Sheet(60, sheet.width, lines=words), sheet])
+def _headed(sheet: Image.Image, title: str, below: str) -> Image.Image:
+    """Return a sheet below a title and a line of smaller text."""
+    head = Image.new("RGB", (sheet.width, 60), "white")
+    write(head, title, 4, 18, 20)
+    write(head, below, 4, 43, 14, color=(110, 118, 128))
+    return joined([head, sheet])
 
 
 def _laid_over(image: NDArray[np.uint8], ground: Ink) -> NDArray[np.uint8]:

@@ -126,7 +126,7 @@ def medoids(
 ) -> list[int]:
     r"""Choose shapes one by one so that all others have a chosen one near.
 
-    Each is the one that lowers :math:`\sum_i \min_t \sqrt{d_{it}}` the most, so the first t of any
+    Each is the one that lowers $\sum_i \min_t \sqrt{d_{it}}$ the most, so the first t of any
     larger choice are the choice of t. The root keeps few shapes that are far from everything from
     drawing templates to them. Outliers neither count in the sum nor are chosen, unless no others
     are left.
