@@ -7,37 +7,82 @@ points and unit, is for captions (`wording.measure_note`).
 
 from __future__ import annotations
 
-import io
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
-from numpy.typing import NDArray
 
 from ffd_lightning.analysis.budget import SHARES, error_budget
-from ffd_lightning.analysis.compare import check_seeds
-from ffd_lightning.analysis.plot_layout import (
-    DASHES,
-    STYLE,
-    add_legend,
-    colors_of,
-    label_axes,
-    panels_of,
-    run_labels,
-    series_of,
-)
+from ffd_lightning.analysis.naming import colors_of, run_labels, setting_labels
 from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import regime_title
 
+STYLE: Any = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 8.5,
+    "legend.fontsize": 8.5,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.6,
+    "svg.hashsalt": "ffd_lightning",  # else the names of clip paths are drawn anew each time
+    "svg.fonttype": "path",
+    "pdf.fonttype": 42,  # letters stay letters, which others' programs can edit
+}
+_DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
+    ("", "deformed", "-"),
+    ("undeformed_", "undeformed", ":"),
+)  # prefix of the columns, name, line style
 _WIDTH = 4.2  # inches
 _MANY_TICKS = 50  # times as much at the right end: ticks at 1, 2 and 5 would run into each other
 _BUDGET = ("#BBBBBB", "#56B4E9", "#E69F00", "#882255")  # of the parts of an error: no regime's
+
+
+@contextmanager
+def _styled(
+    count: int, width: float, height: float, title: str
+) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Give a titled figure of `count` panels of a height in inches, two in a row; one is wider."""
+    rows, columns = -(-count // 2), min(2, count)
+    layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.06)
+    with matplotlib.rc_context(STYLE):
+        size = width, 1.05 + rows * height
+        figure = Figure(figsize=size, layout=layout, facecolor="white")
+        figure.suptitle(title, fontsize=10.5, wrap=True)
+        axes = figure.subplots(rows, columns, squeeze=False, sharey=True)
+        for unused in axes.flat[count:]:
+            unused.set_visible(False)
+        yield figure, list(axes.flat[:count])
+
+
+def _label(
+    figure: Figure, panels: Sequence[Axes], x: str, y: str, colors: Mapping[str, str]
+) -> None:
+    """Write what is along the axes, and below the panels what colours, solid and dotted mean."""
+    for panel in panels[-2:]:
+        panel.set_xlabel(x)
+    figure.supylabel(y, fontsize=8.5)
+    handles = [Line2D([], [], color=color, label=name) for name, color in colors.items()]
+    handles += [
+        Line2D([], [], color="#444444", linestyle=dash, label=name) for _, name, dash in _DASHES
+    ]
+    longest = max(len(str(handle.get_label())) for handle in handles)
+    columns = min(len(handles), max(1, 60 // (longest + 7)))
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
 
 
 def cumulative_curves(
@@ -50,35 +95,39 @@ def cumulative_curves(
     on a logarithmic axis. A curve further up is better, whichever way the measure goes.
 
     Args:
-        samples: as `load_samples` gives them.
-        protocol: that they were measured under, as `find_protocol` gives it.
+        samples: of `Results`.
+        protocol: that they were measured under.
         measure: of the protocol.
 
     Raises:
         ConfigError: the protocol has no such measure.
-        DataError: the samples lack the measure, or hold values that are not finite.
+        DataError: the samples lack the measure.
     """
-    chosen = protocol.measure(measure)
-    with matplotlib.rc_context(STYLE):
-        series, colors = series_of(samples)
-        categories = series["category"].unique()
-        title = f"Cumulative {chosen.title} of the test images"
-        figure, panels = panels_of(len(categories), 2, _WIDTH, 2.7, title)
+    metric = protocol.measure(measure)
+    if measure not in samples:
+        raise DataError(
+            f"the samples hold no {measure}: they have {', '.join(samples)}; evaluate the runs "
+            "under a protocol that measures it (ffd evaluate run=DIR protocol=NAME)"
+        )
+    runs, colors = setting_labels(samples)
+    categories = runs["category"].unique()
+    title = f"Cumulative {metric.title} of the test images"
+    with _styled(len(categories), _WIDTH, 2.7, title) as (figure, panels):
         for category, panel in zip(categories, panels, strict=True):
-            for run in series.index[series["category"] == category]:
+            for run, label in runs.loc[runs["category"] == category, "label"].items():
                 of_run = samples[samples["run"] == run]
-                for prefix, _, dash in DASHES:
-                    if (name := prefix + measure) in of_run or not prefix:
+                for prefix, _, dash in _DASHES:
+                    if prefix + measure in of_run:
                         panel.ecdf(
-                            chosen.factor * _finite(of_run, name, run),
-                            complementary=chosen.higher_is_better,
-                            color=colors[series.loc[run, "series"]],
+                            metric.factor * of_run[prefix + measure].to_numpy(float),
+                            complementary=metric.higher_is_better,
+                            color=colors[label],
                             linestyle=dash,
                             linewidth=1.3,
                         )
             if len(categories) > 1:
                 panel.set_title(category)
-            if not chosen.higher_is_better:
+            if not metric.higher_is_better:
                 panel.set_xscale("log")
                 low, high = panel.get_xlim()
                 steps = (1, 2, 5) if high < _MANY_TICKS * low else (1, 3)
@@ -86,9 +135,8 @@ def cumulative_curves(
                 panel.xaxis.set_major_formatter("{x:g}")
                 panel.xaxis.set_minor_formatter(NullFormatter())
             panel.set_ylim(0, 1.02)
-        add_legend(figure, colors)
-        word = "above" if chosen.higher_is_better else "below"
-        label_axes(figure, panels, scaled_title(chosen), f"share of test images {word}")
+        words = f"share of test images {'above' if metric.higher_is_better else 'below'}"
+        _label(figure, panels, scaled_title(metric), words, colors)
     return figure
 
 
@@ -99,25 +147,21 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     all would be selected alike. Above each panel: exp(entropy) of the shares, and the samples.
 
     Args:
-        samples: as `load_samples` gives them.
-
-    Raises:
-        DataError: a run selects more templates than it has.
+        samples: of `Results`.
     """
-    with matplotlib.rc_context(STYLE):
-        labels, (series, colors) = run_labels(samples, titled=True), series_of(samples)
-        title = "How often each template is selected"
-        figure, panels = panels_of(len(labels), 2, _WIDTH, 1.5, title)
+    labels, (runs, colors) = run_labels(samples, titled=True), setting_labels(samples)
+    title = "How often each template is selected"
+    with _styled(len(labels), _WIDTH, 1.5, title) as (figure, panels):
         for (run, label), panel in zip(labels.items(), panels, strict=True):
             of_run = samples[samples["run"] == run]
-            share = _shares(of_run, run)
-            ranks = np.arange(1, len(share) + 1)
-            panel.bar(ranks, share, width=0.85, color=colors[series.loc[run, "series"]])
-            panel.axhline(1 / len(share), color="#444444", linestyle=":", linewidth=1)
-            effective = f"{effective_templates(share):.1f} of {len(share)}"
+            count, counts = int(of_run["templates"].iloc[0]), of_run["template"].value_counts()
+            share = np.pad(counts / counts.sum(), (0, count - len(counts)))
+            panel.bar(np.arange(count) + 1, share, 0.85, color=colors[runs.loc[run, "label"]])
+            panel.axhline(1 / count, color="#444444", linestyle=":", linewidth=1)
+            effective = f"{effective_templates(share):.1f} of {count}"
             panel.set_title(f"{label}\neffective {effective}, n = {len(of_run)}", fontsize=8.5)
-            panel.set_xlim(0.4, len(share) + 0.6)
-            panel.set_xticks(sorted({1, (1 + len(share)) // 2, len(share)}))
+            panel.set_xlim(0.4, count + 0.6)
+            panel.set_xticks(sorted({1, (1 + count) // 2, count}))
             panel.grid(axis="x", visible=False)
         top = max(panel.dataLim.y1 for panel in panels)
         for panel in panels:
@@ -137,41 +181,34 @@ def template_count_curves(
     its bar the standard deviation over seeds (none where there is one seed).
 
     Args:
-        runs: as `load_runs` gives them; those of other protocols, and those without the measure,
-            are left out.
-        protocol: as `find_protocol` gives it.
+        runs: `Results.scored`; those without the measure are left out.
+        protocol: of their scores.
         measure: of the protocol.
 
     Raises:
         ConfigError: the protocol has no such measure.
-        DataError: no run with the measure, only one T, or runs that differ in more than their seed.
+        DataError: no run with the measure, or only one T.
     """
-    chosen = protocol.measure(measure)
-    table = runs[runs["protocol"] == protocol.name]
-    table = table[table[measure].notna()] if measure in table else table[:0]
-    if table.empty:
-        raise DataError(
-            f"no finished run has {measure}: evaluate one (ffd evaluate run=DIR "
-            f"protocol={protocol.name})"
-        )
+    metric = protocol.measure(measure)
+    table = runs[runs[measure].notna()] if measure in runs else runs[:0]
     if table["templates"].nunique() < 2:
         raise DataError(
-            f"all runs have T = {table['templates'].iloc[0]}: a curve against the number of "
-            "templates needs two or more (templates=t1,t4,t16)"
+            f"{len(table)} runs with {measure}, T = {sorted(set(table['templates']))}: a curve "
+            "against the number of templates needs two or more (templates=t1,t4,t16)"
         )
-    for _, seeds in table.groupby(["category", "regime", "templates"]):
-        check_seeds(seeds)
-    with matplotlib.rc_context(STYLE):
-        colors = colors_of(list(dict.fromkeys(table["regime"])))
-        categories = table["category"].unique()
-        several = table.groupby(["category", "regime", "templates"]).size().max() > 1
-        seeds = "mean ± standard deviation over seeds" if several else "one seed"
-        title = f"{chosen.title} by number of templates, {seeds}"
-        figure, panels = panels_of(len(categories), 2, _WIDTH, 2.7, title)
+    colors = colors_of(list(dict.fromkeys(table["regime"])))
+    categories = table["category"].unique()
+    several = table.groupby(["category", "regime", "templates"]).size().max() > 1
+    seeds = "mean ± standard deviation over seeds" if several else "one seed"
+    title = f"{metric.title} by number of templates, {seeds}"
+    with _styled(len(categories), _WIDTH, 2.7, title) as (figure, panels):
         for category, panel in zip(categories, panels, strict=True):
             of_category = table[table["category"] == category]
             for regime, part in of_category.groupby("regime", sort=False):
-                _count_lines(panel, part, chosen, colors[str(regime)])
+                for prefix, _, dash in _DASHES:
+                    if prefix + measure in part:
+                        values = metric.factor * part.set_index("templates")[prefix + measure]
+                        _over_seeds(panel, values, colors[str(regime)], dash)
             counts = sorted(of_category["templates"].unique())
             panel.set_xscale("log", base=2)
             panel.set_xticks(counts, [str(count) for count in counts])
@@ -179,9 +216,29 @@ def template_count_curves(
             panel.set_ylim(bottom=0)
             if len(categories) > 1:
                 panel.set_title(category)
-        add_legend(figure, {regime_title(name): color for name, color in colors.items()})
-        label_axes(figure, panels, "number of templates T", scaled_title(chosen))
+        titled = {regime_title(name): color for name, color in colors.items()}
+        _label(figure, panels, "number of templates T", scaled_title(metric), titled)
     return figure
+
+
+def _over_seeds(panel: Axes, values: pd.Series, color: str, dash: str) -> None:
+    """Draw means of values that share an index, with their deviations."""
+    groups = values.groupby(level=0)
+    mean, deviation = groups.mean(), groups.std().fillna(0.0)
+    bars = panel.errorbar(
+        mean.index,
+        mean,
+        yerr=deviation if (deviation > 0).any() else None,
+        color=color,
+        linestyle=dash,
+        linewidth=1.3,
+        marker="o",
+        markersize=3.5,
+        markerfacecolor=color if dash == "-" else "white",  # a lone point has no line
+        capsize=2.5,
+    )
+    for line in bars[2]:
+        line.set_linewidth(0.9)
 
 
 def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
@@ -191,19 +248,18 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
     left; a line is then where the parts come to.
 
     Args:
-        samples: as `load_samples` gives them.
+        samples: of `Results`.
         protocol: that they were measured under; its main measure is a distance.
 
     Raises:
         DataError: no run has the references, or more is better.
     """
     table, labels = error_budget(samples, protocol), run_labels(samples, titled=True)
-    with matplotlib.rc_context(STYLE):
-        title = f"What the {protocol.main_measure.title} is made of"
-        figure, (panel,) = panels_of(1, 1, 1.4 * _WIDTH, 0.34 * len(table), title)
-        table = table.loc[[run for run in labels if run in table.index]]
-        places, right = np.arange(len(table)), np.zeros(len(table))
-        left = np.zeros(len(table))
+    table = table.loc[[run for run in labels if run in table.index]]
+    title = f"What the {protocol.main_measure.title} is made of"
+    with _styled(1, 1.4 * _WIDTH, 0.34 * len(table), title) as (figure, (panel,)):
+        places = np.arange(len(table))
+        left, right = np.zeros((2, len(table)))
         for share, color in zip(SHARES, _BUDGET, strict=True):
             width = table[share.name].to_numpy()
             start = np.where(width < 0, left, right)
@@ -220,64 +276,3 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
         figure.legend(loc="outside lower center", ncols=len(SHARES), frameon=False)
         panel.set_xlabel(scaled_title(protocol.main_measure))
     return figure
-
-
-def to_svg(figure: Figure) -> bytes:
-    """Return a figure as SVG, the same bytes each time; letters are paths, so no font is needed."""
-    buffer = io.BytesIO()
-    with matplotlib.rc_context(STYLE):
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return buffer.getvalue()
-
-
-def _finite(samples: pd.DataFrame, name: str, run: str) -> NDArray[np.float64]:
-    """Return a column of a run's samples.
-
-    Raises:
-        DataError: it is not there, or not all finite.
-    """
-    if name not in samples:
-        raise DataError(
-            f"the samples hold no {name}: they have {', '.join(samples)}; evaluate the runs under "
-            "a protocol that measures it (ffd evaluate run=DIR protocol=NAME)"
-        )
-    values = samples[name].to_numpy(float)
-    wrong = int((~np.isfinite(values)).sum())
-    if wrong:
-        raise DataError(
-            f"{run}: {wrong} of {len(values)} values of {name} are not finite: evaluate the run "
-            "again (ffd evaluate run=DIR restart=true)"
-        )
-    return values
-
-
-def _shares(samples: pd.DataFrame, run: str) -> NDArray[np.float64]:
-    """Return the share of each of a run's T templates, falling, (T,)."""
-    count = int(samples["templates"].iloc[0])
-    counts = samples["template"].value_counts().to_numpy()
-    if len(counts) > count:
-        raise DataError(f"{run} has {count} templates, but its samples select {len(counts)}")
-    return np.pad(counts, (0, count - len(counts))) / counts.sum()
-
-
-def _count_lines(panel: Axes, runs: pd.DataFrame, measure: Measure, color: str) -> None:
-    """Draw one regime's lines into a panel."""
-    for prefix, _, dash in DASHES:
-        if (name := prefix + measure.name) not in runs:
-            continue
-        over_seeds = (measure.factor * runs.set_index("templates")[name]).groupby(level=0)
-        mean, deviation = over_seeds.mean(), over_seeds.std().fillna(0.0)
-        bars = panel.errorbar(
-            mean.index,
-            mean,
-            yerr=deviation if (deviation > 0).any() else None,
-            color=color,
-            linestyle=dash,
-            linewidth=1.3,
-            marker="o",
-            markersize=3.5,
-            markerfacecolor=color if dash == "-" else "white",  # a lone point has no line
-            capsize=2.5,
-        )
-        for line in bars[2]:
-            line.set_linewidth(0.9)

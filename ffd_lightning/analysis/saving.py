@@ -10,7 +10,7 @@ import matplotlib
 from matplotlib.figure import Figure
 from PIL import Image
 
-from ffd_lightning.analysis.plot_layout import STYLE
+from ffd_lightning.analysis.plots import STYLE
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.imaging.grid import png
@@ -37,13 +37,16 @@ def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
         ConfigError: another ending.
         DataError: a file cannot be written.
     """
-    ending, plot = path.suffix.lower(), isinstance(figure, Figure)
-    formats = list(_METADATA) if plot else [".png"]
+    ending = path.suffix.lower()
+    formats = list(_METADATA) if isinstance(figure, Figure) else [".png"]
     if ending and ending not in formats:
         raise ConfigError(f"{path}: it is written as {', '.join(formats)}")
     files = [path] if ending else [path.with_suffix(each) for each in formats[:2]]
     for file in files:
-        content = to_bytes(figure, file.suffix.lower()) if plot else png(figure, dpi=(DPI, DPI))
+        if isinstance(figure, Figure):
+            content = _plot(figure, file.suffix.lower())
+        else:
+            content = png(figure, dpi=(DPI, DPI))
         try:
             write_bytes_atomic(file, content)
         except OSError as error:
@@ -51,8 +54,12 @@ def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
     return files
 
 
-def to_bytes(figure: Figure, ending: str) -> bytes:
-    """Return a plot as a file with this ending; the same bytes each time, letters as paths."""
+def to_svg(figure: Figure) -> bytes:
+    """Return a plot as SVG, the same bytes each time; letters are paths, so no font is needed."""
+    return _plot(figure, ".svg")
+
+
+def _plot(figure: Figure, ending: str) -> bytes:
     buffer = io.BytesIO()
     with matplotlib.rc_context(STYLE):
         figure.savefig(buffer, format=ending[1:], dpi=DPI, metadata=_METADATA[ending])

@@ -1,62 +1,122 @@
+"""Pictures of reconstructions and templates."""
+
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from ffd_lightning.app.open_run import open_run
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation import figures
-from ffd_lightning.evaluation.figures import cloud_mesh, reconstruction_figure
+from ffd_lightning.evaluation.figures import (
+    View,
+    cloud_mesh,
+    fitting_scale,
+    reconstruction_figure,
+    reconstruction_row,
+    template_figure,
+)
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.imaging.grid import grid, text_width
+from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
 from ffd_lightning.imaging.rendering import render
+
+SHAPENET = "1a6f615e8b1b5ae4dbbc9440457e303e"
+
+
+@pytest.fixture
+def labels(monkeypatch):
+    """What is written below the pictures of each grid."""
+    kept = []
+
+    def keep(cells, columns, words, *rest, **options):
+        kept.append(words)
+        return grid(cells, columns, words, *rest, **options)
+
+    monkeypatch.setattr(figures, "grid", keep)
+    return kept
 
 
 def test_a_cloud_becomes_one_octahedron_per_point_at_its_place():
     points = np.array([[0, 0, 0], [0.2, 0.3, -0.1]])
     mesh = cloud_mesh(points, radius=0.01)
-    assert mesh.faces.shape == (16, 3)
-    centers = mesh.vertices.reshape(2, 6, 3).mean(1)
-    np.testing.assert_allclose(centers, points, atol=1e-12)
+    np.testing.assert_allclose(mesh.vertices.reshape(2, 6, 3).mean(1), points, atol=1e-12)
     assert np.abs(mesh.vertices.reshape(2, 6, 3) - points[:, None]).max() <= 0.01 + 1e-12
-    assert (mesh.face_colors[:8] != mesh.face_colors[8:]).any()
-    assert (render(mesh, height=48, width=64, samples=2)[..., 3] > 0).any()
-
-
-def test_a_cloud_of_one_height_has_a_colour():
-    mesh = cloud_mesh(np.zeros((3, 3)))
-    assert (mesh.face_colors[:, 3] == 255).all()
-
-
-def test_points_take_the_colours_they_are_given():
+    assert (mesh.face_colors[:8] != mesh.face_colors[8:]).any(), "by height"
+    assert (cloud_mesh(np.zeros((3, 3))).face_colors[:, 3] == 255).all(), "of one height"
     colors = np.array([[9, 8, 7, 255], [1, 2, 3, 255]], np.uint8)
-    mesh = cloud_mesh(np.eye(3)[:2], colors=colors)
-    np.testing.assert_array_equal(mesh.face_colors, np.repeat(colors, 8, axis=0))
+    given = cloud_mesh(points, colors=colors).face_colors
+    np.testing.assert_array_equal(given, np.repeat(colors, 8, axis=0))
 
 
-def test_reconstructions_have_headings_once_and_the_score_of_training(tiny_run, monkeypatch):
-    sheets = []
+def soup(points):
+    faces = np.arange(len(points)).reshape(-1, 3)
+    return Mesh(points, faces, np.full((len(faces), 4), (90, 140, 200, 255), np.uint8))
 
-    def sheet(cells, columns, labels, headings, font_size):
-        sheets.append((cells, labels, headings))
-        return np.zeros((1, 1, 3), np.uint8)
 
-    monkeypatch.setattr(figures, "contact_sheet", sheet)
+@pytest.mark.parametrize("azimuth", [0, 230])
+@pytest.mark.parametrize("size", [(96, 128), (160, 100)])
+@pytest.mark.parametrize(
+    "camera", [Camera(), *RenderSettings(camera=CameraModel.authors).cameras()]
+)
+def test_the_scale_is_the_largest_that_fits(azimuth, size, camera):
+    points = np.random.default_rng(azimuth).normal(size=(9, 3)) + [0.3, -0.5, 0.2]
+    view = View(replace(camera, azimuth=azimuth), *size)
+    scale = fitting_scale(points, view)
+    assert 0 < scale < 1
+
+    def on_border(factor):
+        mesh = soup(factor * points)
+        alpha = render(mesh, view.camera, height=view.height, width=view.width, samples=5)[..., 3]
+        return bool(alpha[[0, -1]].any() or alpha[:, [0, -1]].any())
+
+    assert not on_border(scale)
+    assert on_border(1.1 * scale)
+    assert fitting_scale(0.1 * scale * points, view) == 1
+
+
+def test_a_row_is_drawn_at_one_scale_beside_its_image():
+    view = View(Camera(0, 0), height=96, width=128)
+    points = np.random.default_rng(0).normal(size=(30, 3))
+    small, large = soup(0.05 * points), soup(3 * points)
+    image = np.random.default_rng(0).integers(0, 255, (96, 128, 4), np.uint8)
+    seen, alone = reconstruction_row(image, [small], view)
+    np.testing.assert_array_equal(seen, image[..., :3])
+    _, beside, whole = reconstruction_row(image, [small, large], view)
+    covered = [int((picture < 255).any(2).sum()) for picture in (alone, beside, whole)]
+    assert covered[1] < 0.25 * covered[0]
+    assert covered[2] > 500
+    assert (whole[[0, -1]] == 255).all(), "nothing is cut off"
+
+
+def test_reconstructions_are_the_network_s_with_the_score_of_training(tiny_run, labels):
     opened = open_run(tiny_run)
     prepared, bank = opened.data.prepared, opened.data.bank
-    rows = opened.data.rows(opened.data.split.test)[:3]
+    rows = [int(row) for row in opened.data.rows(opened.data.split.test)[:3]]
     reconstruction_figure(opened.network, prepared, bank, rows)
-    ((cells, labels, headings),) = sheets
-    assert len(headings) == 5
-    assert len(cells) == len(labels) == 15
-    prediction = predict(opened.network, prepared, [Sample(int(row)) for row in rows])
+    prediction = predict(opened.network, prepared, [Sample(row) for row in rows])
     for k, row in enumerate(rows):
         t = int(prediction.selected[k])
         offsets = torch.from_numpy(prediction.offsets[k, t])
         cloud = deform(bank.deformation_matrix[t], bank.control_points[t], offsets).numpy()
         squared = ((cloud[:, None] - prepared.cloud(row)[None, : len(cloud)]) ** 2).sum(2)
         score = 1000 * (squared.min(0).mean() + squared.min(1).mean())
-        name, template, _, below, _ = labels[5 * k : 5 * k + 5]
+        name, template, _, below, _ = labels[0][5 * k : 5 * k + 5]
         assert name == prepared.ids[row]
         assert template == f"{bank.ids[t]}\nweight {prediction.weights[k, t]:.2f}"
-        title, value = below.split(": ")
-        assert title == "box Chamfer x 1000"
-        assert float(value) == pytest.approx(score, abs=0.051)
+        assert float(below.removeprefix("box Chamfer x 1000: ")) == pytest.approx(score, abs=0.051)
+
+
+def test_templates_have_their_numbers_and_whole_ids(prepared, labels):
+    bank = TemplateBank.of(prepared, prepared.ids[:2])
+    bank.ids = SHAPENET, f"watercraft/{SHAPENET}"
+    template_figure(bank, notes=["x", "y"])
+    first, second = labels[0]
+    assert first.replace("\n", "") == f"1  {SHAPENET}x"
+    assert second == f"2  watercraft\n{SHAPENET}\ny"
+    widths = [text_width(line, 12) for label in labels[0] for line in label.split("\n")]
+    assert max(widths) <= 256, "a cell's"

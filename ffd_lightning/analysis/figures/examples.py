@@ -161,18 +161,22 @@ def collect(
                 "pick=random or models=[ID,ID]"
             )
         else:
-            queries = picked(in_order(samples, described.main_measure), pick, number)
+            order = in_order(samples.assign(run=""), described.main_measure).index.tolist()
+            queries = picked(order, pick, number)
         first = first or queries
         result.append(reconstruct(opened, queries, samples, described))
     return result
 
 
-def in_order(samples: pd.DataFrame, measure: Measure) -> list[Query]:
-    """Return the images that all runs were tested on, the best by their mean score first."""
+def in_order(samples: pd.DataFrame, measure: Measure) -> pd.DataFrame:
+    """Return scores, the best first: a row per image that all runs were tested on, a column each.
+
+    Rows (index `id`, `view`) are ordered by their mean over runs, of equals the first by id leads.
+    """
     scores = samples.pivot(index=["id", "view"], columns="run", values=measure.name).dropna()
     sign = -1 if measure.higher_is_better else 1
-    # Of equals the first by id leads.
-    return (sign * scores.mean(axis=1)).sort_index().sort_values(kind="stable").index.tolist()
+    means = (sign * scores.mean(axis=1)).sort_index()
+    return scores.loc[means.sort_values(kind="stable").index]
 
 
 def picked(order: Sequence[Query], pick: str, number: int) -> list[Query]:

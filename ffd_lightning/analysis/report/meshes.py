@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import hashlib
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +15,8 @@ from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.subdivision import subdivide
 
 _EDGES = (0.3, 0.2, 0.15, 0.1, 0.07, 0.05)  # of a shape of diagonal 1, from coarse to fine
-_CELLS = (400, 250, 160, 100, 64, 40, 24, 14, 8, 5, 3)  # per unit, from fine to coarse
+# Cells per unit, from fine to coarse; the finest tells what is not the same place all along.
+_CELLS = (2**15, 400, 250, 160, 100, 64, 40, 24, 14, 8, 5, 3)
 MAX_BYTES = 60_000
 """Of a mesh: so its vertices are fewer than 16 bits can count."""
 
@@ -28,24 +28,29 @@ class PackedMesh:
     Attributes:
         vertices: (V, 3) int16; 32,767 is `scale`.
         faces: (F, 3) uint16.
-        scale: greatest coordinate, in units of the model's diagonal before deformation.
+        scale: greatest coordinate, in units of the shape's diagonal before deformation.
     """
 
     vertices: NDArray[np.int16]
     faces: NDArray[np.uint16]
     scale: float
 
-    @property
-    def name(self) -> str:
-        """A name that only equal meshes share."""
-        content = self.vertices.tobytes() + self.faces.tobytes() + repr(self.scale).encode()
-        return hashlib.sha256(content).hexdigest()[:12]
+    def places(self) -> NDArray[np.float64]:
+        """Return where the vertices are, (V, 3)."""
+        return self.vertices.astype(np.float64) * (self.scale / 32767)
 
     def as_json(self) -> dict[str, str | float]:
         """Return what the page's script reads: little-endian arrays in base64."""
         arrays = (self.vertices.astype("<i2"), self.faces.astype("<u2"))
         vertices, faces = (base64.b64encode(a.tobytes()).decode() for a in arrays)
         return {"vertices": vertices, "faces": faces, "scale": self.scale}
+
+
+def pack(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> PackedMesh:
+    """Store a mesh in 16 bits a number; places move by at most 1/65,534 of the greatest one."""
+    scale = max(float(np.abs(vertices).max()), 1e-6)
+    places = np.round(vertices * (32767 / scale)).astype(np.int16)
+    return PackedMesh(places, faces.astype(np.uint16), scale)
 
 
 def size(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> int:
@@ -70,49 +75,11 @@ def lighten(
     """
     used, faces = np.unique(faces, return_inverse=True)
     vertices, faces = vertices[used], faces.reshape(-1, 3)
-    if size(*(merged := _merge(vertices, faces, 2.0**15))) <= max_bytes:
-        return merged  # what was the same place all along
     for cells in _CELLS:
         merged = _merge(vertices, faces, cells)
-        if size(*merged) <= max_bytes:
-            return merged
-    return merged
-
-
-def light_template(
-    bank: TemplateBank, index: int, offsets: NDArray[np.float32], max_bytes: int = MAX_BYTES
-) -> Surface:
-    """Return a template's deformed mesh, divided as finely as the bytes allow.
-
-    A mesh of large faces does not bend with its lattice, so it is subdivided before it is deformed
-    as in the paper, only not as finely as for evaluation.
-
-    Args:
-        bank: T templates.
-        index: of the template.
-        offsets: of its control points, (M, 3).
-        max_bytes: of the result, packed.
-    """
-    mesh = bank.meshes[index]
-    vertices, faces = lighten(mesh.vertices, mesh.faces, max_bytes)
-    for edge in _EDGES:
-        finer = subdivide(vertices, faces, edge)
-        if size(finer.vertices, finer.faces) > max_bytes:
+        if size(*merged) <= min(max_bytes, MAX_BYTES):
             break
-        vertices, faces = finer.vertices, finer.faces
-    moved = deform(
-        deformation_matrix(torch.from_numpy(vertices), bank.lattices[index]),
-        bank.control_points[index].double(),
-        torch.from_numpy(offsets).double(),
-    )
-    return np.asarray(moved.numpy(), np.float64), faces
-
-
-def pack(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> PackedMesh:
-    """Store a mesh in 16 bits a number; places move by at most 1/65,534 of the greatest one."""
-    scale = max(float(np.abs(vertices).max()), 1e-6)
-    places = np.round(vertices * (32767 / scale)).astype(np.int16)
-    return PackedMesh(places, faces.astype(np.uint16), scale)
+    return merged
 
 
 def _merge(vertices: NDArray[np.float64], faces: NDArray[np.int64], cells: float) -> Surface:
@@ -126,3 +93,26 @@ def _merge(vertices: NDArray[np.float64], faces: NDArray[np.int64], cells: float
     _, first = np.unique(np.sort(faces, 1), axis=0, return_index=True)
     used, faces = np.unique(faces[np.sort(first)], return_inverse=True)
     return means[used], faces.reshape(-1, 3)
+
+
+def light_template(
+    bank: TemplateBank, index: int, offsets: NDArray[np.float32], max_bytes: int = MAX_BYTES
+) -> Surface:
+    """Return a template's mesh deformed by offsets, (M, 3), divided as finely as the bytes allow.
+
+    A mesh of large faces does not bend with its lattice, so it is subdivided before it is deformed
+    as in the paper, only not as finely as for evaluation.
+    """
+    mesh = bank.meshes[index]
+    vertices, faces = lighten(mesh.vertices, mesh.faces, max_bytes)
+    for edge in _EDGES:
+        finer = subdivide(vertices, faces, edge)
+        if size(finer.vertices, finer.faces) > min(max_bytes, MAX_BYTES):
+            break
+        vertices, faces = finer.vertices, finer.faces
+    moved = deform(
+        deformation_matrix(torch.from_numpy(vertices), bank.lattices[index]),
+        bank.control_points[index].double(),
+        torch.from_numpy(offsets).double(),
+    )
+    return np.asarray(moved.numpy(), np.float64), faces

@@ -6,13 +6,11 @@ from typing import Any
 
 import pandas as pd
 
+from ffd_lightning.analysis.naming import SETTING, differing, name_of
 from ffd_lightning.analysis.report.gallery import Opened, data_uri, thumbnail
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import REGIME_COLORS
-
-OTHERS = "others"
-"""The bar of what is not shown."""
 
 _BARS = 12
 
@@ -21,33 +19,32 @@ def bars(results: Results) -> dict[str, Any]:
     """Return what `selection.html` draws: of each category, the templates and each setting's bars.
 
     Templates are in one order for all settings: the most selected over settings alike first, of
-    equals by id. Shares are means over seeds, and add up to 1.
+    equals by id. Shares are means over seeds, and add up to 1 with those of all "others".
     """
-    samples = results.samples.merge(results.scored[["run", "setup"]], on="run")
-    keys = [key for key in results.keys if key != "category"]
+    by = differing(results.scored) or ["regime"]
     found = []
-    for category, part in samples.groupby("category", sort=False):
+    for category, part in results.samples.groupby("category", sort=False):
         # Trained together with other categories, a template is called <category>/<id>.
         part = part.assign(template=part["template"].str.removeprefix(f"{category}/"))
         counts = part.groupby(["run", "template"]).size().unstack(fill_value=0)
         shares = counts.div(counts.sum(axis=1), axis=0)
         firsts = part.drop_duplicates("run").set_index("run")
-        groups = [(row, shares.loc[row.index]) for _, row in firsts.groupby(keys, sort=False)]
+        groups = [(row, shares.loc[row.index]) for _, row in firsts.groupby(SETTING, sort=False)]
         total = sum(of_runs.mean() for _, of_runs in groups).sort_index()
         order = total.sort_values(ascending=False, kind="stable").index
         settings = []
         for rows, of_runs in groups:
-            mean, row = of_runs.mean(), rows.iloc[0].to_dict()
-            shown = [(str(name), float(mean[name])) for name in order[:_BARS]]
+            mean, row = of_runs.mean()[order], rows.iloc[0].to_dict()
+            drawn = [(str(name), float(share)) for name, share in mean[:_BARS].items()]
             if len(order) > _BARS:
-                shown.append((OTHERS, float(mean[order[_BARS:]].sum())))
+                drawn.append(("others", float(mean[_BARS:].sum())))
             effective = of_runs.apply(lambda c: effective_templates(c[c > 0]), axis=1).mean()
             settings.append(
                 {
-                    "title": results.title(row),
+                    "title": name_of(row, by),
                     "color": REGIME_COLORS.get(str(row["regime"]), ""),
                     "effective": f"{effective:.1f} of {row['templates']}",
-                    "bars": shown,
+                    "bars": drawn,
                 }
             )
         found.append({"category": category, "settings": settings})
@@ -60,11 +57,10 @@ def pictures(results: Results, opened: Opened) -> dict[str, tuple[str, str]]:
 
     Templates of joint runs are known by their ids with and without the category.
     """
-    wanted = set(results.samples.get("template", pd.Series(dtype=str)).astype(str))
+    wanted = set(results.samples.get("template", pd.Series(dtype=str)))
     drawn: dict[str, tuple[str, str]] = {}
     for run in opened.runs.values():
-        bank = run.data.bank
-        for name, mesh in zip(bank.ids, bank.meshes, strict=True):
+        for name, mesh in zip(run.data.bank.ids, run.data.bank.meshes, strict=True):
             if name in wanted and name not in drawn:
                 drawn[name] = f"template-{len(drawn)}", data_uri(thumbnail(mesh), "image/png")
     return {name.rpartition("/")[2]: picture for name, picture in drawn.items()} | drawn

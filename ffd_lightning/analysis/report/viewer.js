@@ -81,7 +81,7 @@
     return buffers.get(name);
   }
 
-  // The camera's axes as columns of a matrix from the model's frame: see data/rendering.py.
+  // The camera's axes as columns of a matrix from the model's frame: see imaging/camera.py.
   function axes(azimuth, elevation) {
     const [sa, ca] = [Math.sin(azimuth), Math.cos(azimuth)];
     const [se, ce] = [Math.sin(elevation), Math.cos(elevation)];
