@@ -18,17 +18,8 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import NDArray
 
 from ffd_lightning.analysis.budget import SHARES, error_budget
-from ffd_lightning.analysis.compare import check_seeds
-from ffd_lightning.analysis.plot_layout import (
-    DASHES,
-    STYLE,
-    add_legend,
-    colors_of,
-    label_axes,
-    panels_of,
-    run_labels,
-    series_of,
-)
+from ffd_lightning.analysis.naming import colors_of, run_labels, setting_labels
+from ffd_lightning.analysis.plot_layout import DASHES, STYLE, add_legend, label_axes, panels_of
 from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
@@ -50,8 +41,8 @@ def cumulative_curves(
     on a logarithmic axis. A curve further up is better, whichever way the measure goes.
 
     Args:
-        samples: as `load_samples` gives them.
-        protocol: that they were measured under, as `find_protocol` gives it.
+        samples: of `Results`.
+        protocol: that they were measured under.
         measure: of the protocol.
 
     Raises:
@@ -60,7 +51,7 @@ def cumulative_curves(
     """
     chosen = protocol.measure(measure)
     with matplotlib.rc_context(STYLE):
-        series, colors = series_of(samples)
+        series, colors = setting_labels(samples)
         categories = series["category"].unique()
         title = f"Cumulative {chosen.title} of the test images"
         figure, panels = panels_of(len(categories), 2, _WIDTH, 2.7, title)
@@ -72,7 +63,7 @@ def cumulative_curves(
                         panel.ecdf(
                             chosen.factor * _finite(of_run, name, run),
                             complementary=chosen.higher_is_better,
-                            color=colors[series.loc[run, "series"]],
+                            color=colors[series.loc[run, "label"]],
                             linestyle=dash,
                             linewidth=1.3,
                         )
@@ -99,20 +90,20 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     all would be selected alike. Above each panel: exp(entropy) of the shares, and the samples.
 
     Args:
-        samples: as `load_samples` gives them.
+        samples: of `Results`.
 
     Raises:
         DataError: a run selects more templates than it has.
     """
     with matplotlib.rc_context(STYLE):
-        labels, (series, colors) = run_labels(samples, titled=True), series_of(samples)
+        labels, (series, colors) = run_labels(samples, titled=True), setting_labels(samples)
         title = "How often each template is selected"
         figure, panels = panels_of(len(labels), 2, _WIDTH, 1.5, title)
         for (run, label), panel in zip(labels.items(), panels, strict=True):
             of_run = samples[samples["run"] == run]
             share = _shares(of_run, run)
             ranks = np.arange(1, len(share) + 1)
-            panel.bar(ranks, share, width=0.85, color=colors[series.loc[run, "series"]])
+            panel.bar(ranks, share, width=0.85, color=colors[series.loc[run, "label"]])
             panel.axhline(1 / len(share), color="#444444", linestyle=":", linewidth=1)
             effective = f"{effective_templates(share):.1f} of {len(share)}"
             panel.set_title(f"{label}\neffective {effective}, n = {len(of_run)}", fontsize=8.5)
@@ -137,18 +128,16 @@ def template_count_curves(
     its bar the standard deviation over seeds (none where there is one seed).
 
     Args:
-        runs: as `load_runs` gives them; those of other protocols, and those without the measure,
-            are left out.
-        protocol: as `find_protocol` gives it.
+        runs: `Results.scored`; those without the measure are left out.
+        protocol: of their scores.
         measure: of the protocol.
 
     Raises:
         ConfigError: the protocol has no such measure.
-        DataError: no run with the measure, only one T, or runs that differ in more than their seed.
+        DataError: no run with the measure, or only one T.
     """
     chosen = protocol.measure(measure)
-    table = runs[runs["protocol"] == protocol.name]
-    table = table[table[measure].notna()] if measure in table else table[:0]
+    table = runs[runs[measure].notna()] if measure in runs else runs[:0]
     if table.empty:
         raise DataError(
             f"no finished run has {measure}: evaluate one (ffd evaluate run=DIR "
@@ -159,8 +148,6 @@ def template_count_curves(
             f"all runs have T = {table['templates'].iloc[0]}: a curve against the number of "
             "templates needs two or more (templates=t1,t4,t16)"
         )
-    for _, seeds in table.groupby(["category", "regime", "templates"]):
-        check_seeds(seeds)
     with matplotlib.rc_context(STYLE):
         colors = colors_of(list(dict.fromkeys(table["regime"])))
         categories = table["category"].unique()
@@ -191,7 +178,7 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
     left; a line is then where the parts come to.
 
     Args:
-        samples: as `load_samples` gives them.
+        samples: of `Results`.
         protocol: that they were measured under; its main measure is a distance.
 
     Raises:

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.analysis.figures.drawing import Picture, View
-from ffd_lightning.analysis.runs import (
+from ffd_lightning.analysis.results import (
     described_protocol,
     evaluate_command,
-    load_samples,
     own_protocol,
+    read_samples,
 )
 from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
@@ -206,7 +206,7 @@ def _scores(run: RunFolder, name: str) -> _Scores | None:
     protocol = described_protocol(run, name)
     if protocol is None or not (run.evaluation(name) / "samples.csv").is_file():
         return None
-    return _Scores(load_samples([run], name), protocol)
+    return _Scores(read_samples(run, protocol), protocol)
 
 
 def _random(opened: OpenRun, choice: Choice) -> list[tuple[str, int]]:

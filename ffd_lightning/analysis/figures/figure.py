@@ -8,7 +8,7 @@ from functools import partial
 from ffd_lightning.analysis.figures import sheets
 from ffd_lightning.analysis.figures.examples import Choice, Example
 from ffd_lightning.analysis.figures.method import method
-from ffd_lightning.analysis.runs import COLUMN_KEYS, select
+from ffd_lightning.analysis.results import setting_of
 from ffd_lightning.imaging.sheet import Sheet, lay_out, stacked
 from ffd_lightning.palette import regime_title
 
@@ -88,5 +88,6 @@ def caption(name: str, runs: Sequence[Sequence[Example]], choice: Choice) -> str
 
 def _title(example: Example) -> str:
     settings = example.run.folder.settings
-    category, regime, templates, _ = (select(settings, key) for key in COLUMN_KEYS.values())
+    keys = ("category.name", "regime.name", "templates.count")
+    category, regime, templates = (setting_of(settings, key) for key in keys)
     return f"{category}, regime {regime_title(regime)}, T = {templates}"

@@ -13,6 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from PIL import Image
 
+from ffd_lightning.analysis.naming import GROUP, differing, name_of
 from ffd_lightning.analysis.report.meshes import (
     MAX_BYTES,
     PackedMesh,
@@ -95,13 +96,12 @@ class Opened:
 
 def open_runs(results: Results, open_run: RunOpener, limit: int) -> Opened:
     """Open one run of each setting, of at most `limit` settings."""
-    chosen = choose_runs(results.scored, limit, results.keys) if limit else []
-    folders = {str(run.path): run for run in results.runs}
+    chosen = choose_runs(results.scored, limit, GROUP) if limit else []
     runs: dict[str, OpenRun] = {}
     errors: dict[str, str] = {}
     for name in chosen:
         try:
-            runs[name] = open_run(folders[name])
+            runs[name] = open_run(results.run_folder(name))
         except (UserError, OSError) as error:
             errors[name] = str(error)
     return Opened(runs, errors)
@@ -133,7 +133,7 @@ def examples(results: Results, opened: Opened, limit: int) -> dict[str, Any]:
     return {
         "measure": results.protocol.main_measure,
         "grids": grids,
-        "errors": [(results.name(run), why) for run, why in opened.errors.items()],
+        "errors": list(opened.errors.items()),
         "runs": len(opened.runs),
         "available": len(results.scored),
         "limit": limit,
@@ -180,11 +180,11 @@ def _row(
     fit = fit_of([image.truth, *(output.deformed for output in outputs.values())])
     scores = [float(output.row[measure.name]) for output in outputs.values()]
     best = (max if measure.higher_is_better else min)(scores)
-    settings = results.table.set_index("run")
+    settings, by = results.runs.set_index("run"), differing(results.scored)
     columns = []
     for (run, output), score in zip(outputs.items(), scores, strict=True):
         row = settings.loc[run].to_dict()
-        title = results.title(row) if results.told_apart_by else "the network"
+        title = name_of(row, by) or "the network"
         picture = still(output.deformed, DEFORMED, image.camera, fit)
         columns.append(
             {

@@ -16,15 +16,14 @@ from matplotlib.figure import Figure
 
 from ffd_lightning.analysis import plots, tables
 from ffd_lightning.analysis.budget import SHARES, error_budget
+from ffd_lightning.analysis.naming import differing, run_labels
 from ffd_lightning.analysis.paper import PROTOCOL, beside_paper
 from ffd_lightning.analysis.report.gallery import data_uri, examples, open_runs
 from ffd_lightning.analysis.report.selection import bars, pictures
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.analysis.runs import load_runs
-from ffd_lightning.analysis.selection import Families, run_families
 from ffd_lightning.analysis.table import Table, number
 from ffd_lightning.analysis.tables import Ranked
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.opened import RunOpener
 from ffd_lightning.evaluation.protocols import Measure
 from ffd_lightning.files import write_atomic
@@ -154,17 +153,14 @@ def _lead(results: Results, ranking: Ranked) -> str:
 
 
 def _scores(results: Results, ranking: Ranked) -> Section:
-    protocol, keys = results.protocol, results.keys
-    runs = tables.with_parts(results.scored, results.samples, protocol)
-    scores = tables.scores(runs, protocol, keys)
     found = [
-        tables.with_intervals(scores, results, ranking),
-        tables.references(runs, protocol),
-        tables.decomposition(runs, protocol, keys),
-        tables.deformed_meshes(runs, keys),
+        tables.scores(results, ranking),
+        tables.references(results),
+        tables.decomposition(results),
+        tables.deformed_meshes(results),
     ]
     blocks = [_titled(table) for table in found if table is not None]
-    if lacking := len(results.unscored) + len(results.damaged):
+    if lacking := len(results.unscored):
         blocks.append(_text(f"{lacking} more runs have no results (end of the page)."))
     return Section("scores", "All numbers", blocks)
 
@@ -172,21 +168,16 @@ def _scores(results: Results, ranking: Ranked) -> Section:
 def _beside_paper(results: Results) -> Markup:
     """Return the finished runs beside the paper's Table 3, whatever protocol the page is about."""
     try:
-        return beside_paper(load_runs(results.runs, PROTOCOL)).html()
-    except DataError as error:
+        assert results.folder is not None
+        return beside_paper(Results.read(results.folder, PROTOCOL)).html()
+    except UserError as error:
         return _text(f"There is nothing to set beside the paper's Table 3: {error}")
 
 
 def _selection(results: Results, drawn: Markup) -> Section:
-    families: Families = {}
-    blocks = [drawn]
+    blocks = [drawn, _titled(tables.selection(results))]
     try:
-        families = run_families(results.runs)
-    except DataError as error:
-        blocks.append(_text(f"Families are not shown: {error}", "note"))
-    blocks.append(_titled(tables.selection(results, families)))
-    try:
-        if (agreement := tables.seeds_agree(results.samples)) is not None:
+        if (agreement := tables.seeds_agree(results)) is not None:
             blocks.append(_titled(agreement))
     except DataError as error:
         blocks.append(_text(f"Seeds are not held against each other: {error}", "note"))
@@ -210,7 +201,7 @@ def _curves(results: Results) -> Section:
     others = [m for m in protocol.measures if m.higher_is_better != main.higher_is_better]
     shown = [main, *others[:1]]
     found = []
-    if results.scored["templates"].nunique() > 1 and "setup" not in results.keys:
+    if "templates" in differing(results.scored) and (results.scored["variant"] == "").all():
         for measure in shown:
             title = f"{measure.title} against T"
             figure = plots.template_count_curves(results.scored, protocol, measure.name)
@@ -230,7 +221,7 @@ def _curves(results: Results) -> Section:
 
 def _medians(samples: pd.DataFrame, measure: Measure) -> str:
     """Return what a cumulative curve says, for those who do not see it."""
-    labels = plots.run_labels(samples)
+    labels = run_labels(samples)
     medians = samples.groupby("run", sort=False)[measure.name].median()
     values = (f"{labels[str(run)]} {number(measure.factor * m)}" for run, m in medians.items())
     return f"Medians of the deformed templates: {'; '.join(values)}."
@@ -307,21 +298,20 @@ def _study(folder: Path) -> dict[str, Any]:
 
 def _states(results: Results) -> list[tuple[str, int]]:
     """Return how many runs are in which state."""
-    counts = {str(k): int(count) for k, count in results.table["state"].value_counts().items()}
-    if results.damaged:
-        counts["damaged"] = len(results.damaged)
-    return sorted(counts.items())
+    counts = results.runs["state"].value_counts()
+    return sorted((str(state), int(count)) for state, count in counts.items())
 
 
 def _facts(results: Results) -> dict[str, str]:
     """Return the other names and values at the top of the page."""
     found = {"Protocol": results.protocol.name}
-    found["Categories"] = ", ".join(dict.fromkeys(map(str, results.table["category"])))
+    found["Categories"] = ", ".join(dict.fromkeys(results.runs["category"].dropna()))
     if len(results.samples):
         sizes = sorted({int(n) for n in results.scored["num_samples"]})
         span = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
         found["Test samples of a run"] = span
-    times = [str(time) for run in results.runs if (time := run.status.get("time"))]
+    statuses = [results.run_folder(run).status for run in results.runs["run"]]
+    times = [str(status["time"]) for status in statuses if "time" in status]
     try:
         last = max(datetime.fromisoformat(time).date() for time in times)
         found["Last run"] = f"{last:%d %B %Y}".lstrip("0")

@@ -6,6 +6,7 @@ from typing import Any
 
 import pandas as pd
 
+from ffd_lightning.analysis.naming import SETTING, differing, name_of
 from ffd_lightning.analysis.report.gallery import Opened, data_uri, thumbnail
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.metrics.selection import effective_templates
@@ -23,16 +24,15 @@ def bars(results: Results) -> dict[str, Any]:
     Templates are in one order for all settings: the most selected over settings alike first, of
     equals by id. Shares are means over seeds, and add up to 1.
     """
-    samples = results.samples.merge(results.scored[["run", "setup"]], on="run")
-    keys = [key for key in results.keys if key != "category"]
+    by = differing(results.scored) or ["regime"]
     found = []
-    for category, part in samples.groupby("category", sort=False):
+    for category, part in results.samples.groupby("category", sort=False):
         # Trained together with other categories, a template is called <category>/<id>.
         part = part.assign(template=part["template"].str.removeprefix(f"{category}/"))
         counts = part.groupby(["run", "template"]).size().unstack(fill_value=0)
         shares = counts.div(counts.sum(axis=1), axis=0)
         firsts = part.drop_duplicates("run").set_index("run")
-        groups = [(row, shares.loc[row.index]) for _, row in firsts.groupby(keys, sort=False)]
+        groups = [(row, shares.loc[row.index]) for _, row in firsts.groupby(SETTING, sort=False)]
         total = sum(of_runs.mean() for _, of_runs in groups).sort_index()
         order = total.sort_values(ascending=False, kind="stable").index
         settings = []
@@ -44,7 +44,7 @@ def bars(results: Results) -> dict[str, Any]:
             effective = of_runs.apply(lambda c: effective_templates(c[c > 0]), axis=1).mean()
             settings.append(
                 {
-                    "title": results.title(row),
+                    "title": name_of(row, by),
                     "color": REGIME_COLORS.get(str(row["regime"]), ""),
                     "effective": f"{effective:.1f} of {row['templates']}",
                     "bars": shown,
