@@ -171,3 +171,8 @@ class RunFolder:
             f"another process is training {self.path}: wait for it, or choose another run with "
             "name=...",
         )
+
+
+def find_runs(root: Path) -> list[RunFolder]:
+    """Return all run folders below a path, in order of their names."""
+    return [RunFolder(path.parent) for path in sorted(root.rglob("config.yaml"))]

@@ -46,22 +46,12 @@ QUALITY = {
 }
 """What the deformed meshes are like: column, its heading, meaning and factor."""
 
-BUDGET_CAPTION = "; ".join(
-    [
-        *(f"{share.name}: {share.meaning}" for share in SHARES),
-        "regret: the selection's share",
-        *(f"{name}: {meaning}" for name, meaning, _ in QUALITY.values()),
-    ]
-)
-"""What the parts and the quality are, for people."""
-
 
 def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
     """Return what each run's mean error is made of, in the protocol's main measure.
 
     Args:
-        samples: as `load_samples` gives them; runs that were scored without references, or by an
-            earlier version, are left out.
+        samples: of `Results`; runs that were scored without references are left out.
         protocol: that they were measured under; its main measure is a distance.
 
     Returns:

@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from importlib.resources import files
-from pathlib import Path, PurePath
+from pathlib import PurePath
 from typing import Any
 
 import pandas as pd
 import yaml
 
-from ffd_lightning.analysis.compare import REGIMES, aggregate_seeds, require_columns
-from ffd_lightning.analysis.runs import described_protocols
+from ffd_lightning.analysis.naming import differing, name_of, setting_text
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import Table
 from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.errors import DataError
-from ffd_lightning.run_folder import RunFolder
 
 PROTOCOL = "paper"
 MEASURES = ("chamfer", "emd", "one_minus_iou")
 """Of the paper's Table 3, each times 1,000: lower is better."""
 
-_METHODS = (*REGIMES, "DN", "PSGN")
+_REGIMES = ("b", "w", "e", "r")
 _PLACE = files("ffd_lightning.analysis")
 
 
@@ -48,33 +46,31 @@ def paper_settings(regime: str) -> dict[str, Any]:
     return content["settings"] | {f"regime.{key}": value for key, value in of_regime.items()}
 
 
-def differences(runs: Iterable[RunFolder]) -> list[str]:
+def differences(settings: pd.DataFrame) -> list[str]:
     """Return the settings that runs have otherwise than the paper, with both values.
 
     What the paper says nothing of is not listed, but for terms that it does not have. Of files the
     names are compared.
 
-    Raises:
-        ConfigError: a `config.yaml` that is damaged.
+    Args:
+        settings: of `Results`.
     """
     found: dict[tuple[str, str], dict[str, None]] = {}
-    for run in runs:
-        own = pd.json_normalize(dict(run.settings)).iloc[0].to_dict()
-        paper = paper_settings(str(own.get("regime.name")))
-        terms = {k: 0 for k in own if k.startswith("regime.terms.") and k.endswith(".weight")}
-        for key, value in (terms | paper).items():
-            ours, theirs = _text(own.get(key)), _text(value)
+    for own in settings.to_dict("records"):
+        weights = [k for k in own if k.startswith("regime.terms.") and k.endswith(".weight")]
+        terms = {key: 0 for key in weights if setting_text(own[key]) != "null"}
+        for key, value in (terms | paper_settings(str(own.get("regime.name")))).items():
+            ours, theirs = (PurePath(setting_text(x)).name or "" for x in (own.get(key), value))
             if ours != theirs:
                 found.setdefault((key, theirs), {})[ours] = None
     return [f"{key}: {' or '.join(ours)} (paper: {them})" for (key, them), ours in found.items()]
 
 
-def beside_paper(runs: pd.DataFrame) -> Table:
+def beside_paper(results: Results) -> Table:
     """Return our results beside the paper's, for the categories we have.
 
     Args:
-        runs: as `load_runs` gives them; those that are finished, and whose test shapes were
-            evaluated under protocol `paper`, count. Their folders are read for their settings.
+        results: of runs whose test shapes were evaluated under protocol `paper`.
 
     Returns:
         Two rows per category, ours and the paper's, a column per method (with T where our runs have
@@ -83,48 +79,50 @@ def beside_paper(runs: pd.DataFrame) -> Table:
         counts the same. The note says in which settings the experiments differ.
 
     Raises:
-        DataError: no finished run of that protocol, or one without its measures.
+        DataError: no finished run of that protocol.
     """
-    require_columns(runs, ["run", "state", "protocol", "category", "regime", "templates", "seed"])
-    usable = runs[(runs["state"] == "finished") & (runs["protocol"] == PROTOCOL)]
-    tested = [PROTOCOL in described_protocols(RunFolder(Path(run))) for run in usable["run"]]
-    usable = usable[tested]
-    if usable.empty:
+    runs = results.scored
+    if runs.empty or results.protocol.name != PROTOCOL:
         raise DataError(
             f"no finished run was evaluated under protocol {PROTOCOL}, the paper's: give the "
             f"command that trained one again, with protocol={PROTOCOL}"
         )
-    mine = aggregate_seeds(usable, ["chamfer", "emd", "iou"])
-    several = mine["templates"].nunique() > 1
-    method = mine["regime"] + (" T=" + mine["templates"].astype(str) if several else "")
-    scores = {"chamfer": mine["chamfer"], "emd": mine["emd"], "one_minus_iou": 1 - mine["iou"]}
-    ours = mine[["category"]].assign(method=method, **{k: 1000 * v for k, v in scores.items()})
-    sources = {"ours": ours, "paper": paper_table().dropna(subset=MEASURES, how="all")}
-    categories = [*PAPER_CATEGORIES, *sorted(set(ours["category"]) - set(PAPER_CATEGORIES))]
-    categories = [name for name in categories if name in set(ours["category"])]
-    methods = sorted(
-        {m for table in sources.values() for m in table["method"]}, key=lambda m: _place(m)
+    columns = [name for name in differing(runs) if name != "regime"]
+    runs = runs.assign(
+        method=[name_of(row, ["regime", *columns], long=False) for row in runs.to_dict("records")],
+        one_minus_iou=1 - runs["iou"],
     )
-    cells = {name: _cells(table) for name, table in sources.items()}
-    has_all = ours.groupby("category")["method"].nunique() == ours["method"].nunique()
-    shared = [name for name in PAPER_CATEGORIES if name in categories and has_all[name]]
+    ours = 1000 * runs.groupby(["category", "method"], sort=False)[list(MEASURES)].mean()
+    paper = paper_table().set_index(["category", "method"])[list(MEASURES)].dropna(how="all")
+    categories = [name for name in PAPER_CATEGORIES if name in set(runs["category"])]
+    own = list(dict.fromkeys(runs["method"]))
+    shared = [name for name in categories if len(ours.loc[name]) == len(own)]
+    categories += sorted(set(runs["category"]) - set(categories))
+    mean = f"mean of {len(shared)}"
+    sources = {"ours": ours, "paper": paper}
     if len(shared) > 1:
-        categories.append(mean := f"mean of {len(shared)}")
+        categories.append(mean)
         for name, table in sources.items():
-            part = table[table["category"].isin(shared)].groupby("method")
-            means = part[list(MEASURES)].agg(lambda x: x.mean(skipna=False))
-            means = means[part.size() == len(shared)].reset_index().assign(category=mean)
-            cells[name] |= _cells(means)
-    methods = [
-        m for m in methods if any((c, m) in own for own in cells.values() for c in categories)
-    ]
+            part = table.loc[shared].groupby("method", sort=False)
+            means = part.agg(lambda x: x.mean(skipna=False))[part.size() == len(shared)]
+            means.index = pd.MultiIndex.from_product([[mean], means.index])
+            sources[name] = pd.concat([table, means])
+    reported = list(paper.index[paper.index.isin(categories, level=0)].unique("method"))
+    order = [*_REGIMES, *(m.split(",")[0] for m in own), *reported]
+    methods = sorted(
+        {*own, *reported},
+        key=lambda m: (
+            order.index(m.split(",")[0]),
+            m not in reported,
+            own.index(m) if m in own else 0,
+        ),
+    )
     rows: list[list[str]] = []
     for category in categories:
-        for name, own in cells.items():
-            row = [own.get((category, method), "-") for method in methods]
+        for name, table in sources.items():
+            row = [_cell(table, category, method) for method in methods]
             if set(row) != {"-"}:
                 rows.append(["" if rows and name == "paper" else category, name, *row])
-    told = "; ".join(differences(RunFolder(Path(run)) for run in usable["run"]))
     over = f" {mean}: {', '.join(shared)}." if len(shared) > 1 else ""
     return Table(
         "Beside the paper's Table 3",
@@ -133,38 +131,13 @@ def beside_paper(runs: pd.DataFrame) -> Table:
         heads=2,
         note="1000 x (Chamfer / EMD / 1 - IoU), lower is better; the paper's as printed in Jack et "
         f"al. 2018, ours means over test shapes and seeds.{over} These are two experiments, not "
-        f"one repeated: {told}. Our ground truth's hemisphere is exact (paper: up to 2.3% too "
-        "large), and the templates may be others.",
+        f"one repeated: {'; '.join(differences(results.settings.loc[runs['run']]))}. Our ground "
+        "truth's hemisphere is exact (paper: up to 2.3% too large), and the templates may be "
+        "others.",
     )
 
 
-def _cells(table: pd.DataFrame) -> dict[tuple[str, str], str]:
-    """Return the three numbers as text, by category and method."""
-    return {
-        (row["category"], row["method"]): "/".join(
-            "-" if pd.isna(row[m]) else f"{row[m]:.0f}" for m in MEASURES
-        )
-        for row in table.to_dict("records")
-    }
-
-
-def _place(method: str) -> tuple[int, str, int]:
-    """Return the place of a method: as in the paper, then by number of templates."""
-    name, _, count = method.partition(" T=")
-    known = _METHODS.index(name) if name in _METHODS else len(REGIMES) - 0.5
-    return int(2 * known), name, int(count or 0)
-
-
-def _text(value: Any) -> str:
-    """Return a value as it is compared and shown: numbers alike, whatever type they were read as.
-
-    >>> _text(10000.0), _text(1e-4), _text([45.0]), _text(None), _text("/somewhere/weights.pt")
-    ('10000', '0.0001', '[45]', 'null', 'weights.pt')
-    """
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return f"[{', '.join(map(_text, value))}]"
-    if isinstance(value, str):
-        return PurePath(value).name if PurePath(value).is_absolute() else value
-    if value is None or pd.isna(value):
-        return "null"
-    return f"{value:.10g}" if not isinstance(value, bool) else str(value).lower()
+def _cell(table: pd.DataFrame, category: str, method: str) -> str:
+    if (category, method) not in table.index:
+        return "-"
+    return "/".join("-" if pd.isna(x) else f"{x:.0f}" for x in table.loc[(category, method)])

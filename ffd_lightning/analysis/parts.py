@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,40 +10,19 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ffd_lightning.analysis.compare import interval, require_columns
-from ffd_lightning.analysis.runs import load_samples
-from ffd_lightning.analysis.selection import Families
+from ffd_lightning.analysis.results import Families, Results
 from ffd_lightning.analysis.table import Cell, Table
 from ffd_lightning.analysis.wording import SHAPE_TITLES
-from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.references import SHAPES
-from ffd_lightning.run_folder import RunFolder
 
 PROTOCOL = "parts"
 FEWEST = 6
-"""Models below which no interval is given: so few show nothing."""
+"""Shapes below which no interval is given: so few show nothing."""
 
 PART = "part_iou_"
 """What names of measures of single parts begin with."""
 
 _RUN = ["run", "category", "regime", "templates", "seed"]
-
-
-def label_samples(runs: Sequence[RunFolder]) -> pd.DataFrame:
-    """Read the samples of runs under protocol parts, as `load_samples` does.
-
-    Raises:
-        DataError: a finished run was not evaluated under it, or none at all is there.
-    """
-    without = [
-        r for r in runs if r.finished and not (r.evaluation(PROTOCOL) / "samples.csv").exists()
-    ]
-    if without:
-        raise DataError(
-            f"{len(without)} of {len(runs)} runs have not been evaluated under protocol "
-            f"{PROTOCOL}, the first of them: ffd evaluate run={without[0].path} "
-            f"protocol={PROTOCOL}"
-        )
-    return load_samples(runs, PROTOCOL)
 
 
 def part_columns(samples: pd.DataFrame) -> list[str]:
@@ -56,22 +34,22 @@ def part_columns(samples: pd.DataFrame) -> list[str]:
 def transfer_table(
     samples: pd.DataFrame, measures: str | Sequence[str] = "part_iou"
 ) -> pd.DataFrame:
-    """Return how well the labels of each shape fit the truth, beside those of the shape.
+    """Return how well the labels of each shape fit the truth, beside those of the network.
 
-    Intervals are 95% bootstraps over the test shapes (see `compare.compare_runs`): of these trained
+    Intervals are 95% bootstraps over the test shapes (see `compare.compare`): of these trained
     networks, not of other seeds. Several images of a shape are averaged. Measures of a single part
     are over the shapes that have the part; fewer than 6 shapes have no interval (NaN).
 
     Args:
-        samples: as `label_samples` gives them.
+        samples: of `Results` under protocol parts.
         measures: names of measures of the protocol, or `part_columns`.
 
     Returns:
         A row per run, category of shapes, measure and shape. Columns: `run`, `category`, `regime`,
-        `templates`, `seed`, `measure`, `shape` (a key of `references.SHAPES`, "" for the model),
-        `num_samples` (models), `mean` with its interval `low`, `high`, and `gain` with `gain_low`,
-        `gain_high`: the model's less this shape's, model by model (NaN for the model itself).
-        Shares, from 0 to 1. Shapes that were not scored (`evaluation.references=false`) have no
+        `templates`, `seed`, `measure`, `shape` (a key of `references.SHAPES`, "" for the network),
+        `num_samples` (test shapes), `mean` with its interval `low`, `high`, and `gain` with
+        `gain_low`, `gain_high`: the network's less this shape's, one by one (NaN for the network
+        itself). Shares, from 0 to 1. What was not scored (`evaluation.references=false`) has no
         rows.
 
     Raises:
@@ -79,36 +57,21 @@ def transfer_table(
     """
     rows = []
     for measure in [measures] if isinstance(measures, str) else measures:
-        require_columns(samples, [*_RUN, "id", measure])
+        require_columns(samples, [measure])
+        columns = {shape: f"{shape}_{measure}" if shape else measure for shape in SHAPES}
+        columns = {shape: name for shape, name in columns.items() if name in samples}
         for values, part in samples.groupby(_RUN, sort=False):
-            first = {**dict(zip(_RUN, values, strict=True)), "measure": measure}
-            rows += [first | row for row in _of_shapes(part, measure)]
+            scores = part.groupby("id")[list(columns.values())].mean()
+            scores = scores.dropna(axis=1, how="all").dropna()
+            own = scores[measure] if measure in scores else scores[:0]
+            for shape, name in columns.items():
+                if len(own) and name in scores:
+                    row = {**dict(zip(_RUN, values, strict=True)), "measure": measure}
+                    row |= {"shape": shape, "num_samples": len(own)}
+                    row |= _mean([scores[name].to_numpy(float)])
+                    gain = _mean([(own - scores[name]).to_numpy(float)] if shape else [], "gain_")
+                    rows.append(row | gain)
     return pd.DataFrame(rows)
-
-
-def _of_shapes(part: pd.DataFrame, measure: str) -> list[dict[str, Any]]:
-    """Return a row per shape, of one run, category and measure."""
-    columns = {shape: f"{shape}_{measure}" if shape else measure for shape in SHAPES}
-    columns = {shape: name for shape, name in columns.items() if name in part}
-    models = part.groupby("id")[list(columns.values())].mean().dropna(axis=1, how="all").dropna()
-    if models.empty:
-        return []
-    shapes = [shape for shape, name in columns.items() if name in models]
-    scores = models.to_numpy(float)
-    values = np.concatenate([scores, scores[:, :1] - scores], axis=1)
-    spans = _intervals([values])
-    rows = []
-    for k, shape in enumerate(shapes):
-        gain = (np.nan,) * 3
-        if shape:
-            other = k + len(shapes)
-            gain = (float(values[:, other].mean()), *spans[other])
-        numbers = {"num_samples": len(models), "mean": float(values[:, k].mean())}
-        span = dict(
-            zip(("low", "high", "gain", "gain_low", "gain_high"), (*spans[k], *gain), strict=True)
-        )
-        rows.append({"shape": shape, **numbers, **span})
-    return rows
 
 
 def family_table(
@@ -117,97 +80,85 @@ def family_table(
     """Return how well labels are transferred from templates of the query's family, and of others.
 
     Args:
-        samples: as `label_samples` gives them.
-        families: as `selection.run_families` reads them; runs that are not in it have no rows.
+        samples: of `Results` under protocol parts.
+        families: of `Results`; runs that are not in it have no rows.
         measure: a measure of the protocol.
 
     Returns:
         Three rows per run and category, by column `family`: "same", where the selected template is
         of the query's structural family, "other", and "same - other", their difference. Columns:
-        `run`, `category`, `regime`, `templates`, `seed`, `family`, `num_samples` (models), `mean`
-        with its 95% interval `low`, `high`, and `gain`, `gain_low`, `gain_high`: the deformed
-        template's less that of the same template as it is. Shapes whose family is not known are
-        left out; a group without shapes is NaN.
+        `run`, `category`, `regime`, `templates`, `seed`, `family`, `num_samples` (test shapes),
+        `mean` with its 95% interval `low`, `high`, and `gain`, `gain_low`, `gain_high`: the
+        deformed template's less that of the same template as it is. Shapes whose family is not
+        known are left out; a group without shapes is NaN.
     """
-    require_columns(samples, [*_RUN, "id", "family", "template", measure, f"undeformed_{measure}"])
+    require_columns(samples, ["family", "template", measure, f"undeformed_{measure}"])
     rows = []
     for values, part in samples.groupby(_RUN, sort=False):
         run, category = values[:2]
         known = part[part["family"].fillna("") != ""]
-        of_template = families.get(str(run), {})
-        if known.empty or not any(of_template.values()):
+        if known.empty or not families.get(run):
             continue
-        same = known["template"].map(of_template) == category + "/" + known["family"]
-        groups = [_with_gain(known[mask], measure) for mask in (same, ~same)]
+        same = known["template"].map(families[run]) == category + "/" + known["family"]
+        scores, gains = [], []
+        for mask in (same, ~same):
+            means = known[mask].groupby("id")[[measure, f"undeformed_{measure}"]].mean()
+            scores.append(means[measure].to_numpy(float))
+            gains.append((means[measure] - means[f"undeformed_{measure}"]).to_numpy(float))
         first = dict(zip(_RUN, values, strict=True))
         # Twice the groups, one of them negated: the mean over both strata is their difference.
-        for name, strata in (
-            ("same", groups[:1]),
-            ("other", groups[1:]),
-            ("same - other", [2 * groups[0], -2 * groups[1]]),
-        ):
-            rows.append({**first, "family": name, **_group(strata)})
+        for name, weights in (("same", (1,)), ("other", (0, 1)), ("same - other", (2, -2))):
+            strata, of_gain = (
+                [w * x for w, x in zip(weights, groups, strict=False) if w]
+                for groups in (scores, gains)
+            )
+            row = {**first, "family": name, "num_samples": sum(map(len, strata))}
+            rows.append(row | _mean(strata) | _mean(of_gain, "gain_"))
     return pd.DataFrame(rows)
 
 
-def _with_gain(part: pd.DataFrame, measure: str) -> NDArray[np.float64]:
-    """Return a measure of the model, and that less its template's as it is, per model: (n, 2)."""
-    models = part.groupby("id")[[measure, f"undeformed_{measure}"]].mean().to_numpy(float)
-    return np.stack([models[:, 0], models[:, 0] - models[:, 1]], axis=1)
+def _mean(strata: Sequence[NDArray[np.float64]], prefix: str = "") -> dict[str, float]:
+    """Return a mean over strata of shapes, (n,) each, with its interval."""
+    counts = [len(values) for values in strata]
+    mean = float(np.mean([x.mean() for x in strata])) if all(counts) and counts else np.nan
+    low, high = interval(strata) if min(counts, default=0) >= FEWEST else (np.nan, np.nan)
+    return {prefix.rstrip("_") or "mean": mean, f"{prefix}low": low, f"{prefix}high": high}
 
 
-def _group(strata: list[NDArray[np.float64]]) -> dict[str, Any]:
-    """Return the numbers of a row of `family_table`, from groups of shapes, (n, 2) each."""
-    row: dict[str, Any] = {"num_samples": sum(len(group) for group in strata)}
-    empty = any(len(group) == 0 for group in strata)
-    means = [np.nan] * 2 if empty else np.mean([g.mean(0) for g in strata], axis=0).tolist()
-    spans = _intervals(strata)
-    for name, mean, (low, high), prefix in zip(
-        ("mean", "gain"), means, spans, ("", "gain_"), strict=True
-    ):
-        row |= {name: mean, f"{prefix}low": low, f"{prefix}high": high}
-    return row
-
-
-def _intervals(strata: list[NDArray[np.float64]]) -> list[tuple[float, float]]:
-    """Return the 95% interval of each column's mean, the mean over strata (n, P) of shapes."""
-    columns = strata[0].shape[1]
-    if min(len(values) for values in strata) < FEWEST:
-        return [(np.nan, np.nan)] * columns
-    return [interval([values[:, k] for values in strata]) for k in range(columns)]
-
-
-def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> list[Table]:
+def label_tables(results: Results) -> list[Table]:
     """Return a table of shapes, one of single parts, and one of families where they are known.
 
     Args:
-        samples: as `label_samples` gives them.
-        families: as `run_families` reads them.
-        folder: that the runs are in; they are named as seen from it.
+        results: under protocol parts.
     """
-    tables = [
-        _shapes_table(
-            transfer_table(samples, measures),
-            folder,
-            title,
-            f"Means over {over}; of the model (selected template, deformed) with 95% interval; "
-            "below the others: how much more the model has.",
+    samples = results.samples
+    tables = []
+    for measures, title, over in (
+        ("part_iou", "Part IoU x 100 of transferred labels", "parts, then over test shapes"),
+        (part_columns(samples), "IoU x 100 of single parts", "the test shapes that have it"),
+    ):
+        table = transfer_table(samples, measures)
+        shapes = [shape for shape in SHAPES if shape in set(table["shape"])]
+        rows = []
+        for values, part in table.groupby(["run", "category", "measure"], sort=False):
+            by_shape = part.set_index("shape").to_dict("index")
+            heads = [*map(str, values[:2]), str(values[2]).removeprefix(PART)]
+            cells = [_cell(by_shape.get(shape), shape) for shape in shapes]
+            rows.append([*heads, str(by_shape[""]["num_samples"]), *cells])
+        titles = [SHAPE_TITLES[shape].replace(" ", "\n") for shape in shapes]
+        note = (
+            f"Means over {over}; of the network (selected template, deformed) with 95% interval; "
+            "below the others: how much more the network has."
         )
-        for measures, title, over in (
-            ("part_iou", "Part IoU x 100 of transferred labels", "parts, then over test shapes"),
-            (part_columns(samples), "IoU x 100 of single parts", "the test shapes that have it"),
-        )
-    ]
+        tables.append(Table(title, ["run", "category", "part", "shapes", *titles], rows, 3, note))
     rows = [
         [
-            str(Path(row["run"]).relative_to(folder)),
-            row["category"],
-            row["family"],
+            *(row[name] for name in ("run", "category", "family")),
             str(row["num_samples"]),
-            _span(row, "mean", "low", "high"),
-            _span(row, "gain", "gain_low", "gain_high", "+"),
+            f"{_number(row, 'mean')} {_span(row)}".rstrip(),
+            f"{_number(row, 'gain', '+')} {_span(row, 'gain_')}".rstrip(),
         ]
-        for row in family_table(samples, families).to_dict("records")
+        for row in family_table(samples, results.families).to_dict("records")
     ]
     head = ["run", "category", "template's family", "shapes", "part IoU", "gain"]
     note = "Gain: over the same template as it is. 95% intervals over test shapes."
@@ -215,37 +166,17 @@ def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> lis
     return [*tables, Table(title, head, rows, 3, note)] if rows else tables
 
 
-def _shapes_table(table: pd.DataFrame, folder: Path, title: str, note: str) -> Table:
-    """Return a row per run, category and measure, a column per shape."""
-    shapes = [s for s in SHAPES if s in set(table["shape"])]
-    several = table["measure"].nunique() > 1
-    rows = []
-    for values, part in table.groupby(["run", "category", "measure"], sort=False):
-        run, category, measure = map(str, values)
-        found = part.set_index("shape").to_dict("index")
-        cells = [_shape_cell(found.get(shape), shape) for shape in shapes]
-        head = [str(Path(run).relative_to(folder)), category]
-        head += [measure.removeprefix(PART)] if several else []
-        rows.append([*head, str(found[""]["num_samples"]), *cells])
-    heads = ["run", "category", *(["part"] if several else [])]
-    titles = [SHAPE_TITLES[shape].replace(" ", "\n") for shape in shapes]
-    return Table(title, [*heads, "shapes", *titles], rows, len(heads), note)
-
-
-def _shape_cell(row: Mapping[Any, Any] | None, shape: str) -> str:
+def _cell(row: Mapping[Any, Any] | None, shape: str) -> str:
     if row is None:
         return "-"
-    if not shape:
-        return Cell(f"{100 * row['mean']:.1f}", _interval(row, "low", "high"))
-    gain = _span(row, "gain", "gain_low", "gain_high", "+")
-    return Cell(f"{100 * row['mean']:.1f}", gain)
+    gain = f"{_number(row, 'gain', '+')} {_span(row, 'gain_')}".rstrip()
+    return Cell(_number(row, "mean"), gain if shape else _span(row))
 
 
-def _span(row: Mapping[Any, Any], mean: str, low: str, high: str, sign: str = "") -> str:
-    if np.isnan(row[mean]):
-        return "-"
-    return f"{100 * row[mean]:{sign}.1f} {_interval(row, low, high)}".rstrip()
+def _number(row: Mapping[Any, Any], name: str, sign: str = "") -> str:
+    return "-" if np.isnan(row[name]) else f"{100 * row[name]:{sign}.1f}"
 
 
-def _interval(row: Mapping[Any, Any], low: str, high: str) -> str:
-    return "" if np.isnan(row[low]) else f"[{100 * row[low]:.1f}, {100 * row[high]:.1f}]"
+def _span(row: Mapping[Any, Any], prefix: str = "") -> str:
+    low, high = (row[f"{prefix}{end}"] for end in ("low", "high"))
+    return "" if np.isnan(low) else f"[{100 * low:.1f}, {100 * high:.1f}]"

@@ -1,39 +1,47 @@
-"""Results of runs: what every table, plot and page starts from."""
+"""Results of runs: what every table, plot, page, notebook and finding starts from."""
 
 from __future__ import annotations
 
+import io
+import json
 import re
+import zipfile
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from os.path import commonpath, relpath
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.runs import (
-    COLUMN_KEYS,
-    described_protocols,
-    evaluate_command,
-    find_protocol,
-    find_runs,
-    is_mixed,
-    load_runs,
-    load_samples,
-    load_settings,
-    own_protocol,
-    select,
-)
+from ffd_lightning.analysis.naming import GROUP, setting_text, sorted_runs, variants
 from ffd_lightning.analysis.status import run_status
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.metrics.selection import effective_templates
-from ffd_lightning.palette import REGIME_COLORS, regime_title
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.run_folder import RunFolder, find_runs
 
-SETTINGS = ["category", "regime", "templates"]
-"""What tells runs apart, but for their seed."""
+_KEYS = {
+    "category": "category.name",
+    "regime": "regime.name",
+    "templates": "templates.count",
+    "seed": "seed",
+}  # columns of tables, and the settings that they hold
+_NOT_DECIDING = (
+    *("seed", "name", "restart", "base", "plugins", "provided", "paths", "preparation", "trainer"),
+    *("logger", "callbacks", "protocol", "evaluation"),
+)  # settings, and groups of them, of where, how fast and how measured; see `decides`
+_HOW = ("format", "protocol", "all_views", "seed")  # in `summary.json`: decide scores, with weights
+_CURVES = {"val/box_chamfer": "box_chamfer", "val/effective_templates": "effective_templates"}
+_DIGITS = "%.5g"  # of kept scores: more than any two runs agree in by chance
+_OLD = (1980, 1, 1, 0, 0, 0)  # the same file for the same results
+
+Families = Mapping[str, Mapping[str, str]]
+"""Of each run, `<category>/<structural family>` of every template it could select."""
 
 
 @dataclass(frozen=True)
@@ -41,138 +49,384 @@ class Results:
     """Results of runs under one protocol.
 
     Attributes:
-        folder: that holds them.
-        runs: those that can be read, by category, regime (as in the paper), templates and seed.
-        table: a row per run: `run`, `setup` (its folder's name, without the seed's where runs that
-            share it are seeds of each other), `category`, `regime`, `templates`, `seed`,
-            `setting` (see `load_runs`), `state` (finished, failed, running, interrupted),
-            `reason` (of having no scores, "" with scores),
-            `protocol`, `seconds_per_step` and, with scores, the mean of each measure of each shape,
-            `effective_templates` and `num_samples`.
-        samples: as `load_samples` gives them, of the finished runs; no rows where there are none.
+        samples: a row per test image and finished run: `run`, `regime`, `templates`, `variant`,
+            `seed`, and the columns of `samples.csv`: `id`, `category` (the shape's), `family`,
+            `view`, `template`, `weight` and every measure of every shape.
+        runs: a row per run, by category, regime (as in the paper), templates and seed: `run` (its
+            path below `folder`), these, `variant` (what else tells its setting from others, ""
+            where regime and templates do), `state` (finished, failed, running, interrupted,
+            damaged), `reason` (of having no scores, "" with scores) and `seconds_per_step`. Runs
+            that have `naming.GROUP` in common are seeds of each other.
+        settings: of runs that are not damaged (index `run`), a column per setting by its name on
+            the command line.
         protocol: that the scores are of.
-        damaged: runs that cannot be read: folder and reason.
+        families: of each run (as far as they are known), `<category>/<structural family>` of every
+            template that it could select; of kept results, of those that it does.
+        curves: of validation, in kept results alone: `run`, `step`, `box_chamfer` (x 1000) and
+            `effective_templates`.
+        about: what was written with kept results, such as machine and commands; one for each file.
+        folder: that the runs are in; None of kept results.
     """
 
-    folder: Path
-    runs: list[RunFolder]
-    table: pd.DataFrame
     samples: pd.DataFrame
+    runs: pd.DataFrame
+    settings: pd.DataFrame
     protocol: ProtocolDescription
-    damaged: dict[str, str]
+    families: Families
+    curves: pd.DataFrame
+    about: Sequence[Mapping[str, Any]] = ()
+    folder: Path | None = None
 
     @classmethod
     def read(cls, folder: Path, protocol: str | None = None) -> Results:
-        """Read a folder.
+        """Read all runs at any depth below a folder, or what `save` wrote.
 
         Args:
-            folder: runs are at any depth below it.
-            protocol: the name of one; that of most runs where it is None.
+            folder: or a file that ends in `.zip`.
+            protocol: the name of the results; that of most runs where it is None.
 
         Raises:
             ConfigError: no run was evaluated under this protocol.
-            DataError: no run.
+            DataError: no run, or no such file.
         """
+        if folder.suffix == ".zip":
+            return _read_kept(folder)
         return cls.of(find_runs(folder), protocol, folder)
 
     @classmethod
     def of(
-        cls, found: Sequence[RunFolder], protocol: str | None = None, folder: Path | None = None
+        cls,
+        runs: Sequence[RunFolder],
+        protocol: str | None = None,
+        folder: Path | None = None,
+        subset: str = "test",
     ) -> Results:
-        """Read runs; `folder` is what they are named from, by default what all are in."""
-        folder = folder or Path(commonpath([run.path for run in found]))
-        damaged = {run.path: why for run in found if (why := _damage(run))}
-        runs = [run for run in found if run.path not in damaged]
-        if not runs:
+        """Read some runs as `read` does.
+
+        Args:
+            runs: their folders.
+            protocol: see `read`.
+            folder: what they are named from, by default what all are in.
+            subset: whose scores: `test`, or `val` where a search ends with those.
+        """
+        folder = folder or Path(commonpath([run.path for run in runs]) if runs else ".")
+        known: dict[str, RunFolder] = {}
+        rows: list[dict[str, Any]] = []
+        damaged: list[dict[str, Any]] = []
+        for run in runs:
+            name = relpath(run.path, folder)
+            if why := _damage(run):
+                damaged.append({"run": name, "state": "damaged", "reason": why})
+                continue
+            known[name] = run
+            named = {column: setting_of(run.settings, key) for column, key in _KEYS.items()}
+            seconds = (run.status.get("summary") or {}).get("seconds_per_step", np.nan)
+            state = run_status(run)
+            rows.append(
+                {"run": name, **named, "state": state["state"], "reason": state["reason"]}
+                | {"seconds_per_step": seconds}
+            )
+        if not rows:
             raise DataError(
                 f"{folder} holds no run that can be read"
-                + "".join(f" ({path}: {why})" for path, why in list(damaged.items())[:1])
+                + "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
                 + ": name the folder of a run, or of a sweep (runs/NAME)"
             )
-        try:
-            chosen = find_protocol(runs, protocol)
-        except DataError:  # none has come to its evaluation
-            chosen = ProtocolDescription(protocol or own_protocol(runs[0]).split("/")[0])
-        kept = ["run", *SETTINGS, "seed", "setting", "state", "reason", "seconds_per_step"]
-        table = load_runs(runs)[kept]
-        order = table.sort_values([*SETTINGS, "seed"], key=_in_order, kind="stable").index
-        table, runs = table.loc[order].reset_index(drop=True), [runs[k] for k in order]
-        table["state"] = [str(run_status(run)["state"]) for run in runs]
+        settings = pd.DataFrame.from_dict(
+            {
+                name: pd.json_normalize(run.settings).iloc[0].to_dict()
+                for name, run in known.items()
+            },
+            orient="index",
+        ).rename_axis("run")
+        table = pd.DataFrame(rows)
+        table.insert(4, "variant", variants(table, deciding_settings(settings)))
+        table = sorted_runs(table).reset_index(drop=True)
+        chosen = _protocol(list(known.values()), protocol, subset)
         parts = []
-        for place, run in enumerate(runs):
+        for place, row in enumerate(table.to_dict("records")):
             try:
-                part, why = _scores(run, str(table.loc[place, "state"]), chosen), ""
-                parts.append(part)
+                part = _scores(known[row["run"]], str(row["state"]), chosen, subset)
             except DataError as error:
-                why = str(error)
-            if why and table.loc[place, "state"] != "failed":
-                table.loc[place, "reason"] = why
-        samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame({"run": []})
-        names = pd.Series([relpath(run.path, folder) for run in runs])
-        setups = names.map(_setup)
-        mixed = table.groupby(setups)["setting"].transform("nunique") > 1
-        table = table.assign(protocol=chosen.name, setup=setups.where(~mixed, names))
-        if parts:
-            table = table.merge(_means(samples, chosen), how="left", on="run")
-        shown = {relpath(path, folder): why for path, why in damaged.items()}
-        return cls(folder, runs, table, samples, chosen, shown)
+                if row["state"] != "failed":
+                    table.loc[place, "reason"] = str(error)
+                continue
+            part.insert(0, "run", row["run"])
+            for column in ("seed", "variant", "templates", "regime"):
+                part.insert(1, column, row[column])
+            parts.append(part)
+        columns = ["run", *GROUP, "seed", "id", "view", "family", "template"]
+        samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
+        families = {name: found for name, run in known.items() if (found := _families(run))}
+        table = pd.concat([table, pd.DataFrame(damaged)], ignore_index=True)
+        return cls(samples, table, settings, chosen, families, _curves({}), folder=folder)
 
-    @property
+    @cached_property
     def scored(self) -> pd.DataFrame:
-        """The rows of the table that have scores."""
-        return self.table[self.table["run"].isin(self.samples["run"])]
+        """The runs that have scores, with the means of their numbers over test images.
+
+        And `num_samples`, how many there are, and `effective_templates`.
+        """
+        groups = self.samples.groupby("run", sort=False)
+        means = groups.mean(numeric_only=True).drop(columns=["templates", "seed"], errors="ignore")
+        means["effective_templates"] = [
+            effective_templates(part["template"].value_counts()) for _, part in groups
+        ]
+        means["num_samples"] = groups.size()
+        return self.runs.merge(means, on="run").astype({"seed": int, "templates": int})
 
     @property
     def unscored(self) -> pd.DataFrame:
-        """The other rows."""
-        return self.table[~self.table["run"].isin(self.samples["run"])]
+        """The other runs."""
+        return self.runs[~self.runs["run"].isin(self.samples["run"])]
 
-    @cached_property
-    def settings(self) -> pd.DataFrame:
-        """A row per run, a column per setting; see `load_settings`."""
-        return load_settings(self.runs)
+    def run_folder(self, run: str) -> RunFolder:
+        """Return the folder of a run, by its name."""
+        return RunFolder((self.folder or Path()) / run)
 
-    @cached_property
-    def keys(self) -> list[str]:
-        """What tells runs apart, but for their seed: their setup where `SETTINGS` do not."""
-        twice = self.table.duplicated([*SETTINGS, "seed"]).any()
-        return ["setup", *SETTINGS] if twice or is_mixed(self.table, SETTINGS) else SETTINGS
+    def where(self, **columns: Any) -> Results:
+        """Return the part in which columns of the samples have one of these values.
 
-    @cached_property
-    def told_apart_by(self) -> list[str]:
-        """What settings with scores are told apart by, but for category and seed."""
-        names = ["setup"] if "setup" in self.keys else ["regime", "templates"]
-        return [name for name in names if self.scored[name].nunique() > 1]
+        Runs without such samples are left out.
 
-    def title(self, row: Mapping[str, object]) -> str:
-        """Return what tells the setting of a row of the table from the others, for people."""
-        words = {"regime": lambda v: regime_title(str(v)), "templates": lambda v: f"T = {v}"}
-        names = self.told_apart_by or ["regime"]
-        return ", ".join(str(words.get(name, str)(row[name])) for name in names)
+        Raises:
+            DataError: nothing is left.
+        """
+        samples = self.samples
+        for column, wanted in columns.items():
+            values = [wanted] if isinstance(wanted, (str, int)) else list(wanted)
+            samples = samples[samples[column].isin(values)]
+        if samples.empty:
+            raise DataError(f"there are no results with {columns}")
+        runs = self.runs[self.runs["run"].isin(samples["run"])]
+        return replace(
+            self, samples=samples, runs=runs, settings=self.settings.loc[list(runs["run"])]
+        )
 
-    def name(self, run: str) -> str:
-        """Return a run's folder, as seen from that of all."""
-        return relpath(run, self.folder)
+    @classmethod
+    def concat(cls, *parts: Results) -> Results:
+        """Return kept results together.
+
+        Raises:
+            DataError: they were measured under different protocols.
+        """
+        if len({part.protocol for part in parts}) > 1:
+            raise DataError("the results were measured under several protocols")
+        families: dict[str, Mapping[str, str]] = {}
+        for part in parts:
+            families |= part.families
+        return cls(
+            pd.concat([part.samples for part in parts], ignore_index=True),
+            pd.concat([part.runs for part in parts], ignore_index=True),
+            pd.concat([part.settings for part in parts]),
+            parts[0].protocol,
+            families,
+            pd.concat([part.curves for part in parts], ignore_index=True),
+            [about for part in parts for about in part.about],
+        )
+
+    def save(self, file: Path, about: Mapping[str, Any] | None = None) -> None:
+        """Keep the scores, curves and settings of finished runs in one file, without their folders.
+
+        Args:
+            file: ends in `.zip`: CSV and JSON. Of settings that are paths it holds the names.
+            about: plain values that a reader should know, such as the machine.
+
+        Raises:
+            DataError: no run has scores.
+        """
+        if self.samples.empty:
+            raise DataError(f"no run in {self.folder} is finished: there is nothing to keep yet")
+        runs = list(self.scored["run"])
+        family = [
+            self.families.get(run, {}).get(template, "")
+            for run, template in zip(self.samples["run"], self.samples["template"], strict=True)
+        ]
+        settings = self.settings.loc[runs].map(_without_folder)
+        settings = settings.drop(columns=[key for key in settings if key.startswith("paths.")])
+        shared = [key for key in settings if settings[key].map(repr).nunique() == 1]
+        known = {
+            "protocol": self.protocol.to_json(),
+            "settings": json.loads(settings[shared].iloc[0].to_json()),
+            "seconds_per_step": self.scored.set_index("run")["seconds_per_step"].to_dict(),
+            **(about or {}),
+        }
+        curves = _curves({run: self.run_folder(run) for run in runs})
+        content = {
+            "samples.csv": _csv(self.samples.assign(template_family=family)),
+            "curves.csv": _csv(curves),
+            "settings.csv": _csv(settings.drop(columns=shared).reset_index()),
+            "about.json": json.dumps(known, indent=1, sort_keys=True),
+        }
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_LZMA) as archive:
+            for name, text in content.items():
+                archive.writestr(zipfile.ZipInfo(name, _OLD), text, zipfile.ZIP_LZMA)
+        write_bytes_atomic(file, packed.getvalue())
 
 
-def _setup(name: str) -> str:
-    """Return a run's folder without the part that names its seed.
+def _read_kept(file: Path) -> Results:
+    """Read what `Results.save` wrote.
 
-    >>> _setup("joint/r/t4-8views/seed0")
-    'joint/r/t4-8views'
-    >>> _setup("table/b/t8/seed1_schedule.steps-50")
-    'table/b/t8/schedule.steps-50'
+    Raises:
+        DataError: it is not there, or is something else.
     """
-    parts = [re.sub(r"^seed\d+_?", "", part) for part in Path(name).parts]
-    return "/".join(part for part in parts if part) or "."
+    try:
+        with zipfile.ZipFile(file) as archive:
+            text = {name: archive.read(name).decode("utf-8") for name in archive.namelist()}
+        about = json.loads(text["about.json"])
+        words = ("id", "family", "template", "template_family", "variant")
+        samples = pd.read_csv(io.StringIO(text["samples.csv"]), dtype=dict.fromkeys(words, str))
+        samples = samples.fillna({"family": "", "template_family": "", "variant": ""})
+        if "variant" not in samples:  # kept by an earlier version
+            samples.insert(samples.columns.get_loc("seed"), "variant", "")
+        settings = pd.read_csv(io.StringIO(text["settings.csv"])).set_index("run")
+        shared = pd.DataFrame([about["settings"]] * len(settings), settings.index)
+        runs = samples[["run", *GROUP, "seed"]].drop_duplicates("run").reset_index(drop=True)
+        seconds = runs["run"].map(about.pop("seconds_per_step", {}))
+        families = samples[samples["template_family"] != ""].groupby("run", sort=False)
+        return Results(
+            samples,
+            runs.assign(state="finished", reason="", seconds_per_step=seconds),
+            pd.concat([settings, shared], axis=1),
+            ProtocolDescription.from_json(about.pop("protocol")),
+            {
+                str(run): dict(zip(part["template"], part["template_family"], strict=True))
+                for run, part in families
+            },
+            pd.read_csv(io.StringIO(text["curves.csv"])),
+            [about],
+        )
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise DataError(f"{file} holds no kept results: {error}") from None
 
 
-def _in_order(column: pd.Series) -> pd.Series:
-    """Return what sorts a column: regimes as in the paper, numbers by size."""
-    if column.name != "regime":
-        return column
-    places = {name: place for place, name in enumerate(REGIME_COLORS)}
-    return column.map(lambda regime: (places.get(regime, len(places)), str(regime)))
+# --- run folders ---------------------------------------------------------------------------------
+
+
+def setting_of(settings: Mapping[str, Any], key: str) -> Any:
+    """Return a setting of a run by its name on the command line, None where it is not set.
+
+    >>> setting_of({"regime": {"name": "b"}}, "regime.name")
+    'b'
+    """
+    value: Any = settings
+    for name in key.split("."):
+        value = value.get(name) if isinstance(value, Mapping) else None
+    return value
+
+
+def decides(key: str) -> bool:
+    """Tell whether runs that differ in a setting are no seeds of each other.
+
+    It then decides what is computed, not where, how fast or under what name.
+
+    >>> [decides(key) for key in ("schedule.steps", "seed", "trainer.devices", "trainer.precision")]
+    [True, False, False, True]
+    """
+    where = any(f"{key}.".startswith(f"{name}.") for name in _NOT_DECIDING)
+    return not where or key == "trainer.precision"
+
+
+def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
+    """Return what decides runs but their category and seed, as text; null is the same as nothing.
+
+    Files in the folder of a run of the same category and seed are the same for all.
+    """
+    several = settings.get("category.members", pd.Series(index=settings.index, dtype=object))
+    joint = several.map(lambda names: isinstance(names, list) and len(names) > 1)
+    columns = {"category": settings["category.name"].where(joint).map(setting_text)}
+    place = [
+        re.compile(rf"(?<=/){re.escape(str(category))}(?=/)|(?<=/)seed{seed}(?=[/_])")
+        for category, seed in zip(settings["category.name"], settings["seed"], strict=True)
+    ]
+    for key in settings:
+        if decides(key) and not key.startswith("category."):
+            values = settings[key].map(setting_text)
+            columns[key] = pd.Series(
+                [p.sub("*", text) for p, text in zip(place, values, strict=True)], settings.index
+            )
+    return pd.DataFrame(columns)
+
+
+def own_protocol(run: RunFolder) -> str:
+    """Return the name of the results that a run's training ended with, or will."""
+    ended = run.status.get("evaluation") or {}
+    before = ended.get("protocol") or setting_of(run.settings, "protocol.name")
+    return str(ended.get("name") or before or "paper")
+
+
+def described_protocol(
+    run: RunFolder, name: str, subset: str = "test"
+) -> ProtocolDescription | None:
+    """Return the protocol of a run's results of this name, None where there are none.
+
+    It is as their `summary.json` describes it, so that it need not be installed, and None where
+    that is damaged. Its name is that of the results.
+    """
+    try:
+        text = (run.evaluation(name, subset) / "summary.json").read_text(encoding="utf-8")
+        content = json.loads(text)
+        how = {key: value for key, value in content.get("settings", {}).items() if key in _HOW}
+        found = ProtocolDescription.from_json(content["protocol"])
+        return replace(found, name=name, settings=json.dumps(how, sort_keys=True) if how else "")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+
+
+def described_protocols(run: RunFolder, subset: str = "test") -> dict[str, ProtocolDescription]:
+    """Return the protocols that a run was evaluated under, by name, that of its training first.
+
+    Results are of the network that the run was trained to. Those whose summary is damaged, or
+    describes no protocol, are left out.
+    """
+    names = sorted(folder.name for folder in run.path.glob("evaluation/*"))
+    found = {name: known for name in names if (known := described_protocol(run, name, subset))}
+    own = own_protocol(run) if len(found) > 1 else ""
+    return {name: found[name] for name in sorted(found, key=lambda name: name != own)}
+
+
+def evaluate_command(run: object, name: str) -> str:
+    """Return the command that makes a run's results of this name.
+
+    >>> evaluate_command("runs/a", "paper")
+    'ffd evaluate run=runs/a protocol=paper'
+    >>> evaluate_command("DIR", "paper-points-300")
+    'ffd evaluate run=DIR protocol=paper (with the settings that paper-points-300 names)'
+    """
+    protocol = re.split("[-/]", name)[0]
+    rest = "" if protocol == name else f" (with the settings that {name} names)"
+    return f"ffd evaluate run={run} protocol={protocol}{rest}"
+
+
+def read_samples(
+    run: RunFolder, protocol: ProtocolDescription, subset: str = "test"
+) -> pd.DataFrame:
+    """Read a run's `samples.csv`.
+
+    Raises:
+        DataError: it is damaged, or lacks what all have.
+    """
+    file = run.evaluation(protocol.name, subset) / "samples.csv"
+    measures = [measure.name for measure in protocol.measures]
+    try:
+        samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
+        needed = ("id", "category", "view", "template", *measures)
+        missing = [name for name in needed if name not in samples]
+        numbers = samples.reindex(columns=measures).apply(pd.to_numeric, errors="coerce")
+        wrong = [name for name in measures if not np.isfinite(numbers[name]).all()]
+        if samples.empty:
+            raise ValueError("no rows")
+        if missing:
+            raise ValueError(f"no column {', '.join(missing)}")
+        if wrong:
+            raise ValueError(f"{wrong[0]} is not a finite number everywhere")
+        return samples
+    except (OSError, ValueError) as error:
+        raise DataError(
+            f"{file} is damaged ({' '.join(str(error).split())}): "
+            f"{evaluate_command(run.path, protocol.name)} restart=true"
+        ) from None
 
 
 def _damage(run: RunFolder) -> str:
@@ -181,11 +435,31 @@ def _damage(run: RunFolder) -> str:
         settings = run.settings
     except ConfigError as error:
         return str(error)
-    named = all(select(settings, key) is not None for key in COLUMN_KEYS.values())
+    named = all(setting_of(settings, key) is not None for key in _KEYS.values())
     return "" if named else "config.yaml names no category, regime, templates or seed"
 
 
-def _scores(run: RunFolder, state: str, protocol: ProtocolDescription) -> pd.DataFrame:
+def _protocol(runs: Sequence[RunFolder], name: str | None, subset: str) -> ProtocolDescription:
+    """Return the protocol that most runs have results under, of this name where it is given.
+
+    Raises:
+        ConfigError: there are results, but none of this name.
+    """
+    found = [each for run in runs for each in described_protocols(run, subset).values()]
+    asked = [each for each in found if name in (None, each.name)]
+    if asked:
+        return Counter(asked).most_common(1)[0][0]
+    name = name or own_protocol(runs[0]).split("/")[0]
+    if found:
+        names = ", ".join(dict.fromkeys(each.name for each in found))
+        raise ConfigError(
+            f"no run was evaluated under protocol {name!r}: choose one of {names}, or evaluate "
+            f"one: {evaluate_command(runs[0].path, name)}"
+        )
+    return ProtocolDescription(name)
+
+
+def _scores(run: RunFolder, state: str, protocol: ProtocolDescription, subset: str) -> pd.DataFrame:
     """Return a run's samples.
 
     Raises:
@@ -195,7 +469,7 @@ def _scores(run: RunFolder, state: str, protocol: ProtocolDescription) -> pd.Dat
         # Samples may be there from before: they would not be of the run as it is now.
         on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
-    found = described_protocols(run)
+    found = described_protocols(run, subset)
     again = evaluate_command(run.path, protocol.name)
     if not found:
         raise DataError(f"it has no evaluation of this version: {again}")
@@ -203,16 +477,49 @@ def _scores(run: RunFolder, state: str, protocol: ProtocolDescription) -> pd.Dat
         raise DataError(f"evaluated under protocol {' and '.join(found)} only: {again}")
     if found[protocol.name] != protocol:
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
-    return load_samples([run], protocol.name)
+    return read_samples(run, protocol, subset)
 
 
-def _means(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
-    """Return a row per run: means of its measures, and how it selects templates."""
-    names = [f"{s}_{m.name}" if s else m.name for s in SHAPES for m in protocol.measures]
-    groups = samples.groupby("run", sort=False)
-    means = groups[[name for name in names if name in samples]].mean()
-    means["effective_templates"] = [
-        effective_templates(part["template"].value_counts()) for _, part in groups
-    ]
-    means["num_samples"] = groups.size()
-    return means.reset_index()
+def _families(run: RunFolder) -> dict[str, str]:
+    """Return `<category>/<family>` of the templates that a run could select, {} where unknown."""
+    try:
+        ranking = pd.read_csv(run.path / "template_ranking.csv", dtype=str, keep_default_na=False)
+        families = dict(zip(ranking["id"], ranking["family"], strict=True))
+    except (OSError, ValueError, KeyError):
+        return {}
+    category = setting_of(run.settings, "category.name")
+    joint = len(setting_of(run.settings, "category.members") or []) > 1
+    return {
+        i: family and f"{i.split('/')[0] if joint else category}/{family}"
+        for i, family in families.items()
+        if any(families.values())
+    }
+
+
+def _curves(runs: Mapping[str, RunFolder]) -> pd.DataFrame:
+    """Read the validation scores of runs from their TensorBoard logs."""
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    tables = [pd.DataFrame(columns=["run", "step", *_CURVES.values()])]
+    for name, run in runs.items():
+        if (run.path / "tensorboard").is_dir():
+            log = EventAccumulator(str(run.path / "tensorboard"), {"scalars": 0})
+            log.Reload()
+            columns = {
+                _CURVES[tag]: {event.step: event.value for event in log.Scalars(tag)}
+                for tag in _CURVES.keys() & set(log.Tags()["scalars"])
+            }
+            table = pd.DataFrame(columns, columns=list(_CURVES.values()))
+            table = table.sort_index().rename_axis("step").reset_index()
+            table.insert(0, "run", name)
+            tables.append(table)
+    return pd.concat(tables[1:] or tables, ignore_index=True)
+
+
+def _without_folder(value: Any) -> Any:
+    absolute = isinstance(value, str) and Path(value).is_absolute()
+    return Path(value).name if absolute else value
+
+
+def _csv(table: pd.DataFrame) -> str:
+    return table.to_csv(index=False, float_format=_DIGITS, lineterminator="\n")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.compare import check_seeds, measure_of, require_columns
-from ffd_lightning.analysis.runs import select
+from ffd_lightning.analysis.compare import require_columns
+from ffd_lightning.analysis.naming import GROUP, SETTING
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.metrics.selection import (
     adjusted_rand,
     chance_agreement,
@@ -19,32 +19,19 @@ from ffd_lightning.metrics.selection import (
     selection_entropy,
     top_share,
 )
-from ffd_lightning.run_folder import RunFolder
-
-_GROUP = ["category", "regime", "templates"]
-
-Families = Mapping[str, Mapping[str, str]]
-"""Of each run (its path), `<category>/<structural family>` of every template it could select."""
 
 
-def selection_table(
-    samples: pd.DataFrame,
-    protocol: ProtocolDescription,
-    families: Families | None = None,
-    measure: str = "chamfer",
-) -> pd.DataFrame:
+def selection_table(results: Results, measure: str | None = None) -> pd.DataFrame:
     """Return how each run selects its templates.
 
     Args:
-        samples: as `load_samples` gives them.
-        protocol: that they were measured under, as `find_protocol` gives it.
-        families: as `run_families` reads them; runs that are not in it have no family columns.
-        measure: of the protocol, for the regret.
+        results: of the runs.
+        measure: of the protocol, for the regret; by default its main one.
 
     Returns:
         A row per run. Columns:
 
-        - `run`, `category`, `regime`, `templates`, `seed`, `num_samples` (test images);
+        - `run`, `category`, `regime`, `templates`, `variant`, `seed`, `num_samples` (test images);
         - from the counts of the selected templates: `entropy` (nats), `effective_templates` (its
           exponential), `templates_used`, `top1_share` and `top5_share` (of all samples);
         - with references: `regret`, how much worse the measure of the deformed selected template is
@@ -61,18 +48,19 @@ def selection_table(
         What no run has is left out; what only this run lacks is NaN.
 
     Raises:
-        DataError: a column is missing, or a selected template that `families` does not have.
+        DataError: a column is missing, or a selected template that the run's families lack.
     """
-    judged = measure_of(measure, protocol)
-    require_columns(samples, ["run", "template", "family", judged.name, *_GROUP, "seed"])
-    measures = [m.name for m in protocol.measures if m.name in samples]
+    protocol = results.protocol
+    judged = protocol.measure(measure) if measure else protocol.main_measure
+    require_columns(results.samples, ["template", "family", judged.name])
+    sign = 1 if judged.higher_is_better else -1
     rows = []
-    for run, part in samples.groupby("run", sort=False):
+    for run, part in results.samples.groupby("run", sort=False):
         counts = part["template"].value_counts().to_numpy()
         row = {
             "run": run,
-            **{name: ", ".join(part[name].unique().astype(str)) for name in _GROUP[:1]},
-            **{name: part[name].iloc[0] for name in (*_GROUP[1:], "seed")},
+            "category": ", ".join(part["category"].unique().astype(str)),
+            **{name: part[name].iloc[0] for name in (*SETTING, "seed")},
             "num_samples": len(part),
             "entropy": selection_entropy(counts),
             "effective_templates": effective_templates(counts),
@@ -82,26 +70,27 @@ def selection_table(
         }
         for shape in ("", "undeformed_"):
             best = f"best_{shape or 'deformed_'}"
-            if part.get(f"{best}{judged.name}", pd.Series(np.nan, part.index)).notna().all():
+            if f"{best}{judged.name}" in part and part[f"{best}{judged.name}"].notna().all():
                 gain = part[f"{best}{judged.name}"] - part[f"{shape}{judged.name}"]
-                row[f"{shape}regret"] = float(gain.mean() * (1 if judged.higher_is_better else -1))
-                same = [part[f"{shape}{m}"] == part[f"{best}{m}"] for m in measures]
+                row[f"{shape}regret"] = float(gain.mean() * sign)
+                # Equal in all measures, it is the same template.
+                same = [
+                    part[f"{shape}{m.name}"] == part[f"{best}{m.name}"] for m in protocol.measures
+                ]
                 row[f"{shape}best_share"] = float(np.mean(np.all(same, 0)))
-        row |= _family_numbers(part, (families or {}).get(str(run), {}))
-        rows.append(row)
+        rows.append(row | _family_numbers(part, results.families.get(str(run), {})))
     return pd.DataFrame(rows)
 
 
 def _family_numbers(part: pd.DataFrame, families: Mapping[str, str]) -> dict[str, float]:
     """Return the family columns of one run; {} where families are not known."""
     known = part[part["family"].fillna("") != ""]
-    if known.empty or not any(families.values()):
+    if known.empty or not families:
         return {}
     strange = set(known["template"]) - set(families)
     if strange:
         raise DataError(
-            f"{part['run'].iloc[0]} selects {min(strange)}, which is none of the templates whose "
-            "families were given: read them with run_families"
+            f"{part['run'].iloc[0]} selects {min(strange)}, which its template_ranking.csv lacks"
         )
     query = (known["category"] + "/" + known["family"]).to_numpy(str)
     selected = known["template"].map(families).to_numpy(str)
@@ -112,41 +101,7 @@ def _family_numbers(part: pd.DataFrame, families: Mapping[str, str]) -> dict[str
     }
 
 
-def run_families(runs: Iterable[RunFolder]) -> dict[str, dict[str, str]]:
-    """Read the structural family of every template that runs could select, for `selection_table`.
-
-    Returns:
-        By run (path) and template (id): `<category>/<family>`, "" where it is not known. Runs are
-        left out that have no `template_ranking.csv`, or whose data knows no families.
-
-    Raises:
-        ConfigError: a `config.yaml` that is damaged.
-        DataError: a `template_ranking.csv` that is damaged.
-    """
-    result = {}
-    for run in runs:
-        file = run.path / "template_ranking.csv"
-        if not file.is_file():
-            continue
-        try:
-            ranking = pd.read_csv(file, dtype=str, keep_default_na=False)
-            families = dict(zip(ranking["id"], ranking["family"], strict=True))
-        except (OSError, ValueError, KeyError) as error:
-            raise DataError(
-                f"{file} is damaged or of another version ({error}): the command of its training, "
-                "with restart=true, trains the run again"
-            ) from None
-        if any(families.values()):
-            category = select(run.settings, "category.name")
-            joined = len(select(run.settings, "category.members") or []) > 1
-            result[str(run.path)] = {
-                i: family and f"{i.split('/')[0] if joined else category}/{family}"
-                for i, family in families.items()
-            }
-    return result
-
-
-def selection_stability(samples: pd.DataFrame) -> pd.DataFrame:
+def selection_stability(results: Results) -> pd.DataFrame:
     """Return how alike the seeds of a setting select templates, over the samples both have.
 
     Which templates there are to select from may differ between seeds (`templates.seed`, a ranking
@@ -155,23 +110,17 @@ def selection_stability(samples: pd.DataFrame) -> pd.DataFrame:
     runs that nearly always select one template (see `effective_templates`) the adjusted Rand index
     says little: it is 0 as soon as the few exceptions are others.
 
-    Args:
-        samples: as `load_samples` gives them.
-
     Returns:
-        A row per category, regime and templates. Columns: those; `num_seeds`; `num_pairs` of
-        seeds; `num_samples`, the fewest that a pair shares; over the pairs, the mean of the
+        A row per category, regime, templates and variant. Columns: those; `num_seeds`; `num_pairs`
+        of seeds; `num_samples`, the fewest that a pair shares; over the pairs, the mean of the
         `adjusted_rand` index and of `same_template`, the share of samples for which both select
         the same. For one seed there is no pair, and these are NaN.
 
     Raises:
-        DataError: a column is missing, two runs of the same seed, or a pair that shares fewer than
-            two samples.
+        DataError: a pair that shares fewer than two samples.
     """
-    require_columns(samples, ["run", "id", "view", "template", *_GROUP, "seed"])
     rows = []
-    for values, part in samples.groupby(_GROUP, sort=False):
-        check_seeds(part)
+    for values, part in results.samples.groupby(GROUP, sort=False):
         runs = dict(list(part.set_index(["id", "view"]).groupby("run", sort=False)["template"]))
         shared = []
         for a, b in combinations(runs, 2):
@@ -181,19 +130,17 @@ def selection_stability(samples: pd.DataFrame) -> pd.DataFrame:
                     f"{a} and {b} share {len(both)} test samples, 2 at least are needed: compare "
                     "seeds with the same data and split"
                 )
-            shared.append(both)
+            alike = float((both["a"] == both["b"]).mean())
+            shared.append((len(both), adjusted_rand(both["a"], both["b"]), alike))
+        counts, rand, same = zip(*shared, strict=True) if shared else ([len(part)], [], [])
         rows.append(
             {
-                **dict(zip(_GROUP, values, strict=True)),
+                **dict(zip(GROUP, values, strict=True)),
                 "num_seeds": len(runs),
                 "num_pairs": len(shared),
-                "num_samples": min((len(s) for s in shared), default=len(part)),
-                "adjusted_rand": _mean([adjusted_rand(s["a"], s["b"]) for s in shared]),
-                "same_template": _mean([float((s["a"] == s["b"]).mean()) for s in shared]),
+                "num_samples": min(counts),
+                "adjusted_rand": float(np.mean(rand)) if shared else np.nan,
+                "same_template": float(np.mean(same)) if shared else np.nan,
             }
         )
     return pd.DataFrame(rows)
-
-
-def _mean(values: list[float]) -> float:
-    return float(np.mean(values)) if values else float("nan")

@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 from rich.table import Table
 
-from ffd_lightning.analysis.runs import require_runs
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.errors import DataError
+from ffd_lightning.run_folder import RunFolder, find_runs
 from ffd_lightning.terminal import duration
 
 _COLORS = {"finished": "green", "running": "cyan", "failed": "red", "interrupted": "yellow"}
@@ -24,24 +24,17 @@ def run_status(run: RunFolder) -> dict[str, object]:
     """
     status, progress = run.status, run.progress
     state = str(status.get("state", "interrupted"))
-    if run.at_work:
-        state = "running"
-    elif state == "running":
-        state = "interrupted"
-    share = left = None
-    phase = ""
-    if state in ("running", "interrupted", "failed") and progress:
-        phase, done, total = progress["phase"], progress["done"], progress["total"]
-        if phase == "evaluating":
-            done = _evaluated(run)
-        share = done / total if total else None
-        left = progress["seconds_left"] if state == "running" else None
+    state = "running" if run.at_work else "interrupted" if state == "running" else state
+    share = 1.0 if state == "finished" else None
+    if progress and state != "finished":
+        done = _evaluated(run) if progress["phase"] == "evaluating" else progress["done"]
+        share = done / progress["total"] if progress["total"] else None
     return {
         "run": str(run.path),
         "state": state,
-        "phase": phase,
-        "share": 1.0 if state == "finished" else share,
-        "seconds_left": left,
+        "phase": "" if state == "finished" else progress.get("phase", ""),
+        "share": share,
+        "seconds_left": progress.get("seconds_left") if state == "running" else None,
         "reason": str(status.get("reason", "")) if state == "failed" else "",
     }
 
@@ -53,12 +46,14 @@ def _evaluated(run: RunFolder) -> int:
 
 
 def status_table(folder: Path) -> pd.DataFrame:
-    """Return a row per run below a folder, as `run_status` tells it.
+    """Return a row per run below a folder, as `run_status` gives it.
 
     Raises:
         DataError: there is none.
     """
-    rows = [run_status(run) for run in require_runs(folder)]
+    rows = [run_status(run) for run in find_runs(folder)]
+    if not rows:
+        raise DataError(f"no run in {folder}: give a folder that ffd train has written to")
     return pd.DataFrame(rows).astype({"share": float, "seconds_left": float})
 
 
@@ -69,22 +64,17 @@ def printed(rows: pd.DataFrame, folder: Path) -> Table:
         rows: as `status_table` gives them.
         folder: that the runs are in; they are named as seen from it.
     """
-    table = Table(box=None)
-    for name in ("run", "state", "done", "time left", "reason"):
-        table.add_column(name, justify="right" if name in ("done", "time left") else "left")
+    table = Table("run", "state", box=None)
+    table.add_column("done", justify="right")
+    table.add_column("time left", justify="right")
+    table.add_column("reason")
     for row in rows.to_dict("records"):
         color = _COLORS.get(row["state"], "white")
         table.add_row(
             str(Path(row["run"]).relative_to(folder)),
             f"[{color}]{row['state']}[/]",
-            _done(row["share"], row["phase"], row["state"]),
+            "" if pd.isna(row["share"]) else f"{row['share']:.0%} {row['phase']}".rstrip(),
             "" if pd.isna(row["seconds_left"]) else duration(row["seconds_left"]),
             row["reason"],
         )
     return table
-
-
-def _done(share: float, phase: str, state: str) -> str:
-    if pd.isna(share):
-        return ""
-    return f"{share:.0%} {phase}".rstrip() if state != "finished" else "100%"

@@ -50,7 +50,6 @@ class Table:
         rows: as many cells each.
         heads: so many columns, from the left, say what a row is about.
         note: prose about it.
-        below: so many rows at the end are set apart.
     """
 
     title: str
@@ -58,7 +57,6 @@ class Table:
     rows: Sequence[Sequence[str]]
     heads: int = 1
     note: str = ""
-    below: int = 0
 
     @classmethod
     def of(
@@ -125,9 +123,8 @@ class Table:
                 no_wrap=number,
                 overflow="fold",
             )
-        for place, row in enumerate(self.rows, start=1):
-            cells = [Text(_with_note(row[k], "\n")) for k in shown]
-            table.add_row(*cells, end_section=place == len(self.rows) - self.below)
+        for row in self.rows:
+            table.add_row(*(Text(_with_note(row[k], "\n")) for k in shown))
         return table
 
     def html(self) -> Markup:
@@ -137,17 +134,14 @@ class Table:
             f'<th scope="col"{kind}>{_heading(name)}</th>'
             for name, kind in zip(self.columns, kinds, strict=True)
         )
-        rows = [
-            "<tr>" + "".join(f"<td{k}>{_html(c)}</td>" for c, k in zip(row, kinds, strict=True))
+        body = "".join(
+            f"<tr>{''.join(f'<td{k}>{_html(c)}</td>' for c, k in zip(row, kinds, strict=True))}</tr>\n"
             for row in self.rows
-        ]
-        split = len(rows) - self.below
-        bodies = ["</tr>\n".join([*part, ""]) for part in (rows[:split], rows[split:]) if part]
-        body = "".join(f"<tbody>\n{part}</tbody>\n" for part in bodies)
+        )
         note = f'<p class="note">{escape(self.note)}</p>\n' if self.note else ""
         return Markup(
             f'<div class="scroll" role="region" tabindex="0" aria-label="{escape(self.title)}">\n'
-            f"<table>\n<thead><tr>{head}</tr></thead>\n{body}</table>\n</div>\n{note}"
+            f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table>\n</div>\n{note}"
         )
 
     def _repr_html_(self) -> str:
@@ -181,7 +175,7 @@ class Table:
 
     def _is_number(self, column: int) -> bool:
         """Tell whether a column is set as numbers: all its cells begin as numbers do."""
-        cells = [row[column] for row in self.rows[: len(self.rows) - self.below]]
+        cells = [row[column] for row in self.rows]
         return bool(cells) and all(_begins_as_number(cell) for cell in cells)
 
 

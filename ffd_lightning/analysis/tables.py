@@ -2,39 +2,24 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from os.path import commonpath
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import pandas as pd
 from rich.console import RenderableType
-from rich.text import Text
 
 from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget, mesh_quality
-from ffd_lightning.analysis.compare import (
-    Best,
-    best,
-    compare_runs,
-    compare_with_retrieval,
-    group_label,
-    mean_intervals,
-)
-from ffd_lightning.analysis.results import SETTINGS, Results
-from ffd_lightning.analysis.runs import (
-    decides,
-    described_protocol,
-    is_mixed,
-    load_runs,
-    load_samples,
-)
-from ffd_lightning.analysis.selection import Families, selection_stability, selection_table
+from ffd_lightning.analysis.compare import Best, best, compare, compare_with, interval, is_mean
+from ffd_lightning.analysis.naming import GROUP, SETTING, differing, name_of, setting_text
+from ffd_lightning.analysis.results import Results, decides, own_protocol
+from ffd_lightning.analysis.selection import selection_stability, selection_table
 from ffd_lightning.analysis.table import Cell, Table, number
 from ffd_lightning.analysis.wording import SHAPE_TITLES, scaled_title
-from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.protocols import Measure
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder
@@ -43,12 +28,11 @@ FOLDED = Measure("folded", QUALITY["folded"][1], factor=QUALITY["folded"][2])
 """Judged beside the protocol's measures, which say nothing of how a mesh is deformed."""
 
 NOTHING = "-"
-"""What stands in a table where there is no value."""
+"""What is in a table where there is no value."""
 
 _BEST, _LEVEL = "▲", "≈"
 _MOST = 12  # settings that are compared: of more, the best
-_RETRIEVAL = {"the network": "the network", "retrieval": "what its encoder retrieves"}
-_SUBSETS = {"test": "test shapes", "val": "validation shapes"}
+_RETRIEVAL = {"network": "the network", "feature_retrieval": "what its encoder retrieves"}
 _SELECTION = {
     "effective_templates": "effective\ntemplates",
     "templates_used": "used\ntemplates",
@@ -81,10 +65,13 @@ class Column(NamedTuple):
 
     def show(self, value: float) -> str:
         """Return a value for people."""
+        scaled = self.factor * value
         if pd.isna(value):
             return NOTHING
-        shown = self.factor * value
-        return f"{shown:.2f}" if 1 <= abs(shown) < 10 else number(shown)
+        return f"{scaled:.2f}" if 1 <= abs(scaled) < 10 else number(scaled)
+
+
+# --- which setting is best -----------------------------------------------------------------------
 
 
 class Ranked(NamedTuple):
@@ -92,7 +79,7 @@ class Ranked(NamedTuple):
 
     Attributes:
         best: by measure, for each category and, where all settings are in all, their mean.
-        compared: by measure, all pairs, as `compare_runs` gives them.
+        compared: by measure, all pairs, as `compare` gives them.
         titles: of the groups that are ranked, by label, for people.
         left_out: settings that are too many to be compared.
         error: why nothing is ranked, "" where something is, or where there is only one setting.
@@ -107,7 +94,8 @@ class Ranked(NamedTuple):
     def overall(self, measure: str) -> Best | None:
         """Return the ranking that speaks for all runs: of the mean, or the only one."""
         found = self.best.get(measure, ())
-        return next((b for b in found if b.over_all), found[0] if len(found) == 1 else None)
+        means = [best for best in found if is_mean(best.category)]
+        return means[0] if means else found[0] if len(found) == 1 else None
 
 
 def judged(results: Results) -> list[Measure]:
@@ -119,45 +107,31 @@ def judged(results: Results) -> list[Measure]:
 
 def ranked(results: Results) -> Ranked:
     """Rank the settings of runs; where there is but one, the network and what it retrieves."""
-    scored, by = results.scored, results.told_apart_by
+    measures, by = judged(results), differing(results.scored)
+    several = results.scored.drop_duplicates(GROUP)["category"].value_counts().max() > 1
+    compared: dict[str, pd.DataFrame] = {}
+    titles: dict[str, str] = _RETRIEVAL
     try:
-        if (
-            by
-            and scored.groupby("category")[by].apply(lambda x: len(x.drop_duplicates())).max() > 1
-        ):
-            return _of_settings(results)
-        return _beside_retrieval(results)
+        if by and several:
+            rows = results.scored.to_dict("records")
+            titles = {name_of(row, by, long=False): name_of(row, by) for row in rows}
+            judge = replace(results, protocol=replace(results.protocol, measures=tuple(measures)))
+            for measure in measures:
+                means = results.samples.groupby(by, sort=False)[measure.name].mean()
+                order = means.sort_values(ascending=not measure.higher_is_better, kind="stable")
+                chosen = results.samples.set_index(by).index.isin(order.index[:_MOST])
+                kept = replace(judge, samples=results.samples[chosen])
+                compared[measure.name] = compare(kept, measure.name, by)
+        else:
+            measures = list(results.protocol.measures)
+            if not all(f"feature_retrieval_{m.name}" in results.samples for m in measures):
+                return Ranked({}, {}, {})
+            for measure in measures:
+                compared[measure.name] = compare_with(results, measure.name, "feature_retrieval")
     except DataError as error:
         return Ranked({}, {}, {}, error=str(error))
-
-
-def _of_settings(results: Results) -> Ranked:
-    by, measures = results.told_apart_by, judged(results)
-    protocol = replace(results.protocol, measures=tuple(measures))
-    scored = results.scored.assign(label=results.scored[by].apply(lambda x: group_label(by, x), 1))
-    samples = results.samples.merge(scored[["run", "setup", "label"]], on="run")
-    compared = {}
-    for measure in measures:
-        means = samples.groupby("label", sort=False)[measure.name].mean()
-        order = means.sort_values(ascending=not measure.higher_is_better, kind="stable")
-        kept = samples[samples["label"].isin(order.index[:_MOST])]
-        compared[measure.name] = compare_runs(
-            kept, protocol, measure.name, by, settings=results.settings
-        )
     found = {measure.name: best(compared[measure.name], measure) for measure in measures}
-    titles = {str(row["label"]): results.title(row) for row in scored.to_dict("records")}
     return Ranked(found, compared, titles, max(0, len(titles) - _MOST))
-
-
-def _beside_retrieval(results: Results) -> Ranked:
-    protocol = results.protocol
-    if not all(f"feature_retrieval_{m.name}" in results.samples for m in protocol.measures):
-        return Ranked({}, {}, {})
-    compared = {
-        m.name: compare_with_retrieval(results.samples, protocol, m.name) for m in protocol.measures
-    }
-    found = {m.name: best(compared[m.name], m) for m in protocol.measures}
-    return Ranked(found, compared, _RETRIEVAL)
 
 
 def best_by_metric(results: Results, ranking: Ranked) -> Table | None:
@@ -165,19 +139,21 @@ def best_by_metric(results: Results, ranking: Ranked) -> Table | None:
     rows = []
     for measure in judged(results):
         # What speaks for all first, then every category.
-        of_measure = sorted(ranking.best.get(measure.name, ()), key=lambda b: not b.over_all)
-        for found in of_measure:
-            first, second = list(found.means)[:2]
-            low, high = (number(measure.factor * end) for end in found.interval)
+        of_measure = ranking.best.get(measure.name, ())
+        for found in sorted(of_measure, key=lambda found: not is_mean(found.category)):
+            first, second = (
+                f"{ranking.titles[label]}: {number(measure.factor * found.means[label])}"
+                for label in list(found.means)[:2]
+            )
             rows.append(
                 [
                     scaled_title(measure) if measure != FOLDED else "folded surface, %",
                     found.category,
-                    f"{ranking.titles[first]}: {number(measure.factor * found.means[first])}",
-                    f"{ranking.titles[second]}: {number(measure.factor * found.means[second])}",
-                    f"{number(measure.factor * found.ahead)} [{low}, {high}]",
+                    first,
+                    second,
+                    _difference(found.lead, measure),
                     _verdict(found),
-                    str(found.num_shapes),
+                    str(found.lead["num_samples"]),
                 ]
             )
     head = ["metric", "category", "best", "next", "difference", "shown?", "test shapes"]
@@ -189,20 +165,26 @@ def best_by_metric(results: Results, ranking: Ranked) -> Table | None:
     return Table("Best by each metric", head, rows, heads=4, note=note) if rows else None
 
 
+def _difference(row: Mapping[str, float], measure: Measure) -> str:
+    mean, low, high = (number(measure.factor * row[x]) for x in ("difference", "low", "high"))
+    return f"{mean} [{low}, {high}]"
+
+
 def _verdict(found: Best) -> str:
     if not found.shown:
-        return "not shown" + (": the ranks disagree" if found.interval[0] > 0 else "")
+        return "not shown" + (": the ranks disagree" if found.lead["low"] > 0 else "")
     if found.seeds == 1:
         return "shown for these trained networks"
-    if found.agreement < 1:
-        return f"shown for the shapes, but only {found.agreement:.0%} of pairs of seeds agree"
+    agreement = found.lead["agreement"]
+    if agreement < 1:
+        return f"shown for the shapes, but only {agreement:.0%} of pairs of seeds agree"
     return "shown, and all pairs of seeds agree"
 
 
 def pairs(results: Results, ranking: Ranked) -> list[Table]:
     """Return every two settings beside each other, a table per measure; shown differences first."""
     tables = []
-    for measure in results.protocol.measures if results.told_apart_by else ():
+    for measure in results.protocol.measures if ranking.titles != _RETRIEVAL else ():
         if (compared := ranking.compared.get(measure.name)) is None:
             continue
         compared = compared.sort_values("shown", ascending=False, kind="stable")
@@ -210,9 +192,7 @@ def pairs(results: Results, ranking: Ranked) -> list[Table]:
             [
                 f"{row['a']} - {row['b']}",
                 row["category"],
-                "{} [{}, {}]".format(
-                    *(number(measure.factor * row[x]) for x in ("difference", "low", "high"))
-                ),
+                _difference(row, measure),
                 "< 0.001" if row["p_corrected"] < 0.001 else f"{row['p_corrected']:.2g}",
                 f"{row['agreement']:.0%} of {row['seeds_a']} x {row['seeds_b']}",
                 "yes" if row["shown"] else "no",
@@ -224,206 +204,198 @@ def pairs(results: Results, ranking: Ranked) -> list[Table]:
     return tables
 
 
-def score_columns(protocol: ProtocolDescription) -> list[Column]:
-    """Return the columns of a table of scores."""
-    main = protocol.main_measure
-    columns = [_of_measure(m, m.name, "") for m in protocol.measures]
-    columns.append(_of_measure(main, f"undeformed_{main.name}", "undeformed "))
-    return [*columns, Column("effective_templates", "effective\ntemplates")]
-
-
-def _of_measure(measure: Measure, name: str, words: str) -> Column:
-    factor = "" if measure.factor == 1 else f"\nx {measure.factor:g}"
-    better = 1 if measure.higher_is_better else -1
-    heading = f"{words}{measure.title} {measure.arrow}{factor}"
-    return Column(name, heading, measure.factor, better)
-
-
-def part_columns(protocol: ProtocolDescription) -> list[Column]:
-    """Return the columns of a table of the parts of an error, see `budget.error_budget`."""
-    parts = [Column(s.name, s.name, 1.0, -1 if s is not SHARES[0] else 0) for s in SHARES]
-    return [*parts, Column("total", "total"), Column("regret", "regret\n%", 100.0, -1)]
-
-
-def mesh_columns() -> list[Column]:
-    """Return the columns of a table of deformed meshes."""
-    # Density tells why a score is high, and is no fault.
-    return [
-        Column(name, heading + ("\n%" if factor == 100 else ""), factor, -(name != "density"))
-        for name, (heading, _, factor) in QUALITY.items()
-    ]
+# --- numbers -------------------------------------------------------------------------------------
 
 
 def scores(
-    runs: pd.DataFrame,
-    protocol: ProtocolDescription,
-    keys: Sequence[str],
-    *,
-    shapes: str = "test shapes",
-    columns: Sequence[Column] = (),
+    results: Results, ranking: Ranked | None = None, by: Sequence[str] = GROUP, shapes: str = "test"
 ) -> Table:
     """Return the mean scores of runs, a row per setting.
 
     Args:
-        runs: a row per run.
-        protocol: of the scores.
-        keys: columns of them that make a setting; runs that share them are seeds of each other.
-        shapes: that they were measured on.
-        columns: others than the scores.
+        results: of the runs.
+        ranking: adds intervals over test shapes, and marks what is level with the best.
+        by: columns that make a row; runs that share them are seeds of each other. With `seed` it
+            is for those who have just trained the runs, who are told how long a step took.
+        shapes: that they were measured on: `test` or `val`.
     """
+    protocol, runs = results.protocol, results.scored
+    columns = [_of_measure(m, m.name) for m in protocol.measures]
+    main = protocol.main_measure
+    columns.append(_of_measure(main, f"undeformed_{main.name}", "undeformed "))
+    columns.append(Column("effective_templates", "effective\ntemplates"))
+    if "seed" in by:
+        columns.append(Column("seconds_per_step", "seconds\nper step"))
+    notes: dict[str, list[tuple[str, bool]]] = {}
+    if ranking is not None:
+        for column, measure in zip(columns, protocol.measures, strict=False):
+            notes[column.name] = _intervals(results, ranking, column, measure)
     note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.measures)
-    note = f"Of the selected template, deformed. {note}. {protocol.note}." if note else ""
-    columns = columns or (score_columns(protocol) if protocol.measures else [])
-    return _numbers(runs, columns, keys, f"Scores, protocol {protocol.name}", note, shapes)
+    note = f"Of the selected template, deformed. {note}. {protocol.note}."
+    if ranking is not None:
+        level = any(is_level for column in notes.values() for _, is_level in column)
+        marks = f", {_LEVEL} what is not shown to be worse" if level else ""
+        note = (
+            f"In brackets the 95% interval over test shapes. {_BEST} marks the best{marks}. {note}"
+        )
+    shapes = "validation shapes" if shapes == "val" else "test shapes"
+    return _numbers(runs, columns, by, f"Scores, protocol {protocol.name}", note, shapes, notes)
 
 
-def decomposition(
-    runs: pd.DataFrame, protocol: ProtocolDescription, keys: Sequence[str]
-) -> Table | None:
+def _of_measure(measure: Measure, name: str, words: str = "") -> Column:
+    factor = "" if measure.factor == 1 else f"\nx {measure.factor:g}"
+    better = 1 if measure.higher_is_better else -1
+    return Column(name, f"{words}{measure.title} {measure.arrow}{factor}", measure.factor, better)
+
+
+def _intervals(
+    results: Results, ranking: Ranked, column: Column, measure: Measure
+) -> list[tuple[str, bool]]:
+    """Return the interval of each setting's mean, and whether it is level with the best.
+
+    It says how far the mean would differ on other test shapes, not what another training would
+    give.
+    """
+    by = differing(results.scored)
+    category = results.scored.set_index("run")["category"]
+    samples = results.samples.assign(trained_on=results.samples["run"].map(category))
+    found = []
+    for _, part in samples.groupby(["trained_on", *SETTING], sort=False):
+        values = part.groupby(["category", "id"])[column.name].mean().dropna().to_numpy(float)
+        span = map(column.show, interval([values])) if len(values) > 1 else ()
+        label = name_of(part.iloc[0], by, long=False)
+        ranks = ranking.best.get(measure.name, ())
+        of_category = [b for b in ranks if b.category == part["trained_on"].iloc[0]]
+        level = bool(of_category) and label in of_category[0].level
+        found.append(("[{}, {}]".format(*span) if len(values) > 1 else "", level))
+    return found
+
+
+def decomposition(results: Results, by: Sequence[str] = GROUP) -> Table | None:
     """Return what errors are made of, None where no run has its references."""
+    try:
+        parts = error_budget(results.samples, results.protocol)
+    except DataError:  # there are none, or more is better
+        return None
+    # The floor tells nothing of a network.
+    columns = [Column(s.name, s.name, better=0 if s is SHARES[0] else -1) for s in SHARES]
+    columns += [Column("total", "total"), Column("regret", "regret\n%", 100.0, -1)]
     meanings = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
     note = f"{meanings}; regret: the selection's share of the total."
-    title = f"Error budget, {scaled_title(protocol.main_measure)}"
-    return _known(runs, part_columns(protocol), keys, title, note)
+    title = f"Error budget, {scaled_title(results.protocol.main_measure)}"
+    runs = results.scored[["run", *GROUP, "seed"]].join(parts, on="run", how="inner")
+    return _numbers(runs, columns, by, title, note)
 
 
-def deformed_meshes(runs: pd.DataFrame, keys: Sequence[str]) -> Table | None:
+def deformed_meshes(results: Results, by: Sequence[str] = GROUP) -> Table | None:
     """Return what deformed meshes are like, None where that was not measured."""
-    note = "; ".join(f"{v[0]}: {v[1]}" for k, v in QUALITY.items() if k in runs)
-    return _known(runs, mesh_columns(), keys, "Deformed meshes", f"{note}.")
-
-
-def _known(
-    runs: pd.DataFrame, columns: Sequence[Column], keys: Sequence[str], title: str, note: str
-) -> Table | None:
-    columns = [c for c in columns if c.name in runs and runs[c.name].notna().any()]
+    samples = results.samples
+    try:  # of what has its references, as the error's parts
+        quality = error_budget(samples, results.protocol)
+    except DataError:
+        quality = mesh_quality(samples)
+    columns = [
+        # Density tells why a score is high, and is no fault.
+        Column(name, heading + ("\n%" if factor == 100 else ""), factor, -(name != "density"))
+        for name, (heading, _, factor) in QUALITY.items()
+        if name in quality and quality[name].notna().any()
+    ]
     if not columns:
         return None
-    return _numbers(runs[runs[columns[0].name].notna()], columns, keys, title, note, "")
+    runs = results.scored[["run", *GROUP, "seed"]].join(quality, on="run")
+    runs = runs[runs[columns[0].name].notna()]
+    note = "; ".join(f"{v[0]}: {v[1]}" for k, v in QUALITY.items() if k in quality)
+    return _numbers(runs, columns, by, "Deformed meshes", f"{note}.")
 
 
 def _numbers(
     runs: pd.DataFrame,
     columns: Sequence[Column],
-    keys: Sequence[str],
+    by: Sequence[str],
     title: str,
     note: str,
-    shapes: str,
+    shapes: str = "",
+    notes: Mapping[str, Sequence[tuple[str, bool]]] | None = None,
 ) -> Table:
-    """Return means over seeds, with deviations; the best of each category is marked."""
+    """Return means over seeds, with deviations; the best of each category is marked.
+
+    Args:
+        runs: a row per run.
+        columns: of numbers; those that no run has are left out.
+        by: columns that make a row.
+        title: of the table; what all rows share is added.
+        note: below it.
+        shapes: what `num_samples` counts, "" where it is not to be said.
+        notes: of a column, what is below each cell, and whether it is level with the best.
+    """
     columns = [c for c in columns if c.name in runs and runs[c.name].notna().any()]
-    extra = ["num_samples"] if shapes and "num_samples" in runs else []
-    names = [*(column.name for column in columns), *extra]
-    grouped = runs.groupby(list(keys), sort=False, dropna=False)
-    means, spread = grouped[names].mean(), grouped[names].std(ddof=1).add_suffix("_std")
-    table = means.join(spread).join(grouped.size().rename("seeds")).reset_index()
-    several = bool(table["seeds"].max() > 1)
-    shown, common = _told_apart(table, keys)
-    over = ", mean ± standard deviation over seeds" if several else ""
-    alike = bool(extra) and table["num_samples"].nunique() == 1
-    count = f", {table['num_samples'].iloc[0]:.0f} {shapes}" if alike else ""
-    heads = [
-        ["T" if name == "templates" else name, *(_key(name, x) for x in table[name])]
-        for name in shown
-    ]
+    names = [*(column.name for column in columns), *(["num_samples"] if shapes else [])]
+    grouped = runs.groupby(list(by), sort=False, dropna=False)
+    table = grouped[names].mean().join(grouped[names].std(ddof=1).add_suffix("_std"))
+    table = table.join(grouped.size().rename("seeds")).reset_index()
+    several, alike = bool(table["seeds"].max() > 1), False
+    heads, common = _heads(table, by)
     body = [["seeds", *map(str, table["seeds"])]] if several else []
-    body += [[c.heading, *_cells(table, c)] for c in columns]
-    if extra and not alike:
-        body.append([shapes.replace(" ", "\n"), *(f"{x:.0f}" for x in table["num_samples"])])
+    for column in columns:
+        below = (notes or {}).get(column.name) or [("", False)] * len(table)
+        body.append([column.heading, *_cells(table, column, below)])
+    if shapes:
+        counts = [f"{count:.0f}" for count in table["num_samples"]]
+        if alike := len(set(counts)) == 1:
+            common = ", ".join(filter(None, [common, f"{counts[0]} {shapes}"]))
+        else:
+            body.append([shapes.replace(" ", "\n"), *counts])
     head, *rows = map(list, zip(*heads, *body, strict=True))
-    title = f"{title}: {common}{count}{over}" if common or count else f"{title}{over}"
-    return Table(title.replace(": , ", ": "), head, rows, len(heads), note)
+    over = ", mean ± standard deviation over seeds" if several else ""
+    return Table(f"{title}{common and f': {common}'}{over}", head, rows, len(heads), note)
 
 
-def _cells(table: pd.DataFrame, column: Column) -> list[Cell]:
+def _cells(table: pd.DataFrame, column: Column, below: Sequence[tuple[str, bool]]) -> list[Cell]:
+    values = column.better * table[column.name]
+    of_category = values.groupby(table["category"])
+    is_best = (values == of_category.transform("max")) & (of_category.transform("nunique") > 1)
     cells = []
-    marked = _best_rows(table, column)
-    for place, row in enumerate(table.to_dict("records")):
+    for row, marked, (note, level) in zip(table.to_dict("records"), is_best, below, strict=True):
         deviation = row[f"{column.name}_std"]
         text = column.show(row[column.name])
-        if not pd.isna(deviation):
-            text += f" ± {column.show(deviation)}"
-        cells.append(Cell(text, mark=_BEST if place in marked else ""))
+        text += "" if pd.isna(deviation) else f" ± {column.show(deviation)}"
+        mark = _BEST if marked and column.better else _LEVEL if level else ""
+        cells.append(Cell(text, note, mark))
     return cells
 
 
-def _best_rows(table: pd.DataFrame, column: Column) -> set[int]:
-    """Return the rows that hold the best of their category; none where all are the same."""
-    values = column.better * table[column.name]
-    groups = values.groupby(table["category"] if "category" in table else [0] * len(table))
-    found: set[int] = set()
-    for _, part in groups:
-        if column.better and part.nunique() > 1:
-            found |= set(part.index[part == part.max()])
-    return found
-
-
-def with_intervals(table: Table, results: Results, ranking: Ranked) -> Table:
-    """Return a table of scores with intervals over test shapes, and what is level with the best."""
-    keys, by = results.keys, results.told_apart_by
-    samples = results.samples.drop(columns=["category"]).merge(
-        results.scored[["run", "setup", "category"]], on="run"
-    )
-    groups = results.scored[keys].drop_duplicates().to_dict("records")
-    rows = [list(row) for row in table.rows]
-    for measure in results.protocol.measures:
-        column = _of_measure(measure, measure.name, "")
-        place = list(table.columns).index(column.heading)
-        ends = mean_intervals(samples, measure.name, keys)
-        for row, group in zip(rows, groups, strict=True):
-            label = group_label(by, [group[name] for name in by])
-            found = [
-                b for b in ranking.best.get(measure.name, ()) if b.category == group["category"]
-            ]
-            cell, span = row[place], ends.get(tuple(group[name] for name in keys))
-            note = "[{}, {}]".format(*map(column.show, span)) if span else ""
-            mark = getattr(cell, "mark", "") or (
-                _LEVEL if found and label in found[0].level else ""
-            )
-            row[place] = Cell(str(cell), note, mark)
-    told = f"In brackets the 95% interval over test shapes. {_BEST} marks the best"
-    if any(getattr(cell, "mark", "") == _LEVEL for row in rows for cell in row):
-        told += f", {_LEVEL} what is not shown to be worse"
-    return replace(table, rows=rows, note=f"{told}. {table.note}")
-
-
-def references(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table | None:
+def references(results: Results) -> Table | None:
     """Return what scores may be held against, means over categories; None where there is nothing.
 
     Of runs that have their own it is the range.
     """
-    rows, told = [], []
-    for shape in SHAPES:
-        names = [f"{shape}_{m.name}" for m in protocol.measures]
-        if shape and any(name in runs and runs[name].notna().any() for name in names):
-            cells = []
-            for name, measure in zip(names, protocol.measures, strict=True):
-                values = runs.get(name, pd.Series(float("nan"), runs.index))
-                ends = values.groupby(runs["category"]).agg(["min", "max"]).mean()
-                low, high = (number(measure.factor * end) for end in ends)
-                missing = values.isna().all()
-                cells.append(NOTHING if missing else low if low == high else f"{low}\u2013{high}")
-            rows.append([SHAPE_TITLES[shape], *cells])
-            told.append(f"{SHAPE_TITLES[shape]}: {SHAPES[shape]}")
-    head = ["", *(_of_measure(m, m.name, "").heading for m in protocol.measures)]
-    note = f"{'; '.join(told)}."
-    return (
-        Table("References: what scores may be held against", head, rows, note=note)
-        if rows
-        else None
-    )
+    runs, measures = results.scored, results.protocol.measures
+    rows, meanings = [], []
+    for shape in list(SHAPES)[1:]:
+        values = runs.reindex(columns=[f"{shape}_{m.name}" for m in measures])
+        if values.isna().all(axis=None):
+            continue
+        ends = values.groupby(runs["category"]).agg(["min", "max"]).mean()
+        cells = []
+        for name, measure in zip(values, measures, strict=True):
+            low, high = (number(measure.factor * ends[(name, end)]) for end in ("min", "max"))
+            known = values[name].notna().any()
+            cells.append(NOTHING if not known else low if low == high else f"{low}\u2013{high}")
+        rows.append([SHAPE_TITLES[shape], *cells])
+        meanings.append(f"{SHAPE_TITLES[shape]}: {SHAPES[shape]}")
+    head = ["", *(_of_measure(m, m.name).heading for m in measures)]
+    title, note = "References: what scores may be held against", f"{'; '.join(meanings)}."
+    return Table(title, head, rows, note=note) if rows else None
 
 
-def selection(results: Results, families: Families) -> Table:
+def selection(results: Results) -> Table:
     """Return how each run selects its templates."""
     main = results.protocol.main_measure
-    table = selection_table(results.samples, results.protocol, families, main.name)
+    table = selection_table(results)
     columns = {k: v for k, v in _SELECTION.items() if k in table and table[k].notna().any()}
-    table = table.merge(results.table[["run", "setup"]], on="run")
-    keys, same = _told_apart(table, [*results.keys, "seed"])
-    rows = [
-        [*(_key(key, row[key]) for key in keys), *(_chosen(row[k], k, main) for k in columns)]
-        for row in table.to_dict("records")
+    body = [
+        [heading, *(_selected(value, name, main) for value in table[name])]
+        for name, heading in columns.items()
     ]
     note = (
         "Effective templates: exp(entropy) of the shares. Regret: how much worse "
@@ -433,11 +405,12 @@ def selection(results: Results, families: Families) -> Table:
         "often it would be if the same templates were dealt out at random, and how often there is "
         "one of it."
     )
-    head = [*map(_heading, keys)] + list(columns.values())
-    return Table(f"Template selection{same and f': {same}'}", head, rows, len(keys), note)
+    heads, common = _heads(table, [*GROUP, "seed"])
+    head, *rows = map(list, zip(*heads, *body, strict=True))
+    return Table(f"Template selection{common and f': {common}'}", head, rows, len(heads), note)
 
 
-def _chosen(value: float, column: str, measure: Measure) -> str:
+def _selected(value: float, column: str, measure: Measure) -> str:
     if pd.isna(value):
         return NOTHING
     if "regret" in column:
@@ -447,74 +420,81 @@ def _chosen(value: float, column: str, measure: Measure) -> str:
     return f"{value:.0f}" if column == "templates_used" else f"{value:.1f}"
 
 
-def seeds_agree(samples: pd.DataFrame) -> Table | None:
+def seeds_agree(results: Results) -> Table | None:
     """Return how alike the seeds of a setting select, None where each has one.
 
     Raises:
-        DataError: seeds that cannot be held against each other.
+        DataError: seeds that share too few samples.
     """
-    table = selection_stability(samples)
+    table = selection_stability(results)
     table = table[table["num_pairs"] > 0]
     if table.empty:
         return None
-    keys, same = _told_apart(table, SETTINGS)
-    rows = [
-        [
-            *(_key(key, row[key]) for key in keys),
-            *(str(row[key]) for key in ("num_seeds", "num_samples")),
-            f"{row['adjusted_rand']:.2f}",
-            f"{row['same_template']:.0%}",
-        ]
-        for row in table.to_dict("records")
+    heads, common = _heads(table, GROUP)
+    body = [
+        [heading, *map(form.format, table[name])]
+        for name, heading, form in (
+            ("num_seeds", "seeds", "{}"),
+            ("num_samples", "test\nsamples", "{}"),
+            ("adjusted_rand", "adjusted\nRand index", "{:.2f}"),
+            ("same_template", "same\ntemplate", "{:.0%}"),
+        )
     ]
-    head = [*map(_heading, keys)]
-    head += ["seeds", "test\nsamples", "adjusted\nRand index", "same\ntemplate"]
     note = (
         "Means over pairs of seeds, on the samples that both have. Adjusted Rand index: how alike "
         "they group the samples by their template, 1 for the same groups, 0 for chance. Same "
         "template: share of samples for which both select the very same."
     )
-    return Table(f"Agreement of seeds{same and f': {same}'}", head, rows, len(keys), note)
+    head, *rows = map(list, zip(*heads, *body, strict=True))
+    return Table(f"Agreement of seeds{common and f': {common}'}", head, rows, len(heads), note)
+
+
+def _heads(table: pd.DataFrame, names: Sequence[str]) -> tuple[list[list[str]], str]:
+    """Return columns that head rows: what differs, the regime where nothing does.
+
+    And what all rows share, in words.
+    """
+    kept = differing(table, names) or ["regime"]
+    heads: list[list[str]] = []
+    for name in kept:
+        cells = [
+            Cell(regime_title(str(x)), color=REGIME_COLORS.get(str(x), ""))
+            if name == "regime"
+            else str(x)
+            for x in table[name]
+        ]
+        heads.append(["T" if name == "templates" else name, *cells])
+    return heads, name_of(table.iloc[0], [name for name in names if name not in kept])
+
+
+# --- settings, and runs without results ----------------------------------------------------------
 
 
 def differing_settings(results: Results) -> tuple[Table | None, list[str]]:
     """Return the settings in which runs differ, a row per run, and those that all share."""
-    kept = [key for key in results.settings if decides(key) or key == "seed"]
-    shown = results.settings[kept].map(_value)
-    different = [key for key in kept if shown[key].nunique() > 1]
-    names = [results.name(str(run)) for run in shown.index]
-    shared = [f"{key}={shown[key].iloc[0]}" for key in sorted(set(kept) - set(different))]
+    kept = sorted(key for key in results.settings if decides(key) or key == "seed")
+    values = results.settings[kept].map(setting_text)
+    different = [key for key in results.settings if key in kept and values[key].nunique() > 1]
+    shared = [f"{key}={values[key].iloc[0]}" for key in kept if key not in different]
     if not different:
         return None, shared
-    if len(different) > len(names):  # a row per setting, so that the table is not too wide
-        head, rows = ["setting", *names], [[key, *shown[key]] for key in different]
-    else:
-        head = ["run", *different]
-        values = shown[different].to_numpy().tolist()
-        rows = [[name, *row] for name, row in zip(names, values, strict=True)]
+    values = values[different]
+    if len(different) > len(values):  # a row per setting, so that the table is not too wide
+        values = values.T
+    head = ["run" if len(values) == len(results.settings) else "setting", *values]
+    rows = [list(row) for row in values.itertuples(name=None)]
     return Table("Settings that differ", head, rows), shared
 
 
-def without_results(results: Results) -> Table | None:
-    """Return the runs that are not in the results and why, None where all are."""
+def without_results(*results: Results) -> Table | None:
+    """Return the runs that have no scores and why, None where all have."""
     rows = [
-        [results.name(row["run"]), row["state"], str(row["reason"])]
-        for row in results.unscored.to_dict("records")
+        [str(row[name]) for name in ("run", "state", "reason")]
+        for part in results
+        for row in part.unscored.to_dict("records")
     ]
-    rows += [[name, "damaged", why] for name, why in results.damaged.items()]
     head = ["run", "state", "reason"]
     return Table("Runs without results", head, rows, heads=3) if rows else None
-
-
-def with_parts(
-    runs: pd.DataFrame, samples: pd.DataFrame, protocol: ProtocolDescription
-) -> pd.DataFrame:
-    """Return runs with the parts of their errors and what their deformed meshes are like."""
-    try:
-        told = error_budget(samples, protocol)
-    except DataError:  # no run has its references, or more is better
-        told = mesh_quality(samples)
-    return runs.drop(columns=told.columns, errors="ignore").join(told, on="run")
 
 
 def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[RenderableType]:
@@ -527,106 +507,25 @@ def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[
         runs: their folders.
         width: of the terminal, None for no limit; tables that are wider are split.
     """
-    by_path = {str(run.path): run for run in runs}
-    table = load_runs(runs)
-    keys = [*SETTINGS, "seed"]
-    if table.duplicated(keys).any() or is_mixed(table, SETTINGS):
-        parent = os.path.commonpath(list(table["run"]))
-        table["folder"] = [str(Path(run).relative_to(parent)) for run in table["run"]]
-        keys.append("folder")
-    finished = table[table["state"] == "finished"]
-    shown: list[RenderableType] = []
-    protocols = [
-        described_protocol(by_path[run], name) or ProtocolDescription(name)
-        for run, name in zip(finished["run"], finished["protocol"], strict=True)
-    ]
-    for protocol in dict.fromkeys(protocols):
-        part = finished[[each == protocol for each in protocols]]
-        columns = [*(score_columns(protocol) if protocol.measures else [])]
-        columns += [Column("effective_templates", "effective\ntemplates")] * (not columns)
-        columns += [Column("seconds_per_step", "seconds\nper step")]
-        subset = _subset(by_path[path] for path in part["run"])
-        found = [scores(part, protocol, keys, shapes=subset, columns=columns)]
-        if protocol.measures:
-            known, damaged = _samples(part["run"], protocol)
-            told = with_parts(part, pd.concat(known), protocol) if known else part
+    groups: dict[tuple[str, str], list[RunFolder]] = {}
+    for run in runs:
+        try:
+            ended = own_protocol(run), (run.status.get("evaluation") or {}).get("subset", "test")
+        except ConfigError:
+            ended = "paper", "test"
+        groups.setdefault(ended, []).append(run)
+    folder, by = Path(commonpath([run.path for run in runs])), [*GROUP, "seed"]
+    found: list[Table | None] = []
+    read = []
+    for (name, subset), part in groups.items():
+        results = Results.of(part, name, folder, subset)
+        read.append(results)
+        if len(results.samples):
             found += [
-                t
-                for t in (
-                    references(part, protocol),
-                    decomposition(told, protocol, keys),
-                    deformed_meshes(told, keys),
-                )
-                if t is not None
+                scores(results, by=by, shapes=subset),
+                references(results),
+                decomposition(results, by),
+                deformed_meshes(results, by),
             ]
-            shown += [t.rich(width) for t in found] + damaged
-        else:
-            shown += [t.rich(width) for t in found]
-    failed = table[table["state"] != "finished"]
-    if len(failed):
-        names, common = _told_apart(failed, keys)
-        rows = failed[[*names, "state", "reason"]].astype(str).to_numpy().tolist()
-        head = [*names, "state", "reason"]
-        title = f"Runs without results{common and f': {common}'}"
-        shown.append(Table(title, head, rows, len(head)).rich(width))
-    return shown
-
-
-def _samples(
-    runs: Iterable[str], protocol: ProtocolDescription
-) -> tuple[list[pd.DataFrame], list[RenderableType]]:
-    """Return the samples of runs, and a line for each whose are damaged."""
-    known: list[pd.DataFrame] = []
-    damaged: list[RenderableType] = []
-    for run in map(RunFolder, map(Path, runs)):
-        if (run.evaluation(protocol.name) / "samples.csv").is_file():
-            try:
-                known.append(load_samples([run], protocol.name))
-            except DataError as error:
-                damaged.append(Text(f"{error}\n", style="red"))
-    return known, damaged
-
-
-def _subset(runs: Iterable[RunFolder]) -> str:
-    subsets = {(run.status.get("evaluation") or {}).get("subset", "test") for run in runs}
-    return _SUBSETS.get(subsets.pop(), "shapes") if len(subsets) == 1 else "shapes"
-
-
-def _told_apart(table: pd.DataFrame, names: Sequence[str]) -> tuple[list[str], str]:
-    """Return the columns that differ, the regime where none does, and what all rows share."""
-    shown = [name for name in names if table[name].nunique() > 1] or ["regime"]
-    form = {"templates": "T = {}", "seed": "seed {}", "regime": "{}"}
-    same = [
-        form.get(name, "{}").format(_key(name, table[name].iloc[0]))
-        for name in names
-        if name not in shown
-    ]
-    return shown, ", ".join(same)
-
-
-def _heading(name: str) -> str:
-    return "T" if name == "templates" else name
-
-
-def _key(name: str, value: object) -> Cell:
-    """Return a value of what tells runs apart."""
-    if name != "regime":
-        return Cell(str(value))
-    return Cell(regime_title(str(value)), color=REGIME_COLORS.get(str(value), ""))
-
-
-def _value(value: object) -> str:
-    """Return a setting's value as people read it.
-
-    >>> _value(0.00345), _value(12.0), _value(None), _value([3, 3, 3])
-    ('0.00345', '12', '-', '3, 3, 3')
-    """
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    if isinstance(value, list | tuple):
-        return ", ".join(_value(part) for part in value)
-    if value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value)):
-        return NOTHING
-    if isinstance(value, float):
-        return f"{value:.0f}" if value.is_integer() and abs(value) < 1e9 else number(value)
-    return str(value)
+    found.append(without_results(*read))
+    return [table.rich(width) for table in found if table is not None]

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ffd_lightning import components
-from ffd_lightning.analysis.runs import find_runs
 from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
+from ffd_lightning.run_folder import find_runs
 
 if TYPE_CHECKING:
     import optuna

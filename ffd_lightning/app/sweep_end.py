@@ -108,10 +108,10 @@ def report_quietly(folder: Path) -> None:
 def print_beside_paper(folder: Path) -> None:
     """Print the finished runs of a study beside the paper's Table 3, as far as there are any."""
     from ffd_lightning.analysis.paper import beside_paper
-    from ffd_lightning.analysis.runs import load_runs, require_runs
+    from ffd_lightning.analysis.results import Results
 
     try:
-        table = beside_paper(load_runs(require_runs(folder), "paper"))
+        table = beside_paper(Results.read(folder, "paper"))
     except (UserError, OSError) as error:
         print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
         return

@@ -7,7 +7,6 @@ import shutil
 import time
 from collections import Counter
 from contextlib import contextmanager
-from functools import partial
 from html.parser import HTMLParser
 from statistics import mean, stdev
 
@@ -18,10 +17,6 @@ from PIL import Image
 from rich.console import Console
 from scipy.spatial import cKDTree
 
-from ffd_lightning.analysis.compare import aggregate_seeds, compare_runs
-from ffd_lightning.analysis.paper import beside_paper
-from ffd_lightning.analysis.plot_layout import series_of
-from ffd_lightning.analysis.plots import template_count_curves
 from ffd_lightning.analysis.report import page as page_module
 from ffd_lightning.analysis.report.gallery import (
     DEFORMED,
@@ -36,8 +31,6 @@ from ffd_lightning.analysis.report.meshes import lighten, pack, size
 from ffd_lightning.analysis.report.page import write_report
 from ffd_lightning.analysis.report.selection import bars
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.analysis.runs import load_runs, load_samples
-from ffd_lightning.analysis.selection import selection_stability
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands import report
@@ -203,29 +196,16 @@ def test_only_runs_that_differ_in_nothing_but_their_seed_are_averaged(tmp_path, 
         run.config.write_text(f"{run.config.read_text()}schedule: {{steps: {steps}}}\n")
         runs.append(run)
     head, *rows = table_of(Page(write_report(tmp_path, open_run)), "undeformed Chamfer")
-    assert [row[:2] for row in rows[:2]] == [["steps-300", "1"], ["steps-60000", "2"]]
+    assert [row[:2] for row in rows[:2]] == [
+        ["schedule.steps=300", "1"],
+        ["schedule.steps=60000", "2"],
+    ]
     of_run = [mean(1000 * float(r["chamfer"]) for r in read_rows(run)) for run in runs]
     for row, expected in zip(rows, (of_run[0], mean(of_run[1:])), strict=False):
         assert number_in(row[head.index("Chamfer ↓ x 1000")]) == pytest.approx(expected, rel=0.01)
-    table, samples = load_runs(runs, "paper"), load_samples(runs)
-    table = table.assign(chamfer=of_run, emd=1.0, iou=0.5)
-    other = table.iloc[1:].assign(templates=8)
-    other["chamfer"] = of_run[1:]
-    for average in (
-        lambda: aggregate_seeds(table, ["chamfer"]),
-        lambda: beside_paper(table),
-        lambda: selection_stability(samples),
-        lambda: compare_runs(samples.assign(half=samples["seed"] // 2), PAPER, "chamfer", "half"),
-        lambda: template_count_curves(pd.concat([table, other]), PAPER),
-    ):
-        with pytest.raises(DataError, match=r"seed0\S* and \S*seed1\S* differ in schedule\.steps"):
-            average()
-    assert aggregate_seeds(table[1:], ["chamfer"])["chamfer"].tolist() == [mean(of_run[1:])]
-    series, colors = series_of(samples)
-    assert len(colors) == series["series"].nunique() == 3
     buffer = io.StringIO()
     Console(file=buffer, width=300).print(*summary_tables(runs))
-    assert "seed0_steps-300" in buffer.getvalue()
+    assert "schedule.steps=300" in buffer.getvalue()
 
 
 # --- which is best -------------------------------------------------------------------------------
@@ -423,9 +403,6 @@ def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, t
     for run, format_version in zip(sweep, (5, 6), strict=True):
         content = {"protocol": PAPER.to_json(), "settings": {"format": format_version}}
         (run.evaluation("paper") / "summary.json").write_text(json.dumps(content))
-    for read in (load_samples, partial(load_runs, protocol="paper")):
-        with pytest.raises(DataError, match="evaluated in another way under protocol paper"):
-            read(sweep)
     page = Page(write_report(tmp_path, open_run))
     assert "evaluated under another protocol of this name" in page.text
 
@@ -497,6 +474,8 @@ def test_results_beside_the_papers(tiny_run, sweep, tmp_path):
     page = Page(write_report(tmp_path, open_run))
     assert "Beside the paper" not in page.text, "where the study does not ask for it"
     (tmp_path / "study.yaml").write_text("beside_paper: true\n")
+    for run in sweep:
+        run.evaluation("paper").rename(run.evaluation("own"))
     page = Page(write_report(tmp_path, open_run))
     assert "There is nothing to set beside the paper's Table 3: " in page.text
     shutil.copytree(tiny_run.path, tmp_path / "runs" / "one")
@@ -643,7 +622,7 @@ def test_examples_are_the_network_s_own(trained):
     folder, cfg, _ = trained
     run = RunFolder(folder / "run")
     opened = open_run(run)
-    samples = load_samples([run], "paper-points-64")
+    samples = Results.read(folder).samples
     order = sorted(read_rows(run, "paper-points-64"), key=lambda row: float(row["chamfer"]))
     expected = [order[0], order[(len(order) - 1) // 2], order[-1]]
     chosen = choose_images(samples, CHAMFER)

@@ -18,7 +18,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 from ffd_lightning import components
-from ffd_lightning.analysis.runs import described_protocols
+from ffd_lightning.analysis.results import described_protocols
 from ffd_lightning.app.build import build_data, build_network, build_protocol
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig

@@ -1,12 +1,15 @@
 """Which runs are the same, and what their folders are called."""
 
+from pathlib import Path
+
 import pytest
 import yaml
 from hydra import compose, initialize_config_dir
 from hydra.core.hydra_config import HydraConfig
 
 from ffd_lightning import components
-from ffd_lightning.analysis.runs import decides, different_settings, load_runs, load_settings
+from ffd_lightning.analysis.naming import GROUP
+from ffd_lightning.analysis.results import Results, decides
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import config_folder, prepare_hydra
 from ffd_lightning.app.identity import (
@@ -90,15 +93,16 @@ def test_a_default_that_is_said_is_the_default(tiny_config, tmp_path):
     check_folder(tiny_config(), run)
 
 
-def settings_of(*runs):
+def groups_of(*runs):
     """What tables call the settings of runs: equal for those that are seeds of each other."""
-    return load_runs(runs)["setting"].tolist()
+    found = Results.of(runs, folder=Path("/")).runs.set_index("run")[GROUP]
+    return [tuple(found.loc[str(run.path.relative_to("/"))]) for run in runs]
 
 
 def test_readers_of_run_folders_know_what_decides_a_run(tiny_config, tmp_path):
     run = written(tiny_config("regime=posterior", "augmentation=photo"), tmp_path)
     keys = set(identity(tiny_config("regime=posterior", "augmentation=photo")))
-    assert {key for key in load_settings([run]) if decides(key)} == keys - {"seed"}
+    assert {key for key in Results.of([run]).settings if decides(key)} == keys - {"seed"}
 
 
 def test_files_of_a_run_of_the_same_seed_follow_from_the_seed(tiny_config, tmp_path):
@@ -111,9 +115,9 @@ def test_files_of_a_run_of_the_same_seed_follow_from_the_seed(tiny_config, tmp_p
         for seed, other in ((0, 0), (1, 1), (2, 1))
     ]
     runs = [written(cfg, tmp_path / str(cfg.seed)) for cfg in ranked]
-    first, second, third = settings_of(*runs)
+    first, second, third = groups_of(*runs)
     assert first == second != third
-    assert different_settings(*runs[1:]) == ["template_strategy.file"]
+    assert third[-1].startswith("template_strategy.file=")
 
 
 @pytest.mark.parametrize("override", NO_OTHER_RUN)
@@ -121,7 +125,8 @@ def test_where_and_how_fast_makes_no_other_run(tiny_config, tmp_path, override):
     run = written(tiny_config(), tmp_path)
     changed = tiny_config(override)
     assert identity(changed) == identity(tiny_config())
-    assert len(set(settings_of(run, written(changed, tmp_path / "other")))) == 1
+    other = written(tiny_config(override, "seed=1"), tmp_path / "other")
+    assert len(set(groups_of(run, other))) == 1
     assert yaml.safe_load(to_yaml(changed)) != yaml.safe_load(run.config.read_text())
     checked(changed, run)
 
@@ -130,7 +135,7 @@ def test_where_and_how_fast_makes_no_other_run(tiny_config, tmp_path, override):
 def test_what_changes_the_result_is_refused_in_the_folder(tiny_config, tmp_path, override):
     run = written(tiny_config(), tmp_path)
     other = written(tiny_config(override), tmp_path / "other")
-    assert len(set(settings_of(run, other))) == 1 + (override != "seed=1")
+    assert len(set(groups_of(run, other))) == 1 + (override != "seed=1")
     before = run.config.read_text()
     with pytest.raises(ConfigError, match=r"holds a run with other settings: .* was .*, now "):
         checked(tiny_config(override), run)

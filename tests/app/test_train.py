@@ -14,14 +14,14 @@ from commands import killed_training, run_command
 from PIL import Image
 from torch.utils._python_dispatch import TorchDispatchMode
 
-from ffd_lightning.analysis.runs import find_runs, load_runs
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.run_folder import RunFolder, find_runs
 from ffd_lightning.training import finite
 from ffd_lightning.training.callbacks import Clock
 from ffd_lightning.training.module import FfdModule
@@ -68,9 +68,9 @@ def test_a_run_leaves_everything_that_is_read_later(finished):
     assert [row["id"] for row in templates] == list(open_run(run).data.bank.ids)
     assert Image.open(run.templates_picture).size[0] > 2 * 256
     assert list((run.path / "tensorboard").glob("events.*"))
-    (row,) = load_runs(find_runs(run.path)).to_dict("records")
+    (row,) = Results.read(run.path).scored.to_dict("records")
     assert (row["category"], row["regime"], row["templates"]) == ("table", "b", 2)
-    assert row["chamfer"] == summary["chamfer"]
+    assert row["chamfer"] == pytest.approx(summary["chamfer"])
 
 
 def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_path):
@@ -114,8 +114,8 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
 def test_a_run_that_ends_with_the_validation_shapes_has_its_row(tiny_config, tmp_path):
     run = RunFolder(tmp_path / "run")
     summary = train(tiny_config("evaluation.subset=val"), run)
-    (row,) = load_runs([run]).to_dict("records")
-    assert row["chamfer"] == summary["chamfer"]
+    (row,) = Results.of([run], subset="val").scored.to_dict("records")
+    assert row["chamfer"] == pytest.approx(summary["chamfer"])
     assert summary_tables([run])
 
 
@@ -319,7 +319,7 @@ def test_a_sweep_goes_on_after_a_failure_and_skips_what_is_done(prepared, data_r
     arguments.append("templates.count=2,500")
     first = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
     assert first.returncode == 1
-    states = load_runs(find_runs(tmp_path)).set_index("templates")
+    states = Results.read(tmp_path).runs.set_index("templates")
     assert states.loc[2, "state"] == "finished"
     assert states.loc[500, "state"] == "failed"
     assert "only 21 shapes to choose from" in states.loc[500, "reason"]
@@ -334,7 +334,7 @@ def test_a_job_that_is_refused_before_it_begins_is_recorded_too(data_root, tmp_p
     done = run_command("train", *arguments[2:])
     assert done.returncode == 1
     assert "2 of 2 runs failed" in done.stderr
-    states = load_runs(find_runs(tmp_path))
+    states = Results.read(tmp_path).runs
     assert states["state"].tolist() == ["failed", "failed"]
     assert "schedule.learning_rate=-1.0 must be above 0" in set(states["reason"])
     assert done.stdout.count("failed") >= 2, "the table names them"
@@ -367,7 +367,7 @@ def test_jobs_side_by_side_report_to_the_sweep(prepared, data_root, tmp_path):
     assert done.returncode == 1
     assert "1 of 2 runs failed" in done.stderr
     assert "Scores" in done.stdout
-    states = load_runs(find_runs(tmp_path)).set_index("templates")["state"]
+    states = Results.read(tmp_path).runs.set_index("templates")["state"]
     assert states.to_dict() == {2: "finished", 500: "failed"}
     assert not list(tmp_path.rglob(".jobs-*"))
 
@@ -378,7 +378,7 @@ def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path
     arguments = [x for x in arguments if x != "trainer=cpu"] + overrides
     done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    runs = load_runs(find_runs(tmp_path))
+    runs = Results.read(tmp_path).runs
     assert runs["state"].tolist() == ["finished"]
     assert done.stdout.count("Launching 1 jobs") == 1
 

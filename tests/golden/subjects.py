@@ -22,7 +22,7 @@ from torch import nn
 
 from ffd_lightning import shapes
 from ffd_lightning.analysis.report.page import write_report
-from ffd_lightning.analysis.runs import load_samples
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.app.build import build_data, build_module, build_network, build_preparations
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
@@ -212,7 +212,11 @@ def run(name: str, folder: Path) -> dict[str, Any]:
     run = _run_folder(name, folder)
     summary = train(_run_config(name, folder), run)
     summary.pop("seconds_per_step")
-    samples = load_samples([run]).select_dtypes("number").drop(columns=["seed", "templates"])
+    samples = (
+        Results.of([run], "paper")
+        .samples.select_dtypes("number")
+        .drop(columns=["seed", "templates"])
+    )
     ranking = pd.read_csv(run.path / "template_ranking.csv")
     return {
         "weights": _state(run),

@@ -11,11 +11,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ffd_lightning.analysis.runs import (
+from ffd_lightning.analysis.results import (
     described_protocol,
     evaluate_command,
-    load_samples,
     own_protocol,
+    read_samples,
 )
 from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
@@ -144,7 +144,7 @@ def collect(
         opened, name = open_run(run), protocol or own_protocol(run)
         described = described_protocol(run, name)
         evaluated = described and (run.evaluation(name) / "samples.csv").is_file()
-        samples = load_samples([run], name) if evaluated else None
+        samples = read_samples(run, described) if evaluated else None
         test = sorted(opened.data.split.test)
         if models:
             queries = [(model, 0) for model in models]

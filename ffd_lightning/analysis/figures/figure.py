@@ -8,7 +8,7 @@ from PIL import Image
 
 from ffd_lightning.analysis.figures.examples import Example
 from ffd_lightning.analysis.figures.sheets import FIGURES
-from ffd_lightning.analysis.runs import COLUMN_KEYS, select
+from ffd_lightning.analysis.results import setting_of
 from ffd_lightning.evaluation.figures import reconstruction_row
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.grid import Picture, grid, joined, legend
@@ -83,5 +83,6 @@ def caption(name: str, runs: Sequence[Sequence[Example]], pick: str | None = Non
 
 def _title(example: Example) -> str:
     settings = example.run.folder.settings
-    category, regime, templates, _ = (select(settings, key) for key in COLUMN_KEYS.values())
+    keys = ("category.name", "regime.name", "templates.count")
+    category, regime, templates = (setting_of(settings, key) for key in keys)
     return f"{category}, regime {regime_title(regime)}, T = {templates}"

@@ -26,7 +26,7 @@ from pathlib import Path
 from ffd_lightning.app.settings import MISSING
 from ffd_lightning.components import check_ranges
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.run_folder import RunFolder, find_runs
 
 MAIN = "runs"
 
@@ -104,8 +104,6 @@ def _run(path: Path) -> RunFolder:
     Raises:
         ConfigError: it is none.
     """
-    from ffd_lightning.analysis.runs import find_runs
-
     run = RunFolder(path)
     if not run.config.is_file():
         below = find_runs(path)

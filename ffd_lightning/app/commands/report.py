@@ -58,17 +58,15 @@ def print_labels(folder: Path) -> None:
     """Print how well the labels of runs fit.
 
     Raises:
-        DataError: no run was evaluated under protocol parts.
+        ConfigError: no run was evaluated under protocol parts.
     """
-    from ffd_lightning.analysis.parts import label_samples, label_tables
-    from ffd_lightning.analysis.runs import require_runs
-    from ffd_lightning.analysis.selection import run_families
+    from ffd_lightning.analysis.parts import PROTOCOL, label_tables
+    from ffd_lightning.analysis.results import Results
     from ffd_lightning.terminal import table_console, terminal_width
 
-    runs = require_runs(folder)
-    samples, families = label_samples(runs), run_families(runs)
+    results = Results.read(folder, PROTOCOL)
     console = table_console()
-    for table in label_tables(samples, families, folder):
+    for table in label_tables(results):
         console.print(table.rich(terminal_width()))
-    if not families:
+    if not results.families:
         print("structural families: none are known of this data")

@@ -1,0 +1,186 @@
+"""How settings and runs are named, and which colours they have, in tables, plots and pages."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
+from typing import Any
+
+import matplotlib
+import numpy as np
+import pandas as pd
+
+from ffd_lightning.palette import COLORS, REGIME_COLORS, regime_title
+
+SETTING = ["regime", "templates", "variant"]
+"""Columns that make a setting of training: a run is one on a category, with a seed."""
+
+GROUP = ["category", *SETTING]
+"""Columns that runs have in common which are seeds of each other."""
+
+_WORDS = {"templates": "T = {}", "seed": "seed {}"}
+
+
+def differing(table: pd.DataFrame, columns: Sequence[str] = tuple(SETTING)) -> list[str]:
+    """Return those columns that do not have one value in all rows."""
+    return [name for name in columns if name in table and table[name].nunique() > 1]
+
+
+def name_of(row: Mapping[Any, Any], columns: Sequence[str], long: bool = True) -> str:
+    """Return the name that values of columns make; regimes have their long names.
+
+    >>> name_of({"regime": "w", "templates": 16, "variant": ""}, SETTING)
+    'w, log-weighted, T = 16'
+    >>> name_of({"regime": "w", "seed": 0}, ["regime", "seed"], long=False)
+    'w, seed 0'
+    """
+    values = [
+        regime_title(str(row[name]))
+        if long and name == "regime"
+        else _WORDS.get(name, "{}").format(row[name])
+        for name in columns
+        if str(row[name])
+    ]
+    return ", ".join(values)
+
+
+def setting_text(value: Any) -> str:
+    """Return a setting's value as it is compared and read: numbers alike, whatever their type.
+
+    >>> setting_text(10000.0), setting_text(1e-4), setting_text([45.0]), setting_text(None)
+    ('10000', '0.0001', '[45]', 'null')
+    """
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(setting_text, value))}]"
+    if isinstance(value, (str, bool, np.bool_)):
+        return value if isinstance(value, str) else str(bool(value)).lower()
+    return "null" if value is None or pd.isna(value) else f"{value:.10g}"
+
+
+def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
+    """Return what else tells the setting of runs apart, "" where regime and templates do.
+
+    Args:
+        runs: `run`, `category`, `regime`, `templates` and `seed`.
+        settings: of each run (index) what decides it but for these, as text.
+
+    Returns:
+        Such as "schedule.steps=300", for each row; the folder of runs that have all in common.
+    """
+    found = pd.Series("", runs.index)
+    for _, part in runs.groupby(["regime", "templates"], dropna=False):
+        values, chosen = settings.loc[part["run"]], list[str]()
+        keys = [key for key in values if values[key].nunique() > 1]
+        for key in sorted(keys, key=lambda key: -int(values[key].nunique())):
+            before = len(values[chosen].drop_duplicates()) if chosen else 1
+            if len(values[[*chosen, key]].drop_duplicates()) > before:
+                chosen.append(key)
+        words = [f"{key}=" + _shortened(values[key]) for key in chosen]
+        if words:
+            found[part.index] = [", ".join(row) for row in zip(*words, strict=True)]
+    same = runs.assign(variant=found)
+    twice = same.duplicated([*GROUP, "seed"], keep=False)
+    if twice.any():
+        alike = same.set_index(GROUP).index.isin(same[twice].set_index(GROUP).index)
+        folders = runs["run"].map(_without_seed)
+        unique = not runs.assign(folder=folders)[alike].duplicated(["folder", "seed"]).any()
+        found[alike] = found[alike].map(lambda x: f"{x}, " if x else "") + (
+            folders if unique else runs["run"]
+        )
+    return found
+
+
+def _shortened(values: pd.Series) -> pd.Series:
+    """Return values without the folders of files, where that does not make them equal."""
+    names = values.map(lambda value: PurePath(value).name if value.startswith("/") else value)
+    return names if names.nunique() == values.nunique() else values
+
+
+def _without_seed(run: str) -> str:
+    """Return a run's folder without the part that names its seed.
+
+    >>> _without_seed("joint/r/t4-8views/seed0"), _without_seed("b/t8/seed1_schedule.steps-50")
+    ('joint/r/t4-8views', 'b/t8/schedule.steps-50')
+    """
+    parts = [re.sub(r"^seed\d+_?", "", part) for part in run.split("/")]
+    return "/".join(part for part in parts if part) or "."
+
+
+def sorted_runs(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return runs by category, regime (as in the paper), templates and seed."""
+
+    def places(column: pd.Series) -> pd.Series:
+        if column.name != "regime":
+            return column
+        known = list(REGIME_COLORS)
+        return column.map(lambda name: (known.index(name) if name in known else len(known), name))
+
+    return runs.sort_values(["category", "regime", "templates", "seed"], key=places, kind="stable")
+
+
+def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
+    """Return a label for each run, made of what differs between the runs.
+
+    Args:
+        table: of runs or samples.
+        titled: with the regimes' long names.
+    """
+    runs = _runs(table)
+    columns = differing(runs, [*GROUP, "seed"]) or ["regime", "templates"]
+    return {str(run): name_of(row, columns, titled) for run, row in runs.to_dict("index").items()}
+
+
+def setting_labels(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
+    """Return a row per run (index) with `category` and `label`, and the colour of each label.
+
+    A label is of a setting, with its regime's long name. A regime has its own colour, lighter for
+    fewer templates; of one regime, numbers of templates have colours in order.
+    """
+    runs = _runs(table)
+    columns = differing(runs)
+    runs["label"] = [name_of(row, columns or ["regime"]) for row in runs.to_dict("records")]
+    firsts = runs.drop_duplicates("label").set_index("label")
+    if columns == ["templates"]:
+        return runs, _scale(list(firsts.sort_values("templates", kind="stable").index))
+    of_regime = colors_of(list(dict.fromkeys(firsts["regime"])))
+    colors = {}
+    for regime, part in firsts.groupby("regime", sort=False):
+        for place, label in enumerate(part.sort_values("templates", kind="stable").index):
+            colors[str(label)] = _lighter(of_regime[str(regime)], place, len(part))
+    return runs, {label: colors[label] for label in firsts.index}
+
+
+def _runs(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a row per run (index), in order; trained on several, `category` says how many."""
+    groups = table.groupby("run", sort=False)
+    runs = groups[[name for name in (*SETTING, "seed") if name in table]].first()
+    runs["category"] = (
+        groups["category"]
+        .unique()
+        .map(lambda names: str(names[0]) if len(names) == 1 else f"{len(names)} categories")
+    )
+    return sorted_runs(runs)
+
+
+def colors_of(names: Sequence[str]) -> dict[str, str]:
+    """Return a colour for each name; a regime's own where all are regimes."""
+    if set(names) <= set(REGIME_COLORS):
+        return {name: REGIME_COLORS[name] for name in names}
+    if len(names) > len(COLORS):
+        return _scale(names)
+    return dict(zip(names, COLORS, strict=False))
+
+
+def _scale(names: Sequence[str]) -> dict[str, str]:
+    """Return colours from dark to light; the lightest of viridis would be lost on white."""
+    places = np.linspace(0, 0.85, len(names))
+    colors = matplotlib.colormaps["viridis"](places)
+    return {n: matplotlib.colors.to_hex(c) for n, c in zip(names, colors, strict=True)}
+
+
+def _lighter(color: str, place: int, count: int) -> str:
+    """Return a colour mixed with white: the last of `count` places is the colour itself."""
+    share = 0.6 * (count - 1 - place) / max(count - 1, 1)
+    mixed = (1 - share) * np.array(matplotlib.colors.to_rgb(color)) + share
+    return matplotlib.colors.to_hex(tuple(mixed))
