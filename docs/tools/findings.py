@@ -40,8 +40,8 @@ from ffd_lightning.analysis.plots import (
     cumulative_curves,
     selection_histograms,
     template_count_curves,
+    to_svg,
 )
-from ffd_lightning.analysis.saving import to_svg
 from ffd_lightning.analysis.runs import find_protocol, load_samples, require_runs
 from ffd_lightning.analysis.selection import selection_stability
 from ffd_lightning.errors import UserError

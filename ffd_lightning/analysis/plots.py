@@ -7,6 +7,7 @@ points and unit, is for captions (`wording.measure_note`).
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal
@@ -43,6 +44,14 @@ STYLE: Any = {
     "svg.fonttype": "path",
     "pdf.fonttype": 42,  # letters stay letters, which others' programs can edit
 }
+DPI = 200
+FORMATS: dict[str, Any] = {
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None},
+    ".svg": {"Date": None, "Creator": None},
+}
+"""Endings of files that figures are written as, and metadata that would change from day to day."""
+
 _DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
     ("", "deformed", "-"),
     ("undeformed_", "undeformed", ":"),
@@ -276,3 +285,16 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
         figure.legend(loc="outside lower center", ncols=len(SHARES), frameon=False)
         panel.set_xlabel(scaled_title(protocol.main_measure))
     return figure
+
+
+def to_svg(figure: Figure) -> bytes:
+    """Return a figure as SVG, the same bytes each time; letters are paths, so no font is needed."""
+    return to_bytes(figure, ".svg")
+
+
+def to_bytes(figure: Figure, ending: str) -> bytes:
+    """Return a figure as a file with one of the endings `FORMATS`, the same bytes each time."""
+    buffer = io.BytesIO()
+    with matplotlib.rc_context(STYLE):
+        figure.savefig(buffer, format=ending[1:], dpi=DPI, metadata=FORMATS[ending])
+    return buffer.getvalue()

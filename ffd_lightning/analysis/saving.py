@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
-from typing import Any
 
-import matplotlib
 from matplotlib.figure import Figure
 from PIL import Image
 
-from ffd_lightning.analysis.plots import STYLE
+from ffd_lightning.analysis.plots import DPI, FORMATS, to_bytes
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.imaging.grid import png
-
-DPI = 200
-_METADATA: dict[str, Any] = {
-    ".png": {"Software": None},
-    ".pdf": {"CreationDate": None},
-    ".svg": {"Date": None, "Creator": None},
-}  # so that the same figure gives the same bytes
 
 
 def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
@@ -38,13 +28,13 @@ def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
         DataError: a file cannot be written.
     """
     ending = path.suffix.lower()
-    formats = list(_METADATA) if isinstance(figure, Figure) else [".png"]
+    formats = list(FORMATS) if isinstance(figure, Figure) else [".png"]
     if ending and ending not in formats:
         raise ConfigError(f"{path}: it is written as {', '.join(formats)}")
     files = [path] if ending else [path.with_suffix(each) for each in formats[:2]]
     for file in files:
         if isinstance(figure, Figure):
-            content = _plot(figure, file.suffix.lower())
+            content = to_bytes(figure, file.suffix.lower())
         else:
             content = png(figure, dpi=(DPI, DPI))
         try:
@@ -52,15 +42,3 @@ def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
         except OSError as error:
             raise DataError(f"cannot write {file}: {error.strerror or error}") from None
     return files
-
-
-def to_svg(figure: Figure) -> bytes:
-    """Return a plot as SVG, the same bytes each time; letters are paths, so no font is needed."""
-    return _plot(figure, ".svg")
-
-
-def _plot(figure: Figure, ending: str) -> bytes:
-    buffer = io.BytesIO()
-    with matplotlib.rc_context(STYLE):
-        figure.savefig(buffer, format=ending[1:], dpi=DPI, metadata=_METADATA[ending])
-    return buffer.getvalue()

@@ -86,7 +86,7 @@ def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
     a, b, c = np.moveaxis(mesh.vertices[mesh.faces], 1, 0)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     np.testing.assert_allclose(area, 1 / 25)
-    assert (-0.5 <= mesh.vertices).all()
+    assert (mesh.vertices >= -0.5).all()
     assert (mesh.vertices <= 0.5).all()
 
 

@@ -19,7 +19,6 @@ from ffd_lightning.analysis.paper import PROTOCOL, beside_paper
 from ffd_lightning.analysis.report.gallery import Meshes, data_uri, gallery, open_runs
 from ffd_lightning.analysis.report.selection import bars, pictures
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.analysis.saving import to_svg
 from ffd_lightning.analysis.table import Table
 from ffd_lightning.analysis.tables import Ranked
 from ffd_lightning.errors import ConfigError, DataError, UserError
@@ -241,7 +240,7 @@ def _plots(figures: Sequence[tuple[Figure, str]]) -> Markup:
     drawn = [
         Markup(
             '<figure class="plot"><img src="{}" alt="{}"><figcaption>{}</figcaption></figure>\n'
-        ).format(data_uri(to_svg(figure), "image/svg+xml"), caption, caption)
+        ).format(data_uri(plots.to_svg(figure), "image/svg+xml"), caption, caption)
         for figure, caption in figures
     ]
     single = " single" if len(figures) == 1 else ""
