@@ -17,13 +17,13 @@ def write_page(notebook: Path, page: Path, sweep: Path, data: Path) -> None:
     shutil.rmtree(pictures, ignore_errors=True)
     command = ["nbconvert", "--execute", "--no-input", "--to", "markdown", str(notebook)]
     command += [f"--output-dir={page.parent}", f"--output={page.stem}"]
-    subprocess.run([sys.executable, "-m", "jupyter", *command], env=environment, check=True)
+    subprocess.run([sys.executable, "-m", *command], env=environment, check=True)
     page.write_text(tidy(page.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 def tidy(text: str) -> str:
-    """Return a page without tables' style sheets, which some readers show as text."""
+    """Return a page without what only other readers understand: style sheets, classes."""
     text = re.sub(r"<style.*?</style>\n?", "", text, flags=re.DOTALL)
-    text = re.sub(r' (?:id|class)="[^"]*"', "", text)
+    text = re.sub(r' (?:id|class|role|tabindex|aria-label)="[^"]*"', "", text)
     text = text.replace("![png](", "![What the cell draws](")
     return re.sub(r"\n\s*\n\s*\n+", "\n\n", text)

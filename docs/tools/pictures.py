@@ -32,17 +32,16 @@ FIGURES = ("method", "overview", "subdivision", "voxels", "labels", "candidates"
 SCREENSHOTS = ("report", "viewer", "tensorboard-scalars", "tensorboard-selection")
 SCREENSHOTS += ("tensorboard-clouds", "tensorboard-hparams")
 NOTEBOOKS = {
-    "cumulative_chamfer": "demo",
-    "template_selection": "demo",
-    "label_transfer": "demo",
-    "deformation": "demo",
-    "limited_templates": "template_counts-quick",
+    "results": ("results", "demo.zip"),
+    "template_counts": ("results", "template_counts.zip"),
+    "label_transfer": ("label_transfer", "demo"),
+    "deformation": ("deformation", "demo"),
 }
+"""Pages, the notebooks that they are made of, and of which runs, or kept results."""
 SHORT = ("schedule=quick", "schedule.steps=300", "schedule.annealing_steps=30")
 SWEEPS = {
     "demo": ("train", "-m", f"regime={','.join(REGIMES)}", "category=table", "name=demo"),
     "categories": ("sweep", "categories", f"category={','.join(SHOWN)}"),
-    "template_counts-quick": ("sweep", "template_counts", "--quick", "category=table"),
     "paper_table": ("sweep", "paper_table", f"regime={','.join(REGIMES)}", *SHORT),
     "real": (
         *("train", "-m", "name=real", "data=folder", "data.root=meshes", "data.yaw=180"),
@@ -123,8 +122,10 @@ def _scaling(place: Place, file: Path) -> None:
 def _notebook(place: Place, file: Path) -> None:
     from notebook_pages import write_page
 
-    notebook = ROOT / "notebooks" / f"{file.stem}.ipynb"
-    write_page(notebook, file, place.runs / NOTEBOOKS[file.stem], place.data)
+    name, source = NOTEBOOKS[file.stem]
+    kept = source.endswith(".zip")
+    sweep = (DOCS / "findings" / "data" if kept else place.runs) / source
+    write_page(ROOT / "notebooks" / f"{name}.ipynb", file, sweep, place.data)
     for drawn in file.with_name(f"{file.stem}_files").glob("*.png"):
         _fewer_colors(drawn)
 
@@ -164,7 +165,8 @@ def _pictures() -> dict[str, tuple[str | None, Make]]:
     }
     found |= {f"{name}.png": ("demo", _screenshot) for name in SCREENSHOTS}
     found |= {f"figures/{name}.png": ("demo", _figure) for name in FIGURES}
-    found |= {f"notebooks/{name}.md": (sweep, _notebook) for name, sweep in NOTEBOOKS.items()}
+    for name, (_, source) in NOTEBOOKS.items():
+        found[f"notebooks/{name}.md"] = None if source.endswith(".zip") else source, _notebook
     for name in categories():
         made = _drawing("contact_sheet", lambda _, name=name: name)
         found[f"categories/{name}.jpg"] = None, made
