@@ -15,7 +15,7 @@ import platform
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -28,12 +28,26 @@ from matplotlib.figure import Figure
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parent))
+from claims import (
+    CLAIMS,
+    FAILS,
+    HOLDS,
+    OPEN,
+    by_count,
+    differences,
+    judged,
+    one_seed,
+    overall,
+    per_run,
+    per_seed,
+    read,
+    with_regimes_of,
+)
 from findings_minutes import draw
-from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, differences, overall
 
-from ffd_lightning.analysis.archive import write_archive
+from ffd_lightning.analysis import compare as comparison
 from ffd_lightning.analysis.budget import error_budget
-from ffd_lightning.analysis.compare import LEVEL, compare_runs, holm
+from ffd_lightning.analysis.compare import is_mean
 from ffd_lightning.analysis.parts import family_table
 from ffd_lightning.analysis.plots import (
     budget_bars,
@@ -42,8 +56,9 @@ from ffd_lightning.analysis.plots import (
     template_count_curves,
     to_svg,
 )
-from ffd_lightning.analysis.runs import find_protocol, load_samples, require_runs
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.selection import selection_stability
+from ffd_lightning.analysis.table import Table
 from ffd_lightning.errors import UserError
 from ffd_lightning.files import write_atomic, write_bytes_atomic
 from ffd_lightning.palette import regime_title
@@ -81,36 +96,62 @@ _SCORES = tuple(name for name in _COLUMNS if name != "part_iou")
 
 
 @cache
-def study(name: str) -> Study:
+def study(name: str) -> Results:
     """Read a kept study once; `one+other` is one with the other's runs of the regimes it has."""
     one, _, other = name.partition("+")
-    read = Study.read(DATA, one)
-    return read.with_regimes_of(Study.read(DATA, other)) if other else read
+    found = read(DATA, one)
+    return with_regimes_of(found, read(DATA, other)) if other else found
 
 
-def setup(name: str, **columns: Any) -> str:
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    return Table("", heads, list(rows)).markdown().rstrip()
+
+
+def _headings(columns: Iterable[str], *first: str) -> list[str]:
+    return [*first, *(_COLUMNS[column][0] for column in columns)]
+
+
+def _number(value: float, column: str) -> str:
+    _, factor, places = _COLUMNS.get(column, ("", 1, 0))
+    return f"{factor * value:.{places}f}"
+
+
+def _difference(row: Any) -> str:
+    _, factor, places = _COLUMNS[row["measure"]]
+    mean, low, high = (f"{factor * row[n]:+.{places}f}" for n in ("difference", "low", "high"))
+    text = f"{mean} [{low}, {high}]"
+    return f"**{text}**" if row["shown"] else text
+
+
+# --- scores --------------------------------------------------------------------------------------
+
+
+def setup(name: str, **where: Any) -> str:
     """Say what was trained, on what, with which settings and on which machine."""
-    kept = study(name).where(**columns)
-    runs, steps = kept.runs, kept.about_runs["schedule.steps"]
+    kept = study(name).where(**where)
     tested = kept.samples.drop_duplicates(["category", "id", "view"])
     tested_on = tested.groupby("category", sort=False).size()
-    told = [
-        f"{runs['run'].nunique()} runs: {', '.join(tested_on.index)}",
-        f"seed {_few(runs['seed'])}",
-        f"T = {_few(runs['templates'])}",
-        f"{_few(steps)} steps",
+
+    def few(values: pd.Series) -> str:
+        return ", ".join(map(str, sorted(set(values))))
+
+    words = [
+        f"{len(kept.runs)} runs: {', '.join(tested_on.index)}",
+        f"seed {few(kept.samples['seed'])}",
+        f"T = {few(kept.samples['templates'])}",
+        f"{few(kept.settings['schedule.steps'])} steps",
         f"{', '.join(map(str, tested_on))} test shapes",
         f"protocol `{kept.protocol.name}`",
         "; ".join(dict.fromkeys(about["processor"] for about in kept.about)),
     ]
     commands = "\n".join(dict.fromkeys(line for a in kept.about for line in a["commands"]))
-    return f"{'; '.join(told)}.\n\n```\n{commands}\n```"
+    return f"{'; '.join(words)}.\n\n```\n{commands}\n```"
 
 
 def scores(
     name: str,
     by: str = "regime",
-    only: Sequence[str] = (),
+    only: Sequence[Any] = (),
     columns: Sequence[str] = _SCORES,
     **where: Any,
 ) -> str:
@@ -119,42 +160,121 @@ def scores(
     Args:
         name: of the study.
         by: a row per value of this column of its runs; a value is averaged over categories first.
-        only: values of it that are shown, in this order; all by default.
+        only: values of it that are shown, in this order.
         columns: of `_COLUMNS`.
-        where: the runs, as `Study.where` takes them.
+        where: the runs, as `Results.where` takes them.
     """
-    runs = study(name).where(**where).runs
-    rows = [
-        [regime_title(str(value)), *_means(runs[runs[by] == value], columns)]
-        for value in only or runs[by].unique()
-    ]
-    return _table([by, *(_COLUMNS[c][0] for c in columns)], rows)
+    runs = per_run(study(name).where(**where))
+    rows = [[regime_title(str(x)), *_means(runs[runs[by] == x], columns)] for x in only]
+    return _table(_headings(columns, by), rows)
 
 
 def versions(studies: Mapping[str, str], columns: Sequence[str] = _SCORES, **where: Any) -> str:
     """Return a table of mean scores like `scores`, a row per study, by what is said of it."""
     rows = [
-        [label, *_means(study(name).where(**where).runs, columns)]
+        [label, *_means(per_run(study(name).where(**where)), columns)]
         for label, name in studies.items()
     ]
-    return _table(["", *(_COLUMNS[c][0] for c in columns)], rows)
+    return _table(_headings(columns, ""), rows)
 
 
 def _means(runs: pd.DataFrame, columns: Sequence[str]) -> list[str]:
     seeds = runs.groupby("seed").mean(numeric_only=True)
     cells = []
     for column in columns:
-        _, factor, places = _COLUMNS[column]
-        numbers = factor * seeds[column]
-        cells.append(f"{numbers.mean():.{places}f}")
-        if len(numbers) > 1:
-            cells[-1] += f"{_BOUND}±{_BOUND}{numbers.std():.{places}f}"
+        cells.append(_number(seeds[column].mean(), column))
+        if len(seeds) > 1:
+            cells[-1] += f"{_BOUND}±{_BOUND}{_number(seeds[column].std(), column)}"
     return cells
+
+
+def seeds_of(name: str, column: str, regime: str, **where: Any) -> str:
+    """Return a number of a regime's runs for a sentence: its mean over categories and seeds."""
+    return _number(per_seed(study(name), column, regime=regime, **where).mean(), column)
+
+
+def by_category(
+    name: str, only: Sequence[str], measure: str, references: Mapping[str, str] = _REFERENCES
+) -> str:
+    """Return a table of a measure, mean over seeds: a row per category, a column per regime.
+
+    Beside them are references; means over all regimes where they depend on the run.
+    """
+    runs = per_run(study(name).where(regime=only))
+    of_regimes = runs.pivot_table(measure, "category", "regime", sort=False)[list(only)]
+    shapes = [f"{shape}_{measure}" for shape in references]
+    table = of_regimes.join(runs.groupby("category", sort=False)[shapes].mean())
+    return _of_categories(table, measure, [*map(regime_title, only), *references.values()])
+
+
+def categories_of(studies: Mapping[str, str], regime: str, measure: str) -> str:
+    """Return a table of a measure of one regime: a row per category, a column per study."""
+    parts = {label: per_run(study(name).where(regime=regime)) for label, name in studies.items()}
+    table = pd.DataFrame({n: runs.groupby("category")[measure].mean() for n, runs in parts.items()})
+    return _of_categories(table, measure, list(studies))
+
+
+def _of_categories(table: pd.DataFrame, measure: str, heads: Sequence[str]) -> str:
+    """Write a table with a row per category, and their mean if there are several."""
+    if len(table) > 1:
+        table.loc["mean"] = table.mean()
+    rows = [[str(c), *(_number(x, measure) for x in row)] for c, row in table.iterrows()]
+    return _table([_COLUMNS[measure][0], *heads], rows)
+
+
+def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) -> str:
+    """Return how a validation curve runs, mean over the runs of each regime, at some steps."""
+    kept = study(name).where(regime=only)
+    table = kept.curves.merge(kept.runs[["run", "regime"]], on="run")
+    means = table.pivot_table(column, "regime", "step")
+    rows = [[regime_title(r), *(f"{means.loc[r, step]:.1f}" for step in steps)] for r in only]
+    return _table(["regime", *(f"step {step}" for step in steps)], rows)
+
+
+def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
+    """Return how far apart the mean scores of two trainings of a regime are: the mean over pairs.
+
+    Pairs are the same seed in two studies, and two seeds in the first.
+    """
+    keys = ["category", "regime", "seed"]
+    first, second = (
+        per_run(study(name).where(**where)).set_index(keys)[list(measures)] for name in (one, other)
+    )
+    pairs = [
+        (part.loc[a] - part.loc[b]).abs()
+        for _, part in first.groupby(keys[:2])
+        for a, b in combinations(part.index, 2)
+    ]
+    means = {"the same seed in both": (first - second).abs().mean()}
+    means["two seeds"] = pd.DataFrame(pairs).mean()
+    rows = [[label, *(_number(m[c], c) for c in measures)] for label, m in means.items()]
+    return _table(_headings(measures, ""), rows)
+
+
+# --- differences ---------------------------------------------------------------------------------
+
+
+@cache
+def _differences(name: str, pairs: tuple[Any, ...], measures: tuple[str, ...]) -> pd.DataFrame:
+    return differences(study(name), pairs, measures)
+
+
+def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
+    rows = []
+    for (a, b), part in table.groupby(["a", "b"], sort=False):
+        of_measure = (overall(part[part["measure"] == measure]).iloc[0] for measure in measures)
+        rows.append([f"{a} - {b}", *map(_difference, of_measure)])
+    return _table(_headings(measures, ""), rows)
 
 
 def changes(name: str, pairs: Iterable[Sequence[str]], measures: Sequence[str]) -> str:
     """Return a table of differences a - b, mean over categories; bold is what is shown."""
     return _changes(_differences(name, tuple(map(tuple, pairs)), tuple(measures)), measures)
+
+
+def change(name: str, a: str, b: str, measure: str) -> str:
+    """Return the difference a - b with its interval, for a sentence; bold if it is shown."""
+    return _difference(overall(_differences(name, ((a, b),), (measure,))).iloc[0])
 
 
 def changes_in(
@@ -166,28 +286,10 @@ def changes_in(
         for label, name in studies.items()
     )
     rows = [
-        [label, *(_cell(part[part["measure"] == m].iloc[0]) for m in measures)]
+        [label, *(_difference(part[part["measure"] == m].iloc[0]) for m in measures)]
         for label, part in table.groupby("label", sort=False)
     ]
-    return _table([" - ".join(pair), *(_COLUMNS[m][0] for m in measures)], rows)
-
-
-def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -> str:
-    """Return a table of differences between numbers of templates, mean over categories."""
-    named = [tuple(f"T = {count}" for count in pair) for pair in pairs]
-    return _changes(
-        differences(study(name).by_count(), named, measures, "setup", settings=False), measures
-    )
-
-
-def _changes(table: pd.DataFrame, measures: Sequence[str]) -> str:
-    rows = []
-    for (a, b), part in table.groupby(["a", "b"], sort=False):
-        cells = [f"{a} - {b}"]
-        for measure in measures:
-            cells.append(_cell(overall(part[part["measure"] == measure]).iloc[0]))
-        rows.append(cells)
-    return _table(["", *(_COLUMNS[m][0] for m in measures)], rows)
+    return _table(_headings(measures, " - ".join(pair)), rows)
 
 
 def changes_by_category(
@@ -195,17 +297,19 @@ def changes_by_category(
 ) -> str:
     """Return a table of differences a - b in one measure, a row per category."""
     table = differences(study(name).where(**where), pairs, [measure])
-    labels = list(dict.fromkeys(f"{a} - {b}" for a, b in zip(table["a"], table["b"], strict=True)))
-    rows = []
-    for category, part in table.groupby("category", sort=False):
-        rows.append([str(category), *(_cell(row) for _, row in part.iterrows())])
-    rows.sort(key=lambda cells: cells[0].startswith("mean"))
+    labels = dict.fromkeys(f"{a} - {b}" for a, b in zip(table["a"], table["b"], strict=True))
+    rows = [
+        [str(category), *(_difference(row) for _, row in part.iterrows())]
+        for category, part in table.groupby("category", sort=False)
+    ]
+    rows.sort(key=lambda cells: is_mean(cells[0]))
     return _table(["category", *labels], rows)
 
 
-@cache
-def _differences(name: str, pairs: tuple[Any, ...], measures: tuple[str, ...]) -> pd.DataFrame:
-    return differences(study(name), pairs, measures)
+def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -> str:
+    """Return a table of differences between numbers of templates, mean over categories."""
+    named = [tuple(f"T = {count}" for count in pair) for pair in pairs]
+    return _changes(differences(by_count(study(name)), named, measures, "label"), measures)
 
 
 def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[str]) -> str:
@@ -221,41 +325,62 @@ def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[s
     tables = []
     for label, name in others:
         new, old = (_plain_ids(study(n).where(regime=only)) for n in (name, base_name))
-        shared = {c: set(new.samples[c]) for c in ("category", "seed", "id")}
-        old = old.where(**shared)
+        old = old.where(**{c: set(new.samples[c]) for c in ("category", "seed", "id")})
         new = new.where(id=set(old.samples["id"]))
         parts = [
             part.samples.assign(
-                setup=part.samples["regime"] + f": {of}", run=part.samples["run"] + f": {of}"
+                label=part.samples["regime"] + f": {of}", run=part.samples["run"] + f": {of}"
             )
             for of, part in ((label, new), (base, old))
         ]
-        both = replace(new, samples=pd.concat(parts, ignore_index=True))
+        runs = pd.concat([part[["run"]].drop_duplicates() for part in parts])
+        both = replace(new, samples=pd.concat(parts, ignore_index=True), runs=runs)
+        both = replace(both, settings=pd.DataFrame(index=runs["run"]))
         pairs = [(f"{regime}: {label}", f"{regime}: {base}") for regime in only]
-        tables.append(differences(both, pairs, measures, "setup", settings=False))
+        tables.append(differences(both, pairs, measures, "label"))
     table = _together(tables)
     return _changes(table.assign(b=table["b"].str.partition(": ")[2]), measures)
+
+
+def _plain_ids(kept: Results) -> Results:
+    """Return it with the ids of a category's own runs, where those of `joint` say the category."""
+    ids = kept.samples["id"].str.rpartition("/")[2]
+    return replace(kept, samples=kept.samples.assign(id=ids))
 
 
 def _together(tables: Iterable[pd.DataFrame]) -> pd.DataFrame:
     """Return several tables of `differences` as one: `overall`, shown if they are among all."""
     table = pd.concat(map(overall, tables), ignore_index=True)
     # Each was corrected for its own comparisons; a stricter p can only take `shown` away.
-    table["shown"] &= np.array(holm(table["p"].tolist())) < LEVEL
+    table["shown"] &= np.array(comparison.holm(table["p"].tolist())) < comparison.LEVEL
     return table
 
 
-def change(name: str, a: str, b: str, measure: str) -> str:
-    """Return the difference a - b with its interval, for a sentence; bold if it is shown."""
-    table = _differences(name, ((a, b),), (measure,))
-    return _cell(overall(table).iloc[0])
+def beside(part: Results, shape: str, measures: Sequence[str]) -> pd.DataFrame:
+    """Compare the networks of one regime with another shape for the same images."""
+    tables = [comparison.compare_with(part, measure, shape) for measure in measures]
+    return judged(tables, one_seed(part))
 
 
-def _cell(row: Any) -> str:
-    _, factor, places = _COLUMNS[row["measure"]]
-    mean, low, high = (f"{factor * row[n]:+.{places}f}" for n in ("difference", "low", "high"))
-    text = f"{mean} [{low}, {high}]"
-    return f"**{text}**" if row["shown"] else text
+def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str]) -> str:
+    """Return a table of regimes minus another shape, and on how many categories they are better."""
+    rows = []
+    for regime in only:
+        part = study(name).where(regime=regime)
+        cells = [regime_title(regime)]
+        for measure in measures:
+            table = beside(part, shape, [measure])
+            sign = -1 if part.protocol.measure(measure).higher_is_better else 1
+            each = table[~table["category"].map(is_mean)]
+            better = (sign * each[["low", "high"]] < 0).all(axis=1).sum()
+            worse = (sign * each[["low", "high"]] > 0).all(axis=1).sum()
+            cells += [_difference(overall(table).iloc[0]), f"{better}, {worse}"]
+        rows.append(cells)
+    heads = [head for m in measures for head in (_COLUMNS[m][0], "better, worse")]
+    return _table(["regime", *heads], rows)
+
+
+# --- claims --------------------------------------------------------------------------------------
 
 
 def verdicts(claim: str, studies: Mapping[str, str]) -> str:
@@ -265,13 +390,13 @@ def verdicts(claim: str, studies: Mapping[str, str]) -> str:
         claim: its name in `CLAIMS`.
         studies: by what is said of them: "sofas and tables".
     """
-    judged = {of: CLAIMS[claim](study(name)) for of, name in studies.items()}
-    words = {verdict.word for verdict in judged.values()}
+    found = {of: CLAIMS[claim].judge(study(name)) for of, name in studies.items()}
+    words = {verdict.word for verdict in found.values()}
     icon = _ICONS[words.pop() if len(words) == 1 else OPEN]
-    bullet = "- " if len(judged) > 1 else ""
+    bullet = "- " if len(found) > 1 else ""
     lines = [
         f"    {bullet}{of[0].upper()}{of[1:]}: **{verdict.word}**. {verdict.why}."
-        for of, verdict in judged.items()
+        for of, verdict in found.items()
     ]
     said = "\n".join(lines)
     return f'!!! {icon} "{CLAIMS[claim].text}"\n\n{said}\n\n    {CLAIMS[claim].rule}'
@@ -279,7 +404,7 @@ def verdicts(claim: str, studies: Mapping[str, str]) -> str:
 
 def word(claim: str, name: str) -> str:
     """Return the verdict alone: holds, does not hold, not decided."""
-    return CLAIMS[claim](study(name)).word
+    return CLAIMS[claim].judge(study(name)).word
 
 
 def claim(name: str) -> str:
@@ -287,9 +412,12 @@ def claim(name: str) -> str:
     return CLAIMS[name].text
 
 
+# --- templates, parts of errors, labels ----------------------------------------------------------
+
+
 def stability(name: str, only: Sequence[str], **where: Any) -> str:
     """Return how alike the seeds select: share of images with the same template, and Rand index."""
-    table = selection_stability(study(name).where(regime=only, **where).samples)
+    table = selection_stability(study(name).where(regime=only, **where))
     means = table.groupby("regime", sort=False)[["same_template", "adjusted_rand"]].mean()
     rows = [
         [regime_title(r), f"{means.same_template[r]:.0%}", f"{means.adjusted_rand[r]:.2f}"]
@@ -300,64 +428,16 @@ def stability(name: str, only: Sequence[str], **where: Any) -> str:
 
 def same_template(name: str, regime: str) -> str:
     """Return for how many images two seeds of a regime select the same, for a sentence."""
-    table = selection_stability(study(name).where(regime=regime).samples)
+    table = selection_stability(study(name).where(regime=regime))
     return f"{table['same_template'].mean():.0%}"
-
-
-def _plain_ids(kept: Study) -> Study:
-    """Return it with the ids of a category's own runs, where those of `joint` say the category."""
-    ids = kept.samples["id"].str.rpartition("/")[2]
-    return replace(kept, samples=kept.samples.assign(id=ids))
 
 
 def agreement(one: str, other: str, only: Sequence[str], **where: Any) -> str:
     """Return for how many images the same regime and seed select the same in two studies."""
-    runs = ["category", "regime", "seed"]
     samples = [study(name).where(regime=only, **where).samples for name in (one, other)]
-    both = pd.merge(*samples, on=[*runs, "id", "view"])
+    both = pd.merge(*samples, on=["category", "regime", "seed", "id", "view"])
     same = (both["template_x"] == both["template_y"]).groupby(both["regime"]).mean()
     return _table(["regime", "same template"], [[regime_title(r), f"{same[r]:.0%}"] for r in only])
-
-
-def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
-    """Return how far apart the mean scores of two trainings of a regime are: the mean over pairs.
-
-    Pairs are the same seed in two studies, and two seeds in the first.
-    """
-    keys = ["category", "regime", "seed"]
-    kept = (study(name).where(**where) for name in (one, other))
-    first, second = (part.runs.set_index(keys)[list(measures)] for part in kept)
-    same_seed = (first - second).abs().mean()
-    pairs = [
-        (part.loc[a] - part.loc[b]).abs()
-        for _, part in first.groupby(keys[:2])
-        for a, b in combinations(part.index, 2)
-    ]
-    two_seeds = pd.DataFrame(pairs).mean()
-    columns = [_COLUMNS[measure] for measure in measures]
-    rows = [
-        [name, *(f"{k * x:.{places}f}" for x, (_, k, places) in zip(means, columns, strict=True))]
-        for name, means in (("the same seed in both", same_seed), ("two seeds", two_seeds))
-    ]
-    return _table(["", *(heading for heading, _, _ in columns)], rows)
-
-
-def categories_of(studies: Mapping[str, str], regime: str, measure: str) -> str:
-    """Return a table of a measure of one regime: a row per category, a column per study."""
-    heading, factor, places = _COLUMNS[measure]
-    parts = {label: study(name).where(regime=regime).runs for label, name in studies.items()}
-    table = pd.DataFrame({n: runs.groupby("category")[measure].mean() for n, runs in parts.items()})
-    return _of_categories(factor * table, [heading, *studies], places)
-
-
-def budgets_of(studies: Mapping[str, str], regime: str) -> str:
-    """Return what the Chamfer distance of one regime is made of, mean over runs, by study."""
-    rows = []
-    for label, name in studies.items():
-        part = study(name).where(regime=regime)
-        means = error_budget(part.samples, part.protocol)[_PARTS].mean()
-        rows.append([label, *(f"{means[n]:.1f}" for n in _PARTS)])
-    return _table(["", *_PARTS], rows)
 
 
 def right_category(name: str, regime: str) -> str:
@@ -374,24 +454,21 @@ def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) ->
     table = error_budget(part.samples, part.protocol).join(runs)
     means = table.groupby(["category", by], sort=False)[_PARTS].mean()
     rows = [
-        [
-            category,
-            regime_title(str(value)),
-            *(f"{means.loc[(category, value), n]:.1f}" for n in _PARTS),
-        ]
+        [category, regime_title(str(x)), *(f"{means.loc[(category, x), n]:.1f}" for n in _PARTS)]
         for category in runs["category"].unique()
-        for value in only
+        for x in only
     ]
     return _table(["category", by, *_PARTS], rows)
 
 
-def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) -> str:
-    """Return how a validation curve runs, mean over the runs of each regime, at some steps."""
-    kept = study(name).where(regime=only)
-    table = kept.curves.merge(kept.runs[["run", "regime"]], on="run")
-    means = table.pivot_table(column, "regime", "step")
-    rows = [[regime_title(r), *(f"{means.loc[r, step]:.1f}" for step in steps)] for r in only]
-    return _table(["regime", *(f"step {step}" for step in steps)], rows)
+def budgets_of(studies: Mapping[str, str], regime: str) -> str:
+    """Return what the Chamfer distance of one regime is made of, mean over runs, by study."""
+    rows = []
+    for label, name in studies.items():
+        part = study(name).where(regime=regime)
+        means = error_budget(part.samples, part.protocol)[_PARTS].mean()
+        rows.append([label, *(f"{means[n]:.1f}" for n in _PARTS)])
+    return _table(["", *_PARTS], rows)
 
 
 def labels(name: str) -> str:
@@ -403,138 +480,59 @@ def labels(name: str) -> str:
         gain = beside(replace(kept, samples=part), "undeformed", ["part_iou"])
         of_group = families[(families["category"] == category) & (families["regime"] == regime)]
         by_family = of_group.groupby("family")["mean"].mean()
-        means = (part["part_iou"].mean(), part["undeformed_part_iou"].mean())
-        cells = [f"{100 * x:.1f}" for x in (*means, by_family["same"], by_family["other"])]
-        name_of = regime_title(str(regime))
-        rows.append([str(category), name_of, *cells[:2], _cell(gain.iloc[0]), *cells[2:]])
+        means = part["part_iou"].mean(), part["undeformed_part_iou"].mean()
+        cells = [_number(x, "part_iou") for x in (*means, by_family["same"], by_family["other"])]
+        first = [str(category), regime_title(str(regime)), *cells[:2]]
+        rows.append([*first, _difference(gain.iloc[0]), *cells[2:]])
     heads = ["deformed", "as it is", "gain", "same family", "another family"]
     return _table(["category", "regime", *heads], rows)
 
 
-def by_category(
-    name: str, only: Sequence[str], measure: str, references: Mapping[str, str] = _REFERENCES
-) -> str:
-    """Return a table of a measure, mean over seeds: a row per category, a column per regime.
-
-    Args:
-        name: of the study.
-        only: the regimes, in this order.
-        measure: column of the samples.
-        references: shapes shown beside the regimes, by the name of their columns; means over all
-            regimes where they depend on the run.
-    """
-    runs = study(name).where(regime=only).runs
-    heading, factor, places = _COLUMNS[measure]
-    of_regimes = runs.pivot_table(measure, "category", "regime", sort=False)[list(only)]
-    of_others = runs.groupby("category", sort=False)[[f"{r}_{measure}" for r in references]].mean()
-    table = factor * of_regimes.join(of_others)
-    heads = [heading, *map(regime_title, only), *references.values()]
-    return _of_categories(table, heads, places)
-
-
-def _of_categories(table: pd.DataFrame, heads: Sequence[str], places: int) -> str:
-    """Write a table with a row per category, and their mean if there are several."""
-    if len(table) > 1:
-        table.loc["mean"] = table.mean()
-    rows = [[str(c), *(f"{x:.{places}f}" for x in row)] for c, row in table.iterrows()]
-    return _table(heads, rows)
-
-
-def beside(part: Study, shape: str, measures: Sequence[str]) -> pd.DataFrame:
-    """Compare what the networks make of images with another shape for the same images.
-
-    Args:
-        part: one regime of a study.
-        shape: the other's columns begin with it.
-        measures: columns of the samples.
-
-    Returns:
-        As `differences` gives it.
-    """
-    other = {measure: part.samples[f"{shape}_{measure}"] for measure in measures}
-    run = part.samples["run"] + f", {shape}"
-    both = pd.concat(
-        [
-            part.samples.assign(setup="network"),
-            part.samples.assign(setup=shape, run=run, **other),
-        ]
-    )
-    pair = [("network", shape)]
-    return differences(replace(part, samples=both), pair, measures, "setup", settings=False)
-
-
-def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str]) -> str:
-    """Return a table of regimes minus another shape, and on how many categories they are better."""
-    rows = []
-    for regime in only:
-        part = study(name).where(regime=regime)
-        cells = [regime_title(regime)]
-        for measure in measures:
-            table = beside(part, shape, [measure])
-            sign = -1 if part.protocol.measure(measure).higher_is_better else 1
-            each = table[~table["category"].str.startswith("mean of ")]
-            better = (sign * each[["low", "high"]] < 0).all(axis=1).sum()
-            worse = (sign * each[["low", "high"]] > 0).all(axis=1).sum()
-            cells += [_cell(overall(table).iloc[0]), f"{better}, {worse}"]
-        rows.append(cells)
-    heads = [head for m in measures for head in (_COLUMNS[m][0], "better, worse")]
-    return _table(["regime", *heads], rows)
+# --- minutes, figures, pages ---------------------------------------------------------------------
 
 
 def recipes(measures: Sequence[str] = ("chamfer", "emd", "iou")) -> str:
     """Return the scores that recipes of training reach in some seconds: the quality benchmark's."""
-    table = _recipes()
+    table = pd.read_csv(DATA / "quality.csv")
     lengths = sorted(table["asked_seconds"].unique())
     rows = []
     for recipe, part in table.groupby("recipe", sort=False):
-        runs = part.set_index("asked_seconds")
-        cells = []
-        for seconds in lengths:
-            run = runs.loc[seconds]
-            numbers = (f"{_COLUMNS[m][1] * run[m]:.{_COLUMNS[m][2]}f}" for m in measures)
-            taken = f"{run['steps']:,} steps, {run['seconds']:.0f} s"
-            cells.append(f"{' / '.join(numbers)} ({taken})")
+        runs = part.set_index("asked_seconds").loc[lengths]
+        cells = [
+            f"{' / '.join(_number(run[m], m) for m in measures)} "
+            f"({run['steps']:,} steps, {run['seconds']:.0f} s)"
+            for _, run in runs.iterrows()
+        ]
         rows.append([str(recipe), *cells])
     return _table(["recipe", *(f"{seconds} s" for seconds in lengths)], rows)
 
 
-def recipes_figure(alt: str) -> str:
-    """Draw the recipes' scores into a file beside the pages; return the link to it."""
-    write_bytes_atomic(FOLDER / "recipes.svg", to_svg(draw(_recipes())))
-    return f"![{alt}](recipes.svg)"
-
-
 def recipe_of(recipe: str, column: str, seconds: int) -> str:
     """Return a number of a recipe after so many seconds, for a sentence."""
-    runs = _recipes().set_index(["recipe", "asked_seconds"])
-    _, factor, places = _COLUMNS.get(column, ("", 1, 0))
-    return f"{factor * runs.loc[(recipe, seconds), column]:.{places}f}"
+    runs = pd.read_csv(DATA / "quality.csv").set_index(["recipe", "asked_seconds"])
+    return _number(runs.loc[(recipe, seconds), column], column)
 
 
-def _recipes() -> pd.DataFrame:
-    return pd.read_csv(DATA / "quality.csv")
+def recipes_figure(alt: str) -> str:
+    """Draw the recipes' scores into a file beside the pages; return the link to it."""
+    return _drawn("recipes.svg", draw(pd.read_csv(DATA / "quality.csv")), alt)
 
 
-def seeds_of(name: str, column: str, regime: str, **where: Any) -> str:
-    """Return a number of a regime's runs for a sentence: its mean over categories and seeds."""
-    _, factor, places = _COLUMNS[column]
-    return f"{factor * study(name).per_seed(regime, column, **where).mean():.{places}f}"
-
-
-def figure(kind: str, name: str, alt: str, **columns: Any) -> str:
+def figure(kind: str, name: str, alt: str, **where: Any) -> str:
     """Draw a figure of a study's runs into a file beside the pages; return the link to it."""
-    part = study(name).where(**columns)
-    draw: dict[str, Callable[[], Figure]] = {
+    part = study(name).where(**where)
+    drawings: dict[str, Callable[[], Figure]] = {
         "curves": lambda: cumulative_curves(part.samples, part.protocol),
         "selection": lambda: selection_histograms(part.samples),
         "budget": lambda: budget_bars(part.samples, part.protocol),
-        "counts": lambda: template_count_curves(
-            part.runs.assign(protocol=part.protocol.name), part.protocol
-        ),
+        "counts": lambda: template_count_curves(part.scored, part.protocol),
     }
-    ending = "".join(f"-{value}" for value in columns.values() if isinstance(value, (str, int)))
-    file = f"{name.replace('+', '-')}-{kind}{ending}.svg"
-    write_bytes_atomic(FOLDER / file, to_svg(draw[kind]()))
+    ending = "".join(f"-{value}" for value in where.values() if isinstance(value, (str, int)))
+    return _drawn(f"{name.replace('+', '-')}-{kind}{ending}.svg", drawings[kind](), alt)
+
+
+def _drawn(file: str, figure: Figure, alt: str) -> str:
+    write_bytes_atomic(FOLDER / file, to_svg(figure))
     return f"![{alt}]({file})"
 
 
@@ -543,26 +541,31 @@ def pages() -> dict[str, str]:
     environment = Environment(
         loader=FileSystemLoader(TEXTS), undefined=StrictUndefined, keep_trailing_newline=True
     )
-    functions = (
-        setup, scores, changes, changes_in, counts, changes_by_category, change, verdicts, word,
-        stability, budgets, course, versions, versus, claim, agreement, same_template, seeds_of,
-        labels, figure, by_category, categories_of, against, drift, right_category, budgets_of,
-        recipes, recipes_figure, recipe_of,
-    )  # fmt: skip
-    environment.globals.update({f.__name__: f for f in functions})
     environment.globals["regime_studies"] = _REGIME_STUDIES
+    environment.globals |= {f.__name__: f for f in _FUNCTIONS}
     return {
         path.name: _MADE.format(path.name) + environment.get_template(path.name).render()
         for path in sorted(TEXTS.glob("*.md"))
     }
 
 
+_FUNCTIONS: tuple[Callable[..., str], ...] = (
+    *(setup, scores, versions, seeds_of, by_category, categories_of, course, drift),
+    *(changes, change, changes_in, changes_by_category, counts, versus, against),
+    *(verdicts, word, claim, stability, same_template, agreement, right_category),
+    *(budgets, budgets_of, labels, recipes, recipe_of, recipes_figure, figure),
+)  # that the templates of pages may call
+
+
+# --- commands ------------------------------------------------------------------------------------
+
+
 def keep(name: str, runs: Path, protocol: str | None, commands: Sequence[str]) -> None:
     """Keep the finished runs of a folder as a study, or as a part of one."""
-    about = {"processor": processor(), "commands": list(commands)}
     file = DATA / f"{name}.zip"
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_archive(require_runs(runs), runs, file, about, protocol)
+    about = {"processor": processor(), "commands": list(commands)}
+    Results.read(runs, protocol).save(file, about)
     print(f"{file}: {file.stat().st_size / 1e6:.2f} MB")
 
 
@@ -571,42 +574,29 @@ def processor() -> str:
 
     So studies are to be kept where, and with the OMP_NUM_THREADS with which, they were trained.
     """
-    names = [
-        line.partition(":")[2].strip()
-        for line in Path("/proc/cpuinfo").read_text().splitlines()
-        if line.startswith("model name")
-    ]
-    kind = names[0] if names else platform.machine()
-    capability = torch.backends.cpu.get_cpu_capability()
+    lines = Path("/proc/cpuinfo").read_text().splitlines()
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
     threads = torch.get_num_threads()
-    told = "one thread" if threads == 1 else f"{threads} threads"
-    return f"{kind} ({capability}, {told}), torch {torch.__version__}"
+    count = "one thread" if threads == 1 else f"{threads} threads"
+    capability = torch.backends.cpu.get_cpu_capability()
+    kind = names[0] if names else platform.machine()
+    return f"{kind} ({capability}, {count}), torch {torch.__version__}"
 
 
 def compare(name: str, folder: Path) -> None:
     """Print the scores of runs that were trained again beside those of the kept runs."""
     kept = study(name)
-    runs = [run for run in require_runs(folder) if run.finished]
-    again = load_samples(runs, find_protocol(runs, kept.protocol.name).name)
-    again["run"] = [str(Path(run).relative_to(folder)) for run in again["run"]]
-    for run, new in again.groupby("run", sort=False):
+    again = Results.read(folder, kept.protocol.name)
+    for run, new in again.samples.groupby("run", sort=False):
         old = kept.samples[kept.samples["run"] == run]
         if old.empty:
             print(f"{run}: not in the kept study")
             continue
-        both = pd.concat([new.assign(setup="again", run="again"), old.assign(setup="kept")])
+        both = pd.concat([new.assign(label="again", run="again"), old.assign(label="kept")])
         for measure in kept.protocol.measures:
-            row = compare_runs(both, kept.protocol, measure.name, "setup").iloc[0]
-            print(f"{run}: {row['statement']}")
-
-
-def _few(values: pd.Series) -> str:
-    return ", ".join(str(value) for value in sorted(set(values)))
-
-
-def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [heads, ["---", *["---:"] * (len(heads) - 1)], *rows]
-    return "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
+            part = replace(kept, samples=both)
+            table = comparison.compare(part, measure.name, "label", held=())
+            print(f"{run}: {table['statement'].iloc[0]}")
 
 
 def main() -> int:
@@ -620,18 +610,16 @@ def main() -> int:
     parser.add_argument("--protocol", help="keep: whose scores (default: the training's)")
     parser.add_argument("--command", action="append", default=[], help="keep: what trained them")
     given = parser.parse_args()
-    actions: dict[str, Callable[[], None]] = {
-        "keep": partial(keep, given.study, given.runs, given.protocol, given.command),
-        "compare": partial(compare, given.study, given.runs),
-    }
-    if given.action in actions:
-        if given.runs is None:
-            parser.error(f"{given.action} needs the name of a study and a folder of runs")
-        actions[given.action]()
-        return 0
-    for name, text in pages().items():
-        write_atomic(FOLDER / name, text)
-        print(FOLDER / name)
+    if given.action != "write" and given.runs is None:
+        parser.error(f"{given.action} needs the name of a study and a folder of runs")
+    if given.action == "keep":
+        keep(given.study, given.runs, given.protocol, given.command)
+    elif given.action == "compare":
+        compare(given.study, given.runs)
+    else:
+        for name, text in pages().items():
+            write_atomic(FOLDER / name, text)
+            print(FOLDER / name)
     return 0
 
 

@@ -135,9 +135,11 @@ def compare(
             f"run={without.iloc[0]} (references=true for what a network must beat)"
         )
     pairs: list[_Pair] = []
+    alone = set(names) <= {"regime", "templates"}
+    settings = deciding_settings(results.settings) if alone else None
     for values, part in results.samples.groupby(["category", *held], sort=False):
-        if set(names) <= {"regime", "templates"}:
-            _check_settings(results, part["run"].unique(), names)
+        if settings is not None:
+            _check_settings(settings.loc[part["run"].unique()], names)
         pairs += _pairs(part, measure, names, str(values[0]), tuple(values[1:]))
     if not pairs:
         raise DataError(
@@ -418,15 +420,14 @@ def require_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:
         raise DataError(f"the table has no column {', '.join(missing)}: it has {', '.join(table)}")
 
 
-def _check_settings(results: Results, runs: Sequence[str], names: list[str]) -> None:
+def _check_settings(settings: pd.DataFrame, names: list[str]) -> None:
     """Raise a DataError if runs differ in more than what is compared (and their seed).
 
     Of a category alone and of several together, test shapes are the same.
     """
-    values = deciding_settings(results.settings).loc[list(runs)].drop(columns="category")
-    for key in values:
-        if key.split(".")[0] not in names and values[key].nunique() > 1:
+    for key, values in settings.items():
+        if str(key).split(".")[0] not in ("category", *names) and values.nunique() > 1:
             raise DataError(
-                f"runs differ in {key} ({', '.join(sorted(values[key].unique()))}) as well as in "
+                f"runs differ in {key} ({', '.join(sorted(values.unique()))}) as well as in "
                 f"{' and '.join(names)}: leave some of them out"
             )

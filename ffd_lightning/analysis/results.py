@@ -331,20 +331,23 @@ def decides(key: str) -> bool:
 def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     """Return what decides runs but their category and seed, as text; null is the same as nothing.
 
-    Files in the folder of a run of the same category and seed are the same for all.
+    `category` is that of runs on several. Files in the folder of a run of the same category and
+    seed are the same for all.
     """
-    several = settings.get("category.members", pd.Series(index=settings.index, dtype=object))
-    joint = several.map(lambda names: isinstance(names, list) and len(names) > 1)
-    columns = {"category": settings["category.name"].where(joint).map(setting_text)}
-    place = [
+    unknown = pd.Series("", settings.index)
+    categories, seeds = (settings.get(key, unknown) for key in ("category.name", "seed"))
+    members = settings.get("category.members", unknown)
+    joint = members.map(lambda names: isinstance(names, list) and len(names) > 1)
+    columns = {"category": categories.where(joint, "")}
+    places = [
         re.compile(rf"(?<=/){re.escape(str(category))}(?=/)|(?<=/)seed{seed}(?=[/_])")
-        for category, seed in zip(settings["category.name"], settings["seed"], strict=True)
+        for category, seed in zip(categories, seeds, strict=True)
     ]
     for key in settings:
         if decides(key) and not key.startswith("category."):
-            values = settings[key].map(setting_text)
+            texts = zip(places, settings[key].map(setting_text), strict=True)
             columns[key] = pd.Series(
-                [p.sub("*", text) for p, text in zip(place, values, strict=True)], settings.index
+                [place.sub("*", text) for place, text in texts], settings.index
             )
     return pd.DataFrame(columns)
 

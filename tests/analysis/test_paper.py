@@ -1,9 +1,10 @@
 import csv
-import json
 
 import numpy as np
+import pandas as pd
 import pytest
-from omegaconf import OmegaConf
+import yaml
+from analysis.folders import write_run
 
 from ffd_lightning.analysis.paper import (
     MEASURES,
@@ -12,13 +13,11 @@ from ffd_lightning.analysis.paper import (
     paper_settings,
     paper_table,
 )
-from ffd_lightning.analysis.runs import load_runs
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.errors import DataError
 
 # Where our preset for the paper is not as the paper.
 OURS = {
@@ -32,31 +31,19 @@ OURS = {
 
 @pytest.fixture
 def make(tmp_path):
-    """Return a function that writes a finished run's folder, as the paper's but for `settings`."""
+    """Return a function that writes a finished run."""
 
-    def run(values, category="table", regime="b", *, seed=0, templates=30, **settings):
-        own = paper_settings(regime) | {"templates.count": templates} | settings
-        own |= {"category.name": category, "regime.name": regime, "seed": seed}
-        config = OmegaConf.create({})
-        for key, value in own.items():
-            OmegaConf.update(config, key, value, force_add=True)
-        folder = RunFolder(tmp_path / category / regime / f"t{templates}/seed{seed}")
-        folder.path.mkdir(parents=True)
-        OmegaConf.save(config, folder.config)
-        folder.set_status("finished")
-        place = folder.evaluation("paper")
-        place.mkdir(parents=True)
-        summary = dict(zip(("chamfer", "emd", "iou"), values, strict=True))
-        protocol = ProtocolDescription.of(PROTOCOLS["paper"]).to_json()
-        (place / "summary.json").write_text(json.dumps(summary | {"protocol": protocol}))
-        return folder
+    def run(values, category="table", regime="b", *, seed=0, templates=30):
+        folder = tmp_path / category / regime / f"t{templates}/seed{seed}"
+        scores = dict(zip(("chamfer", "emd", "iou"), values, strict=True))
+        return write_run(folder, regime, templates, seed, category, **scores)
 
     return run
 
 
 def cells(*runs):
     """The rows of the table, by category and source: cells by method."""
-    head, *rows = csv.reader(beside_paper(load_runs(runs)).csv().splitlines())
+    head, *rows = csv.reader(beside_paper(Results.of(runs, "paper")).csv().splitlines())
     found, category = {}, ""
     for row in rows:
         category = row[0] or category
@@ -109,7 +96,10 @@ def test_the_mean_is_over_the_same_categories_on_both_sides(make):
 def test_numbers_of_templates_are_told_apart(make):
     runs = [make((0.05, 0.4, 0.7), templates=t) for t in (16, 2)]
     found = cells(*runs)
-    assert [m for m, cell in found["table", "ours"].items() if cell != "-"] == ["b T=2", "b T=16"]
+    assert [m for m, cell in found["table", "ours"].items() if cell != "-"] == [
+        "b, T = 2",
+        "b, T = 16",
+    ]
 
 
 def other(value):
@@ -126,23 +116,25 @@ def other(value):
     return f"another-{value}"
 
 
-def test_each_setting_that_is_not_the_papers_is_listed_and_no_other(make):
-    assert differences([make((0.05, 0.4, 0.7), seed=1, seconds=3)]) == []
+def settings(regime="b", **changed):
+    """The paper's settings, changed, as a row of those of results."""
+    own = paper_settings(regime) | {"regime.name": regime, "seed": 3, "category.name": "table"}
+    return {**own, **changed}
+
+
+def test_each_setting_that_is_not_the_papers_is_listed_and_no_other():
+    assert differences(pd.DataFrame([settings(), settings("e", **{"seed": 1})])) == []
     changed = {key: other(value) for key, value in paper_settings("e").items()}
     changed |= {"regime.terms.mine.weight": 2.0, "regime.terms.watched.weight": 0}
-    told = differences([make((0.05, 0.4, 0.7), "chair", "e", **changed)])
-    assert {line.partition(": ")[0] for line in told} == {*changed} - {
+    listed = differences(pd.DataFrame([settings("e", **changed)]))
+    assert {line.partition(": ")[0] for line in listed} == {*changed} - {
         "regime.terms.watched.weight"
     }
-    several = differences(
-        [make((0.05, 0.4, 0.7), "plane"), make((0.1, 0.4, 0.7), **{"schedule.steps": 900.0})]
-    )
+    several = differences(pd.DataFrame([settings(), settings(**{"schedule.steps": 900.0})]))
     assert several == ["schedule.steps: 900 (paper: 100000)"]
-    (told,) = differences([make((0.05, 0.4, 0.7), regime="mine")])
-    assert told == "regime.name: mine (paper: b, w, e or r)"
 
 
-def test_our_preset_is_the_papers_but_for_what_is_named_here(make):
+def test_our_preset_is_the_papers_but_for_what_is_named_here():
     for regime in "bwer":
         weights = paper_settings(regime)["encoder.weights"]
         chosen = [
@@ -150,24 +142,17 @@ def test_our_preset_is_the_papers_but_for_what_is_named_here(make):
             *("data=shapenet", "data.root=.", f"encoder.weights=/somewhere/{weights}"),
         ]
         config = typed_config(compose_config("train", TrainConfig, chosen), TrainConfig)
-        run = make((0.05, 0.4, 0.7), regime=regime)
-        run.config.write_text(to_yaml(config))
-        assert {line.partition(": ")[0] for line in differences([run])} == OURS
+        run = pd.json_normalize(yaml.safe_load(to_yaml(config)))
+        assert {line.partition(": ")[0] for line in differences(run)} == OURS
 
 
-def test_what_cannot_be_set_beside_the_paper_is_said(make):
+def test_what_cannot_be_set_beside_the_paper_is_said(make, tmp_path):
     run = make((0.05, 0.4, 0.7))
     searched = make((0.01, 0.1, 0.9), seed=1)
-    searched.evaluation("paper").rename(searched.path / "val")  # results of no test shapes
-    searched.set_status("finished", summary={"chamfer": 0.01, "emd": 0.1, "iou": 0.9})
+    samples = searched.evaluation("paper")
+    samples.rename(tmp_path / "val")
+    samples.mkdir()
+    (tmp_path / "val").rename(samples / "val")  # results of no test shapes
     assert cells(run, searched)["table", "ours"]["b"] == "50/400/300"
-    with pytest.raises(DataError, match="no finished run"):
-        beside_paper(load_runs([searched]))
-    runs = load_runs([run])
-    with pytest.raises(DataError, match=r"again, with protocol=paper"):
-        beside_paper(runs.assign(protocol="modern"))
-    with pytest.raises(DataError, match="has no emd"):
-        beside_paper(runs.drop(columns="emd"))
-    run.config.unlink()
-    with pytest.raises(ConfigError, match=r"it has no config\.yaml"):
-        beside_paper(runs)
+    with pytest.raises(DataError, match=r"no finished run .*again, with protocol=paper"):
+        beside_paper(Results.of([searched]))

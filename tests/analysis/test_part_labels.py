@@ -2,15 +2,10 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from analysis.made import run_samples as made_samples
 
-from ffd_lightning.analysis.compare import compare_runs
-from ffd_lightning.analysis.parts import (
-    family_table,
-    label_samples,
-    part_columns,
-    transfer_table,
-)
-from ffd_lightning.analysis.runs import find_runs, load_samples
+from ffd_lightning.analysis.parts import family_table, part_columns, transfer_table
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.commands.report import print_labels
@@ -19,32 +14,20 @@ from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.files import write_csv
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.run_folder import RunFolder, find_runs
 
 
-def run_samples(n=40, run="a", regime="b", **columns):
-    """Samples of one run under protocol parts, as `load_samples` gives them."""
+def run_samples(n=40, run="a", **columns):
+    """Samples of one run under protocol parts."""
     rng = np.random.default_rng(len(run) + n)
-    return pd.DataFrame(
-        {
-            "run": run,
-            "regime": regime,
-            "templates": 4,
-            "seed": 0,
-            "id": [f"m{k:03d}" for k in range(n)],
-            "category": "table",
-            "family": "desk",
-            "view": 0,
-            "template": "x",
-            "part_iou": rng.uniform(0.3, 0.9, n) ** 2,
-            "undeformed_part_iou": rng.uniform(0.2, 0.9, n) ** 2,
-            "floor_part_iou": 0.9,
-            **columns,
-        }
-    )
+    scores = {
+        "part_iou": rng.uniform(0.3, 0.9, n) ** 2,
+        "undeformed_part_iou": rng.uniform(0.2, 0.9, n) ** 2,
+        "floor_part_iou": 0.9,
+    }
+    return made_samples(n, run=run, **({"family": "desk"} | scores | columns))
 
 
 def test_each_shape_beside_the_model():
@@ -62,7 +45,7 @@ def test_each_shape_beside_the_model():
 def test_runs_and_categories_are_apart_and_images_of_a_model_together():
     one = run_samples(20)
     views = pd.concat([one, one.assign(view=1, part_iou=one["part_iou"] + 0.1)])
-    other = run_samples(20, category=["table"] * 8 + ["chair"] * 12, run="bb")
+    other = run_samples(20, "bb").assign(category=["table"] * 8 + ["chair"] * 12)
     table = transfer_table(pd.concat([views, other]))
     table = table[table["shape"] == ""].set_index(["run", "category"])
     assert table["num_samples"].to_dict() == {
@@ -125,12 +108,6 @@ def test_families_that_are_not_known_or_never_met():
     assert table.loc["other", ["mean", "low", "gain"]].notna().all()
 
 
-def test_what_is_no_measure():
-    for wrong in ("part_iou_wing", "chamfer"):
-        with pytest.raises(DataError, match=f"the table has no column {wrong}"):
-            transfer_table(run_samples(), wrong)
-
-
 # --- runs ----------------------------------------------------------------------------------------
 
 
@@ -161,45 +138,14 @@ def sweep(tiny_config, tmp_path_factory):
     return folder
 
 
-def evaluated(sweep):
+def test_what_is_printed(sweep, capsys):
+    with pytest.raises(DataError, match="holds no run"):
+        print_labels(sweep / "b" / "no")
     for run in find_runs(sweep):
         given = [f"run={run.path}", "protocol=parts", "progress_bar=false"]
         composed = compose_config("evaluate", EvaluateConfig, given)
         evaluate_run(typed_config(composed, EvaluateConfig))
-    return find_runs(sweep)
-
-
-def test_what_has_to_be_evaluated_first_is_said(sweep, tmp_path):
-    evaluated(sweep)
-    one = sweep.parent / "one"
-    (one / "b").mkdir(parents=True, exist_ok=True)
-    for name in ("config.yaml", "status.json"):
-        (one / "b" / name).write_text((sweep / "b" / name).read_text())
-    run = RunFolder(one / "b")
-    with pytest.raises(DataError, match=f"ffd evaluate run={run.path} protocol=parts"):
-        label_samples([run, *find_runs(sweep)])
-    run.set_status("failed")
-    assert set(label_samples([run, *find_runs(sweep)])["run"]) == {
-        str(sweep / "b"),
-        str(sweep / "e"),
-    }
-    for folder, word in ((one, "protocol=parts"), (tmp_path, "no run in")):
-        with pytest.raises(DataError, match=word):
-            print_labels(folder)
-
-
-def test_runs_are_compared_by_their_labels(sweep):
-    samples = load_samples(evaluated(sweep), "parts")
-    protocol = ProtocolDescription.of(PROTOCOLS["parts"])
-    row = compare_runs(samples, protocol, "part_iou").iloc[0]
-    e, b = (samples[samples["regime"] == name]["part_iou"].mean() for name in "eb")
-    assert row["difference"] == pytest.approx(e - b)
-    assert "part IoU" in row["statement"]
-    assert "x 100 (" in row["statement"] or "no difference" in row["statement"]
-
-
-def test_what_is_printed(sweep, capsys):
-    samples = load_samples(evaluated(sweep), "parts")
+    samples = Results.read(sweep, "parts").samples
     print_labels(sweep)
     out = capsys.readouterr().out
     shapes = [s for s in SHAPES if s != "resampled"]  # of protocols that carry points

@@ -1,12 +1,13 @@
 import csv
 import io
 
-import pandas as pd
 import pytest
+from analysis.folders import write_run
 from rich.console import Console
 
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import Cell, Table
-from ffd_lightning.analysis.tables import scores
+from ffd_lightning.analysis.tables import scores, summary_tables
 from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
 
 NUMBERS = ["1234.5", "7.25", "0.0 ± 1"]
@@ -18,15 +19,16 @@ TABLE = Table(
 )
 
 
-def printed(table, width):
+def printed(*tables, width=None):
     file = io.StringIO()
-    Console(file=file, width=width or 10_000).print(table.rich(width))
+    for table in tables:
+        Console(file=file, width=width or 10_000).print(table)
     return file.getvalue()
 
 
 @pytest.mark.parametrize("width", [40, 80, 120, None])
 def test_no_number_is_cut_and_no_line_is_too_long(width):
-    text = printed(TABLE, width)
+    text = printed(TABLE.rich(width), width=width)
     assert max(len(line) for line in text.splitlines() if "word" in line) <= (width or 100)
     assert width is None or max(map(len, text.splitlines())) <= width
     for number in NUMBERS:
@@ -36,7 +38,7 @@ def test_no_number_is_cut_and_no_line_is_too_long(width):
 
 def test_all_forms_hold_the_same_cells():
     cells = [["a|b<", Cell("1.5", "[1, 2]", "▲"), "-"], ["c", "20", "0.5"]]
-    table = Table("t", ["name", "x\nunit", "y_%"], cells, note="n & m", below=1)
+    table = Table("t", ["name", "x\nunit", "y_%"], cells, note="n & m")
     head, *rows = csv.reader(io.StringIO(table.csv()))
     assert head == ["name", "x unit", "y_%"]
     assert rows == [list(map(str, row)) for row in cells]
@@ -44,35 +46,51 @@ def test_all_forms_hold_the_same_cells():
     html = table.html()
     assert "a|b&lt;" in html
     assert '<td class="number">1.5 <b class="mark">▲</b><small>[1, 2]</small></td>' in html
-    assert html.count("<tbody>") == 2
     assert "n &amp; m" in html
     assert r"y\_\% \\" in table.latex()
     assert r"a|b< & 1.5 & - \\" in table.latex()
 
 
-def runs(**columns):
-    count = max(len(values) for values in columns.values())
-    same = {"category": ["table"], "regime": ["b"], "templates": [16], "seed": [0]}
-    filled = {k: v * count if len(v) == 1 else v for k, v in (same | columns).items()}
-    return pd.DataFrame(filled | {"num_samples": 9, "chamfer": [float(k) for k in range(count)]})
-
-
 PROTOCOL = ProtocolDescription("mine", "", (Measure("chamfer", "squared"),))
-KEYS = ["category", "regime", "templates", "seed"]
 
 
-def test_what_runs_have_in_common_is_in_the_title():
-    table = scores(runs(regime=["b", "w"]), PROTOCOL, KEYS)
-    assert table.title.endswith(": table, T = 16, seed 0, 9 test shapes")
+def scores_of(folder, *runs):
+    for k, (regime, templates, seed) in enumerate(runs):
+        write_run(folder / f"{k}", regime, templates, seed, protocol=PROTOCOL, chamfer=[k, k])
+    return scores(Results.read(folder))
+
+
+def test_what_runs_have_in_common_is_in_the_title(tmp_path):
+    table = scores_of(tmp_path / "a", ("b", 16, 0), ("w", 16, 0))
+    assert table.title.endswith(": table, T = 16, 2 test shapes")
     assert [row[0] for row in table.rows] == ["b, base", "w, log-weighted"]
-    table = scores(runs(templates=[4, 8], seed=[0, 1]), PROTOCOL, KEYS)
-    assert table.columns[:2] == ["T", "seed"]
-    table = scores(runs(seed=[3]), PROTOCOL, KEYS)
+    assert scores_of(tmp_path / "b", ("b", 4, 0), ("b", 8, 0)).columns[0] == "T"
+    table = scores_of(tmp_path / "c", ("b", 4, 3))
     assert (table.columns[0], table.rows[0][0]) == ("regime", "b, base")
 
 
-def test_seeds_become_a_mean_and_the_best_is_marked():
-    table = scores(runs(regime=["b", "b", "w", "w"], seed=[0, 1, 0, 1]), PROTOCOL, KEYS[:3])
+def test_seeds_become_a_mean_and_the_best_is_marked(tmp_path):
+    table = scores_of(tmp_path, ("b", 4, 0), ("b", 4, 1), ("w", 4, 0), ("w", 4, 1))
     assert table.columns[:3] == ["regime", "seeds", "Chamfer ↓\nx 1000"]
     assert [row[1:3] for row in table.rows] == [["2", "500.0 ± 707.1"], ["2", "2500.0 ± 707.1"]]
     assert [row[2].mark for row in table.rows] == ["▲", ""]
+
+
+# --- at the end of a training --------------------------------------------------------------------
+
+
+def test_each_run_is_shown_under_the_protocol_of_its_training(tmp_path):
+    own = ProtocolDescription("own", "no unit", (Measure("warmth", "degrees", True, 1.0),))
+    run = write_run(tmp_path / "own", protocol=own, warmth=0.7)
+    run.set_status("finished", evaluation={"name": "own"})
+    paper = write_run(tmp_path / "paper", chamfer=0.0321, best_undeformed_chamfer=0.0058)
+    failed = write_run(tmp_path / "failed")
+    failed.set_status("failed", reason="the disk is full")
+    tables = summary_tables([run, paper, failed])
+    text = " ".join(printed(*tables).split())
+    assert "protocol own: table, T = 4, seed 0, 2 test shapes" in text
+    for word in ("warmth ↑", "0.7", "protocol paper", "32.1", "x 1000", "the disk is full"):
+        assert word in text, word
+    own_scores, references = (printed(table).split() for table in tables[1:3])
+    assert "5.8" in references
+    assert "5.8" not in own_scores, "references have a table of their own"

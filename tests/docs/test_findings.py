@@ -4,8 +4,8 @@ import dataclasses
 import sys
 
 import numpy as np
-import pandas as pd
 import pytest
+from analysis.made import results, run_samples
 from docs.documents import ROOT
 
 from ffd_lightning.errors import DataError
@@ -13,9 +13,7 @@ from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescriptio
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
 import findings
-from findings_study import CLAIMS, FAILS, HOLDS, OPEN, Study, differences
-
-KEPT = sorted(path.stem for path in findings.DATA.glob("*.zip"))
+from claims import CLAIMS, FAILS, HOLDS, OPEN, differences, read
 
 
 def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), noise=0.002):
@@ -34,31 +32,23 @@ def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), nois
                 of_run = given(category, seed) if callable(given) else given
                 chamfer, undeformed, used = of_run
                 parts.append(
-                    pd.DataFrame(
-                        {
-                            "run": f"{category}/{regime}/t{count}/seed{seed}",
-                            "category": category,
-                            "regime": regime,
-                            "templates": count,
-                            "seed": seed,
-                            "id": [f"{i:03}" for i in range(shapes)],
-                            "view": 0,
-                            "family": "",
-                            "template": [f"t{i % used}" for i in range(shapes)],
-                            "chamfer": base * chamfer + rng.normal(0, noise, shapes),
-                            "undeformed_chamfer": base * undeformed + rng.normal(0, noise, shapes),
-                        }
+                    run_samples(
+                        shapes,
+                        regime,
+                        seed=seed,
+                        category=category,
+                        templates=count,
+                        template=[f"t{i % used}" for i in range(shapes)],
+                        chamfer=base * chamfer + rng.normal(0, noise, shapes),
+                        undeformed_chamfer=base * undeformed + rng.normal(0, noise, shapes),
                     )
                 )
-    samples = pd.concat(parts, ignore_index=True)
-    runs = samples.drop_duplicates("run").set_index("run")
-    settings = pd.DataFrame({"regime.name": runs["regime"]})
     protocol = ProtocolDescription("paper", "", PaperProtocol().measures[:1])
-    return Study("made", samples, pd.DataFrame(), settings, protocol, (), {})
+    return results(*parts, protocol=protocol)
 
 
 def word(claim, scores, **options):
-    return CLAIMS[claim](study(scores, **options)).word
+    return CLAIMS[claim].judge(study(scores, **options)).word
 
 
 def test_equal_within_a_tenth():
@@ -203,22 +193,13 @@ def test_the_right_category_is_the_templates(template, told, monkeypatch):
     assert findings.right_category("joint", "b") == told
 
 
-def test_what_a_study_lacks_is_named(tmp_path):
-    with pytest.raises(DataError, match="no study nothing"):
-        Study.read(tmp_path, "nothing")
-    with pytest.raises(DataError, match="no runs with"):
-        study({"b": (0.05, 0.2, 4)}).where(regime="w")
-
-
-@pytest.mark.parametrize("name", KEPT)
-def test_parts_of_a_study_are_one(name, tmp_path):
-    whole = findings.study(name)
-    (tmp_path / name).mkdir()
+def test_parts_of_a_study_are_one(tmp_path):
     for part in "ab":
-        (tmp_path / name / f"{part}.zip").write_bytes((findings.DATA / f"{name}.zip").read_bytes())
-    twice = Study.read(tmp_path, name)
-    assert len(twice.samples) == 2 * len(whole.samples)
-    assert twice.settings.columns.tolist() == whole.settings.columns.tolist()
+        (tmp_path / f"{part}.zip").write_bytes((findings.DATA / "few.zip").read_bytes())
+    twice = read(tmp_path.parent, tmp_path.name)
+    assert len(twice.samples) == 2 * len(findings.study("few").samples)
+    with pytest.raises(DataError, match="no study nothing"):
+        read(tmp_path, "nothing")
 
 
 def test_pages_say_what_the_studies_say(tmp_path, monkeypatch):
@@ -242,4 +223,4 @@ def test_labels_transfer_where_the_template_is_close(close, expected):
     samples = samples.assign(part_iou=score + jitter, undeformed_part_iou=0.5)
     families = {run: {"t0": "sofa/corner", "t1": "sofa/plain"} for run in samples["run"]}
     labelled = dataclasses.replace(made, samples=samples, families=families)
-    assert CLAIMS["labels"](labelled).word == expected
+    assert CLAIMS["labels"].judge(labelled).word == expected

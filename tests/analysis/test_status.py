@@ -1,0 +1,36 @@
+import pytest
+
+from ffd_lightning.analysis.status import status_table
+from ffd_lightning.app.commands import status
+from ffd_lightning.errors import DataError
+from ffd_lightning.run_folder import RunFolder
+
+
+def test_the_status_of_runs(tmp_path, capsys):
+    runs = [RunFolder(tmp_path / name) for name in "be"]
+    for run in runs:
+        run.path.mkdir()
+        run.config.write_text("seed: 0\n")
+    runs[0].set_status("finished")
+    runs[1].set_status("failed", reason="the disk is full")
+    third, fourth = RunFolder(tmp_path / "f"), RunFolder(tmp_path / "g")
+    for run in (third, fourth):
+        run.path.mkdir()
+        run.config.write_text("seed: 0\n")
+        run.set_status("running", steps=10)
+    third.set_progress("training", 3, 10, 4000.0)
+    fourth.set_progress("evaluating", 0, 8, None)
+    journal = fourth.evaluation("paper") / "samples.partial"
+    journal.parent.mkdir(parents=True)
+    journal.write_text("{}\n" * 3)
+    with third.lock():
+        table = status_table(tmp_path).set_index("run")
+        assert status.main(status.Settings(str(tmp_path))) == 1
+    shown = capsys.readouterr().out
+    for word in ("30% training", "67 min", "25% evaluating", "the disk is full", "1 interrupted"):
+        assert word in shown
+    expected = ["finished", "failed", "running", "interrupted"]
+    assert [table.loc[str(r.path), "state"] for r in (*runs, third, fourth)] == expected
+    assert status_table(tmp_path)["state"].tolist()[2] == "interrupted", "its process is gone"
+    with pytest.raises(DataError, match="no run in"):
+        status_table(tmp_path / "b" / "no")
