@@ -8,10 +8,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 import pytest
+from analysis.made import PAPER
 from matplotlib import pyplot
 from matplotlib.colors import to_hex, to_rgb
 from PIL import Image
 
+from ffd_lightning.analysis.naming import run_labels
 from ffd_lightning.analysis.plots import (
     DPI,
     cumulative_curves,
@@ -21,10 +23,7 @@ from ffd_lightning.analysis.plots import (
 )
 from ffd_lightning.analysis.saving import save_figure
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
 from ffd_lightning.palette import REGIME_COLORS
-
-PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 
 
 @pytest.fixture(autouse=True)
@@ -118,6 +117,14 @@ def test_colours_are_lighter_for_fewer_templates():
     assert (light > full).all()
     counts = samples(*(("sofa", "e", count, 0) for count in (1, 16, 2)))
     assert list(legend(cumulative_curves(counts, PAPER)))[:3] == ["T = 1", "T = 2", "T = 16"]
+
+
+def test_labels_say_what_differs():
+    table = runs(("sofa", "b", 4, 0, 1.0), ("sofa", "e", 4, 0, 1.0), ("sofa", "e", 4, 1, 1.0))
+    assert list(run_labels(table).values()) == ["b, seed 0", "e, seed 0", "e, seed 1"]
+    assert next(iter(run_labels(table, titled=True).values())) == "b, base, seed 0"
+    mixed = runs(*(("sofa", regime, 4, 0, 1.0) for regime in ("mine", "e", "w", "b")))
+    assert list(run_labels(mixed).values()) == ["b", "w", "e", "mine"], "the paper's order"
 
 
 def test_bars_are_the_sorted_counts_of_all_templates():

@@ -13,6 +13,8 @@ from statistics import mean, stdev
 import numpy as np
 import pandas as pd
 import pytest
+from analysis.folders import write_run
+from analysis.made import PAPER
 from PIL import Image
 from rich.console import Console
 from scipy.spatial import cKDTree
@@ -36,46 +38,25 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import (
-    PROTOCOLS,
-    Measure,
-    PaperProtocol,
-    ProtocolDescription,
-)
+from ffd_lightning.evaluation.protocols import Measure, PaperProtocol, ProtocolDescription
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.run_folder import RunFolder
 
 EVIL = "<script>alert('x')</script>&"
 MEASURES = ("chamfer", "emd", "iou")
-PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
 CHAMFER, IOU = Measure("chamfer", ""), Measure("iou", "", higher_is_better=True)
 
 
-def make_run(
-    folder, regime="b", templates=4, seed=0, protocol=PAPER, count=8, category="table", **columns
-):
+def make_run(folder, regime="b", templates=4, seed=0, count=8, settings="", **columns):
     """Write a finished run by hand, without a checkpoint; columns are functions of the row."""
-    run = RunFolder(folder)
-    run.path.mkdir(parents=True)
-    run.config.write_text(
-        f"category: {{name: {category}}}\n"
-        f"regime: {{name: {regime}, min_weight: 0.{len(regime)}}}\n"
-        f"templates: {{count: {templates}}}\nseed: {seed}\ntrainer: {{devices: {seed}}}\n"
-    )
     rng = np.random.default_rng([ord(regime[0]), templates, seed])
-    rows = [
-        {"id": f"m{k}", "category": category, "family": "", "view": 0, "template": f"t{k % 3}"}
-        | {"weight": 0.5}
-        | {f"{p}{m}": float(rng.random()) for p in ("", "undeformed_", "floor_") for m in MEASURES}
-        | {name: value(k) for name, value in columns.items()}
-        for k in range(count)
-    ]
-    path = run.evaluation(protocol.name) / "samples.csv"
-    path.parent.mkdir(parents=True)
-    (path.parent / "summary.json").write_text(json.dumps({"protocol": protocol.to_json()}))
-    pd.DataFrame(rows).to_csv(path, index=False)
-    run.set_status("finished")
-    return run
+    scores = {f"{p}{m}": rng.random(count).tolist() for p in ("", "undeformed_") for m in MEASURES}
+    functions = {"template": lambda k: f"t{k % 3}"} | columns
+    given = {n: [f(k) for k in range(count)] if callable(f) else f for n, f in functions.items()}
+    settings = f"trainer: {{devices: {seed}}}\n{settings}"
+    return write_run(
+        folder, regime, templates, seed, settings=settings, weight=0.5, **(scores | given)
+    )
 
 
 def read_rows(run, protocol="paper"):
@@ -181,9 +162,8 @@ def test_seeds_become_a_mean_and_a_deviation(tmp_path, blank):
 def test_only_runs_that_differ_in_nothing_but_their_seed_are_averaged(tmp_path, blank):
     runs = []
     for seed, steps in enumerate((300, 60_000, 60_000)):
-        run = make_run(tmp_path / f"seed{seed}_steps-{steps}", seed=seed)
-        run.config.write_text(f"{run.config.read_text()}schedule: {{steps: {steps}}}\n")
-        runs.append(run)
+        settings = f"schedule: {{steps: {steps}}}\n"
+        runs.append(make_run(tmp_path / str(seed), seed=seed, settings=settings))
     _, *rows = table_of(page_of(tmp_path), "undeformed Chamfer")
     names = ["schedule.steps=300", "schedule.steps=60000"]
     assert [row[:2] for row in rows] == [[names[0], "1"], [names[1], "2"]]
@@ -361,9 +341,8 @@ def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, t
 def test_the_protocol_is_that_of_most_runs_unless_it_is_named(tmp_path, blank):
     warmth, weight = Measure("warmth", "of the shape", True, 1.0), Measure("weight_of", "grams")
     own = ProtocolDescription("own", "a protocol that is not installed here", (warmth, weight))
-    columns = {"warmth": lambda k: 20.5, "weight_of": lambda k: 0.3}
     for regime in "bwe":
-        make_run(tmp_path / regime, regime, protocol=own, **columns)
+        make_run(tmp_path / regime, regime, protocol=own, warmth=20.5, weight_of=0.3)
     make_run(tmp_path / "r", "r")
     head, row, *_ = table_of(page_of(tmp_path), "effective")
     assert head[:3] == ["regime", "warmth ↑", "weight_of ↓ x 1000"]
@@ -377,7 +356,7 @@ def test_settings_that_differ_are_told_but_not_those_of_the_machine(sweep, tmp_p
     make_run(tmp_path / "e2", "e", seed=2)
     page = page_of(tmp_path)
     assert sorted(page.tables[-1][0]) == ["regime.name", "run", "seed"]
-    assert "regime.min_weight=0.1" in page.text
+    assert "templates.count=4" in page.text
     assert "devices" not in page.text
 
 
