@@ -124,6 +124,7 @@ def compare(
     """
     names = [by] if isinstance(by, str) else list(by)
     held = [name for name in SETTING if name not in names] if held is None else list(held)
+    results.check_scored()
     metric = measure_of(measure, results.protocol)
     require_columns(results.samples, [measure, *names, *held])
     without = results.samples.loc[results.samples[measure].isna(), "run"]

@@ -177,6 +177,12 @@ class Results:
         """The other runs."""
         return self.runs[~self.runs["run"].isin(self.samples["run"])]
 
+    def check_scored(self) -> None:
+        """Raise a DataError that says why, if no run has scores."""
+        if self.samples.empty:
+            run, why = self.runs[["run", "reason"]].iloc[0]
+            raise DataError(f"no run has results under protocol {self.protocol.name}: {run}: {why}")
+
     def run_folder(self, run: str) -> RunFolder:
         """Return the folder of a run, by its name."""
         return RunFolder((self.folder or Path()) / run)
@@ -232,8 +238,7 @@ class Results:
         Raises:
             DataError: no run has scores.
         """
-        if self.samples.empty:
-            raise DataError(f"no run in {self.folder} is finished: there is nothing to keep yet")
+        self.check_scored()
         runs = list(self.scored["run"])
         family = [
             self.families.get(run, {}).get(template, "")

@@ -528,7 +528,11 @@ def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[
     found: list[Table | None] = []
     read = []
     for (name, subset), part in groups.items():
-        results = Results.of(part, name, folder, subset)
+        try:
+            results = Results.of(part, name, folder, subset)
+        except DataError as error:  # all of them are damaged
+            found.append(Table(str(error), [], []))
+            continue
         read.append(results)
         if len(results.samples):
             found += [
