@@ -21,7 +21,7 @@ from ffd_lightning.data.batches import Residency
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.templates.strategies import RandomStrategy
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder

@@ -6,7 +6,7 @@ from itertools import count
 
 from PIL import Image
 
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.imaging.sheet import contact_sheet
 from ffd_lightning.shapes import build, families

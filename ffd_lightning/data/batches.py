@@ -17,7 +17,7 @@ from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.parallel import available_cores
 

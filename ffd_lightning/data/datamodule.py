@@ -35,7 +35,7 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.strategies import TemplateStrategy, auto_choice, choose_templates
 from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.geometry.lattice import Degrees
+from ffd_lightning.geometry.ffd import Degrees
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.imaging.pictures import object_fill
 from ffd_lightning.imaging.render_settings import RenderSettings

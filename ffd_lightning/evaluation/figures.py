@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.imaging.sheet import contact_sheet, text_width

@@ -47,15 +47,7 @@ def subdivide(
 
 
 def subdivide_mesh(mesh: Mesh, max_edge: float) -> Mesh:
-    """Split a mesh's faces as `subdivide` does; colours, parts and textures stay where they are.
-
-    Args:
-        mesh: of any make.
-        max_edge: greatest edge length, in units of the vertices.
-
-    Raises:
-        ValueError: a `max_edge` of 0 or below.
-    """
+    """Split a mesh's faces as `subdivide` does; colours, parts and textures stay where they are."""
     vertices, faces, index = subdivide(mesh.vertices, mesh.faces, max_edge)
     fine = replace(
         mesh,

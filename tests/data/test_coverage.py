@@ -23,7 +23,7 @@ from ffd_lightning.data.templates.strategies import (
     medoid_templates,
 )
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.geometry.sampling import sample_surface
 
 PLANES = 80

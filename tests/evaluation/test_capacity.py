@@ -4,7 +4,7 @@ import torch
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.capacity import fitted_template
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 
 

@@ -6,7 +6,7 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.evaluation import figures
 from ffd_lightning.evaluation.figures import cloud_mesh, reconstruction_figure
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.imaging.rendering import render
 
 

@@ -29,7 +29,7 @@ from ffd_lightning.analysis.figures.sheets import (
     template_label,
 )
 from ffd_lightning.evaluation.figures import cloud_mesh
-from ffd_lightning.geometry.lattice import Degrees, lattice_edges
+from ffd_lightning.geometry.ffd import Degrees, lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.sheet import Picture, Sheet, lay_out
 

@@ -25,7 +25,7 @@ from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
 from ffd_lightning.evaluation.samples import score_sample
 from ffd_lightning.evaluation.shapes import Shape
-from ffd_lightning.geometry.deformation import deform, deformation_matrix
+from ffd_lightning.geometry.ffd import deform, deformation_matrix
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
 from ffd_lightning.imaging.sheet import Picture, Sheet, lay_out, stacked

@@ -21,11 +21,9 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.geometry.deformation import deform, deformation_matrix
-from ffd_lightning.geometry.lattice import Degrees, Lattice
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.ffd import Degrees, Lattice, deform, deformation_matrix
+from ffd_lightning.geometry.mesh import Mesh, mean_colors
 from ffd_lightning.geometry.subdivision import subdivide_mesh
-from ffd_lightning.geometry.textures import mean_colors
 
 _DIVISIONS = 2  # of a small face's edges, where its texture is averaged
 

@@ -63,30 +63,21 @@ def nearest_neighbors(
         the index is 0 in both cases.
 
     Raises:
-        ValueError: an empty cloud or batch, other than 3 coordinates, different dtypes or devices,
-            a backend that does not work for these.
+        ValueError: clouds or batches that are empty or do not go together.
 
     >>> result = nearest_neighbors(torch.zeros(1, 3), torch.tensor([[3.0, 0, 0], [1, 0, 0]]))
     >>> result.a_to_b, result.a_to_b_index, result.b_to_a
     (tensor([1.]), tensor([1]), tensor([9., 1.]))
     """
-    if a.shape[-1] != 3 or b.shape[-1] != 3:
-        raise ValueError(f"points must have 3 coordinates, got {a.shape[-1]} and {b.shape[-1]}")
-    if a.shape[-2] == 0 or b.shape[-2] == 0:
-        raise ValueError(f"clouds must not be empty, got {a.shape[-2]} and {b.shape[-2]} points")
+    batch = torch.broadcast_shapes(a.shape[:-2], b.shape[:-2])
+    if {a.shape[-1], b.shape[-1]} != {3} or 0 in (*batch, a.shape[-2], b.shape[-2]):
+        raise ValueError(f"there is no pair of clouds in {tuple(a.shape)} and {tuple(b.shape)}")
     if a.dtype != b.dtype or a.device != b.device:
         raise ValueError(f"clouds differ: {a.dtype} on {a.device}, {b.dtype} on {b.device}")
-    batch = torch.broadcast_shapes(a.shape[:-2], b.shape[:-2])
-    if 0 in batch:
-        raise ValueError(f"there is no pair of clouds in {tuple(a.shape)} and {tuple(b.shape)}")
-    usable = usable_backends(a.device, a.dtype)
-    if backend is not None and backend not in usable:
-        raise ValueError(
-            f"backend={backend!r} does not work for {a.dtype} on {a.device}: use one of {usable}"
-        )
+    backend = backend or usable_backends(a.device, a.dtype)[0]
     index_a, index_b = (_pair_index(x.shape[:-2], batch, x.device) for x in (a, b))
     clouds_a, clouds_b = a.reshape(-1, *a.shape[-2:]), b.reshape(-1, *b.shape[-2:])
-    result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, backend or usable[0])
+    result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, backend)
     return NearestNeighbors(*(r.reshape(*batch, -1) for r in result))
 
 
