@@ -121,9 +121,9 @@ class Lattice:
 
     def control_points(self) -> Float[Tensor, "*batch num_control_points 3"]:
         """Return the control points at rest, P, (*batch, M, 3)."""
-        like = {"dtype": self.size.dtype, "device": self.size.device}
-        axes = [torch.linspace(0, 1, degree + 1, **like) for degree in self.degrees]
-        return self.origin[..., None, :] + torch.cartesian_prod(*axes) * self.size[..., None, :]
+        dtype, device = self.size.dtype, self.size.device
+        steps = [torch.linspace(0, 1, d + 1, dtype=dtype, device=device) for d in self.degrees]
+        return self.origin[..., None, :] + torch.cartesian_prod(*steps) * self.size[..., None, :]
 
 
 class TemplateSample(NamedTuple):

@@ -205,7 +205,7 @@ class Reconstructions(Callback):
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:
     """Return rows of `count` validation shapes, spread evenly; of all where there are fewer."""
-    rows = data.rows(data.split.chosen_on)
+    rows = data.rows(data.split.selection_ids)
     count = min(count, len(rows))
     return rows[np.linspace(0, len(rows) - 1, count).astype(int)].tolist()
 

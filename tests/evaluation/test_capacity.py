@@ -10,9 +10,9 @@ from ffd_lightning.geometry.mesh import Mesh
 
 def bank_of(clouds):
     corners = np.array([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5], [0.5, -0.5, 0.5]])
-    meshes = [Mesh(corners, np.array([[0, 1, 2]]), np.full((1, 4), 255, np.uint8))] * len(clouds)
+    meshes = (Mesh(corners, np.array([[0, 1, 2]]), np.full((1, 4), 255, np.uint8)),) * len(clouds)
     names = tuple("abc"[: len(clouds)])
-    return TemplateBank(names, names, np.stack(clouds), meshes)
+    return TemplateBank(names, names, torch.from_numpy(np.stack(clouds)), meshes)
 
 
 def test_a_deformed_template_is_found_and_fitted_again():

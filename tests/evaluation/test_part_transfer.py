@@ -68,7 +68,12 @@ class Box:
     def bank(self, parts=None):
         own = self.parts if parts is None else parts
         return TemplateBank(
-            ["box"], [""], self.points[None], [self.mesh], own[None], self.part_names
+            ["box"],
+            [""],
+            torch.from_numpy(self.points[None]),
+            [self.mesh],
+            own[None],
+            self.part_names,
         )
 
 
