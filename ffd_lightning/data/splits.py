@@ -42,11 +42,7 @@ class Split(NamedTuple):
         return self.val or self.train
 
     def without(self, templates: Collection[str]) -> Split:
-        """Return the subsets without templates.
-
-        Raises:
-            DataError: nothing is left to train on, or nothing to test on.
-        """
+        """Return the subsets without templates; a DataError if there are no others to use."""
         chosen = set(templates)
         left = Split(*(tuple(i for i in ids if i not in chosen) for ids in self))
         if not left.train or not left.test:
@@ -148,11 +144,7 @@ class ListedSplit:
         self.file = Path(file).expanduser()
 
     def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
-        """See `SplitRule`.
-
-        Raises:
-            ConfigError: the file cannot be read or lists nothing.
-        """
+        """See `SplitRule`."""
         synset = SYNSETS.get(shapes.category, shapes.category)
         try:
             if self.file.is_dir():
@@ -168,11 +160,7 @@ class ListedSplit:
         return {name.strip().rstrip("/").rsplit("/", 1)[-1]: listed[name] for name in listed}
 
 
-def make_split(
-    ids: Iterable[str],
-    subsets: Mapping[str, str],
-    val_fraction: float = 0.0,
-) -> Split:
+def make_split(ids: Iterable[str], subsets: Mapping[str, str], val_fraction: float = 0.0) -> Split:
     """Return the three subsets of the shapes that there are.
 
     Args:

@@ -53,11 +53,8 @@ def lattice_edges(degrees: Degrees) -> NDArray[np.int64]:
     [[0, 4], [1, 5], [2, 6], [3, 7]]
     """
     numbers = np.arange(num_control_points(degrees)).reshape([degree + 1 for degree in degrees])
-    pairs = []
-    for axis in range(3):
-        first, last = (np.delete(numbers, k, axis).ravel() for k in (-1, 0))
-        pairs.append(np.stack([first, last], axis=1))
-    return np.concatenate(pairs)
+    pairs = ([np.delete(numbers, k, axis).ravel() for k in (-1, 0)] for axis in range(3))
+    return np.concatenate([np.stack(pair, axis=1) for pair in pairs])
 
 
 def flat_axes(size: Float[Tensor, "*batch 3"]) -> Bool[Tensor, "*batch 3"]:
@@ -102,10 +99,10 @@ class Lattice:
         """Return the bounding box of points (*batch, N, 3) as a lattice.
 
         Raises:
-            ValueError: no points, or points that are not finite.
+            ValueError: points that are not finite.
         """
-        if points.shape[-2] == 0 or not torch.isfinite(points).all():
-            raise ValueError("points to bound must be finite, and one at least")
+        if not torch.isfinite(points).all():
+            raise ValueError("points to bound must be finite")
         low, high = points.amin(-2), points.amax(-2)
         return cls(low, high - low, degrees)
 
@@ -208,26 +205,14 @@ def deform(
     Returns:
         Deformed points, (*queries, *templates, N, 3).
 
-    Raises:
-        ValueError: shapes that do not go together.
-
     Source: the paper's equation 6.
 
     >>> lifted = torch.tensor([[0.0, 0, 4], [0, 0, 0]])
     >>> deform(torch.tensor([[0.25, 0.75]]), torch.eye(2, 3), lifted)
     tensor([[0.2500, 0.7500, 1.0000]])
     """
-    templates = matrix.shape[:-2]
-    lead = offsets.shape[: offsets.dim() - 2 - len(templates)]
-    if (
-        offsets.shape != (*lead, *templates, matrix.shape[-1], 3)
-        or control_points.shape[-2:] != offsets.shape[-2:]
-    ):
-        raise ValueError(
-            f"matrix {tuple(matrix.shape)}, control_points {tuple(control_points.shape)} and "
-            f"offsets {tuple(offsets.shape)} do not go together"
-        )
     moved = control_points + offsets
+    lead = moved.shape[: moved.dim() - matrix.dim()]
     # Queries become columns: one product per template, and no copy of B for every query.
     columns = moved.reshape(-1, *moved.shape[len(lead) :]).movedim(0, -1).flatten(-2)
     # Mixed precision is for networks: bfloat16 keeps 8 bits, a few tenths of a percent.
@@ -253,17 +238,12 @@ def fit_offsets(
         matrix: B, (*batch, N, M).
         control_points: P, (*batch, M, 3).
         target_points: Y, (*batch, N, 3), one for each row of B.
-        ridge: rho, relative to the number of points; above 0.
-
-    Raises:
-        ValueError: a ridge of 0 or below (the system would be singular for most shapes).
+        ridge: rho, relative to the number of points; above 0, as most shapes' systems are singular.
 
     >>> fit_offsets(torch.eye(2), torch.zeros(2, 3), torch.ones(2, 3)).round(decimals=3)
     tensor([[1., 1., 1.],
             [1., 1., 1.]])
     """
-    if not ridge > 0:
-        raise ValueError(f"ridge must be above 0, got {ridge}")
     basis, rest = matrix.double(), control_points.double()
     residual = target_points.double() - basis @ rest
     num_points, num_control = basis.shape[-2:]

@@ -49,9 +49,6 @@ def bounding_hemisphere(vertices: ArrayLike) -> Hemisphere:
     Args:
         vertices: (V, 3), y up; only those that a face uses, since stray vertices count as well.
 
-    Returns:
-        In the unit of the vertices; radius 0 for a single point, however often repeated.
-
     Raises:
         ValueError: no vertices, or vertices that are not finite.
 

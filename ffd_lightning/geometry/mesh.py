@@ -63,19 +63,9 @@ class Mesh:
 
 
 def normalize(vertices: ArrayLike, faces: ArrayLike | None = None) -> NDArray[np.float64]:
-    """Move the bounding box's centre to the origin and scale its diagonal to 1.
+    """Move the bounding box's centre to the origin and scale its diagonal to 1; nothing is turned.
 
-    Nothing is turned, and the scale is the same along every axis.
-
-    Args:
-        vertices: (V, 3) positions in any unit.
-        faces: see `bounding_box`; vertices that no face uses are moved along.
-
-    Returns:
-        (V, 3) float64 positions, within 0.5 of the origin.
-
-    Raises:
-        ValueError: as `bounding_box`.
+    Arguments and errors are those of `bounding_box`; vertices that no face uses are moved along.
 
     >>> normalize([[0, 0, 0], [2, 0, 0], [2, 0, 0]])
     array([[-0.5,  0. ,  0. ],

@@ -23,11 +23,9 @@ def voxelize(
     vertices: ArrayLike,
     faces: ArrayLike,
     resolution: int = 32,
-    low: float = -0.5,
-    high: float = 0.5,
     half_size: float = PAPER_HALF_SIZE,
 ) -> NDArray[np.bool_]:
-    """Return the voxels that a mesh touches or encloses, (R, R, R).
+    """Return the voxels of [-0.5, 0.5]^3 that a mesh touches or encloses, (R, R, R).
 
     `surface_voxels`, then `fill_voxels`. The paper's numbers are with the defaults. A mesh that
     sticks out of the grid is open where it is cut off, hence not filled from there.
@@ -38,7 +36,7 @@ def voxelize(
     >>> int(voxelize(tetrahedron, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]], 8).sum())
     162
     """
-    return fill_voxels(surface_voxels(vertices, faces, resolution, low, high, half_size))
+    return fill_voxels(surface_voxels(vertices, faces, resolution, half_size=half_size))
 
 
 def surface_voxels(

@@ -65,11 +65,7 @@ class TemplateBank:
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
     ) -> TemplateBank:
-        """Take shapes of a prepared set as templates.
-
-        Raises:
-            DataError: the set does not hold one of them.
-        """
+        """Take shapes of a prepared set as templates."""
         rows = [prepared.index(i) for i in ids]
         parts = [p for r in rows if (p := prepared.point_parts(r)) is not None]  # all, or none
         return cls(

@@ -8,8 +8,7 @@ One function, `nearest_neighbors`, and a module per backend behind it, chosen by
 `torch`    everything else, and the oracle of the tests: plain torch in bounded chunks
 =========  ==========================================================================
 
-A backend is a module `<name>_backend`, imported when first used. To take one out, delete the module
-and its line in `usable_backends`.
+A backend is a module `<name>_backend`, imported when first used.
 """
 
 from __future__ import annotations
@@ -83,13 +82,11 @@ def nearest_neighbors(
 
 def usable_backends(device: torch.device, dtype: torch.dtype) -> list[Backend]:
     """Return the backends that work for such points, the fastest first."""
-    full = dtype in (torch.float32, torch.float64)
-    usable: list[Backend] = []
-    if device.type == "cpu" and full:
-        usable += ["numba"]
+    if device.type == "cpu" and dtype in (torch.float32, torch.float64):
+        return ["numba", "torch"]
     if device.type == "cuda" and dtype == torch.float32 and _triton_works(device):
-        usable += ["triton"]
-    return [*usable, "torch"]
+        return ["triton", "torch"]
+    return ["torch"]
 
 
 @lru_cache
@@ -119,13 +116,12 @@ def _pair_index(shape: torch.Size, batch: torch.Size, device: torch.device) -> T
 
 
 class _Nearest(torch.autograd.Function):
-    """Nearest neighbours of pairs (a[index_a[p]], b[index_b[p]])."""
+    """Nearest neighbours of pairs (a[index_a[p]], b[index_b[p]]), see `torch_backend`."""
 
     @staticmethod
     def forward(
         ctx: Any, a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor, backend: Backend
     ) -> tuple:
-        """Search pairs of clouds (A, N, 3) and (B, M, 3): distances and indices, both ways."""
         module = _module(backend)
         d_ab, i_ab, d_ba, i_ba = module.search(a.detach(), b.detach(), index_a, index_b)
         ctx.save_for_backward(a, b, index_a, index_b, i_ab, i_ba)
@@ -136,7 +132,6 @@ class _Nearest(torch.autograd.Function):
     @staticmethod
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, g_ab: Tensor, _i: Tensor, g_ba: Tensor, _j: Tensor) -> tuple:
-        """Gradients of the clouds that need one, from those of the distances (P, N) and (P, M)."""
         a, b, index_a, index_b, i_ab, i_ba = (t.detach() for t in ctx.saved_tensors)
         grad_a = grad_b = None
         if ctx.needs_input_grad[0]:
