@@ -42,27 +42,13 @@ def test_the_lattice_is_the_box_of_the_mesh_and_not_of_the_cloud(bank):
 
 
 @pytest.mark.parametrize("index", range(3))
-def test_subdivided_mesh_keeps_shape_parts_colors_and_textures(bank, index):
+def test_a_subdivided_mesh_keeps_its_surface_and_parts(bank, index):
     coarse, (fine, matrix) = bank.meshes[index], bank.subdivided(index)
     corners = fine.vertices[fine.faces]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
     assert edges.max() <= MAX_EDGE < np.ptp(coarse.vertices, axis=0).max()
     for part in np.unique(coarse.face_parts):
         areas = [area(m, m.face_parts == part) for m in (coarse, fine)]
-        assert areas[0] == pytest.approx(areas[1], rel=1e-9)
-    textures = [
-        np.full(len(m.faces), -1) if m.face_textures is None else m.face_textures
-        for m in (coarse, fine)
-    ]
-    for texture in np.unique(textures[0]):
-        areas = [area(m, t == texture) for m, t in zip((coarse, fine), textures, strict=True)]
-        assert areas[0] == pytest.approx(areas[1], rel=1e-9)
-    plain = [t < 0 for t in textures]
-    for color in np.unique(coarse.face_colors[plain[0]], axis=0):
-        areas = [
-            area(m, (m.face_colors == color).all(1) & own)
-            for m, own in zip((coarse, fine), plain, strict=True)
-        ]
         assert areas[0] == pytest.approx(areas[1], rel=1e-9)
     reproduced = (matrix @ bank.control_points[index]).numpy()
     np.testing.assert_allclose(reproduced, fine.vertices, atol=1e-5)
@@ -110,17 +96,11 @@ def test_a_bank_comes_back_from_its_state(prepared, tmp_path, parts):
         assert torch.equal(getattr(again, name), getattr(bank, name))
     np.testing.assert_array_equal(again.point_parts, bank.point_parts)
     for one, other in zip(again.meshes, bank.meshes, strict=True):
-        np.testing.assert_array_equal(one.vertices, other.vertices)
-        np.testing.assert_array_equal(one.faces, other.faces)
-        np.testing.assert_array_equal(one.face_colors, other.face_colors)
-        np.testing.assert_array_equal(one.face_parts, other.face_parts)
+        for name in ("vertices", "faces", "face_colors", "face_parts", "face_textures", "face_uvs"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
         assert one.part_names == other.part_names
-        assert len(one.textures) == len(other.textures)
         for mine, theirs in zip(one.textures, other.textures, strict=True):
             assert np.abs(mine.astype(int) - theirs).mean() < 4  # packed twice
-        if other.face_textures is not None:
-            np.testing.assert_array_equal(one.face_textures, other.face_textures)
-            np.testing.assert_array_equal(one.face_uvs, other.face_uvs)
     assert any(mesh.textures for mesh in again.meshes)
     offsets = torch.randn(bank.control_points[1].shape) / 10
     one, other = again.deformed_mesh(1, offsets), bank.deformed_mesh(1, offsets)

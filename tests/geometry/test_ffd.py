@@ -52,25 +52,6 @@ def test_control_points_run_fastest_along_the_last_axis():
     torch.testing.assert_close(points[12], torch.tensor([1.0, 0, 0]))
 
 
-def test_coordinates_within_the_box_are_inverted_and_move_with_it():
-    size, shift = torch.tensor([2.0, 0.5, 1.0]).double(), torch.tensor([3.0, 4, -5]).double()
-    lattice = Lattice(torch.tensor([1.0, -2, 0.5]).double(), size, (3, 2, 1))
-    stu = torch.rand(20, 3, dtype=torch.float64, generator=torch.Generator().manual_seed(1))
-    points = lattice.origin + stu * size
-    torch.testing.assert_close(lattice.to_stu(points), stu)
-    moved = Lattice(lattice.origin + shift, size, lattice.degrees)
-    torch.testing.assert_close(moved.to_stu(points + shift), stu)
-    torch.testing.assert_close(moved.control_points(), lattice.control_points() + shift)
-
-
-def test_bounding_boxes_of_a_batch_hold_their_points():
-    points = torch.randn(4, 50, 3, generator=torch.Generator().manual_seed(0))
-    lattice = Lattice.bounding(points)
-    assert lattice.control_points().shape == (4, 64, 3)
-    assert lattice.to_stu(points).amin() == 0
-    assert lattice.to_stu(points).amax() == pytest.approx(1)
-
-
 def test_what_makes_no_lattice_is_refused(unchecked):
     with pytest.raises(ValueError, match="finite"):
         Lattice.bounding(torch.tensor([[0.0, torch.nan, 0]]))

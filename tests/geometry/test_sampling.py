@@ -74,23 +74,3 @@ def test_stratified_points_give_each_face_its_share() -> None:
     # By hand: the cumulated areas 1, 1, 4, 4, 10 times 100.1 are rounded, and the steps taken.
     np.testing.assert_array_equal(np.bincount(faces, minlength=5), [100, 0, 300, 0, 601])
     np.testing.assert_array_equal(points[:, 2], faces)
-
-
-def test_stratified_points_are_more_even() -> None:
-    """Of 400 squares of a plane, as two triangles each, none is empty with 800 points."""
-    x, y = np.meshgrid(np.arange(21.0), np.arange(21.0))
-    grid = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1)
-    corner = (np.arange(20)[:, None] * 21 + np.arange(20)).ravel()
-    faces = np.concatenate(
-        [
-            np.stack([corner, corner + 1, corner + 21], 1),
-            np.stack([corner + 22, corner + 1, corner + 21], 1),
-        ]
-    )
-    rng = np.random.default_rng(0)
-    empty = [
-        400 - len(np.unique(sample(grid, faces, 800, rng)[1] % 400))
-        for sample in (sample_stratified, sample_surface)
-    ]
-    assert empty[0] == 0
-    assert empty[1] > 20

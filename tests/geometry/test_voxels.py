@@ -149,17 +149,6 @@ def test_index_is_x_y_z_and_the_rest_is_cut_off():
     assert np.argwhere(grid).tolist() == [[0, 2, 3]]
 
 
-@pytest.mark.parametrize("half", [0.5, 0.51])
-def test_a_grid_is_a_part_of_a_larger_one(half):
-    rng = np.random.default_rng(1)
-    vertices, faces = rng.normal(size=(90, 3)) * 0.7, rng.integers(90, size=(60, 3))
-    large = surface_voxels(vertices, faces, 32, -2, 2, half)
-    small = surface_voxels(vertices, faces, 8, -0.5, 0.5, half)
-    assert 0 < small.sum() < 8**3
-    assert large.sum() > small.sum()
-    np.testing.assert_array_equal(small, large[12:20, 12:20, 12:20])
-
-
 @pytest.mark.parametrize("density", [0.3, 0.5, 0.65, 0.8])
 def test_fill_matches_scipy(density):
     rng = np.random.default_rng(int(100 * density))
@@ -188,12 +177,6 @@ def test_the_paper_s_boxes_reach_a_little_further():
     vertices, faces = box((16 - 0.01) / 32)  # 0.005 voxels short of the next ones
     assert voxelize(vertices, faces, half_size=0.5).sum() == 16**3
     assert voxelize(vertices, faces).sum() == 18**3
-
-
-def test_an_inner_cavity_is_filled():
-    (outer, faces), (inner, _) = box(0.8), box(0.3)
-    nested = voxelize(np.concatenate([outer, inner]), np.concatenate([faces, faces + 8]))
-    np.testing.assert_array_equal(nested, voxelize(outer, faces))
 
 
 def test_what_is_open_stays_open():
