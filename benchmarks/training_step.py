@@ -20,8 +20,8 @@ from ffd_lightning.app.build import regime
 from ffd_lightning.data.batches import Residency
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.data.templates.strategies import RandomStrategy
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.data.templates.choice import RandomTemplates
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
@@ -48,7 +48,7 @@ def build(folder: Path, residency: Residency = "auto") -> tuple[FfdModule, FfdDa
         "table",
         ProceduralSource(_MODELS),
         num_templates=TEMPLATES,
-        template_strategy=RandomStrategy(),
+        template_strategy=RandomTemplates(),
         batch_size=QUERIES,
         num_points=POINTS,
         root=folder,

@@ -16,7 +16,7 @@ _NAMES = {
     "FfdModule": "training.module",
     "FfdPrediction": "nn.network",
     "ImageEncoder": "nn.encoders.base",
-    "Lattice": "geometry.lattice",
+    "Lattice": "geometry.ffd",
     "EvaluationProtocol": "evaluation.protocols.base",
     "Measure": "evaluation.protocols.base",
     "Mesh": "geometry.mesh",
@@ -34,9 +34,9 @@ _NAMES = {
     "Shape": "evaluation.shapes",
     "Source": "data.source",
     "chamfer_distance": "geometry.chamfer",
-    "deform": "geometry.deformation",
-    "deformation_matrix": "geometry.deformation",
-    "fit_offsets": "geometry.deformation",
+    "deform": "geometry.ffd",
+    "deformation_matrix": "geometry.ffd",
+    "fit_offsets": "geometry.ffd",
     "component": "components",
     "make": "components",
     "regime": "app.build",
@@ -70,10 +70,10 @@ if TYPE_CHECKING:
     from ffd_lightning.evaluation.shapes import PreparedShape as PreparedShape
     from ffd_lightning.evaluation.shapes import Shape as Shape
     from ffd_lightning.geometry.chamfer import chamfer_distance as chamfer_distance
-    from ffd_lightning.geometry.deformation import deform as deform
-    from ffd_lightning.geometry.deformation import deformation_matrix as deformation_matrix
-    from ffd_lightning.geometry.deformation import fit_offsets as fit_offsets
-    from ffd_lightning.geometry.lattice import Lattice as Lattice
+    from ffd_lightning.geometry.ffd import Lattice as Lattice
+    from ffd_lightning.geometry.ffd import deform as deform
+    from ffd_lightning.geometry.ffd import deformation_matrix as deformation_matrix
+    from ffd_lightning.geometry.ffd import fit_offsets as fit_offsets
     from ffd_lightning.geometry.mesh import Mesh as Mesh
     from ffd_lightning.imaging.camera import Camera as Camera
     from ffd_lightning.imaging.render_settings import RenderSettings as RenderSettings

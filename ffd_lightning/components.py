@@ -101,14 +101,14 @@ KINDS: dict[str, Kind] = {
     "template_strategy": Kind(
         "how templates are chosen",
         built_in=_of(
-            "ffd_lightning.data.templates.strategies",
-            auto="AutoStrategy",
-            paper="PaperStrategy",
-            medoids="MedoidStrategy",
-            diverse="DiverseStrategy",
-            random="RandomStrategy",
-            listed="ListedStrategy",
-            ranking="RankingStrategy",
+            "ffd_lightning.data.templates.choice",
+            auto="AutoTemplates",
+            paper="PaperTemplates",
+            medoids="MedoidTemplates",
+            diverse="DiverseTemplates",
+            random="RandomTemplates",
+            listed="ListedTemplates",
+            ranking="ListedTemplates",
         ),
     ),
     "source": Kind(

@@ -20,7 +20,7 @@ from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
-from ffd_lightning.geometry.lattice import num_control_points
+from ffd_lightning.geometry.ffd import num_control_points
 from ffd_lightning.losses.annealing import make_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.nn.encoders.base import ImageEncoder

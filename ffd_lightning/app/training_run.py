@@ -333,7 +333,7 @@ def _rank(
 ) -> None:
     """Write how often each template is selected: a choice, so not on test shapes."""
     on_train = cfg.template_ranking.subset == "train"
-    ids = data.split.train if on_train else data.split.chosen_on
+    ids = data.split.train if on_train else data.split.selection_ids
     samples = Shapes(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
     log.info("%s: ranking the templates on %d images", run.path, len(samples))
     workers = cfg.evaluation.workers or torch.get_num_threads()

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import torch
 from jaxtyping import Float, Int, UInt8
-from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.parallel import available_cores
-
-_BLOCK = 256  # shapes
 
 Residency = Literal["auto", "disk", "device"]
 """Where images and clouds are kept while training: in files, or on the device that trains; `auto`
@@ -56,7 +53,7 @@ class Batch(NamedTuple):
         templates: decomposed points of all templates.
         own_templates: the templates of each query's category, (q, K), where there are several
             categories.
-        coverage: of the images, (q, H, W) uint8; None where it is not kept.
+        mask: of the object in the images, (q, H, W) uint8; None where it is not kept.
         seed: see `BatchIndices`.
     """
 
@@ -65,7 +62,7 @@ class Batch(NamedTuple):
     target_points: Float[Tensor, "queries num_points 3"]
     templates: TemplateSample
     own_templates: Int[Tensor, "queries own"] | None = None
-    coverage: UInt8[Tensor, "queries height width"] | None = None
+    mask: UInt8[Tensor, "queries height width"] | None = None
     seed: int | None = None
 
 
@@ -77,7 +74,7 @@ class ShapeStore:
         bank: the templates.
         device: where to copy everything to; None leaves the shapes in their files, and the
             templates where they are.
-        coverage: keeps the images' coverage too.
+        mask: keeps the images' object masks too.
 
     Raises:
         DataError: the device has too little memory.
@@ -88,28 +85,20 @@ class ShapeStore:
         prepared: PreparedSet,
         bank: TemplateBank,
         device: torch.device | None = None,
-        coverage: bool = False,
+        mask: bool = False,
     ) -> None:
-        self._prepared, self._bank, self._coverage = prepared, bank, coverage
-        self.control_points, self.matrix = bank.control_points, bank.deformation_matrix
-        self.own_templates = _own_templates(prepared, bank)
+        self._prepared, self._bank, self._mask = prepared, bank, mask
         self.images: Tensor | None = None
         self.clouds: Tensor | None = None
-        if device is None:
-            return
+        place = device or torch.device("cpu")
         try:
-            self.images = _unpacked(prepared, device, self._channels)
-            self.clouds = torch.empty(
-                (len(prepared), prepared.num_points, 3), dtype=torch.int16, device=device
-            )
-            for row in range(len(prepared)):
-                self.clouds[row] = torch.from_numpy(prepared.packed_cloud(row))
-            self.control_points = bank.control_points.to(device)
-            self.matrix = bank.deformation_matrix.to(device)
-            if self.own_templates is not None:
-                self.own_templates = self.own_templates.to(device)
+            if device is not None:
+                self.images, self.clouds = self._resident(device)
+            self.control_points = bank.control_points.to(place)
+            self.matrix = bank.deformation_matrix.to(place)
+            self.own_templates = _own_templates(prepared, bank, place)
         except torch.OutOfMemoryError:
-            size = resident_bytes(prepared, bank, coverage)
+            size = resident_bytes(prepared, bank, mask)
             raise DataError(
                 f"the images and clouds of {prepared.path} take {size / 1e9:.1f} GB, more than "
                 f"{device} has left: use trainer.residency=disk"
@@ -117,11 +106,11 @@ class ShapeStore:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process reads the files itself: tensors would travel as a copy of them all.
-        return ShapeStore, (self._prepared, self._bank, None, self._coverage)
+        return ShapeStore, (self._prepared, self._bank, None, self._mask)
 
     @property
     def _channels(self) -> int:
-        return 4 if self._coverage else 3
+        return 4 if self._mask else 3
 
     @property
     def device(self) -> torch.device:
@@ -133,38 +122,72 @@ class ShapeStore:
         rows, views, points, template_points = (
             index.to(self.device, non_blocking=True) for index in indices[:4]
         )
-        if self.images is None:
-            pairs = list(zip(indices.rows.tolist(), indices.views.tolist(), strict=True))
-            images = torch.from_numpy(_read_images(self._prepared, pairs, self._channels))
+        if self.images is None or self.clouds is None:
+            images, clouds = self._read(indices)
         else:
             images = _select(self.images, rows[:, None], views[:, None])[:, 0]
-        if self.clouds is None:
-            clouds = torch.from_numpy(_read_points(self._prepared, indices.rows, indices.points))
-        else:
             clouds = _select(self.clouds, rows[:, None], points)
-        clouds = clouds.float() * POINT_STEP
         templates = torch.arange(len(template_points), device=rows.device)[:, None]
         matrix = _select(self.matrix, templates, template_points)
         return Batch(
             rows=rows,
             images=images[..., :3].permute(0, 3, 1, 2),
-            target_points=clouds,
+            target_points=clouds.float() * POINT_STEP,
             templates=TemplateSample(matrix, self.control_points, self._bank.degrees),
             own_templates=None if self.own_templates is None else self.own_templates[rows],
-            coverage=images[..., 3] if self._coverage else None,
+            mask=images[..., 3] if self._mask else None,
             seed=indices.seed,
         )
 
+    def _read(self, indices: BatchIndices) -> tuple[Tensor, Tensor]:
+        """Return images (q, H, W, channels) and points (q, N, 3) from the shapes' files."""
+        rows, views, points = (index.numpy() for index in indices[:3])
+        size = self._prepared.image_shape[1:3]
+        images = np.empty((len(rows), *size, self._channels), np.uint8)
+        clouds = np.empty((*points.shape, 3), np.int16)
 
-def _own_templates(prepared: PreparedSet, bank: TemplateBank) -> Tensor | None:
+        def read(query: int) -> None:
+            row, view = int(rows[query]), int(views[query])
+            images[query] = self._prepared.image(row, view)[..., : self._channels]
+            clouds[query] = self._prepared.packed_cloud(row)[points[query]]
+
+        _in_threads(read, range(len(rows)))
+        return torch.from_numpy(images), torch.from_numpy(clouds)
+
+    def _resident(self, device: torch.device) -> tuple[Tensor, Tensor]:
+        """Copy all images, (n, views, H, W, channels), and clouds, (n, N, 3), to a device."""
+        prepared, count = self._prepared, len(self._prepared)
+        shape = (count, *prepared.image_shape[:3], self._channels)
+        images = torch.empty(shape, dtype=torch.uint8, device=device)
+        clouds = torch.empty((count, prepared.num_points, 3), dtype=torch.int16, device=device)
+
+        def copy(row: int) -> None:
+            clouds[row] = torch.from_numpy(prepared.packed_cloud(row))
+            for view in range(prepared.image_shape[0]):
+                image = prepared.image(row, view)[..., : self._channels]
+                images[row, view] = torch.from_numpy(image.copy())
+
+        _in_threads(copy, range(count))
+        return images, clouds
+
+
+def _in_threads(function: Callable[[int], None], numbers: Iterable[int]) -> None:
+    # Unpacking images frees the interpreter.
+    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
+        list(pool.map(function, numbers))
+
+
+def _own_templates(
+    prepared: PreparedSet, bank: TemplateBank, device: torch.device
+) -> Tensor | None:
     """Return the templates of each shape's category, (n, K); None where there is one category."""
-    categories = [prepared.category(row) for row in range(len(prepared))]
-    if len(set(categories)) < 2:
+    if len(prepared.categories) < 2:
         return None
-    own: dict[str, list[int]] = {name: [] for name in categories}
-    for place, name in enumerate(bank.ids):
-        own[prepared.category(prepared.index(name))].append(place)
-    return torch.tensor([own[name] for name in categories])
+    own: dict[str, list[int]] = {name: [] for name in prepared.categories}
+    for place, shape_id in enumerate(bank.ids):
+        own[prepared.category(prepared.index(shape_id))].append(place)
+    rows = [own[prepared.category(row)] for row in range(len(prepared))]
+    return torch.tensor(rows, device=device)
 
 
 def augmented(
@@ -175,7 +198,7 @@ def augmented(
     What is drawn for a query is what one device would draw for it that had the whole batch.
 
     Args:
-        batch: with coverage; every `world_size`-th query of the whole batch, from the `rank`-th on.
+        batch: with masks; every `world_size`-th query of the whole batch, from the `rank`-th on.
         augmentation: what changes the images.
         rank: of this device.
         world_size: number of devices.
@@ -183,9 +206,9 @@ def augmented(
     Raises:
         ConfigError: it gives something else than images of the same kind.
     """
-    if batch.seed is None or batch.coverage is None:
+    if batch.seed is None or batch.mask is None:
         return batch
-    images = torch.cat([batch.images, batch.coverage[:, None]], dim=1)
+    images = torch.cat([batch.images, batch.mask[:, None]], dim=1)
     # As many as the whole batch has, this device's where they are in it: what is drawn fits.
     images = images.repeat_interleave(world_size, dim=0)
     with torch.random.fork_rng([images.device] if images.is_cuda else []):
@@ -198,12 +221,12 @@ def augmented(
             f"gives {kind}"
         )
     made = made[rank::world_size]
-    return batch._replace(images=made[:, :3], coverage=made[:, 3])
+    return batch._replace(images=made[:, :3], mask=made[:, 3])
 
 
-def resident_bytes(prepared: PreparedSet, bank: TemplateBank, coverage: bool = False) -> int:
+def resident_bytes(prepared: PreparedSet, bank: TemplateBank, mask: bool = False) -> int:
     """Return what `ShapeStore` copies to a device, in bytes."""
-    images = len(prepared) * math.prod(prepared.image_shape[:3]) * (4 if coverage else 3)
+    images = len(prepared) * math.prod(prepared.image_shape[:3]) * (4 if mask else 3)
     clouds = len(prepared) * prepared.num_points * 3 * 2
     return images + clouds + bank.deformation_matrix.nbytes
 
@@ -222,41 +245,3 @@ def _select(table: Tensor, first: Tensor, second: Tensor) -> Tensor:
     """Return table[first, second]: as one flat selection, several times faster on the CPU."""
     flat = first * table.shape[1] + second
     return table.flatten(0, 1).index_select(0, flat.flatten()).unflatten(0, flat.shape)
-
-
-def _read_points(prepared: PreparedSet, rows: Tensor, points: Tensor) -> NDArray[np.int16]:
-    """Return which points (q, N) of the clouds of which rows (q,), (q, N, 3)."""
-    result = np.empty((*points.shape, 3), np.int16)
-
-    def read(place: int) -> None:
-        result[place] = prepared.packed_cloud(int(rows[place]))[points[place].numpy()]
-
-    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:
-        list(pool.map(read, range(len(rows))))
-    return result
-
-
-def _read_images(
-    prepared: PreparedSet, pairs: Sequence[tuple[int, int]], channels: int
-) -> NDArray[np.uint8]:
-    """Return the first channels of the images of (row, view) pairs, (k, H, W, channels)."""
-    result = np.empty((len(pairs), *prepared.image_shape[1:3], channels), np.uint8)
-
-    def read(place: int) -> None:
-        result[place] = prepared.image(*pairs[place])[..., :channels]
-
-    with ThreadPoolExecutor(min(available_cores(), 8)) as pool:  # unpacking frees the interpreter
-        list(pool.map(read, range(len(pairs))))
-    return result
-
-
-def _unpacked(prepared: PreparedSet, device: torch.device, channels: int) -> Tensor:
-    """Copy all images to a device, (n, views, H, W, channels), without a second copy in memory."""
-    views, height, width, _ = prepared.image_shape
-    shape = (len(prepared), views, height, width, channels)
-    result = torch.empty(shape, dtype=torch.uint8, device=device)
-    for row in range(0, len(prepared), _BLOCK):
-        rows = range(row, min(row + _BLOCK, len(prepared)))
-        images = _read_images(prepared, [(r, v) for r in rows for v in range(views)], channels)
-        result[row : row + len(rows)] = torch.from_numpy(images).unflatten(0, (-1, views))
-    return result

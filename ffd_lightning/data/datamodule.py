@@ -10,7 +10,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import torch
@@ -32,10 +32,10 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.source import Source
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.strategies import TemplateStrategy, auto_choice, choose_templates
+from ffd_lightning.data.templates.choice import AutoTemplates, TemplateStrategy, choose_templates
 from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.geometry.lattice import Degrees
+from ffd_lightning.geometry.ffd import Degrees
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.imaging.pictures import object_fill
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -44,141 +44,106 @@ log = logging.getLogger(__name__)
 
 _GPU_WORKERS = 2
 _MEASURED = 1024  # images, to tell how large objects are in them
-_ORDERS = 8  # passes over the shapes that are kept
 
 
-class Sizes(NamedTuple):
-    """What there is to draw from: views per shape, points per cloud, templates."""
-
-    views: int
-    cloud_points: int
-    templates: int
-
-
-def draw_points(
-    clouds: int, cloud_points: int, num_points: int, rng: np.random.Generator
-) -> NDArray[np.int64]:
-    """Draw points of each of some clouds without replacement, (clouds, num_points)."""
-    drawn = [
-        rng.choice(cloud_points, num_points, replace=False, shuffle=False) for _ in range(clouds)
-    ]
-    return np.stack(drawn)
-
-
-def _indices(*arrays: Any) -> BatchIndices:
-    rows, views, points, templates = (torch.as_tensor(np.asarray(a, np.int64)) for a in arrays)
-    return BatchIndices(rows, views, points, templates)
-
-
-class TrainingIndices(Dataset[BatchIndices]):
-    """Item k is what training step k sees: whole passes over the shuffled shapes, end to end.
+class _Indices(Dataset[BatchIndices]):
+    """What batches are drawn from.
 
     Args:
-        rows: the shapes to train on.
-        sizes: what there is to draw from.
-        batch_size: queries a step, over all devices.
+        rows: the shapes, by row of the prepared set.
+        prepared: the set, whose numbers of views and points count.
+        num_templates: T.
+        batch_size: queries a batch, over all devices.
         num_points: points per cloud.
-        seed: decides order, views and points.
-        rank: of this device, which takes every `world_size`-th query of the batch.
+        seed: decides what is random.
+    """
+
+    def __init__(
+        self,
+        rows: NDArray[np.int64],
+        prepared: PreparedSet,
+        num_templates: int,
+        batch_size: int,
+        num_points: int,
+        seed: int = 0,
+    ) -> None:
+        self.rows, self.num_templates = rows, num_templates
+        self.views, self.cloud_points = prepared.image_shape[0], prepared.num_points
+        self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
+
+    def _points(self, clouds: int, rng: np.random.Generator) -> NDArray[np.int64]:
+        """Draw points of each of some clouds without replacement, (clouds, num_points)."""
+        size = self.cloud_points, self.num_points
+        return np.stack([rng.choice(*size, replace=False, shuffle=False) for _ in range(clouds)])
+
+
+class TrainingIndices(_Indices):
+    """Item k is what training step k sees: whole passes over the shuffled shapes, end to end.
+
+    Of several devices, each takes every `world_size`-th query of the batch.
+
+    Args:
+        *args: see `_Indices`.
+        rank: of this device.
         world_size: number of devices.
 
     Raises:
         ConfigError: a batch that cannot be split evenly.
     """
 
-    def __init__(
-        self,
-        rows: NDArray[np.int64],
-        sizes: Sizes,
-        batch_size: int,
-        num_points: int,
-        seed: int,
-        rank: int = 0,
-        world_size: int = 1,
-    ) -> None:
-        if batch_size % world_size or batch_size == world_size > 1:
+    def __init__(self, *args: Any, rank: int = 0, world_size: int = 1) -> None:
+        super().__init__(*args)
+        if self.batch_size % world_size or self.batch_size == world_size > 1:
             raise ConfigError(
-                f"schedule.batch_size={batch_size} cannot be split evenly over {world_size} "
+                f"schedule.batch_size={self.batch_size} cannot be split evenly over {world_size} "
                 "devices, two images or more each"
             )
-        self.rows, self.sizes = rows, sizes
-        self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
         self.rank, self.world_size = rank, world_size
-        self._orders: dict[int, NDArray[np.int64]] = {}
-
-    def _order(self, number: int) -> NDArray[np.int64]:
-        if number not in self._orders:
-            while len(self._orders) >= _ORDERS:
-                del self._orders[min(self._orders)]
-            order = np.random.default_rng([self.seed, 1, number]).permutation(self.rows)
-            self._orders[number] = order
-        return self._orders[number]
 
     def __getitem__(self, step: int) -> BatchIndices:
-        places = step * self.batch_size + np.arange(self.batch_size)
-        count = len(self.rows)
-        rows = [int(self._order(int(p) // count)[int(p) % count]) for p in places]
+        places, count = step * self.batch_size + np.arange(self.batch_size), len(self.rows)
+        passes = range(places[0] // count, places[-1] // count + 1)
+        orders = [np.random.default_rng([self.seed, 1, k]).permutation(self.rows) for k in passes]
+        rows = np.concatenate(orders)[places - passes[0] * count]
         rng = np.random.default_rng([self.seed, 2, step])
-        views = rng.integers(self.sizes.views, size=self.batch_size)
+        views = rng.integers(self.views, size=self.batch_size)
         # Points are drawn for all queries, so that a share of a batch is the same wherever it is.
-        points, template_points = (
-            draw_points(clouds, self.sizes.cloud_points, self.num_points, rng)
-            for clouds in (self.batch_size, self.sizes.templates)
-        )
-        mine = slice(self.rank, None, self.world_size)
+        points = self._points(self.batch_size, rng)
+        template_points = self._points(self.num_templates, rng)
         own = np.random.SeedSequence([self.seed, 5, step, 0]).generate_state(1)
-        indices = _indices(rows[mine], views[mine], points[mine], template_points)
-        return indices._replace(seed=int(own[0]))
+        mine = slice(self.rank, None, self.world_size)
+        return _batch_indices(rows[mine], views[mine], points[mine], template_points, int(own[0]))
 
 
-class EvaluationIndices(Dataset[BatchIndices]):
+class EvaluationIndices(_Indices):
     """Item k is the k-th chunk of the shapes to score: first view, points fixed by `seed`.
 
     What is drawn of a shape does not depend on the others, so any share of them, or any size of
     chunks, gives the same scores.
     """
 
-    def __init__(
-        self,
-        rows: NDArray[np.int64],
-        sizes: Sizes,
-        batch_size: int,
-        num_points: int,
-        seed: int = 0,
-    ) -> None:
-        self.rows, self.sizes = rows, sizes
-        self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
-
     def __len__(self) -> int:
         return -(-len(self.rows) // self.batch_size)
 
     def __getitem__(self, chunk: int) -> BatchIndices:
-        if not 0 <= chunk < len(self):
-            raise IndexError(chunk)
         rows = self.rows[chunk * self.batch_size : (chunk + 1) * self.batch_size]
-        points = [self._points(1, 3, int(row))[0] for row in rows]
-        return _indices(rows, np.zeros(len(rows)), points, self._template_points)
+        points = [self._fixed_points(1, 3, int(row))[0] for row in rows]
+        return _batch_indices(rows, np.zeros(len(rows)), points, self._template_points)
 
     @cached_property
     def _template_points(self) -> NDArray[np.int64]:
-        return self._points(self.sizes.templates, 4, 0)
+        return self._fixed_points(self.num_templates, 4, 0)
 
-    def _points(self, clouds: int, *key: int) -> NDArray[np.int64]:
-        rng = np.random.default_rng([self.seed, *key])
-        return draw_points(clouds, self.sizes.cloud_points, self.num_points, rng)
+    def _fixed_points(self, clouds: int, *key: int) -> NDArray[np.int64]:
+        return self._points(clouds, np.random.default_rng([self.seed, *key]))
 
 
-class GatheredBatches(Dataset[Batch]):
-    """Indices made into batches as they are read, for data that the loader's processes reach."""
-
-    def __init__(self, indices: Dataset[BatchIndices], store: ShapeStore) -> None:
-        self.indices, self.store = indices, store
-
-    def __len__(self) -> int:
-        return len(self.indices)  # type: ignore[arg-type]
-
-    def __getitem__(self, index: int) -> Batch:
-        return self.store.batch(self.indices[index])
+def _batch_indices(
+    rows: Any, views: Any, points: Any, template_points: Any, seed: int | None = None
+) -> BatchIndices:
+    arrays = (np.asarray(a, np.int64) for a in (rows, views, points, template_points))
+    first, second, third, fourth = map(torch.from_numpy, arrays)
+    return BatchIndices(first, second, third, fourth, seed)
 
 
 class StepSampler(Sampler[int]):
@@ -223,13 +188,10 @@ def _batches_done(trainer: Trainer) -> tuple[int, int]:
 
 
 class Batches:
-    """A `DataLoader` whose iterators are made when the first batch is asked for.
+    """A `DataLoader` of whole batches whose iterators are made when the first is asked for.
 
     Lightning makes them earlier, before it has read from a checkpoint how many batches are done.
     Nor does it put a sampler of its own into this, where each device loads its own share already.
-
-    Args:
-        loader: of whole batches.
     """
 
     def __init__(self, loader: DataLoader[Any]) -> None:
@@ -259,13 +221,14 @@ class FfdDataModule(LightningDataModule):
         categories: one, or several that one network is trained on together.
         source: where shapes come from.
         num_templates: T, equally many of each category.
-        template_strategy: how templates are chosen.
+        template_strategy: how templates are chosen; `AutoTemplates` by default.
         hold_out: keep as many of the first templates out of all subsets, also where fewer are
             used: networks of different T then see the same shapes. Of each category equally many.
-        split: assigns shapes to subsets, by the hash of their id unless told otherwise.
+        split: assigns shapes to subsets; by the hash of their id by default.
         val_fraction: share of the training shapes to validate on, where the split names none.
         drop_outliers: leave what is like nothing else in its category, see
-            `templates.coverage.outlying`, out of all subsets and of the choice of templates.
+            `templates.distances.ShapeDistances.outliers`, out of all subsets and of the choice of
+            templates.
         degrees: of the lattices, see `TemplateBank`.
         max_edge: of the templates' meshes, see `TemplateBank`.
         batch_size: queries a step, over all devices.
@@ -302,7 +265,7 @@ class FfdDataModule(LightningDataModule):
         source: Source,
         *,
         num_templates: int = 16,
-        template_strategy: TemplateStrategy = auto_choice,
+        template_strategy: TemplateStrategy | None = None,
         hold_out: int | None = None,
         split: SplitRule | None = None,
         val_fraction: float = 0.1,
@@ -352,13 +315,13 @@ class FfdDataModule(LightningDataModule):
             )
             for name in names
         )
-        self.num_templates, self.template_strategy = num_templates, template_strategy
-        self.hold_out, self.degrees, self.max_edge = hold_out, degrees, max_edge
+        self.num_templates, self.hold_out = num_templates, hold_out
+        self.template_strategy = template_strategy or AutoTemplates()
         self.split_rule, self.val_fraction = split or HashSplit(), val_fraction
-        self.drop_outliers = drop_outliers
+        self.drop_outliers, self.degrees, self.max_edge = drop_outliers, degrees, max_edge
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
-        self.residency, self.num_workers = residency, num_workers
         self.augmentation = augmentation
+        self.residency, self.num_workers = residency, num_workers
         self._stored: tuple[torch.device, ShapeStore] | None = None
 
     @property
@@ -380,15 +343,11 @@ class FfdDataModule(LightningDataModule):
         """Open the prepared sets, split them and choose templates; once, whatever the stage."""
         if hasattr(self, "prepared"):
             return
-        members = [self._member(preparation) for preparation in self.preparations]
-        if len(members) == 1:
-            self.prepared, templates, self.split = members[0]
-        else:
-            self.prepared = PreparedSet.join([prepared for prepared, _, _ in members])
-            templates = _prefixed(self.categories, [ids for _, ids, _ in members])
-            subsets = zip(*(split for _, _, split in members), strict=True)
-            self.split = Split(*(_prefixed(self.categories, subset) for subset in subsets))
-        self.bank = TemplateBank.of(self.prepared, templates, self.degrees, self.max_edge)
+        sets, templates, splits = zip(*map(self._member, self.preparations), strict=True)
+        self.prepared = PreparedSet.join(sets)
+        self.split = Split(*(self._ids(subsets) for subsets in zip(*splits, strict=True)))
+        chosen = self._ids(templates)
+        self.bank = TemplateBank.of(self.prepared, chosen, self.degrees, self.max_edge)
 
     def _member(self, preparation: Preparation) -> tuple[PreparedSet, tuple[str, ...], Split]:
         """Open a category's set, split it, and choose templates from what is not tested on."""
@@ -401,10 +360,16 @@ class FfdDataModule(LightningDataModule):
         dropped = {row["id"] for row in outlier_rows(prepared)} if self.drop_outliers else ()
         kept = [shape_id for shape_id in prepared.ids if shape_id not in dropped]
         split = make_split(kept, self.split_rule(given), self.val_fraction)
-        templates = choose_templates(
-            self.template_strategy, prepared, most, {*split.test, *dropped}
-        )
+        tested = {*split.test, *dropped}
+        templates = choose_templates(self.template_strategy, prepared, most, tested)
         return prepared, templates[:count], split.without(templates)
+
+    def _ids(self, ids: Sequence[Sequence[str]]) -> tuple[str, ...]:
+        """Return ids of each category as the joined set names them."""
+        if len(ids) == 1:
+            return tuple(ids[0])
+        pairs = zip(self.categories, ids, strict=True)
+        return tuple(f"{name}/{shape_id}" for name, own in pairs for shape_id in own)
 
     def record(self) -> dict[str, Any]:
         """Return what there is to say of the data afterwards: plain values, after `setup`.
@@ -435,36 +400,36 @@ class FfdDataModule(LightningDataModule):
         device = self.trainer.strategy.root_device if self.trainer else torch.device("cpu")
         if self._stored is None or self._stored[0] != device:
             self._stored = None  # what another device held is not needed any more
-            self._stored = device, self._store(device)
+            mask = self.augmentation is not None
+            size = resident_bytes(self.prepared, self.bank, mask)
+            kept = fits(size, device) if self.residency == "auto" else self.residency == "device"
+            if kept:
+                log.info(
+                    "reading %.1f GB of images and clouds into memory (%s)", size / 1e9, device
+                )
+            store = ShapeStore(self.prepared, self.bank, device if kept else None, mask)
+            self._stored = device, store
         return self._stored[1]
-
-    def _store(self, device: torch.device) -> ShapeStore:
-        coverage = self.augmentation is not None
-        size = resident_bytes(self.prepared, self.bank, coverage)
-        kept = fits(size, device) if self.residency == "auto" else self.residency == "device"
-        if kept:
-            log.info("reading %.1f GB of images and clouds into memory (%s)", size / 1e9, device)
-        return ShapeStore(self.prepared, self.bank, device if kept else None, coverage)
 
     def train_dataloader(self) -> Batches:
         """Batches of the training shapes, from the trainer's current one on."""
+        rank, world_size = self._share
+        given = (self.prepared, len(self.bank), self.batch_size, self.num_points, self.seed)
         indices = TrainingIndices(
-            self.rows(self.split.train),
-            self._sizes,
-            self.batch_size,
-            self.num_points,
-            self.seed,
-            *self._share,
+            self.rows(self.split.train), *given, rank=rank, world_size=world_size
         )
-        return self._loader(indices, StepSampler(self._batches_per_epoch, self.trainer))
+        trainer, length = self.trainer, -(-len(self.split.train) // self.batch_size)
+        if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):
+            length = trainer.max_steps * trainer.accumulate_grad_batches
+        return self._loader(indices, StepSampler(length, trainer))
 
     def val_dataloader(self) -> Batches | list[Any]:
         """The validation shapes with fixed points; nothing where there are none."""
-        return self._loader(self._evaluation_indices(self.split.val)) if self.split.val else []
+        return self._scored(self.split.val) if self.split.val else []
 
     def test_dataloader(self) -> Batches:
-        """The test shapes with fixed points."""
-        return self._loader(self._evaluation_indices(self.split.test))
+        """The test shapes with fixed points, in their order."""
+        return self._scored(self.split.test)
 
     def predict_dataloader(self) -> Batches:
         """The test shapes, in their order."""
@@ -477,47 +442,32 @@ class FfdDataModule(LightningDataModule):
             return gathered
         return augmented(gathered, self.augmentation, *self._share)
 
-    def _evaluation_indices(self, ids: Sequence[str]) -> EvaluationIndices:
-        """Return this device's share of some shapes, in chunks."""
-        rank, world_size = self._share
-        rows = self.rows(ids)[rank::world_size]
-        return EvaluationIndices(rows, self._sizes, self.batch_size, self.num_points)
-
     @property
     def _share(self) -> tuple[int, int]:
         """Which device this is, of how many."""
         return (self.trainer.global_rank, self.trainer.world_size) if self.trainer else (0, 1)
 
-    @property
-    def _sizes(self) -> Sizes:
-        return Sizes(self.prepared.image_shape[0], self.prepared.num_points, len(self.bank))
+    def _scored(self, ids: Sequence[str]) -> Batches:
+        """Return this device's share of some shapes, in chunks."""
+        rank, world_size = self._share
+        given = (self.prepared, len(self.bank), self.batch_size, self.num_points)
+        return self._loader(EvaluationIndices(self.rows(ids)[rank::world_size], *given))
 
-    @property
-    def _batches_per_epoch(self) -> int:
-        trainer = self.trainer
-        if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):
-            return trainer.max_steps * trainer.accumulate_grad_batches
-        return -(-len(self.split.train) // self.batch_size)
-
-    def _loader(
-        self, indices: Dataset[BatchIndices], sampler: Sampler[int] | None = None
-    ) -> Batches:
+    def _loader(self, indices: _Indices, sampler: Sampler[int] | None = None) -> Batches:
         on_gpu = self.trainer is not None and self.trainer.strategy.root_device.type == "cuda"
         workers = self.num_workers
         if workers is None:
             # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
             workers = _GPU_WORKERS if on_gpu else 0
-        here = self.store.device.type == "cpu"
-        loader: DataLoader[Any] = DataLoader(
-            GatheredBatches(indices, self.store) if here else indices,
-            batch_size=None,
-            sampler=sampler,
-            num_workers=workers,
-            pin_memory=on_gpu,
+        # Processes of the loader reach what is in files, and not what is on a GPU.
+        gather: Any = self.store.batch if self.store.device.type == "cpu" else None
+        return Batches(
+            DataLoader(
+                indices,
+                batch_size=None,
+                sampler=sampler,
+                num_workers=workers,
+                collate_fn=gather,
+                pin_memory=on_gpu,
+            )
         )
-        return Batches(loader)
-
-
-def _prefixed(names: Sequence[str], ids: Sequence[Sequence[str]]) -> tuple[str, ...]:
-    """Return ids as a joined set names them."""
-    return tuple(f"{name}/{i}" for name, own in zip(names, ids, strict=True) for i in own)

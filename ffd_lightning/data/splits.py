@@ -14,6 +14,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from ffd_lightning.components import check_ranges
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.errors import ConfigError, DataError
 
@@ -36,16 +37,12 @@ class Split(NamedTuple):
     test: tuple[str, ...]
 
     @property
-    def chosen_on(self) -> tuple[str, ...]:
+    def selection_ids(self) -> tuple[str, ...]:
         """The shapes that choices are made on: those to validate on, else those to train on."""
         return self.val or self.train
 
     def without(self, templates: Collection[str]) -> Split:
-        """Return the subsets without templates.
-
-        Raises:
-            DataError: nothing is left to train on, or nothing to test on.
-        """
+        """Return the subsets without templates; a DataError if there are no others to use."""
         chosen = set(templates)
         left = Split(*(tuple(i for i in ids if i not in chosen) for ids in self))
         if not left.train or not left.test:
@@ -96,21 +93,25 @@ class HashSplit:
     Args:
         train_fraction: share of the training subset, met in expectation; the rest is tested on.
 
-    Raises:
-        ConfigError: it does not lie between 0 and 1.
-
     >>> HashSplit()(SplitInput("table", ("a", "b", "c"), (), {}))
     {'a': 'train', 'b': 'train', 'c': 'train'}
     """
 
     def __init__(self, train_fraction: float = 0.8) -> None:
-        if not 0 < train_fraction < 1:
-            raise ConfigError(f"split.train_fraction={train_fraction} must lie between 0 and 1")
+        check_ranges(locals(), train_fraction="(0, 1)")
         self.train_fraction = train_fraction
 
-    def __call__(self, shapes: SplitInput) -> dict[str, str]:
+    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
         """See `SplitRule`."""
         return {i: "train" if _position(i) < self.train_fraction else "test" for i in shapes.ids}
+
+
+class AutoSplit(HashSplit):
+    """The data set's own split where it has one, else by the hash of the id."""
+
+    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
+        """See `SplitRule`."""
+        return shapes.published or super().__call__(shapes)
 
 
 class R2n2Split:
@@ -120,26 +121,11 @@ class R2n2Split:
     work on its renderings with it.
     """
 
-    def __call__(self, shapes: SplitInput) -> dict[str, str]:
+    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
         """See `SplitRule`."""
         ids = sorted({*shapes.ids, *shapes.rejected})
         cut = int(_R2N2_FRACTION * len(ids))
         return {i: "train" if k < cut else "test" for k, i in enumerate(ids)}
-
-
-class AutoSplit:
-    """The data set's own split where it has one, else by the hash of the id.
-
-    Args:
-        train_fraction: see `HashSplit`.
-    """
-
-    def __init__(self, train_fraction: float = 0.8) -> None:
-        self.by_hash = HashSplit(train_fraction)
-
-    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
-        """See `SplitRule`."""
-        return shapes.published or self.by_hash(shapes)
 
 
 class ListedSplit:
@@ -157,40 +143,24 @@ class ListedSplit:
     def __init__(self, file: str | Path) -> None:
         self.file = Path(file).expanduser()
 
-    def __call__(self, shapes: SplitInput) -> dict[str, str]:
-        """Return the subset by id; with "*" that of all ids which are not listed.
-
-        Raises:
-            ConfigError: the file cannot be read or lists nothing.
-        """
-        place, category = self.file, shapes.category
-        synset = SYNSETS.get(category, category)
+    def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
+        """See `SplitRule`."""
+        synset = SYNSETS.get(shapes.category, shapes.category)
         try:
-            if place.is_dir():
-                subsets = _read_folder(place, synset)
+            if self.file.is_dir():
+                listed = _read_folder(self.file, synset)
             else:
-                text = place.read_text(encoding="utf-8-sig")
-                if place.suffix.lower() == ".json":
-                    raise ValueError("it is JSON: write lines of `<id> <subset>`")
-                read = _read_csv if place.suffix.lower() == ".csv" else _read_lines
-                subsets = read(text, synset)
-        except (OSError, ValueError, AttributeError) as error:  # None where a row is short
-            raise ConfigError(f"split.file={place} cannot be read: {error}") from None
-        if not subsets:
-            raise ConfigError(f"split.file={place} lists no shapes of {category}")
-        wrong = sorted(set(subsets.values()) - set(SUBSETS))
-        if wrong:
-            raise ConfigError(
-                f"split.file={place} has {wrong[0]!r} for one of {', '.join(SUBSETS)}"
-            )
-        return subsets
+                text = self.file.read_text(encoding="utf-8-sig")
+                columns = text.partition("\n")[0].replace(" ", "").strip().split(",")
+                listed = _read_table(text, synset) if "split" in columns else _read_lines(text)
+        except (OSError, ValueError, KeyError, AttributeError) as error:
+            raise ConfigError(f"split.file={self.file} cannot be read: {error}") from None
+        if not listed:
+            raise ConfigError(f"split.file={self.file} lists no shapes of {shapes.category}")
+        return {name.strip().rstrip("/").rsplit("/", 1)[-1]: listed[name] for name in listed}
 
 
-def make_split(
-    ids: Iterable[str],
-    subsets: Mapping[str, str],
-    val_fraction: float = 0.0,
-) -> Split:
+def make_split(ids: Iterable[str], subsets: Mapping[str, str], val_fraction: float = 0.0) -> Split:
     """Return the three subsets of the shapes that there are.
 
     Args:
@@ -231,35 +201,24 @@ def _position(shape_id: str) -> float:
     return int(hashlib.sha256(shape_id.encode()).hexdigest()[:13], 16) / 16**13
 
 
-def _last(name: str) -> str:
-    return name.strip().rstrip("/").rsplit("/", 1)[-1]
-
-
-def _read_lines(text: str, _: str) -> dict[str, str]:
+def _read_lines(text: str) -> dict[str, str]:
     rows = [row for line in text.splitlines() if (row := re.split(r"[,\s]+", line.strip())) != [""]]
-    if all(len(row) == 1 for row in rows):
-        return {_last(row[0]): "test" for row in rows} | ({"*": "train"} if rows else {})
+    if rows and all(len(row) == 1 for row in rows):
+        return {row[0]: "test" for row in rows} | {"*": "train"}
     for row in rows:
         if len(row) != 2:
             raise ValueError(f"{' '.join(row)!r} is not `<id> <subset>`")
-    return {_last(name): subset for name, subset in rows}
+    return {name: subset for name, subset in rows}
 
 
-def _read_csv(text: str, synset: str) -> dict[str, str]:
-    table = csv.DictReader(text.splitlines(), skipinitialspace=True)
-    rows, columns = list(table), set(table.fieldnames or ())
-    key = next((k for k in _ID_COLUMNS if k in columns), None)
-    if key is None and "split" not in columns:
-        return _read_lines(text, synset)  # there is no header
-    if key is None or "split" not in columns:
-        needed = f"the columns `split` and one of {', '.join(_ID_COLUMNS)}"
-        raise ValueError(f"it needs {needed}, and has {', '.join(table.fieldnames or ())}")
+def _read_table(text: str, synset: str) -> dict[str, str]:
+    rows = list(csv.DictReader(text.splitlines(), skipinitialspace=True))
+    key = next((k for k in _ID_COLUMNS if rows and k in rows[0]), None)
+    if key is None:
+        raise ValueError(f"it needs the columns `split` and one of {', '.join(_ID_COLUMNS)}")
     # Numbers lose their leading zeros in many a table.
-    return {
-        _last(row[key]): row["split"]
-        for row in rows
-        if row.get("synsetId", synset).zfill(8) == synset.zfill(8)
-    }
+    own = [row for row in rows if row.get("synsetId", synset).zfill(8) == synset.zfill(8)]
+    return {row[key]: row["split"].strip() for row in own}
 
 
 def _read_folder(folder: Path, synset: str) -> dict[str, str]:
@@ -268,10 +227,9 @@ def _read_folder(folder: Path, synset: str) -> dict[str, str]:
         files = [file for file in sorted(top.glob("*.*")) if file.suffix in (".lst", ".txt")]
         for subset, file in ((subset, file) for subset in SUBSETS for file in files):
             words = set(re.split("[^a-z]+", file.stem.lower()))
-            if words & set(SUBSETS) != {subset}:
-                continue  # another's, or trainval.lst, say
-            names = file.read_text(encoding="utf-8-sig").split()
-            found |= {_last(name): subset for name in names}
+            if words & set(SUBSETS) == {subset}:  # not trainval.lst, say
+                names = file.read_text(encoding="utf-8-sig").split()
+                found |= dict.fromkeys(names, subset)
         if found:
             break
     return found

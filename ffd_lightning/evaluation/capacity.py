@@ -11,7 +11,7 @@ from torch import Tensor
 
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 
 _STEPS = 150
 _FIRST, _KEPT = 40, 4  # after so many steps, so many templates are fitted further

@@ -14,7 +14,7 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Picture, grid, text_width

@@ -22,7 +22,7 @@ from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
 from ffd_lightning.files import write_atomic
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress

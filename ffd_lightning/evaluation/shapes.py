@@ -14,7 +14,7 @@ from torch import Tensor
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.geometry.deformation import bending_energy, deform
+from ffd_lightning.geometry.ffd import bending_energy, deform
 from ffd_lightning.geometry.jacobian import deformation_jacobian
 from ffd_lightning.geometry.mesh import UNKNOWN_PART
 from ffd_lightning.geometry.sampling import sample_stratified
@@ -126,7 +126,7 @@ class TemplateShape:
     def distortion(self) -> dict[str, float]:
         """Return how the deformation folds, stretches and bends; see `metrics.distortion`.
 
-        `bending` is the energy of the offsets, see `geometry.deformation.bending_energy`.
+        `bending` is the energy of the offsets, see `geometry.ffd.bending_energy`.
         """
         mesh, _ = self.bank.subdivided(self.index)
         jacobians = deformation_jacobian(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+import torch
 from jaxtyping import Float
 from torch import Tensor
 
@@ -15,7 +16,7 @@ def chamfer_distance(
     target_points: Float[Tensor, "*batch_b num_target 3"],
     reduction: Literal["sum", "mean"] = "sum",
 ) -> Float[Tensor, "*batch"]:
-    r"""Squared Chamfer distance of each pair of clouds, both directions added.
+    r"""Return the squared Chamfer distance of each pair of clouds, both directions added.
 
     $$ \lambda_c(A, B) = \sum_{a \in A} \min_{b \in B} \|a - b\|^2
               + \sum_{b \in B} \min_{a \in A} \|b - a\|^2 $$
@@ -28,18 +29,11 @@ def chamfer_distance(
     Returns:
         One value per pair, (*batch,), in squared units of the points.
 
-    Raises:
-        ValueError: unknown reduction, or clouds that `nearest_neighbors` refuses.
-
     Source: the paper's equation 1.
 
-    >>> import torch
     >>> chamfer_distance(torch.zeros(1, 3), torch.tensor([[0.0, 0, 3], [0, 0, 1]]))
     tensor(11.)
     """
-    if reduction not in ("sum", "mean"):
-        raise ValueError(f"reduction must be 'sum' or 'mean', got {reduction!r}")
+    reduce = {"sum": torch.sum, "mean": torch.mean}[reduction]
     nearest = nearest_neighbors(pred_points, target_points)
-    if reduction == "sum":
-        return nearest.a_to_b.sum(-1) + nearest.b_to_a.sum(-1)
-    return nearest.a_to_b.mean(-1) + nearest.b_to_a.mean(-1)
+    return reduce(nearest.a_to_b, -1) + reduce(nearest.b_to_a, -1)

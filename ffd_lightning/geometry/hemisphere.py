@@ -16,41 +16,25 @@ class Hemisphere(NamedTuple):
     """A hemisphere, flat side down, in the frame and unit of the points it was made from.
 
     Convention:
-        y is up. The centre is that of the flat side: its y is the lowest y of the points.
+        y is up. The centre, (3,), is that of the flat side: its y is the lowest y of the points.
     """
 
     center: NDArray[np.float64]
-    """(3,)."""
     radius: float
 
     def transform(self, points: ArrayLike, radius: float = 3.2) -> NDArray[np.float64]:
-        """Carry points into the frame where this hemisphere is centred and has a given radius.
+        """Carry points (*batch, 3) into the frame where this hemisphere is centred, of a radius.
 
-        What was inside has y >= 0 and lies within `radius` of the origin afterwards. Nothing is
-        turned. A prediction is carried by the hemisphere of its ground truth.
-
-        Args:
-            points: (*batch, 3) in the frame of the hemisphere.
-            radius: that the hemisphere gets, 3.2 for the paper's numbers.
-
-        Returns:
-            (*batch, 3) float64.
+        What was inside has y >= 0 and lies within `radius` of the origin afterwards (3.2 for the
+        paper's numbers). Nothing is turned. A prediction is carried by the hemisphere of its ground
+        truth.
 
         Raises:
-            ValueError: points of another shape or not finite, a radius that is not above 0, or a
-                hemisphere of radius 0 (all vertices were one point), which has no scale.
+            ValueError: a hemisphere of radius 0 (all vertices were one point) has no scale.
         """
-        array = np.asarray(points, np.float64)
-        if array.ndim == 0 or array.shape[-1] != 3:
-            raise ValueError(f"points must be (*batch, 3), got {array.shape}")
-        if not np.isfinite(array).all():
-            raise ValueError("the points are not all finite")
-        if not 0 < radius < np.inf:
-            raise ValueError(f"radius must be above 0 and finite, got {radius}")
         if not self.radius > 0:
             raise ValueError("the hemisphere has no extent: all its vertices are one point")
-        # In this order: a scale of radius / self.radius overflows for the tiniest shapes.
-        return (array - self.center) / self.radius * radius
+        return (np.asarray(points, np.float64) - self.center) / self.radius * radius
 
 
 def bounding_hemisphere(vertices: ArrayLike) -> Hemisphere:
@@ -60,19 +44,13 @@ def bounding_hemisphere(vertices: ArrayLike) -> Hemisphere:
 
     The minimum is unique, and at most three vertices decide it. It is found exactly: take the
     farthest vertex into a working set, solve that set by trying its singles, pairs and triples,
-    repeat until no vertex lies outside. The radius is that of the best centre up to rounding (the
-    working set's own radius bounds it from below); the centre itself is as certain as the shape
-    makes it.
+    repeat until no vertex lies outside.
 
     Args:
         vertices: (V, 3), y up; only those that a face uses, since stray vertices count as well.
 
-    Returns:
-        Centre (x, lowest y, z) and radius, in the unit of the vertices. Radius 0 for a single
-        point, however often repeated.
-
     Raises:
-        ValueError: another shape, no vertices, or vertices that are not finite.
+        ValueError: no vertices, or vertices that are not finite.
 
     Source: the authors' evaluation, which looks for the same centre with a local optimiser; the
     solution is the exchange method for smallest enclosing balls (of the vertices and their mirror
@@ -81,17 +59,13 @@ def bounding_hemisphere(vertices: ArrayLike) -> Hemisphere:
     >>> bounding_hemisphere([[0, 0, 0], [2, 0, 0], [1, 1, 0]])
     Hemisphere(center=array([1., 0., 0.]), radius=1.0)
     """
-    points = np.asarray(vertices, np.float64)
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise ValueError(f"vertices must be (V, 3), got {points.shape}")
-    if len(points) == 0:
-        raise ValueError("there are no vertices to bound")
+    points = np.asarray(vertices, np.float64).reshape(-1, 3)
+    if len(points) == 0 or not np.isfinite(points).all():
+        raise ValueError("there must be vertices to bound, all of them finite")
     low, high = points.min(axis=0), points.max(axis=0)
     middle = low / 2 + high / 2
     middle[1] = low[1]
     scale = float((high / 2 - low / 2).max())
-    if not np.isfinite(scale):
-        raise ValueError("the vertices are not all finite")
     if scale == 0:
         return Hemisphere(middle, 0.0)
     # Near the origin and of size 1, neither distance nor smallness of a shape costs digits.

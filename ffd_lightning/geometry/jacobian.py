@@ -6,8 +6,13 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from ffd_lightning.geometry.bernstein import bernstein_basis
-from ffd_lightning.geometry.lattice import Degrees, Lattice, flat_axes, num_control_points
+from ffd_lightning.geometry.ffd import (
+    Degrees,
+    Lattice,
+    bernstein_basis,
+    flat_axes,
+    num_control_points,
+)
 
 _CHUNK = 65_536  # points at a time: three matrices of 33 MB each at degree 3
 
@@ -31,15 +36,12 @@ def deformation_jacobian(
         carried along as they are: det J is then that of the deformation within the plane.
 
     Args:
-        points: (*batch, V, 3), in the frame of the lattice; outside the box the polynomials go on.
+        points: (*batch, V, 3), in the frame of the lattice.
         lattice: box and degrees, same batch shape.
         offsets: displacement of each control point, (*queries, *batch, M, 3).
 
     Returns:
         (*queries, *batch, V, 3, 3), without unit.
-
-    Raises:
-        ValueError: shapes that do not go together.
 
     Source: the derivative of Sederberg and Parry 1986, equation 2.
 
@@ -49,26 +51,14 @@ def deformation_jacobian(
     >>> deformation_jacobian(box, Lattice.bounding(box, (1, 1, 1)), pull)[0].diagonal()
     tensor([-0.5000,  1.0000,  1.0000])
     """
-    batch = points.shape[:-2]
-    lead = offsets.shape[: max(0, offsets.dim() - 2 - len(batch))]
-    if (
-        offsets.shape != (*lead, *batch, num_control_points(lattice.degrees), 3)
-        or lattice.origin.shape[:-1] != batch
-    ):
-        raise ValueError(
-            f"points {tuple(points.shape)}, a lattice of degrees {lattice.degrees} and shape "
-            f"{tuple(lattice.origin.shape[:-1])}, and offsets {tuple(offsets.shape)} do not go "
-            "together"
-        )
     # Mixed precision is for networks: the sign of a determinant needs all bits.
     with torch.autocast(points.device.type, enabled=False):
-        # (*batch, 3, 3), row j: how (s, t, u) change with x_j; 0 along an axis without extent.
-        at_zero = Lattice(torch.zeros_like(lattice.origin), lattice.axes, lattice.degrees)
-        per_unit = at_zero.to_stu(torch.eye(3).to(points).expand(*batch, 3, 3))
-        per_unit = per_unit - at_zero.to_stu(torch.zeros_like(per_unit))
         chunks = lattice.to_stu(points).split(_CHUNK, dim=-2)
         moved = torch.cat([_change(stu, lattice.degrees, offsets) for stu in chunks], dim=-3)
-        return torch.eye(3).to(moved) + moved @ per_unit.mT[..., None, :, :]
+        # How a coordinate within the box changes with its own of space: as `Lattice.to_stu` has it.
+        size, flat = lattice.size, flat_axes(lattice.size)
+        per_unit = torch.where(flat, 0, size / torch.where(flat, 1.0, size**2))
+        return torch.eye(3).to(moved) + moved * per_unit[..., None, None, :]
 
 
 def lattice_determinants(
@@ -76,37 +66,27 @@ def lattice_determinants(
     control_points: Float[Tensor, "*batch num_control_points 3"],
     degrees: Degrees,
 ) -> Float[Tensor, "*queries_batch num_control_points"]:
-    r"""Return $\det J$ at the places of the control points of lattices along the axes.
+    r"""Return $\det J$ at the places of the control points at rest.
 
-    Cheaper than `deformation_jacobian`, since all such lattices have one matrix of derivatives.
+    Cheaper than `deformation_jacobian`, since all lattices have one matrix of derivatives.
 
     Args:
-        offsets: of the control points, (*queries, *batch, M, 3), numbered as `Lattice` does.
-        control_points: (*batch, M, 3); along an axis without extent, as `flat_axes` tells,
-            nothing changes.
+        offsets: of the control points, (*queries, *batch, M, 3).
+        control_points: (*batch, M, 3); along an axis without extent nothing changes.
         degrees: of the lattices.
 
     Returns:
         (*queries, *batch, M), without unit: below 0 where space is turned inside out.
-
-    Raises:
-        ValueError: M is not that of the degrees.
 
     >>> cube = torch.tensor([[x, y, z] for x in (0.0, 1) for y in (0.0, 1) for z in (0.0, 1)])
     >>> lattice_determinants(cube * torch.tensor([2.0, 0, -3]), cube, (1, 1, 1)).unique()
     tensor([-6.])
     """
     count = num_control_points(degrees)
-    if not offsets.shape[-2] == control_points.shape[-2] == count:
-        raise ValueError(
-            f"degrees {degrees} make {count} control points, not {offsets.shape[-2]} offsets and "
-            f"{control_points.shape[-2]} control points"
-        )
     with torch.autocast(offsets.device.type, enabled=False):
         grid = [torch.arange(degree + 1).to(offsets) / degree for degree in degrees]
-        places = torch.cartesian_prod(*grid)
         identity = torch.eye(count).to(offsets)
-        matrix = _change(places, degrees, identity)  # (M, M, 3): place, control point, axis
+        matrix = _change(torch.cartesian_prod(*grid), degrees, identity)  # place, point, axis
         extent = control_points.amax(-2) - control_points.amin(-2)
         per_unit = torch.where(flat_axes(extent), 0, 1 / extent)
         moved = offsets.mT @ matrix.transpose(0, 1).flatten(1)

@@ -1,11 +1,11 @@
-"""The mesh that every source returns and every later stage reads."""
+"""The mesh that every source returns and every later stage reads, and the frame all share."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 UNKNOWN_PART = 255
 """The label of what belongs to no part that is known."""
@@ -60,3 +60,68 @@ class Mesh:
     def without_textures(self) -> Mesh:
         """Return the same mesh with its plain colours alone."""
         return replace(self, textures=(), face_textures=None, face_uvs=None)
+
+
+def normalize(vertices: ArrayLike, faces: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Move the bounding box's centre to the origin and scale its diagonal to 1; nothing is turned.
+
+    Arguments and errors are those of `bounding_box`; vertices that no face uses are moved along.
+
+    >>> normalize([[0, 0, 0], [2, 0, 0], [2, 0, 0]])
+    array([[-0.5,  0. ,  0. ],
+           [ 0.5,  0. ,  0. ],
+           [ 0.5,  0. ,  0. ]])
+    """
+    center, diagonal = bounding_box(vertices, faces)
+    return (np.asarray(vertices, np.float64) - center) / diagonal
+
+
+def bounding_box(
+    vertices: ArrayLike, faces: ArrayLike | None = None
+) -> tuple[NDArray[np.float64], float]:
+    """Return the centre, (3,), and the diagonal of the bounding box.
+
+    Args:
+        vertices: (V, 3) positions.
+        faces: (F, 3) vertex indices; where given, only vertices that a face uses count.
+
+    Raises:
+        ValueError: no vertices, not finite, or the box has no extent.
+    """
+    points = np.asarray(vertices, np.float64)
+    used = points if faces is None else points[np.unique(np.asarray(faces, np.int64))]
+    if len(used) == 0:
+        raise ValueError("there are no vertices to normalise")
+    low, high = used.min(axis=0), used.max(axis=0)
+    diagonal = float(np.linalg.norm(high - low))
+    if not np.isfinite(diagonal):
+        raise ValueError("the vertices are not all finite")
+    if diagonal == 0:
+        raise ValueError("the bounding box has no extent: all vertices are the same point")
+    return low / 2 + high / 2, diagonal
+
+
+def mean_colors(mesh: Mesh, divisions: int) -> NDArray[np.uint8]:
+    """Return one colour per face, (F, 4) uint8: the mean of its texture at places all over it.
+
+    Args:
+        mesh: faces without a texture keep their colour.
+        divisions: of a face's edges; the places are the corners of the small triangles.
+    """
+    colors = mesh.face_colors.copy()
+    if mesh.face_textures is None or mesh.face_uvs is None:
+        return colors
+    n = divisions
+    places = np.array([(i, j, n - i - j) for i in range(n + 1) for j in range(n + 1 - i)]) / n
+    for index, texture in enumerate(mesh.textures):
+        textured = mesh.face_textures == index
+        height, width = texture.shape[:2]
+        corners = mesh.face_uvs[textured]
+        total = np.zeros((len(corners), 4))
+        for place in places:  # not all at once: a face costs memory for each place
+            u, v = np.einsum("c,fcd->df", place, corners) % 1.0
+            rows = np.minimum(((1 - v) * height).astype(int), height - 1)
+            columns = np.minimum((u * width).astype(int), width - 1)
+            total += texture[rows, columns]
+        colors[textured] = np.round(total / len(places))
+    return colors

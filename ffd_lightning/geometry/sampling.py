@@ -9,10 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 def sample_surface(
     vertices: ArrayLike, faces: ArrayLike, count: int, rng: np.random.Generator
 ) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Draw points independently and uniformly by area.
-
-    A face is drawn with probability proportional to its area, then barycentric coordinates by
-    folding the unit square onto the triangle. A face without area is never drawn.
+    """Draw points independently and uniformly by area; a face without area is never drawn.
 
     Args:
         vertices: (V, 3) positions.
@@ -38,19 +35,7 @@ def sample_stratified(
     """Draw points on a surface of which each face has its share.
 
     A face has as many points as the rounded, cumulated area says; only their places on it, and the
-    order of all, are random. Points are more even than those of `sample_surface`.
-
-    Args:
-        vertices: (V, 3) positions.
-        faces: (F, 3) vertex indices.
-        count: number of points.
-        rng: the only source of randomness.
-
-    Returns:
-        As `sample_surface`.
-
-    Raises:
-        ValueError: no face has a positive, finite area.
+    order of all, are random. Arguments, returns and errors are those of `sample_surface`.
 
     Source: how the authors' code samples all its clouds.
     """
@@ -76,11 +61,8 @@ def _within(
     corners: NDArray[np.float64], face_ids: NDArray[np.int64], rng: np.random.Generator
 ) -> NDArray[np.float32]:
     """Draw one point on each of the faces that are named, (n, 3)."""
-    origin, edge_u, edge_v = (
-        corners[:, 0],
-        corners[:, 1] - corners[:, 0],
-        corners[:, 2] - corners[:, 0],
-    )
+    origin = corners[:, 0]
+    edge_u, edge_v = corners[:, 1] - origin, corners[:, 2] - origin
     u, v = rng.random((2, len(face_ids), 1))
     outside = u + v > 1
     u, v = np.where(outside, 1 - u, u), np.where(outside, 1 - v, v)

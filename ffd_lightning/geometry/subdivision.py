@@ -27,11 +27,8 @@ def subdivide(
     Args:
         vertices: (V, 3).
         faces: (F, 3).
-        max_edge: greatest edge length, in units of the vertices (the paper: 0.02 of a mesh with
-            diagonal 1).
-
-    Raises:
-        ValueError: a `max_edge` of 0 or below.
+        max_edge: greatest edge length, above 0, in units of the vertices (the paper: 0.02 of a
+            mesh with diagonal 1).
 
     Source: the paper's section 4.2.
     """
@@ -39,23 +36,14 @@ def subdivide(
 
     if not max_edge > 0:
         raise ValueError(f"max_edge must be above 0, got {max_edge}")
-    vertices, faces = np.asarray(vertices, float), np.asarray(faces, np.int64)
-    new_vertices, new_faces, index = trimesh.remesh.subdivide_to_size(
+    found = trimesh.remesh.subdivide_to_size(
         vertices, faces, max_edge=max_edge, max_iter=40, return_index=True
     )
-    return SubdividedMesh(new_vertices, new_faces, index)
+    return SubdividedMesh(*found)
 
 
 def subdivide_mesh(mesh: Mesh, max_edge: float) -> Mesh:
-    """Split a mesh's faces as `subdivide` does; colours, parts and textures stay where they are.
-
-    Args:
-        mesh: of any make.
-        max_edge: greatest edge length, in units of the vertices.
-
-    Raises:
-        ValueError: a `max_edge` of 0 or below.
-    """
+    """Split a mesh's faces as `subdivide` does; colours, parts and textures stay where they are."""
     vertices, faces, index = subdivide(mesh.vertices, mesh.faces, max_edge)
     fine = replace(
         mesh,

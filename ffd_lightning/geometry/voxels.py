@@ -23,15 +23,12 @@ def voxelize(
     vertices: ArrayLike,
     faces: ArrayLike,
     resolution: int = 32,
-    low: float = -0.5,
-    high: float = 0.5,
     half_size: float = PAPER_HALF_SIZE,
 ) -> NDArray[np.bool_]:
-    """Return the voxels that a mesh touches or encloses, (R, R, R).
+    """Return the voxels of [-0.5, 0.5]^3 that a mesh touches or encloses, (R, R, R).
 
-    `surface_voxels`, then `fill_voxels`; see there for arguments and errors. The paper's numbers
-    are with the defaults. A mesh that sticks out of the grid is open where it is cut off, hence not
-    filled from there.
+    `surface_voxels`, then `fill_voxels`. The paper's numbers are with the defaults. A mesh that
+    sticks out of the grid is open where it is cut off, hence not filled from there.
 
     Source: the paper's section 3.1 (intersection over union on a grid of 32^3).
 
@@ -39,7 +36,7 @@ def voxelize(
     >>> int(voxelize(tetrahedron, [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]], 8).sum())
     162
     """
-    return fill_voxels(surface_voxels(vertices, faces, resolution, low, high, half_size))
+    return fill_voxels(surface_voxels(vertices, faces, resolution, half_size=half_size))
 
 
 def surface_voxels(
@@ -50,13 +47,12 @@ def surface_voxels(
     high: float = 0.5,
     half_size: float = 0.5,
 ) -> NDArray[np.bool_]:
-    """Return the voxels whose closed box touches a closed triangle, (R, R, R).
+    """Return the voxels whose closed box touches a closed triangle, (R, R, R) indexed [x, y, z].
 
     No contact is missed, one in a single point included: a triangle in the plane between two voxels
-    belongs to both. Positions are carried into the grid's frame in float64. There, the test along
-    x, y and z is exact; along the ten other axes boxes are larger by what rounding may take away,
-    2e-15 of the largest distance from the grid's corner. Triangles without area count as the
-    segments or points that they are.
+    belongs to both. The test along x, y and z is exact; along the ten other axes boxes are larger
+    by what rounding may take away, 2e-15 of the largest distance from the grid's corner. Triangles
+    without area count as the segments or points that they are.
 
     Args:
         vertices: (V, 3) positions.
@@ -67,12 +63,8 @@ def surface_voxels(
         half_size: of a voxel's box, in voxels: 0.5 for the voxel itself; the paper's authors
             measured with 0.51. Above 0.5 the outermost voxels also feel what is just outside.
 
-    Returns:
-        (R, R, R) bool, indexed [x, y, z].
-
     Raises:
-        ValueError: wrong shapes or indices, vertices that are not finite or absurdly far away
-            (1e100 voxels), no or an inverted grid, a `half_size` of 0 or below.
+        ValueError: vertices that are not finite or absurdly far away (1e100 voxels).
 
     Source: Akenine-Möller 2001, "Fast 3D triangle-box overlap testing": thirteen separating axes.
 
@@ -83,47 +75,24 @@ def surface_voxels(
            [[ True, False],
             [False, False]]])
     """
-    if resolution < 1 or not (np.isfinite([low, high, half_size]).all() and low < high):
-        raise ValueError(f"no grid of resolution {resolution} over [{low}, {high}]")
-    if not half_size > 0:
-        raise ValueError(f"half_size must be above 0, got {half_size}")
-    points, triangles = _checked_mesh(vertices, faces)
+    points = np.asarray(vertices, np.float64).reshape(-1, 3)
+    triangles = np.ascontiguousarray(faces, np.int64).reshape(-1, 3)
+    if triangles.size and not 0 <= triangles.min() <= triangles.max() < len(points):
+        raise ValueError(f"faces name vertices that are not among the {len(points)}")
     with np.errstate(over="ignore", invalid="ignore"):
         scaled = (points - low) * (resolution / (high - low))
     if not np.abs(scaled).max(initial=0) < _FARTHEST:
         raise ValueError("vertices must be finite, and less than 1e100 voxels away")
     grid = np.zeros((resolution, resolution, resolution), np.bool_)
-    _mark(np.ascontiguousarray(scaled), triangles, float(half_size), grid)
+    _mark(scaled, triangles, float(half_size), grid)
     return grid
 
 
-def _checked_mesh(
-    vertices: ArrayLike, faces: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return vertices (V, 3) and faces (F, 3) that go together."""
-    points, triangles = np.asarray(vertices, np.float64), np.asarray(faces)
-    if triangles.size == 0:
-        triangles = np.empty((0, 3), np.int64)
-    if points.ndim != 2 or points.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise ValueError(f"vertices and faces must be (N, 3): {points.shape}, {triangles.shape}")
-    if triangles.dtype.kind not in "iu":
-        raise ValueError(f"faces must be integers, got {triangles.dtype}")
-    if len(triangles) and (triangles.min() < 0 or triangles.max() >= len(points)):
-        raise ValueError(f"faces name vertices that are not among the {len(points)}")
-    return points, np.ascontiguousarray(triangles, np.int64)
-
-
-def fill_voxels(surface: ArrayLike) -> NDArray[np.bool_]:
-    """Return a surface with all it encloses: voxels without a free way to the outside.
+def fill_voxels(surface: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return a surface (X, Y, Z) with all it encloses: voxels without a free way to the outside.
 
     A way leads through voxels' faces (6-connected); all around the grid is free. The same as
     `scipy.ndimage.binary_fill_holes`, several times faster.
-
-    Args:
-        surface: (X, Y, Z) bool.
-
-    Raises:
-        ValueError: not three-dimensional, not bool.
 
     >>> shell = np.ones((3, 3, 3), bool)
     >>> shell[1, 1, 1] = False
@@ -132,10 +101,7 @@ def fill_voxels(surface: ArrayLike) -> NDArray[np.bool_]:
     """
     from scipy.ndimage import label
 
-    grid = np.asarray(surface)
-    if grid.ndim != 3 or grid.dtype != np.bool_:
-        raise ValueError(f"surface must be bool and (X, Y, Z), got {grid.dtype} and {grid.shape}")
-    labels, _ = label(np.pad(~grid, 1, constant_values=True))
+    labels, _ = label(np.pad(~surface, 1, constant_values=True))
     return labels[1:-1, 1:-1, 1:-1] != labels[0, 0, 0]
 
 

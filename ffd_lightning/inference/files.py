@@ -167,7 +167,7 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
         "weights": {bank.ids[t]: float(weights[t]) for t in np.argsort(-weights, kind="stable")},
         "lattice": {
             "origin": lattice.origin.tolist(),
-            "axes": lattice.axes.tolist(),
+            "axes": np.diag(lattice.size).tolist(),
             "degrees": list(lattice.degrees),
         },
         "offsets": reconstruction.offsets[index].tolist(),

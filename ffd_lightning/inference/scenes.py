@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 from trimesh.visual.material import PBRMaterial
 
-from ffd_lightning.geometry.lattice import Degrees, lattice_edges
+from ffd_lightning.geometry.ffd import Degrees, lattice_edges
 from ffd_lightning.inference.pieces import Piece
 from ffd_lightning.inference.reconstruction import Reconstruction
 

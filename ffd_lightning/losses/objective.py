@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.losses.annealing import Annealing, constant
 from ffd_lightning.losses.selection import Selection, Teaching, WeightedCosts
 from ffd_lightning.losses.terms import Prediction, StepInput, Term

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from ffd_lightning.components import component
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample, bending_energy
+from ffd_lightning.geometry.ffd import TemplateSample, bending_energy
 from ffd_lightning.geometry.jacobian import lattice_determinants
 
 

@@ -12,8 +12,7 @@ from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.deformation import mirrored_offsets
-from ffd_lightning.geometry.lattice import Degrees
+from ffd_lightning.geometry.ffd import Degrees, mirrored_offsets
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.heads import TemplateHeads
 

@@ -21,7 +21,7 @@ from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.figures import reconstruction_figure, template_figure
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.nn.network import TemplateFfdNetwork
@@ -202,7 +202,7 @@ class Reconstructions(Callback):
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:
     """Return rows of `count` validation shapes, spread evenly; of all where there are fewer."""
-    rows = data.rows(data.split.chosen_on)
+    rows = data.rows(data.split.selection_ids)
     count = min(count, len(rows))
     return rows[np.linspace(0, len(rows) - 1, count).astype(int)].tolist()
 

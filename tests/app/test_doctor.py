@@ -10,7 +10,7 @@ from ffd_lightning.app.commands import doctor
 from ffd_lightning.app.commands.prepare import prepare
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.splits import HashSplit, SplitInput
-from ffd_lightning.data.templates.coverage import ShapeDistances
+from ffd_lightning.data.templates.distances import ShapeDistances
 from ffd_lightning.errors import ConfigError, DataError
 
 SMALL = [
@@ -136,7 +136,7 @@ def test_outliers_and_small_subsets_are_told(
     examine, tiny_config, prepared, data_root, capsys, monkeypatch
 ):
     odd = np.array([shape_id == "table-000003" for shape_id in prepared.ids])
-    monkeypatch.setattr(ShapeDistances, "outlying", lambda found: (odd, np.ones(len(odd))))
+    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (odd, np.ones(len(odd))))
     note = "table: 1 of 24 shapes are like nothing else in their category: table-000003; split."
     prepare(tiny_config())
     assert note in capsys.readouterr().err

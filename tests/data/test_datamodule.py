@@ -12,23 +12,12 @@ from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import ModelCheckpoint
 from torch.optim.lr_scheduler import CosineAnnealingLR
 
-from ffd_lightning.data import batches
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
-from ffd_lightning.data.datamodule import (
-    EvaluationIndices,
-    FfdDataModule,
-    GatheredBatches,
-    TrainingIndices,
-)
+from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, TrainingIndices
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.data.splits import (
-    HashSplit,
-    ListedSplit,
-    R2n2Split,
-    SplitInput,
-)
-from ffd_lightning.data.templates.coverage import ShapeDistances
-from ffd_lightning.data.templates.strategies import diverse_templates
+from ffd_lightning.data.splits import HashSplit, SplitInput
+from ffd_lightning.data.templates.choice import DiverseTemplates
+from ffd_lightning.data.templates.distances import ShapeDistances
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
@@ -43,7 +32,7 @@ BATCH, POINTS, STEPS = 4, 32, 6
 def make_module(category, source, root, **settings):
     given = {
         "num_templates": 2,
-        "template_strategy": diverse_templates,
+        "template_strategy": DiverseTemplates(),
         "split": HashSplit(0.7),
         "val_fraction": 0.2,
         "batch_size": BATCH,
@@ -91,10 +80,21 @@ def boxes(make_boxes):
     return make_boxes()
 
 
-def training_steps(module, seed=0, rank=0, world_size=1, batch_size=BATCH):
-    rows = module.rows(module.split.train)
-    indices = TrainingIndices(rows, module._sizes, batch_size, POINTS, seed, rank, world_size)
-    return GatheredBatches(indices, module.store)
+def drawn_from(kind, module, ids, batch_size=BATCH, num_points=POINTS, seed=0, **share):
+    rows = module.rows(ids)
+    return kind(rows, module.prepared, len(module.bank), batch_size, num_points, seed, **share)
+
+
+class Steps:
+    """The batches of a training, by number."""
+
+    def __init__(self, module, seed=0, rank=0, world_size=1, batch_size=BATCH):
+        share = {"rank": rank, "world_size": world_size}
+        self.store, ids = module.store, module.split.train
+        self.indices = drawn_from(TrainingIndices, module, ids, batch_size, POINTS, seed, **share)
+
+    def __getitem__(self, step):
+        return self.store.batch(self.indices[step])
 
 
 def tensors(batch):
@@ -140,18 +140,11 @@ def equal(a, b):
     return all(torch.equal(x, y) for x, y in pairs)
 
 
-def test_templates_and_subsets_are_disjoint_and_complete(tables):
-    subsets = [tables.bank.ids, *tables.split]
-    assert sorted(i for subset in subsets for i in subset) == list(tables.prepared.ids)
-    assert len(tables.bank.ids) == 2
-    assert all(tables.split)
-
-
 # --- training steps -----------------------------------------------------------------------------
 
 
 def test_a_step_holds_what_the_prepared_set_holds(tables):
-    batch = training_steps(tables)[3]
+    batch = Steps(tables)[3]
     for row, image, points in zip(batch.rows, batch.images, batch.target_points, strict=True):
         rgb = tables.prepared.image(int(row))[..., :3]
         np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
@@ -164,42 +157,20 @@ def test_a_step_holds_what_the_prepared_set_holds(tables):
 
 
 def test_a_step_is_a_function_of_seed_and_number(tables):
-    one, other = training_steps(tables), training_steps(tables)
+    one, other = Steps(tables), Steps(tables)
     forth = [one[k] for k in range(12)]
     back = [other[k] for k in reversed(range(12))][::-1]
     assert all(equal(a, b) for a, b in zip(forth, back, strict=True))
     assert not any(equal(a, b) for a, b in itertools.pairwise(forth))
-    assert not any(equal(a, training_steps(tables, seed=1)[k]) for k, a in enumerate(forth))
-
-
-def test_points_are_drawn_afresh_at_each_step_and_for_each_query(tables):
-    row = tables.rows(tables.split.train)[:1]
-    indices = TrainingIndices(row, tables._sizes, BATCH, POINTS, seed=0)
-    steps = GatheredBatches(indices, tables.store)
-    clouds = torch.cat([steps[k].target_points for k in range(3)])
-    assert len({cloud.numpy().tobytes() for cloud in clouds}) == 3 * BATCH
-    matrices = [steps[k].templates.deformation_matrix for k in range(3)]
-    assert len({matrix.numpy().tobytes() for matrix in matrices}) == 3
-
-
-def test_every_shape_is_seen_once_in_each_pass(tables):
-    rows = tables.rows(tables.split.train).tolist()
-    count = len(rows)
-    size = next(k for k in itertools.count(BATCH) if count % k)
-    steps = training_steps(tables, batch_size=size)
-    seen = torch.cat([steps[k].rows for k in range(3 * count)]).tolist()
-    passes = [seen[i : i + count] for i in range(0, 4 * count, count)]
-    assert [sorted(p) for p in passes] == [rows] * 4
-    assert len({tuple(p) for p in passes}) == 4, "each in another order"
+    assert not any(equal(a, Steps(tables, seed=1)[k]) for k, a in enumerate(forth))
 
 
 @pytest.mark.parametrize("world_size", [2, 4])
 def test_devices_share_out_what_one_would_see(boxes, world_size):
     for step in range(4):
-        whole = training_steps(boxes, batch_size=8)[step]
+        whole = Steps(boxes, batch_size=8)[step]
         shares = [
-            training_steps(boxes, 0, rank, world_size, batch_size=8)[step]
-            for rank in range(world_size)
+            Steps(boxes, 0, rank, world_size, batch_size=8)[step] for rank in range(world_size)
         ]
         for rank, share in enumerate(shares):
             for name in ("rows", "images", "target_points"):
@@ -213,11 +184,21 @@ def test_devices_share_out_what_one_would_see(boxes, world_size):
 def test_a_batch_that_cannot_be_shared_out(tables):
     for size in (5, 2):
         with pytest.raises(ConfigError, match=rf"schedule\.batch_size={size} .* over 2 devices"):
-            training_steps(tables, world_size=2, batch_size=size)
+            Steps(tables, world_size=2, batch_size=size)
+
+
+def test_every_shape_is_seen_once_in_each_pass(boxes):
+    rows, size = boxes.rows(boxes.split.train).tolist(), 5
+    assert len(rows) % size, "passes begin within batches"
+    steps = Steps(boxes, batch_size=size)
+    seen = torch.cat([steps[k].rows for k in range(len(rows))]).tolist()
+    passes = [seen[i : i + len(rows)] for i in range(0, len(seen), len(rows))]
+    assert [sorted(p) for p in passes] == [rows] * size
+    assert len({tuple(p) for p in passes}) > 1, "in other orders"
 
 
 def test_views_vary(boxes):
-    steps = training_steps(boxes)
+    steps = Steps(boxes)
     views = {row: set() for row in boxes.rows(boxes.split.train).tolist()}
     for k in range(40):
         batch = steps[k]
@@ -234,17 +215,17 @@ def test_views_vary(boxes):
 
 def test_points_depend_on_the_shape_alone(tables):
     """Not on how shapes are cut into chunks, nor on which others are scored."""
-    rows = tables.rows(tables.split.test)
-    whole = EvaluationIndices(rows, tables._sizes, len(rows), POINTS)[0]
-    drawn = dict(zip(rows.tolist(), whole.points, strict=True))
-    assert len({points.numpy().tobytes() for points in whole.points}) == len(rows)
-    for some, size in ((rows, 2), (rows[1::2], 2), (rows[::-1], 3)):
-        chunks = EvaluationIndices(some.copy(), tables._sizes, size, POINTS)
+    ids = tables.split.test
+    whole = drawn_from(EvaluationIndices, tables, ids, len(ids))[0]
+    drawn = dict(zip(whole.rows.tolist(), whole.points, strict=True))
+    assert len({points.numpy().tobytes() for points in whole.points}) == len(ids)
+    for some, size in ((ids, 2), (ids[1::2], 2), (ids[::-1], 3)):
+        chunks = drawn_from(EvaluationIndices, tables, some, size)
         for chunk in (chunks[k] for k in range(len(chunks))):
             for row, points in zip(chunk.rows.tolist(), chunk.points, strict=True):
                 assert torch.equal(points, drawn[row])
             assert torch.equal(chunk.template_points, whole.template_points)
-    other = EvaluationIndices(rows, tables._sizes, len(rows), POINTS, seed=1)[0]
+    other = drawn_from(EvaluationIndices, tables, ids, len(ids), seed=1)[0]
     assert not torch.equal(other.points, whole.points)
 
 
@@ -284,7 +265,7 @@ def scored(module, subset, **settings):
 
 
 def darkened(images):
-    """Return images with an amount of black drawn for each, and half the coverage."""
+    """Return images with an amount of black drawn for each, and half the mask."""
     shares = torch.rand(len(images), 1, 1, 1)
     return torch.cat([images[:, :3] * shares, images[:, 3:] // 2], dim=1).to(torch.uint8)
 
@@ -299,7 +280,7 @@ def seen(module, batches):
     return [module.on_after_batch_transfer(batch, 0) for batch in batches]
 
 
-def test_training_images_are_changed_with_their_coverage(boxes, dark_boxes):
+def test_training_images_are_changed_with_their_masks(boxes, dark_boxes):
     plain, loaded_ = list(boxes.train_dataloader()), list(dark_boxes.train_dataloader())
     assert all(equal(a, b) for a, b in zip(plain, loaded_, strict=True)), "as they are loaded"
     changed = seen(dark_boxes, loaded_)
@@ -308,39 +289,39 @@ def test_training_images_are_changed_with_their_coverage(boxes, dark_boxes):
         assert 0 < shares.min() < shares.max() < 1
         expected = before.images * shares[:, None, None, None]
         torch.testing.assert_close(after.images.float(), expected, rtol=0, atol=2)
-        coverage = np.stack([boxes.prepared.image(int(row))[..., 3] for row in after.rows])
-        own = {c.tobytes() for c in coverage // 2}
-        other = [boxes.prepared.image(int(row), 1)[..., 3] // 2 for row in after.rows]
-        own |= {c.tobytes() for c in other}
-        assert {c.numpy().tobytes() for c in after.coverage.contiguous()} <= own
-        same = before._replace(images=after.images, coverage=after.coverage, seed=after.seed)
+        rows = itertools.product(after.rows.tolist(), (0, 1))
+        own = {(boxes.prepared.image(*view)[..., 3] // 2).tobytes() for view in rows}
+        assert {mask.numpy().tobytes() for mask in after.mask.contiguous()} <= own
+        same = before._replace(images=after.images, mask=after.mask, seed=after.seed)
         assert equal(same, after), "nothing else changes"
 
 
 def test_what_is_drawn_of_images_follows_from_seed_and_step(dark_boxes):
-    steps = list(training_steps(dark_boxes)[k] for k in range(6))
+    steps = list(Steps(dark_boxes)[k] for k in range(6))
     torch.manual_seed(0)
     forth = seen(dark_boxes, steps)
     before = torch.get_rng_state()
     back = seen(dark_boxes, reversed(steps))[::-1]
     assert all(equal(a, b) for a, b in zip(forth, back, strict=True))
     assert torch.equal(torch.get_rng_state(), before), "nothing is drawn from others' numbers"
-    seeds = [training_steps(dark_boxes, seed)[step].seed for seed in (0, 1) for step in range(6)]
+    seeds = [Steps(dark_boxes, seed)[step].seed for seed in (0, 1) for step in range(6)]
     assert len(set(seeds)) == 2 * 6
 
 
 def test_devices_change_a_querys_image_as_one_would(dark_boxes):
-    whole = seen(dark_boxes, [training_steps(dark_boxes)[2]])[0]
+    whole = seen(dark_boxes, [Steps(dark_boxes)[2]])[0]
     for rank in range(2):
         with trained(dark_boxes, global_rank=rank, world_size=2):
-            (share,) = seen(dark_boxes, [training_steps(dark_boxes, 0, rank, 2)[2]])
+            (share,) = seen(dark_boxes, [Steps(dark_boxes, 0, rank, 2)[2]])
         assert torch.equal(share.images, whole.images[rank::2])
-        assert torch.equal(share.coverage, whole.coverage[rank::2])
+        assert torch.equal(share.mask, whole.mask[rank::2])
 
 
-def test_where_the_data_is_kept_changes_no_image(make_boxes, dark_boxes, monkeypatch):
+def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeypatch):
+    assert dark_boxes.store.images is None, "on the CPU it stays in files"
     kept = make_boxes(augmentation=darkened, residency="device")
     assert kept.store.images.shape[-1] == 4
+    assert pickle.loads(pickle.dumps(kept.store)).images is None, "other processes read files"
     there = seen(kept, kept.train_dataloader())
     files = seen(dark_boxes, dark_boxes.train_dataloader())
     assert all(equal(a, b) for a, b in zip(there, files, strict=True))
@@ -360,53 +341,7 @@ def test_only_training_images_are_changed(boxes, dark_boxes, subset):
     assert all(equal(a, b) for a, b in zip(after, plain, strict=True))
 
 
-@pytest.mark.parametrize(
-    ("made", "words"),
-    [
-        (lambda images: images[:, :3], r"\[4, 3, 24, 32\]"),
-        (torch.Tensor.float, "float32"),
-        (lambda images: None, "NoneType"),
-    ],
-)
-def test_an_augmentation_that_gives_something_else(dark_boxes, made, words):
-    with pytest.raises(ConfigError, match=rf"the augmentation must turn images .* gives .*{words}"):
-        batches.augmented(training_steps(dark_boxes)[0], made)
-
-
 # --- residency ----------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def resident(make_boxes):
-    """The boxes again, copied into memory."""
-    return make_boxes(residency="device")
-
-
-def test_where_the_data_is_kept_changes_nothing(boxes, resident):
-    pairs = zip(boxes.train_dataloader(), resident.train_dataloader(), strict=True)
-    assert all(equal(a, b) for a, b in pairs)
-    assert resident.store.images.shape[-1] == 3
-    assert equal(training_steps(resident)[2], training_steps(boxes)[2])
-
-
-def test_another_process_reads_the_files_itself(resident):
-    store = pickle.loads(pickle.dumps(resident.store))
-    assert store.clouds is store.images is None
-
-
-def test_files_stay_where_they_are_on_the_cpu(boxes):
-    assert boxes.residency == "auto"
-    assert boxes.store.images is boxes.store.clouds is None
-
-
-def test_copying_in_blocks(boxes, monkeypatch):
-    monkeypatch.setattr(batches, "_BLOCK", 3)
-    store = ShapeStore(boxes.prepared, boxes.bank, torch.device("cpu"))
-    clouds = [boxes.prepared.packed_cloud(row) for row in range(len(boxes.prepared))]
-    np.testing.assert_array_equal(store.clouds, clouds)
-    for row, images in enumerate(store.images):
-        for view, image in enumerate(images):
-            np.testing.assert_array_equal(image, boxes.prepared.image(row, view)[..., :3])
 
 
 def test_data_follows_the_trainer_to_another_device(make_boxes):
@@ -431,21 +366,9 @@ def test_an_epoch_is_the_training_or_a_pass(tables):
         assert len(loaded(tables, **limits)) == batches_of_a_pass
 
 
-def test_reading_ahead_changes_nothing(tables):
-    whole = list(tables.train_dataloader())
-    tables.num_workers = 1
-    try:
-        ahead, validation = list(tables.train_dataloader()), list(tables.val_dataloader())
-    finally:
-        tables.num_workers = 0
-    assert all(equal(a, b) for a, b in zip(ahead, whole, strict=True))
-    assert all(equal(a, b) for a, b in zip(validation, tables.val_dataloader(), strict=True))
-
-
 def test_each_template_has_its_own_points(tables):
     for count in (40, 256):
-        rows = tables.rows(tables.split.train)
-        indices = TrainingIndices(rows, tables._sizes, BATCH, count, seed=0)[0]
+        indices = drawn_from(TrainingIndices, tables, tables.split.train, num_points=count)[0]
         batch = tables.store.batch(indices)
         drawn = [set(points) for points in indices.template_points.tolist()]
         assert [len(points) for points in drawn] == [count] * 2, "without replacement"
@@ -456,15 +379,6 @@ def test_each_template_has_its_own_points(tables):
 
 
 # --- splits -------------------------------------------------------------------------------------
-
-
-def test_each_rule_splits(make_boxes, boxes, tmp_path):
-    ids = boxes.prepared.ids
-    (tmp_path / "test.txt").write_text("\n".join(ids[:3]))
-    for rule, tested in ((ListedSplit(tmp_path / "test.txt"), ids[:3]), (R2n2Split(), ids[8:])):
-        module = make_boxes(split=rule, val_fraction=0)
-        train = tuple(i for i in ids if i not in {*module.bank.ids, *tested})
-        assert module.split == (train, (), tested)
 
 
 def test_a_rule_is_told_what_there_is(make_boxes, monkeypatch):
@@ -505,18 +419,11 @@ def test_outliers_may_be_left_out(make_boxes, monkeypatch):
     whole = make_boxes()
     odd = {subset[0] for subset in (whole.split.train, whole.split.test, whole.bank.ids)}
     table = np.array([shape_id in odd for shape_id in whole.prepared.ids])
-    monkeypatch.setattr(ShapeDistances, "outlying", lambda found: (table, np.ones(len(table))))
+    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (table, np.ones(len(table))))
     without = make_boxes(drop_outliers=True)
     assert not odd & {*without.bank.ids, *(i for subset in without.split for i in subset)}
     assert set(without.split.test) == set(whole.split.test) - odd
     assert len(without.bank) + sum(map(len, without.split)) == 7
-
-
-def test_without_shapes_to_validate_on_there_is_no_validation(make_boxes):
-    module = make_boxes(val_fraction=0)
-    assert module.split.val == ()
-    assert list(module.val_dataloader()) == []
-    assert module.split.chosen_on == module.split.train
 
 
 def test_held_out_templates_are_in_no_subset(make_boxes):
@@ -584,7 +491,7 @@ def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, lim
     data = table_module(data_root, augmentation=darkened)
     length = -(-len(data.split.train) // BATCH)
     assert length == 3, "an odd number, so that accumulation ends epochs early"
-    indices = TrainingIndices(data.rows(data.split.train), data._sizes, BATCH, POINTS, 0)
+    indices = drawn_from(TrainingIndices, data, data.split.train)
     every = limits.get("accumulate_grad_batches", 1)
     rows, weights = fit(data, tmp_path / "whole", **limits)
     assert rows == [tuple(indices[k].rows.tolist()) for k in range(len(rows))]

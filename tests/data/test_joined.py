@@ -9,7 +9,7 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.strategies import diverse_templates
+from ffd_lightning.data.templates.choice import DiverseTemplates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 
@@ -71,7 +71,7 @@ def test_sets_that_do_not_go_together(members, data_root):
 def module(root, categories=NAMES, **settings):
     given = {
         "num_templates": 4,
-        "template_strategy": diverse_templates,
+        "template_strategy": DiverseTemplates(),
         "split": HashSplit(0.6),
         "val_fraction": 0.3,
         "batch_size": 6,
@@ -116,20 +116,6 @@ def test_each_category_gives_its_share_of_templates_and_its_own_split(data_root)
 def test_templates_that_cannot_be_shared_out(data_root, settings, words):
     with pytest.raises(ConfigError, match=words):
         module(data_root, **settings)
-
-
-def test_batches_are_gathered_from_all_members(data_root):
-    joint = module(data_root)
-    batch = next(iter(joint.train_dataloader()))
-    for row, points, image in zip(batch.rows, batch.target_points, batch.images, strict=True):
-        cloud = {tuple(p) for p in joint.prepared.cloud(int(row)).tolist()}
-        assert {tuple(p) for p in points.tolist()} <= cloud
-        rgb = joint.prepared.image(int(row))[..., :3]
-        np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
-    resident = ShapeStore(joint.prepared, joint.bank, torch.device("cpu"))
-    gathered = joint.train_dataloader().loader.dataset
-    points = resident.batch(gathered.indices[1]).target_points
-    assert torch.equal(points, gathered[1].target_points)
 
 
 def test_each_shape_knows_the_templates_of_its_category(joined, members):

@@ -11,7 +11,7 @@ from box_source import RENDER, BoxSource, box_mesh, prepare_boxes
 from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import DataError
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 

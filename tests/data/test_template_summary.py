@@ -1,11 +1,9 @@
-import math
-
 import numpy as np
 import pytest
 
-from ffd_lightning.data.templates import coverage, summary
+from ffd_lightning.data.templates import summary
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.coverage import CANDIDATES, shape_distances
+from ffd_lightning.data.templates.distances import CANDIDATES, ShapeDistances, shape_distances
 from ffd_lightning.data.templates.summary import outlier_rows, template_rows
 
 
@@ -24,13 +22,6 @@ def test_rows_say_what_each_template_covers(prepared):
     assert coverage == pytest.approx(table[:, others].min(0).mean(), rel=1e-5)
 
 
-def test_all_shapes_are_templates(prepared):
-    rows, coverage = template_rows(prepared, TemplateBank.of(prepared, prepared.ids))
-    assert math.isnan(coverage)
-    assert all(math.isnan(row["chamfer"]) for row in rows)
-    assert {row["share"] for row in rows} == {1 / len(prepared)}
-
-
 def test_templates_of_a_large_set_count_whether_they_were_looked_at_or_not(prepared, monkeypatch):
     assert len(prepared) < CANDIDATES
     monkeypatch.setattr(summary, "CANDIDATES", 4)
@@ -43,6 +34,6 @@ def test_outliers_of_each_category_are_named(prepared, monkeypatch):
     strange = np.zeros(len(prepared), bool)
     strange[[4, 9]] = True
     factor = np.where(strange, np.arange(len(prepared)), 1.0)
-    monkeypatch.setattr(coverage, "outlying", lambda table: (strange, factor))
+    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (strange, factor))
     expected = [(prepared.ids[9], 9), (prepared.ids[4], 4)]
     assert [tuple(row.values()) for row in outlier_rows(prepared)] == expected

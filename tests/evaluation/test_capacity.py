@@ -4,15 +4,15 @@ import torch
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.capacity import fitted_template
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 
 
 def bank_of(clouds):
     corners = np.array([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5], [0.5, -0.5, 0.5]])
-    meshes = [Mesh(corners, np.array([[0, 1, 2]]), np.full((1, 4), 255, np.uint8))] * len(clouds)
+    meshes = (Mesh(corners, np.array([[0, 1, 2]]), np.full((1, 4), 255, np.uint8)),) * len(clouds)
     names = tuple("abc"[: len(clouds)])
-    return TemplateBank(names, names, np.stack(clouds), meshes)
+    return TemplateBank(names, names, torch.from_numpy(np.stack(clouds)), meshes)
 
 
 def test_a_deformed_template_is_found_and_fitted_again():

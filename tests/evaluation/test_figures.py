@@ -18,7 +18,7 @@ from ffd_lightning.evaluation.figures import (
     template_figure,
 )
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import grid, text_width

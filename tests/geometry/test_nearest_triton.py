@@ -4,12 +4,10 @@ The interpreter has to be chosen before triton is imported, so `test_in_the_inte
 file again in a process of its own.
 """
 
-import inspect
 import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 import torch
@@ -74,12 +72,6 @@ def test_work_split_between_programs(backend, monkeypatch):
     check(backend, clouds(1, 140), clouds(1, 2100, seed=1), 1)  # both clouds in three parts
     check(backend, clouds(2, 150), clouds(4, 70, seed=1), 4)  # two parts of rows
     check(backend, clouds(2, 150), clouds(10, 70, seed=1), 10)  # one part
-
-
-@runs
-def test_strided_clouds(backend):
-    a, b = clouds(2, 40).mT.contiguous().mT, clouds(4, 2, 9, seed=1)[:, 0]
-    check(backend, a, b, 4)
 
 
 @runs
@@ -157,52 +149,3 @@ def test_in_the_interpreter():
         pytest.skip("the interpreter of triton before 3.9 does not know numpy 2.4")
     assert done.returncode == 0, done.stdout
     assert re.search(r"\b\d\d passed|^\.{10}", done.stdout, re.MULTILINE), done.stdout
-
-
-def compiled(kernel, types, constants, num_warps):
-    """Compile for a Hopper GPU, which needs none, as for aligned pointers and widths."""
-    from triton.backends.compiler import GPUTarget
-    from triton.compiler import ASTSource
-
-    signature = {name: types.get(name, "i32") for name in kernel.arg_names}
-    if "constexprs" in inspect.signature(ASTSource.__init__).parameters:
-        signature |= dict.fromkeys(constants, "constexpr")
-        positions = {(kernel.arg_names.index(name),): v for name, v in constants.items()}
-        aligned = [n for n, kind in signature.items() if kind.startswith("*") or "width" in n]
-        attributes = {(kernel.arg_names.index(n),): [["tt.divisibility", 16]] for n in aligned}
-        source = ASTSource(kernel, signature, constexprs=positions, attrs=attributes)
-    else:  # until triton 3.2
-        signature = {name: t for name, t in signature.items() if name not in constants}
-        source = ASTSource(kernel, signature, constants=constants)
-    target = GPUTarget("cuda", 90, 32)
-    return triton.compile(source, target=target, options={"num_warps": num_warps})
-
-
-@pytest.mark.skipif(INTERPRETED, reason="nothing is compiled in the interpreter")
-@pytest.mark.parametrize(
-    ("name", "floats", "integers", "constants", "num_warps"),
-    [
-        ("_lay_out", "clouds out", "", {"AWAY": 0.0, "LANES": 32, "POINTS": 256}, 4),
-        ("_sweep", "rows columns", "index_a index_b near_a near_b", {"ROWS": 32, "LANES": 32}, 1),
-        (
-            "_find",
-            "points others d",
-            "index_points index_others near i",
-            {"AWAY": 0.0, "LANES": 32, "QUERIES": 32, "CANDIDATES": 32},
-            1,
-        ),
-        ("_add_gradients", "a b g_ab g_ba result", "index_a index_b i_ab i_ba", {"POINTS": 256}, 4),
-    ],
-)
-def test_compiles_without_spilling(backend, tmp_path, name, floats, integers, constants, num_warps):
-    types = dict.fromkeys(floats.split(), "*fp32") | dict.fromkeys(integers.split(), "*i64")
-    binary = compiled(getattr(backend, name), types, constants, num_warps).asm["cubin"]
-    tool = Path(triton.__file__).parent / "backends/nvidia/bin/cuobjdump"
-    if not tool.exists():
-        pytest.skip("this triton brings no cuobjdump")
-    (tmp_path / "kernel.cubin").write_bytes(binary)
-    command = [tool, "--dump-resource-usage", tmp_path / "kernel.cubin"]
-    usage = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    used = {key: int(value) for key, value in re.findall(r"\b(REG|STACK|LOCAL):(\d+)", usage)}
-    assert used["REG"] > 0
-    assert used["STACK"] == used["LOCAL"] == 0

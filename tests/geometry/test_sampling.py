@@ -46,15 +46,6 @@ def test_points_are_uniform_within_the_triangle() -> None:
     assert stats.chisquare(counts).pvalue > 1e-3
 
 
-def test_same_state_same_points() -> None:
-    first = sample_surface(VERTICES, FACES, 100, np.random.default_rng(7))
-    again = sample_surface(VERTICES, FACES, 100, np.random.default_rng(7))
-    other = sample_surface(VERTICES, FACES, 100, np.random.default_rng(8))
-    np.testing.assert_array_equal(first[0], again[0])
-    np.testing.assert_array_equal(first[1], again[1])
-    assert not np.array_equal(first[0], other[0])
-
-
 class LargestDraws(np.random.Generator):
     """Draws the largest number below 1 every time."""
 
@@ -83,35 +74,3 @@ def test_stratified_points_give_each_face_its_share() -> None:
     # By hand: the cumulated areas 1, 1, 4, 4, 10 times 100.1 are rounded, and the steps taken.
     np.testing.assert_array_equal(np.bincount(faces, minlength=5), [100, 0, 300, 0, 601])
     np.testing.assert_array_equal(points[:, 2], faces)
-
-
-def test_the_start_of_stratified_points_covers_the_surface_too() -> None:
-    _, faces = sample_stratified(VERTICES, FACES, 20_000, np.random.default_rng(0))
-    counts = np.bincount(faces[:4000], minlength=5)[AREAS > 0]
-    assert stats.chisquare(counts, 4000 * AREAS[AREAS > 0] / 10).pvalue > 1e-3
-
-
-def test_stratified_points_are_more_even() -> None:
-    """Of 400 squares of a plane, as two triangles each, none is empty with 800 points."""
-    x, y = np.meshgrid(np.arange(21.0), np.arange(21.0))
-    grid = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1)
-    corner = (np.arange(20)[:, None] * 21 + np.arange(20)).ravel()
-    faces = np.concatenate(
-        [
-            np.stack([corner, corner + 1, corner + 21], 1),
-            np.stack([corner + 22, corner + 1, corner + 21], 1),
-        ]
-    )
-    rng = np.random.default_rng(0)
-    empty = [
-        400 - len(np.unique(sample(grid, faces, 800, rng)[1] % 400))
-        for sample in (sample_stratified, sample_surface)
-    ]
-    assert empty[0] == 0
-    assert empty[1] > 20
-
-
-@pytest.mark.parametrize("faces", [np.zeros((0, 3), int), FACES[[1, 3]], [[0, 1, 15]]])
-def test_no_area_is_refused_by_stratified_points_too(faces) -> None:
-    with pytest.raises(ValueError, match="no area"):
-        sample_stratified(VERTICES, faces, 10, np.random.default_rng(0))

@@ -14,7 +14,7 @@ from PIL import Image
 
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.imaging import framing
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.framing import frame_photo

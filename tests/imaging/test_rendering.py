@@ -5,8 +5,7 @@ import sys
 import numpy as np
 import pytest
 
-from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import Mesh, normalize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.shapes.kit.builder import Builder
@@ -213,7 +212,7 @@ from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import normalize
 
 b = Builder()
 b.lathe("a", Material((0.7, 0.4, 0.2), "wood"), [(0.1, 0), (0.5, 0.3), (0.2, 1)])

@@ -8,7 +8,7 @@ import torch
 from ffd_lightning.app.build import regime
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample, deform
+from ffd_lightning.geometry.ffd import TemplateSample, deform
 from ffd_lightning.losses.annealing import exponential_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.selection import PosteriorTaught, Teaching, WeightedCosts

@@ -6,9 +6,8 @@ import pytest
 import torch
 
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.ffd import Lattice, TemplateSample
 from ffd_lightning.geometry.jacobian import deformation_jacobian
-from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.losses.terms import (
     Chamfer,
     LatticeBending,

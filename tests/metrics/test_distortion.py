@@ -5,9 +5,8 @@ import pytest
 import torch
 import trimesh
 
-from ffd_lightning.geometry.deformation import deform, deformation_matrix
+from ffd_lightning.geometry.ffd import Lattice, deform, deformation_matrix
 from ffd_lightning.geometry.jacobian import deformation_jacobian
-from ffd_lightning.geometry.lattice import Lattice
 from ffd_lightning.geometry.subdivision import subdivide
 from ffd_lightning.metrics.distortion import distortion, edge_stretch
 

@@ -4,7 +4,7 @@ import torch
 
 from ffd_lightning.components import make
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.deformation import mirrored_offsets
+from ffd_lightning.geometry.ffd import mirrored_offsets
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.encoders.mobilenet import MobileNetV1
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder, standardize

@@ -15,7 +15,7 @@ from ffd_lightning.app.build import build_data, build_network, regime
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.geometry.deformation import TemplateSample
+from ffd_lightning.geometry.ffd import TemplateSample
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.selection import Teaching, WeightedCosts
 from ffd_lightning.losses.terms import Chamfer

@@ -20,7 +20,7 @@ from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.reading.orientation import Up, check_orientation, orient, turn
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.errors import DataError, RejectedShapeError, is_of_machine
-from ffd_lightning.geometry.normalization import bounding_box
+from ffd_lightning.geometry.mesh import bounding_box
 from ffd_lightning.imaging.camera import Camera
 
 FLAWS = ("truncated", "occluded", "slightly_occluded")

@@ -25,8 +25,7 @@ from ffd_lightning.evaluation.figures import View, cloud_mesh, draw, fitting_sca
 from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
 from ffd_lightning.evaluation.samples import score_sample
 from ffd_lightning.evaluation.shapes import Shape
-from ffd_lightning.geometry.deformation import deform, deformation_matrix
-from ffd_lightning.geometry.lattice import Degrees, lattice_edges
+from ffd_lightning.geometry.ffd import Degrees, deform, deformation_matrix, lattice_edges
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
 from ffd_lightning.imaging.camera import Camera

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.shapes import Surface
-from ffd_lightning.geometry.deformation import deform, deformation_matrix
+from ffd_lightning.geometry.ffd import deform, deformation_matrix
 from ffd_lightning.geometry.subdivision import subdivide
 
 _EDGES = (0.3, 0.2, 0.15, 0.1, 0.07, 0.05)  # of a shape of diagonal 1, from coarse to fine

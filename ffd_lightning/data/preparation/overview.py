@@ -19,8 +19,7 @@ from ffd_lightning import shapes
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.preparation.prepared import MANIFEST, PreparedSet
 from ffd_lightning.files import write_bytes_atomic
-from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import Mesh, normalize
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import grid, joined, png, write
 from ffd_lightning.imaging.rendering import render

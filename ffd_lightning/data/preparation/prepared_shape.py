@@ -29,10 +29,8 @@ from ffd_lightning.errors import (
     is_of_machine,
 )
 from ffd_lightning.files import atomic_file
-from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
-from ffd_lightning.geometry.normalization import bounding_box, normalize
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, bounding_box, mean_colors, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
-from ffd_lightning.geometry.textures import mean_colors
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.pictures import fit_picture
 from ffd_lightning.imaging.render_settings import RenderSettings

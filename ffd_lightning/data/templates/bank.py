@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -14,28 +14,29 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.preparation.packing import (
-    UNKNOWN_PART,
     pack_mesh,
     pack_points,
     unpack_mesh,
     unpack_points,
 )
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.geometry.deformation import deform, deformation_matrix
-from ffd_lightning.geometry.lattice import Degrees, Lattice
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.ffd import Degrees, Lattice, deform, deformation_matrix
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, mean_colors, normalize
+from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.subdivision import subdivide_mesh
-from ffd_lightning.geometry.textures import mean_colors
 
 _DIVISIONS = 2  # of a small face's edges, where its texture is averaged
 
 
+@dataclass(eq=False)
 class TemplateBank:
-    """All templates of a run: clouds, meshes, parts, and their decomposition.
+    """T templates: clouds, meshes, parts, and their decomposition.
 
-    One lattice per template, the bounding box of its mesh, serves its cloud and its mesh alike.
+    Made of a prepared set's shapes (`of`), of any meshes (`of_meshes`), or of what a checkpoint
+    holds (`from_state`). One lattice per template, the bounding box of its mesh, serves its cloud
+    and its mesh alike.
 
-    Args:
+    Attributes:
         ids: T shape ids.
         families: T structural families, "" where unknown.
         points: clouds, (T, N, 3) float32.
@@ -44,41 +45,17 @@ class TemplateBank:
         part_names: names of the parts.
         degrees: of the lattices.
         max_edge: longest edge of subdivided meshes.
-
-    Attributes:
-        lattices: T lattices.
-        control_points: P, (T, M, 3).
     """
 
-    def __init__(
-        self,
-        ids: Sequence[str],
-        families: Sequence[str],
-        points: NDArray[np.float32],
-        meshes: Sequence[Mesh],
-        point_parts: NDArray[np.uint8] | None = None,
-        part_names: Sequence[str] = (),
-        degrees: Degrees = (3, 3, 3),
-        max_edge: float = 0.02,
-    ) -> None:
-        self.ids, self.families, self.meshes = tuple(ids), tuple(families), tuple(meshes)
-        self.points = torch.from_numpy(points)
-        self.point_parts, self.part_names = point_parts, tuple(part_names)
-        self.degrees, self.max_edge = degrees, max_edge
-        self._subdivided: dict[int, tuple[Mesh, Tensor]] = {}
-        self.lattices = tuple(
-            Lattice.bounding(torch.from_numpy(m.used_vertices()), degrees) for m in self.meshes
-        )
-        self.control_points = torch.stack([k.control_points() for k in self.lattices]).float()
-
-    @cached_property
-    def deformation_matrix(self) -> Float[Tensor, "templates points control"]:
-        """B of the clouds, (T, N, M); not needed where only meshes are deformed."""
-        matrices = [
-            deformation_matrix(p.double(), lattice).float()
-            for p, lattice in zip(self.points, self.lattices, strict=True)
-        ]
-        return torch.stack(matrices)
+    ids: tuple[str, ...]
+    families: tuple[str, ...]
+    points: Float[Tensor, "templates points 3"]
+    meshes: tuple[Mesh, ...]
+    point_parts: NDArray[np.uint8] | None = None
+    part_names: tuple[str, ...] = ()
+    degrees: Degrees = (3, 3, 3)
+    max_edge: float = 0.02
+    _subdivided: dict[int, tuple[Mesh, Tensor]] = field(default_factory=dict, init=False)
 
     @classmethod
     def of(
@@ -88,20 +65,63 @@ class TemplateBank:
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
     ) -> TemplateBank:
-        """Take shapes of a prepared set as templates.
-
-        Raises:
-            DataError: the set does not hold one of them.
-        """
+        """Take shapes of a prepared set as templates."""
         rows = [prepared.index(i) for i in ids]
         parts = [p for r in rows if (p := prepared.point_parts(r)) is not None]  # all, or none
         return cls(
-            ids,
-            [prepared.families[r] for r in rows],
-            np.stack([prepared.cloud(r) for r in rows]),
-            [prepared.mesh(r) for r in rows],
+            tuple(ids),
+            tuple(prepared.families[r] for r in rows),
+            torch.from_numpy(np.stack([prepared.cloud(r) for r in rows])),
+            tuple(prepared.mesh(r) for r in rows),
             np.stack(parts) if parts else None,
             prepared.part_names,
+            degrees,
+            max_edge,
+        )
+
+    @classmethod
+    def of_meshes(
+        cls,
+        meshes: Mapping[str, Mesh],
+        num_points: int = 16384,
+        degrees: Degrees = (3, 3, 3),
+        max_edge: float = 0.02,
+        seed: int = 0,
+    ) -> TemplateBank:
+        """Take any meshes as templates: they are normalised, and clouds drawn from them.
+
+        Args:
+            meshes: by id, in ShapeNet's frame (y up, facing -z), of any size.
+            num_points: per cloud.
+            degrees: of the lattices.
+            max_edge: longest edge of subdivided meshes.
+            seed: decides the clouds.
+
+        Raises:
+            ValueError: a mesh without area.
+        """
+        names = tuple(dict.fromkeys(name for mesh in meshes.values() for name in mesh.part_names))
+        clouds, parts, normalized = [], [], []
+        for mesh in meshes.values():
+            mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
+            rng = np.random.default_rng(seed)
+            points, faces = sample_stratified(mesh.vertices, mesh.faces, num_points, rng)
+            if names:
+                table = np.full(256, UNKNOWN_PART, np.uint8)
+                table[: len(mesh.part_names)] = [names.index(name) for name in mesh.part_names]
+                own = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
+                own = own if mesh.face_parts is None else table[mesh.face_parts]
+                mesh = replace(mesh, face_parts=own, part_names=names)
+                parts.append(own[faces])
+            clouds.append(points)
+            normalized.append(mesh)
+        return cls(
+            tuple(meshes),
+            ("",) * len(meshes),
+            torch.from_numpy(unpack_points(pack_points(np.stack(clouds)))),  # as `state` keeps them
+            tuple(normalized),
+            np.stack(parts) if names else None,
+            names,
             degrees,
             max_edge,
         )
@@ -132,18 +152,35 @@ class TemplateBank:
         first, second, third = state["degrees"]
         named = bool(state["part_names"])
         return cls(
-            state["ids"],
-            state["families"],
-            unpack_points(state["points"].numpy()),
-            [mesh if named else replace(mesh, face_parts=None) for mesh, _ in unpacked],
+            tuple(state["ids"]),
+            tuple(state["families"]),
+            torch.from_numpy(unpack_points(state["points"].numpy())),
+            tuple(mesh if named else replace(mesh, face_parts=None) for mesh, _ in unpacked),
             np.stack([parts for _, parts in unpacked]) if named else None,
-            state["part_names"],
+            tuple(state["part_names"]),
             (first, second, third),
             state["max_edge"],
         )
 
     def __len__(self) -> int:
         return len(self.ids)
+
+    @cached_property
+    def lattices(self) -> tuple[Lattice, ...]:
+        """The bounding box of each mesh."""
+        vertices = (torch.from_numpy(mesh.used_vertices()) for mesh in self.meshes)
+        return tuple(Lattice.bounding(v, self.degrees) for v in vertices)
+
+    @cached_property
+    def control_points(self) -> Float[Tensor, "templates control 3"]:
+        """P, (T, M, 3)."""
+        return torch.stack([lattice.control_points() for lattice in self.lattices]).float()
+
+    @cached_property
+    def deformation_matrix(self) -> Float[Tensor, "templates points control"]:
+        """B of the clouds, (T, N, M); not needed where only meshes are deformed."""
+        pairs = zip(self.points, self.lattices, strict=True)
+        return torch.stack([deformation_matrix(p.double(), box).float() for p, box in pairs])
 
     def lighter(self, num_points: int, max_edge: float | None = None) -> TemplateBank:
         """Return the same templates with fewer points, or with longer edges.
@@ -152,16 +189,11 @@ class TemplateBank:
             num_points: the first of each cloud, whose order is random.
             max_edge: longest edge of subdivided meshes; None leaves it.
         """
-        parts = None if self.point_parts is None else self.point_parts[:, :num_points]
-        return TemplateBank(
-            self.ids,
-            self.families,
-            self.points[:, :num_points].numpy(),
-            self.meshes,
-            parts,
-            self.part_names,
-            self.degrees,
-            self.max_edge if max_edge is None else max_edge,
+        return replace(
+            self,
+            points=self.points[:, :num_points],
+            point_parts=None if self.point_parts is None else self.point_parts[:, :num_points],
+            max_edge=self.max_edge if max_edge is None else max_edge,
         )
 
     def subdivided(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
@@ -170,14 +202,11 @@ class TemplateBank:
         Parts and textures are kept; where there is a texture, each small face has its colour.
         """
         if index not in self._subdivided:
-            self._subdivided[index] = self._subdivide(index)
+            fine = subdivide_mesh(self.meshes[index], self.max_edge)
+            fine = replace(fine, face_colors=mean_colors(fine, _DIVISIONS))
+            matrix = deformation_matrix(torch.from_numpy(fine.vertices), self.lattices[index])
+            self._subdivided[index] = fine, matrix.float()
         return self._subdivided[index]
-
-    def _subdivide(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
-        fine = subdivide_mesh(self.meshes[index], self.max_edge)
-        fine = replace(fine, face_colors=mean_colors(fine, _DIVISIONS))
-        matrix = deformation_matrix(torch.from_numpy(fine.vertices), self.lattices[index])
-        return fine, matrix.float()
 
     def deformed_mesh(self, index: int, offsets: Float[Tensor, "control 3"]) -> Mesh:
         """Return a template's subdivided mesh, deformed by offsets (M, 3)."""

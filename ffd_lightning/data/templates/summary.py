@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.coverage import (
+from ffd_lightning.data.templates.distances import (
     CANDIDATES,
     POINTS,
     shape_distances,
@@ -25,7 +25,7 @@ _NAMED = 3
 
 
 def template_rows(prepared: PreparedSet, bank: TemplateBank) -> tuple[list[Row], float]:
-    """Tell how templates cover a set, or `CANDIDATES` shapes of a larger one.
+    """Return how templates cover a set, or `CANDIDATES` shapes of a larger one.
 
     Distances are mean Chamfer distances of clouds of `POINTS` points, in units of the squared
     bounding-box diagonal.
@@ -65,16 +65,15 @@ def _mean(values: NDArray[np.float64]) -> float:
 
 
 def outlier_rows(prepared: PreparedSet) -> list[Row]:
-    """Name the shapes that are like nothing else in their category, see `coverage.outlying`.
+    """Return the shapes that are like nothing else in their category, the strangest first.
 
-    Returns:
-        A row for each, the strangest first: `id`, and `times_usual`, by what factor the third
-        nearest other is farther off than is usual in the set.
+    A row has `id`, and `times_usual`, by what factor the third nearest other is farther off than is
+    usual in the set; see `distances.ShapeDistances.outliers`.
     """
     result: list[Row] = []
     for member in prepared.members:
         found = shape_distances(member)
-        outlier, factor = found.outlying()
+        outlier, factor = found.outliers()
         prefix = f"{member.category(0)}/" if len(prepared.paths) > 1 else ""
         for k in np.flatnonzero(outlier):
             shape_id = prefix + member.ids[found.rows[k]]
@@ -83,7 +82,7 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
 
 
 def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = False) -> str:
-    """Return in words what `outlier_rows` has named, and what can be done, "" where it is nothing.
+    """Return in words what `outlier_rows` has found, and what can be done; "" where it is nothing.
 
     Args:
         prepared: the set.

@@ -8,8 +8,7 @@ One function, `nearest_neighbors`, and a module per backend behind it, chosen by
 `torch`    everything else, and the oracle of the tests: plain torch in bounded chunks
 =========  ==========================================================================
 
-A backend is a module `<name>_backend`, imported when first used. To take one out, delete the module
-and its line in `usable_backends`.
+A backend is a module `<name>_backend`, imported when first used.
 """
 
 from __future__ import annotations
@@ -63,42 +62,31 @@ def nearest_neighbors(
         the index is 0 in both cases.
 
     Raises:
-        ValueError: an empty cloud or batch, other than 3 coordinates, different dtypes or devices,
-            a backend that does not work for these.
+        ValueError: clouds or batches that are empty or do not go together.
 
     >>> result = nearest_neighbors(torch.zeros(1, 3), torch.tensor([[3.0, 0, 0], [1, 0, 0]]))
     >>> result.a_to_b, result.a_to_b_index, result.b_to_a
     (tensor([1.]), tensor([1]), tensor([9., 1.]))
     """
-    if a.shape[-1] != 3 or b.shape[-1] != 3:
-        raise ValueError(f"points must have 3 coordinates, got {a.shape[-1]} and {b.shape[-1]}")
-    if a.shape[-2] == 0 or b.shape[-2] == 0:
-        raise ValueError(f"clouds must not be empty, got {a.shape[-2]} and {b.shape[-2]} points")
+    batch = torch.broadcast_shapes(a.shape[:-2], b.shape[:-2])
+    if {a.shape[-1], b.shape[-1]} != {3} or 0 in (*batch, a.shape[-2], b.shape[-2]):
+        raise ValueError(f"there is no pair of clouds in {tuple(a.shape)} and {tuple(b.shape)}")
     if a.dtype != b.dtype or a.device != b.device:
         raise ValueError(f"clouds differ: {a.dtype} on {a.device}, {b.dtype} on {b.device}")
-    batch = torch.broadcast_shapes(a.shape[:-2], b.shape[:-2])
-    if 0 in batch:
-        raise ValueError(f"there is no pair of clouds in {tuple(a.shape)} and {tuple(b.shape)}")
-    usable = usable_backends(a.device, a.dtype)
-    if backend is not None and backend not in usable:
-        raise ValueError(
-            f"backend={backend!r} does not work for {a.dtype} on {a.device}: use one of {usable}"
-        )
+    backend = backend or usable_backends(a.device, a.dtype)[0]
     index_a, index_b = (_pair_index(x.shape[:-2], batch, x.device) for x in (a, b))
     clouds_a, clouds_b = a.reshape(-1, *a.shape[-2:]), b.reshape(-1, *b.shape[-2:])
-    result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, backend or usable[0])
+    result = _Nearest.apply(clouds_a, clouds_b, index_a, index_b, backend)
     return NearestNeighbors(*(r.reshape(*batch, -1) for r in result))
 
 
 def usable_backends(device: torch.device, dtype: torch.dtype) -> list[Backend]:
     """Return the backends that work for such points, the fastest first."""
-    full = dtype in (torch.float32, torch.float64)
-    usable: list[Backend] = []
-    if device.type == "cpu" and full:
-        usable += ["numba"]
+    if device.type == "cpu" and dtype in (torch.float32, torch.float64):
+        return ["numba", "torch"]
     if device.type == "cuda" and dtype == torch.float32 and _triton_works(device):
-        usable += ["triton"]
-    return [*usable, "torch"]
+        return ["triton", "torch"]
+    return ["torch"]
 
 
 @lru_cache
@@ -128,13 +116,12 @@ def _pair_index(shape: torch.Size, batch: torch.Size, device: torch.device) -> T
 
 
 class _Nearest(torch.autograd.Function):
-    """Nearest neighbours of pairs (a[index_a[p]], b[index_b[p]])."""
+    """Nearest neighbours of pairs (a[index_a[p]], b[index_b[p]]), see `torch_backend`."""
 
     @staticmethod
     def forward(
         ctx: Any, a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor, backend: Backend
     ) -> tuple:
-        """Search pairs of clouds (A, N, 3) and (B, M, 3): distances and indices, both ways."""
         module = _module(backend)
         d_ab, i_ab, d_ba, i_ba = module.search(a.detach(), b.detach(), index_a, index_b)
         ctx.save_for_backward(a, b, index_a, index_b, i_ab, i_ba)
@@ -145,7 +132,6 @@ class _Nearest(torch.autograd.Function):
     @staticmethod
     @torch.autograd.function.once_differentiable
     def backward(ctx: Any, g_ab: Tensor, _i: Tensor, g_ba: Tensor, _j: Tensor) -> tuple:
-        """Gradients of the clouds that need one, from those of the distances (P, N) and (P, M)."""
         a, b, index_a, index_b, i_ab, i_ba = (t.detach() for t in ctx.saved_tensors)
         grad_a = grad_b = None
         if ctx.needs_input_grad[0]:

@@ -21,8 +21,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from ffd_lightning.geometry.compiled import jit
-from ffd_lightning.geometry.nearest.threads import over_threads
+from ffd_lightning.geometry.compiled import jit, over_threads
 
 # Integers as wide as the floats. Arrays, since numba takes long to recognise a dtype at each call.
 _BITS = {torch.float32: np.empty(0, np.int32), torch.float64: np.empty(0, np.int64)}

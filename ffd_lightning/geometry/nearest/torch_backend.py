@@ -63,15 +63,8 @@ def gradient(
 ) -> Tensor:
     """Return what every backend's `gradient` returns: that with respect to `a`, (A, N, 3).
 
-    Args:
-        a: as in `search`, with `b`, `index_a` and `index_b`.
-        b: see `a`.
-        index_a: see `a`.
-        index_b: see `a`.
-        i_ab: indices that `search` found, (P, N).
-        i_ba: likewise, (P, M).
-        g_ab: gradients of the squared distances a to b, (P, N).
-        g_ba: of those b to a, (P, M).
+    Args are those of `search`, the indices i_ab (P, N) and i_ba (P, M) that it found, and the
+    gradients g_ab and g_ba of the squared distances, of the same shapes.
     """
     pair_a, pair_b = a[index_a], b[index_b]
     to_b = i_ab[..., None].expand(-1, -1, 3)

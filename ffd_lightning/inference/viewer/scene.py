@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from ffd_lightning.geometry.lattice import lattice_edges
+from ffd_lightning.geometry.ffd import lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import CameraFrame
 from ffd_lightning.inference.pieces import MeshColors, Piece, pieces

@@ -9,7 +9,7 @@ import torch
 from numpy.typing import NDArray
 
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.metrics.chamfer import chamfer

@@ -5,25 +5,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.packing import pack_points
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates import coverage, strategies
-from ffd_lightning.data.templates.coverage import (
+from ffd_lightning.data.templates import distances
+from ffd_lightning.data.templates.choice import (
+    DiverseTemplates,
+    MedoidTemplates,
+    RandomTemplates,
+    choose_templates,
+)
+from ffd_lightning.data.templates.distances import (
     POINTS,
-    medoids,
-    outlying,
+    ShapeDistances,
+    greedy_medoids,
     shape_distances,
 )
-from ffd_lightning.data.templates.strategies import (
-    RandomStrategy,
-    choose_templates,
-    diverse_templates,
-    medoid_templates,
-)
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.normalization import normalize
+from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.geometry.sampling import sample_surface
 
 PLANES = 80
@@ -85,10 +86,6 @@ def mixed(planes, odd):
     return set_of((planes | odd).values(), planes | odd)
 
 
-def names(prepared, places):
-    return [prepared.ids[place] for place in places]
-
-
 # --- distances ------------------------------------------------------------------------------------
 
 
@@ -101,7 +98,7 @@ def test_the_table_holds_the_distance_of_each_pair(clean):
 
 
 def test_a_large_set_is_looked_at_in_part(clean, monkeypatch):
-    monkeypatch.setattr(coverage, "CANDIDATES", 9)
+    monkeypatch.setattr(distances, "CANDIDATES", 9)
     rows = shape_distances(clean).rows
     assert len(rows) == 9
     assert rows[0] == 0
@@ -109,12 +106,17 @@ def test_a_large_set_is_looked_at_in_part(clean, monkeypatch):
     assert len(shape_distances(clean, at_least=12).rows) == 12
 
 
+def outliers_of(table):
+    points = torch.zeros(len(table), POINTS, 3)
+    return ShapeDistances(np.arange(len(table)), points, table).outliers()
+
+
 # --- outliers -------------------------------------------------------------------------------------
 
 
 def test_what_is_no_aeroplane_is_named_and_no_aeroplane_is(clean, mixed):
-    assert not outlying(shape_distances(clean).table)[0].any()
-    outlier, factor = outlying(shape_distances(mixed).table)
+    assert not shape_distances(clean).outliers()[0].any()
+    outlier, factor = shape_distances(mixed).outliers()
     assert {mixed.ids[k] for k in np.flatnonzero(outlier)} == set(ODD)
     assert factor[outlier].min() > factor[~outlier].max()
     assert np.median(factor) == pytest.approx(1)
@@ -123,28 +125,21 @@ def test_what_is_no_aeroplane_is_named_and_no_aeroplane_is(clean, mixed):
 def test_two_alike_do_not_excuse_each_other(planes, odd):
     pair = {"balloon": odd["balloon"], "same": ball((1, 1.2, 1.01))}
     prepared = set_of((planes | pair).values(), planes | pair)
-    outlier, _ = outlying(shape_distances(prepared).table)
+    outlier, _ = shape_distances(prepared).outliers()
     assert {prepared.ids[k] for k in np.flatnonzero(outlier)} == set(pair)
-
-
-def test_where_all_shapes_are_the_same_none_is_an_outlier():
-    table = 0.001 * (1 - np.eye(30))
-    outlier, factor = outlying(table)
-    assert not outlier.any()
-    assert np.ptp(factor) == 0
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_of_few_shapes_none_is_an_outlier(count):
     table = np.abs(np.subtract.outer(np.arange(count), np.arange(count))) ** 4.0
-    assert not outlying(table)[0].any()
+    assert not outliers_of(table)[0].any()
 
 
 def test_at_most_a_fifth_are_outliers():
     """Six copies of one shape, and four of their own: not forty percent of the set are strange."""
     places = np.array([0.0] * 6 + [10, 30, 70, 150])
     table = np.abs(np.subtract.outer(places, places))
-    outlier, factor = outlying(table)
+    outlier, factor = outliers_of(table)
     np.testing.assert_array_equal(np.flatnonzero(outlier), [8, 9])
     assert np.isfinite(factor).all()
 
@@ -158,22 +153,21 @@ def test_each_choice_lowers_the_sum_of_roots_the_most(clean):
     for _ in range(5):
         sums = {k: root[[*chosen, k]].min(axis=0).sum() for k in range(PLANES) if k not in chosen}
         chosen.append(min(sums, key=sums.get))
-    assert medoids(shape_distances(clean), 5) == chosen
+    assert greedy_medoids(shape_distances(clean), 5) == chosen
 
 
 def test_the_first_of_many_are_the_choice_of_few(mixed):
-    many = medoid_templates(mixed, 30)
+    many = MedoidTemplates()(mixed, 30)
     assert len(set(many)) == 30
     for count in (1, 2, 8, 16):
-        assert medoid_templates(mixed, count) == many[:count]
+        assert MedoidTemplates()(mixed, count) == many[:count]
 
 
 @pytest.mark.parametrize("candidates", [1000, 40])
-@pytest.mark.parametrize("strategy", [medoid_templates, diverse_templates, RandomStrategy(3)])
+@pytest.mark.parametrize("strategy", [MedoidTemplates(), DiverseTemplates(), RandomTemplates(3)])
 def test_what_is_tested_on_changes_nothing(planes, odd, mixed, monkeypatch, strategy, candidates):
     """The choice is that of a set that does not have these shapes at all."""
-    for module in (coverage, strategies):
-        monkeypatch.setattr(module, "CANDIDATES", candidates)
+    monkeypatch.setattr(distances, "CANDIDATES", candidates)
     tested = {*list(planes)[::3], "lamp1", "wheel"}
     rest = {i: points for i, points in (planes | odd).items() if i not in tested}
     alone = strategy(set_of(rest.values(), rest), 12)
@@ -182,26 +176,12 @@ def test_what_is_tested_on_changes_nothing(planes, odd, mixed, monkeypatch, stra
 
 
 def test_outliers_change_nothing(clean, mixed):
-    assert medoid_templates(mixed, 30) == medoid_templates(clean, 30)
-
-
-def test_outliers_are_chosen_when_nothing_else_is_left(mixed):
-    chosen = medoid_templates(mixed, len(mixed))
-    assert set(chosen[-len(ODD) :]) == set(ODD)
+    assert MedoidTemplates()(mixed, 30) == MedoidTemplates()(clean, 30)
 
 
 def test_what_is_given_is_kept_and_counts(clean):
     found = shape_distances(clean)
-    first = medoids(found, 6)
-    assert medoids(found, 4, first[:2], found.table[first[:2]].min(axis=0)) == first[2:]
+    first = greedy_medoids(found, 6)
+    assert greedy_medoids(found, 4, first[:2], found.table[first[:2]].min(axis=0)) == first[2:]
     # Without a word of how far they are they only are not chosen.
-    assert medoids(found, 1, first[:1])[0] not in first[:1]
-
-
-def test_the_wheel_may_be_given(mixed):
-    """A template that is an outlier, as one of the paper's may be, covers what is near to it."""
-    found = shape_distances(mixed)
-    wheel = mixed.index("wheel")
-    chosen = medoids(found, 3, [wheel], found.table[wheel])
-    assert wheel not in chosen
-    assert not set(names(mixed, chosen)) & set(ODD)
+    assert greedy_medoids(found, 1, first[:1])[0] not in first[:1]

@@ -1,4 +1,4 @@
-"""How the shapes of a set lie to one another: which stand for all of them, which for none."""
+"""Chamfer distances between the shapes of a set: which stand for all of them, which for none."""
 
 from __future__ import annotations
 
@@ -36,21 +36,34 @@ class ShapeDistances:
     Attributes:
         rows: the n shapes that were looked at, by row of the set, ascending.
         points: their clouds, (n, `POINTS`, 3).
-        table: mean Chamfer distance of each pair, (n, n), nothing on the diagonal.
+        table: mean Chamfer distance of each pair, (n, n), 0 on the diagonal.
     """
 
     rows: Int[np.ndarray, " n"]
     points: Float[torch.Tensor, "n points 3"]
     table: Float[np.ndarray, "n n"]
 
-    def outlying(self) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-        """Return `outlying` of the shapes."""
-        return outlying(self.table)
+    def outliers(self) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        """Return which shapes are like nothing else: hardly any other is as near as is usual.
 
-    def among(self, places: Sequence[int]) -> ShapeDistances:
-        """Return the distances between some of the shapes, which are then all there is."""
-        own = list(places)
-        return ShapeDistances(np.arange(len(own)), self.points[own], self.table[np.ix_(own, own)])
+        Of each shape, the distance to the third nearest other is looked at, so that two balloons
+        among aeroplanes do not excuse each other. Its logarithm lies more than 4.5 robust standard
+        deviations above the median. These are a fifth of the set at most, the farthest: a set that
+        falls apart into more is one of several kinds.
+
+        Returns:
+            Whether each is an outlier, and by what factor it is farther off than is usual.
+        """
+        count = len(self.table)
+        # The first of each row is the shape itself; of few others, the farthest.
+        third = np.sort(self.table, axis=1)[:, min(_ALIKE, count - 1)].astype(np.float64)
+        logs = np.log(np.maximum(third, np.finfo(np.float32).tiny))
+        usual = np.median(logs)
+        spread = max(_MAD_TO_STD * np.median(np.abs(logs - usual)), _LEAST_SPREAD)
+        farthest = np.argsort(-logs, kind="stable")[: int(_MOST_OUTLIERS * count)]
+        result = np.zeros(count, bool)
+        result[farthest] = logs[farthest] > usual + _FAR * spread
+        return result, np.exp(logs - usual)
 
 
 def spread_rows(count: int, size: int) -> NDArray[np.int64]:
@@ -59,24 +72,24 @@ def spread_rows(count: int, size: int) -> NDArray[np.int64]:
 
 
 def shape_distances(prepared: PreparedSet, at_least: int = 0) -> ShapeDistances:
-    """Measure the shapes of a set against one another, `CANDIDATES` of a larger set.
+    """Return the distances between the shapes of a set, of `CANDIDATES` of a larger set.
 
-    For 1,000 shapes it takes about 13 seconds of one core, for 500 a quarter. A process that asks
-    again for the same set, as it does when it opens many runs, is told what was found before.
+    For 1,000 shapes it takes about 13 seconds of one core, for 500 a quarter. What a process has
+    found it keeps, for the many runs that it may open.
 
     Args:
         prepared: a set of one category.
         at_least: look at so many, if there are.
     """
     if prepared.taken is not None and len(prepared.whole) <= CANDIDATES:
-        return shape_distances(prepared.whole).among(prepared.taken)
+        found, own = shape_distances(prepared.whole), list(prepared.taken)
+        return ShapeDistances(np.arange(len(own)), found.points[own], found.table[np.ix_(own, own)])
     size = min(len(prepared), max(CANDIDATES, at_least))
     key = (str(prepared.path), prepared.digest, size)
     if key not in _known:
-        found = _measure(prepared, size)
-        while len(_known) >= _KEPT:
+        if len(_known) >= _KEPT:
             del _known[next(iter(_known))]
-        _known[key] = found
+        _known[key] = _measure(prepared, size)
     return _known[key]
 
 
@@ -93,36 +106,11 @@ def _measure(prepared: PreparedSet, size: int) -> ShapeDistances:
     return ShapeDistances(rows, points, table + table.T)
 
 
-def outlying(
-    table: Float[np.ndarray, "n n"],
-) -> tuple[Bool[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Tell the shapes that are like nothing else: hardly any other is as near as is usual.
-
-    Of each shape, the distance to the third nearest other is looked at, so that two balloons among
-    aeroplanes do not excuse each other. Its logarithm lies more than 4.5 robust standard deviations
-    above the median. These are a fifth of the set at most, the farthest: a set that falls apart
-    into more is one of several kinds.
-
-    Args:
-        table: distances between shapes.
-
-    Returns:
-        Whether each is an outlier, and by what factor it is farther off than is usual.
-    """
-    count = len(table)
-    # The first of each row is the shape itself; of few others, the farthest.
-    third = np.sort(table, axis=1)[:, min(_ALIKE, count - 1)].astype(np.float64)
-    logs = np.log(np.maximum(third, np.finfo(np.float32).tiny))
-    usual = np.median(logs)
-    spread = max(_MAD_TO_STD * np.median(np.abs(logs - usual)), _LEAST_SPREAD)
-    farthest = np.argsort(-logs, kind="stable")[: int(_MOST_OUTLIERS * count)]
-    result = np.zeros(count, bool)
-    result[farthest] = logs[farthest] > usual + _FAR * spread
-    return result, np.exp(logs - usual)
-
-
-def medoids(
-    found: ShapeDistances, count: int, first: Sequence[int] = (), taken: NDArray | None = None
+def greedy_medoids(
+    found: ShapeDistances,
+    count: int,
+    barred: Sequence[int] = (),
+    nearest: Float[np.ndarray, " n"] | None = None,
 ) -> list[int]:
     r"""Choose shapes one by one so that all others have a chosen one near.
 
@@ -134,26 +122,26 @@ def medoids(
     Args:
         found: distances between the shapes.
         count: how many are chosen.
-        first: places in `found.rows` that must not be chosen.
-        taken: distance of each shape to the nearest one that is chosen already, (n,).
+        barred: places in `found.rows` that must not be chosen.
+        nearest: distance of each shape to the nearest one that is chosen already.
 
     Returns:
         Places in `found.rows`, in the order in which they were chosen.
     """
-    outlier, _ = found.outlying()
+    outlier, _ = found.outliers()
     cost = np.sqrt(found.table[:, ~outlier].astype(np.float64))
-    nearest = np.full(cost.shape[1], np.inf) if taken is None else np.sqrt(taken[~outlier])
+    near = np.full(cost.shape[1], np.inf) if nearest is None else np.sqrt(nearest[~outlier])
     free = np.ones(len(cost), bool)
-    free[list(first)] = False
+    free[list(barred)] = False
     chosen: list[int] = []
     for _ in range(count):
         allowed = np.flatnonzero(free & ~outlier)
         if len(allowed) == 0:
             allowed = np.flatnonzero(free)
-        total = np.minimum(cost[allowed], nearest).sum(axis=1)
+        total = np.minimum(cost[allowed], near).sum(axis=1)
         # Of two that are nearest to each other either is as good but for rounding: the first.
         best = np.flatnonzero(total <= total.min() * (1 + _TIE))[0]
         chosen.append(int(allowed[best]))
         free[chosen[-1]] = False
-        nearest = np.minimum(nearest, cost[chosen[-1]])
+        near = np.minimum(near, cost[chosen[-1]])
     return chosen

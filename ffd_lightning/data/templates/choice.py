@@ -1,0 +1,208 @@
+"""Choosing templates from a prepared set: the strategies, and the check of what they choose."""
+
+from __future__ import annotations
+
+import csv
+import logging
+from collections.abc import Callable, Collection, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+
+from ffd_lightning.components import check_ranges
+from ffd_lightning.data.categories import paper_templates
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.distances import (
+    POINTS,
+    ShapeDistances,
+    greedy_medoids,
+    shape_distances,
+    spread_rows,
+)
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.geometry.chamfer import chamfer_distance
+
+log = logging.getLogger(__name__)
+
+_SPREAD = 16  # shapes that the most central one is near to
+
+TemplateStrategy = Callable[[PreparedSet, int], Sequence[str]]
+"""From the shapes of a category to choose from, and how many are wanted, to as many ids."""
+
+
+def choose_templates(
+    strategy: TemplateStrategy, prepared: PreparedSet, count: int, exclude: Collection[str] = ()
+) -> tuple[str, ...]:
+    """Choose template ids from a prepared set, and check what was chosen.
+
+    The strategy is given the shapes that are not excluded as a set. Lists, the paper's and a
+    user's, may name any shape of the set.
+
+    Args:
+        strategy: how to choose.
+        prepared: the shapes of a category.
+        count: how many, T.
+        exclude: ids not to choose from: those to test on.
+
+    Raises:
+        ConfigError: the strategy did not choose so many different shapes of the set.
+        DataError: fewer shapes to choose from than templates.
+    """
+    candidates = prepared.without(exclude) if exclude else prepared
+    if count > len(candidates):
+        raise DataError(
+            f"{count} templates asked for, but {prepared.path} holds only {len(candidates)} shapes "
+            f"to choose from, and {len(prepared) - len(candidates)} that are tested on or left "
+            "out: choose fewer (templates=t1 ... t30), prepare more shapes or change the split"
+        )
+    chosen: Any = strategy(candidates, count)
+    templates = tuple(chosen) if isinstance(chosen, Iterable) else ()
+    unknown = sorted(set(templates) - set(prepared.ids))
+    if unknown or not len(templates) == len(set(templates)) == count:
+        wrong = f"it gives {len(templates)} ids, {len(set(templates))} different ones"
+        if unknown:
+            wrong = f"{unknown[0]!r} is not in {prepared.path}"
+        raise ConfigError(f"the template strategy must choose {count} shapes of the set: {wrong}")
+    return templates
+
+
+class MedoidTemplates:
+    """Shapes that all others are near to, never one that is like nothing else in the set."""
+
+    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
+        """See `distances.greedy_medoids`; the first t of a larger choice are the choice of t."""
+        found = shape_distances(prepared, count)
+        return _ids(prepared, found, greedy_medoids(found, count))
+
+
+class DiverseTemplates:
+    """The most central shape, then whichever is farthest from all chosen: outliers come early."""
+
+    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
+        """See `TemplateStrategy`; the first t of a larger choice are the choice of t."""
+        found = shape_distances(prepared, count)
+        # The most central shape: the least total distance to a spread of others.
+        total = found.table[spread_rows(len(found.rows), _SPREAD)].sum(axis=0)
+        chosen = [int(total.argmin())]
+        nearest = found.table[chosen[0]].copy()
+        while len(chosen) < count:
+            nearest[chosen] = -1
+            chosen.append(int(nearest.argmax()))
+            nearest = np.minimum(nearest, found.table[chosen[-1]])
+        return _ids(prepared, found, chosen)
+
+
+class RandomTemplates:
+    """Draws templates.
+
+    Args:
+        seed: decides which.
+    """
+
+    def __init__(self, seed: int = 0) -> None:
+        check_ranges(locals(), seed="[0, inf)")
+        self.seed = seed
+
+    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
+        """See `TemplateStrategy`."""
+        order = np.random.default_rng(self.seed).permutation(len(prepared))[:count]
+        return tuple(prepared.ids[i] for i in order)
+
+
+class PaperTemplates:
+    """The authors' own templates, of ShapeNet v1; `medoids` for those that are absent."""
+
+    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
+        """Return the paper's ids in their order; for an absent one what `medoids` would add there.
+
+        The first t of a larger choice are the choice of t.
+        """
+        category, whole = _category(prepared), prepared.whole
+        known, held = paper_templates(category), set(whole.ids)
+        if not known:
+            raise ConfigError(
+                f"template_strategy=paper: the paper has no templates for {category}; use medoids"
+            )
+        wanted = known[:count]
+        absent = [i for i in wanted if i not in held]
+        if absent:
+            log.warning(
+                "%s lacks %d of the paper's %d templates, `medoids` chooses others instead: %s",
+                *(prepared.path, len(absent), len(wanted), ", ".join(absent)),
+            )
+        elif len(wanted) == count:
+            return wanted
+        # The paper's further templates are not used up, unless there is hardly anything else.
+        enough = len(set(prepared.ids).difference(known)) >= count - len(wanted) + len(absent)
+        spared = known if enough else wanted
+        found = shape_distances(prepared, count)
+        ids = _ids(prepared, found, range(len(found.rows)))
+        nearest = np.full(len(ids), np.inf, np.float32)
+        chosen: list[str] = []
+        for k in range(count):
+            if k < len(known) and known[k] in held:
+                chosen.append(known[k])
+            else:
+                barred = [place for place, i in enumerate(ids) if i in {*chosen, *spared}]
+                chosen.append(ids[greedy_medoids(found, 1, barred, nearest)[0]])
+            cloud = torch.from_numpy(whole.cloud(whole.index(chosen[-1]), POINTS))
+            distance = chamfer_distance(cloud, found.points, "mean").numpy()
+            nearest = np.minimum(nearest, distance)
+        return tuple(chosen)
+
+
+class AutoTemplates:
+    """The paper's own templates for ShapeNet's shapes, else `medoids`."""
+
+    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
+        """See `PaperTemplates` and `MedoidTemplates`."""
+        source = prepared.manifests[0]["settings"]["source"].get("source")
+        of_paper = source == "shapenet" and paper_templates(_category(prepared))
+        return (PaperTemplates() if of_paper else MedoidTemplates())(prepared, count)
+
+
+class ListedTemplates:
+    """Takes the first ids of a file: one a line, or the column `id` of a table.
+
+    Of an earlier run's `template_ranking.csv` these are its favourites. In a list, what follows a #
+    is left out.
+
+    Args:
+        file: `{category}` in it stands for the set's category.
+    """
+
+    def __init__(self, file: str | Path) -> None:
+        self.file = file
+
+    def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
+        """See `TemplateStrategy`."""
+        file = Path(str(self.file).replace("{category}", _category(prepared))).expanduser()
+        ids = tuple(dict.fromkeys(_listed(file)))[:count]
+        if len(ids) < count:
+            raise ConfigError(
+                f"template_strategy.file={file} lists {len(ids)} ids, {count} are needed"
+            )
+        return ids
+
+
+def _listed(file: Path) -> list[str]:
+    """Return the ids that a file lists, in its order."""
+    try:  # -sig: some editors put a byte order mark first
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"template_strategy.file={file} cannot be read: {error}") from None
+    if lines and "id" in lines[0].split(","):
+        found = [(row["id"] or "").strip() for row in csv.DictReader(lines)]  # None in a short row
+    else:
+        found = [line.split("#")[0].strip() for line in lines]
+    return [shape_id for shape_id in found if shape_id]
+
+
+def _ids(prepared: PreparedSet, found: ShapeDistances, places: Iterable[int]) -> tuple[str, ...]:
+    return tuple(prepared.ids[found.rows[place]] for place in places)
+
+
+def _category(prepared: PreparedSet) -> str:
+    return "+".join(prepared.categories)

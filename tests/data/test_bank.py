@@ -1,0 +1,150 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.templates.choice import RandomTemplates, choose_templates
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import render
+
+MAX_EDGE = 0.08
+
+
+@pytest.fixture(scope="module")
+def bank(prepared):
+    ids = choose_templates(RandomTemplates(4), prepared, 3)
+    return TemplateBank.of(prepared, ids, max_edge=MAX_EDGE)
+
+
+def test_the_bank_holds_the_prepared_models(prepared, bank):
+    rows = [prepared.index(i) for i in bank.ids]
+    assert len(bank) == 3
+    np.testing.assert_array_equal(bank.points, [prepared.cloud(r) for r in rows])
+    np.testing.assert_array_equal(bank.point_parts, [prepared.point_parts(r) for r in rows])
+    assert bank.families == tuple(prepared.families[r] for r in rows)
+    np.testing.assert_array_equal(bank.meshes[1].faces, prepared.mesh(rows[1]).faces)
+
+
+def test_decomposition_reproduces_the_clouds(bank):
+    torch.testing.assert_close(
+        bank.deformation_matrix @ bank.control_points, bank.points, atol=1e-5, rtol=0
+    )
+    assert bank.deformation_matrix.dtype == bank.control_points.dtype == torch.float32
+
+
+def test_the_lattice_is_the_box_of_the_mesh_and_not_of_the_cloud(bank):
+    for mesh, control in zip(bank.meshes, bank.control_points.numpy(), strict=True):
+        corners = mesh.vertices[mesh.faces].reshape(-1, 3)
+        np.testing.assert_allclose(control.min(0), corners.min(0), atol=1e-6)
+        np.testing.assert_allclose(control.max(0), corners.max(0), atol=1e-6)
+
+
+@pytest.mark.parametrize("index", range(3))
+def test_a_subdivided_mesh_keeps_its_surface_and_parts(bank, index):
+    coarse, (fine, matrix) = bank.meshes[index], bank.subdivided(index)
+    corners = fine.vertices[fine.faces]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1)
+    assert edges.max() <= MAX_EDGE < np.ptp(coarse.vertices, axis=0).max()
+    for part in np.unique(coarse.face_parts):
+        areas = [area(m, m.face_parts == part) for m in (coarse, fine)]
+        assert areas[0] == pytest.approx(areas[1], rel=1e-9)
+    reproduced = (matrix @ bank.control_points[index]).numpy()
+    np.testing.assert_allclose(reproduced, fine.vertices, atol=1e-5)
+
+
+def area(mesh, faces):
+    corners = mesh.vertices[mesh.faces[faces]]
+    edges = corners[:, 1:] - corners[:, :1]
+    return np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1).sum() / 2
+
+
+def test_templates_keep_their_textures_deformed_too(bank):
+    """As an image, the deformed mesh has the texture's contrast, and so have its plain colours."""
+    index = next(k for k, mesh in enumerate(bank.meshes) if mesh.textures)
+    coarse, offsets = bank.meshes[index], torch.zeros_like(bank.control_points[index])
+    deformed = bank.deformed_mesh(index, offsets)
+    images = [render(m, height=96, width=128).astype(int) for m in (coarse, deformed)]
+    assert np.abs(images[0] - images[1]).mean() < 0.1
+    assert all(np.array_equal(*p) for p in zip(deformed.textures, coarse.textures, strict=True))
+    textured = deformed.face_textures >= 0
+    assert len(np.unique(deformed.face_colors[textured], axis=0)) > 3 * len(coarse.textures)
+
+
+def test_deformed_mesh_moves_as_the_offsets_say(bank):
+    rest = bank.subdivided(0)[0].vertices
+    zero = torch.zeros_like(bank.control_points[0])
+    np.testing.assert_allclose(bank.deformed_mesh(0, zero).vertices, rest, atol=1e-5)
+    shift = torch.tensor([0.1, -0.2, 0.3])
+    moved = bank.deformed_mesh(0, zero + shift)
+    np.testing.assert_allclose(moved.vertices, rest + shift.numpy(), atol=1e-5)
+    stretched = bank.deformed_mesh(0, 0.5 * bank.control_points[0])
+    np.testing.assert_allclose(stretched.vertices, 1.5 * rest, atol=1e-5)
+
+
+@pytest.mark.parametrize("parts", [True, False])
+def test_a_bank_comes_back_from_its_state(prepared, tmp_path, parts):
+    if not parts:
+        prepared = replace(prepared, manifests=({**prepared.manifests[0], "part_names": []},))
+    bank = TemplateBank.of(prepared, prepared.ids[:2], (2, 3, 4), MAX_EDGE)
+    torch.save(bank.state(), tmp_path / "bank.pt")
+    again = TemplateBank.from_state(torch.load(tmp_path / "bank.pt", weights_only=True))
+    for name in ("ids", "families", "part_names", "degrees", "max_edge"):
+        assert getattr(again, name) == getattr(bank, name)
+    for name in ("points", "control_points", "deformation_matrix"):
+        assert torch.equal(getattr(again, name), getattr(bank, name))
+    np.testing.assert_array_equal(again.point_parts, bank.point_parts)
+    for one, other in zip(again.meshes, bank.meshes, strict=True):
+        for name in ("vertices", "faces", "face_colors", "face_parts", "face_textures", "face_uvs"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+        assert one.part_names == other.part_names
+        for mine, theirs in zip(one.textures, other.textures, strict=True):
+            assert np.abs(mine.astype(int) - theirs).mean() < 4  # packed twice
+    assert any(mesh.textures for mesh in again.meshes)
+    offsets = torch.randn(bank.control_points[1].shape) / 10
+    one, other = again.deformed_mesh(1, offsets), bank.deformed_mesh(1, offsets)
+    np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
+SQUARE = np.array([(-0.5, 0, -0.5), (0.5, 0, -0.5), (0.5, 0, 0.5), (-0.5, 0, 0.5)])
+
+
+def square(vertices=SQUARE, **parts):
+    return Mesh(vertices, np.array([(0, 1, 2), (0, 2, 3)]), np.full((2, 4), 255, np.uint8), **parts)
+
+
+def test_a_bank_of_any_meshes():
+    """Normalised, with clouds on their surfaces, and parts of both under common names."""
+    half = {"face_parts": np.array([0, 1], np.uint8), "part_names": ("low", "high")}
+    other = square(SQUARE + 1, face_parts=np.array([0, 0], np.uint8), part_names=("high",))
+    meshes = {"plain": square(), "a": square(7 * SQUARE, **half), "b": other}
+    bank = TemplateBank.of_meshes(meshes, num_points=200, max_edge=0.2)
+    assert (bank.ids, bank.part_names, len(bank)) == (("plain", "a", "b"), ("low", "high"), 3)
+    for points, mesh in zip(bank.points, bank.meshes, strict=True):
+        np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), (0.5**0.5, 0, 0.5**0.5))
+        assert points[:, 1].abs().max() == 0
+        assert points.abs().max() <= 0.5**0.5 / 2 + 1e-4
+    low = bank.points[1, :, 0] > bank.points[1, :, 2]  # the first triangle's side of the diagonal
+    np.testing.assert_array_equal(bank.point_parts[1], np.where(low, 0, 1))
+    assert set(bank.point_parts[0]) == {255}
+    assert set(bank.point_parts[2]) == {1}
+    again = TemplateBank.from_state(bank.state())
+    assert torch.equal(again.points, bank.points)
+
+
+def test_vertices_that_no_face_uses_do_not_widen_the_lattice():
+    bank = TemplateBank.of_meshes({"square": square(np.vstack([SQUARE, (9, 9, 9)]))}, 20)
+    size = 0.5 * 0.5**0.5
+    np.testing.assert_allclose(bank.control_points[0].amax(0), (size, 0, size), atol=1e-6)
+
+
+def test_flat_template():
+    """All control points lie in its plane, and moving them all moves it out of that plane."""
+    bank = TemplateBank.of_meshes({"square": square()}, 20)
+    assert bank.point_parts is None
+    points = bank.deformation_matrix @ bank.control_points
+    torch.testing.assert_close(points, bank.points, atol=1e-6, rtol=0)
+    lifted = bank.deformed_mesh(0, torch.tensor([0.0, 1, 0]).expand(64, 3))
+    np.testing.assert_allclose(lifted.vertices[:, 1], 1, atol=1e-6)
+    assert lifted.face_parts is None

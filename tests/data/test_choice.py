@@ -1,0 +1,180 @@
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates import choice, distances
+from ffd_lightning.data.templates.choice import (
+    AutoTemplates,
+    DiverseTemplates,
+    ListedTemplates,
+    MedoidTemplates,
+    PaperTemplates,
+    RandomTemplates,
+    choose_templates,
+)
+from ffd_lightning.errors import ConfigError, DataError
+
+
+@pytest.fixture(scope="module")
+def table(prepared):
+    """Chamfer distances between the clouds that the choice looks at, by trees, (n, n)."""
+    clouds = [prepared.cloud(row, distances.POINTS) for row in range(len(prepared))]
+    trees = [cKDTree(cloud.astype(np.float64)) for cloud in clouds]
+    table = np.zeros((len(trees), len(trees)))
+    for i, j in itertools.permutations(range(len(trees)), 2):
+        table[i, j] += (trees[j].query(trees[i].data)[0] ** 2).mean()
+        table[j, i] += (trees[j].query(trees[i].data)[0] ** 2).mean()
+    return table
+
+
+def choose_from(prepared, path, text, count=2):
+    path.write_bytes(text.encode())
+    return choose_templates(ListedTemplates(path), prepared, count)
+
+
+# --- choosing -----------------------------------------------------------------------------------
+
+
+def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, table, monkeypatch):
+    monkeypatch.setattr(choice, "_SPREAD", len(prepared))  # the centre of all of them
+    rows = [int(table.sum(0).argmin())]
+    while len(rows) < 6:
+        rows.append(max(range(len(prepared)), key=lambda i: table[i, rows].min()))
+    chosen = choose_templates(DiverseTemplates(), prepared, 6)
+    assert chosen == tuple(prepared.ids[r] for r in rows)
+
+
+@pytest.mark.parametrize("strategy", [MedoidTemplates(), DiverseTemplates(), RandomTemplates()])
+def test_as_many_templates_as_shapes(prepared, strategy):
+    chosen = choose_templates(strategy, prepared, len(prepared))
+    assert sorted(chosen) == list(prepared.ids)
+
+
+def test_random_is_a_function_of_the_seed(prepared):
+    draws = [choose_templates(RandomTemplates(s), prepared, 4) for s in (0, 0, 1, 2, 3)]
+    assert draws[0] == draws[1]
+    assert len(set(draws)) == 4
+    assert all(len(set(draw)) == 4 and set(draw) <= set(prepared.ids) for draw in draws)
+
+
+def test_more_templates_than_shapes(prepared):
+    for exclude, count in ((), 25), (prepared.ids[:4], 21):
+        with pytest.raises(DataError, match=rf"{count} .* only {count - 1} shapes to choose from"):
+            choose_templates(DiverseTemplates(), prepared, count, exclude)
+
+
+def test_what_a_strategy_of_ones_own_chooses_is_checked(prepared):
+    a, b, c = prepared.ids[:3]
+    assert choose_templates(lambda *_: [c, a], prepared, 2) == (c, a)
+    for ids in ([a], [a, a], [a, a, b], [a, b, c]):
+        words = f"choose 2 shapes .*: it gives {len(ids)} ids, {len(set(ids))} different ones"
+        with pytest.raises(ConfigError, match=words):
+            choose_templates(lambda *_, ids=ids: ids, prepared, 2)
+    with pytest.raises(ConfigError, match="'unicorn' is not in"):
+        choose_templates(lambda *_: [a, "unicorn"], prepared, 2)
+
+
+# --- files --------------------------------------------------------------------------------------
+
+
+def test_listed_keeps_the_order_of_the_file(prepared, tmp_path):
+    a, b, c = prepared.ids[7], prepared.ids[2], prepared.ids[5]
+    text = f"\ufeff# chosen by hand\r\n\n  {a}  # the first\n{a}\r\n\n{b}\n{c}\n"
+    assert choose_from(prepared, tmp_path / "ids", text) == (a, b)
+    assert choose_from(prepared, tmp_path / "ids", text, 3) == (a, b, c)
+
+
+def test_a_ranking_is_read_by_its_column(prepared, tmp_path):
+    a, b = prepared.ids[9], prepared.ids[4]
+    text = f"rank,id,family\n1,{a},x\n\n2,{a},x\n3, {b},x\n4\n"
+    assert choose_from(prepared, tmp_path / "r.csv", text) == (a, b)
+
+
+def test_lists_that_cannot_be_used(prepared, tmp_path):
+    for text in ("", "{0}\n{0}\n", "rank,id\n1,{0}\n2\n3,\n"):
+        with pytest.raises(ConfigError, match=r"lists [01] ids, 2 are needed"):
+            choose_from(prepared, tmp_path / "ids", text.format(prepared.ids[0]))
+    with pytest.raises(ConfigError, match="'unicorn' is not in"):
+        choose_from(prepared, tmp_path / "ids", f"{prepared.ids[0]}\nunicorn\n")
+    with pytest.raises(ConfigError, match=r"template_strategy\.file=.*absent cannot be read"):
+        choose_templates(ListedTemplates(tmp_path / "absent"), prepared, 2)
+
+
+def test_a_list_may_name_any_shape_and_its_file_the_category(prepared, tmp_path):
+    (tmp_path / "table.txt").write_text("\n".join(prepared.ids[:2]))
+    strategy = ListedTemplates(str(tmp_path / "{category}.txt"))
+    assert choose_templates(strategy, prepared, 2, prepared.ids[1:9]) == prepared.ids[:2]
+
+
+# --- the paper's templates ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Renamed(PreparedSet):
+    """A set under other ids."""
+
+    of: PreparedSet | None = None
+
+    def file(self, row):
+        return self.of.file(row if self.taken is None else self.taken[row])
+
+
+def as_shapenet(prepared, ids, category="table", source="shapenet"):
+    """The prepared set under other ids, as if it came from ShapeNet."""
+    names = sorted([*ids, *(f"other{k:02d}" for k in range(len(prepared) - len(ids)))])
+    settings = {"category": category, "source": {"source": source}}
+    manifest = {**prepared.manifests[0], "settings": settings, "ids": names}
+    manifest["sha256"] = f"{category} {source} {names}"
+    return Renamed(prepared.paths, (manifest,), of=prepared)
+
+
+def test_every_category_of_the_paper_has_30_templates():
+    for category in PAPER_CATEGORIES:
+        assert len(set(paper_templates(category))) == 30
+    assert paper_templates("rifle") == paper_templates("mug") == ()
+
+
+def test_shapenet_takes_the_papers_templates_by_default(prepared):
+    known = paper_templates("table")[:6]
+    there = as_shapenet(prepared, known)
+    assert choose_templates(AutoTemplates(), there, 4) == known[:4]
+    elsewhere = as_shapenet(prepared, known, source="folder")
+    medoids = choose_templates(MedoidTemplates(), elsewhere, 4)
+    assert choose_templates(AutoTemplates(), elsewhere, 4) == medoids
+    assert choose_templates(PaperTemplates(), elsewhere, 4) == known[:4]
+
+
+def test_what_is_added_for_absent_templates_takes_their_places(prepared, table, caplog):
+    known = paper_templates("table")[:6]
+    there = as_shapenet(prepared, (known[0], known[2], *known[4:]))
+    chosen = choose_templates(PaperTemplates(), there, 8)
+    assert [chosen[k] for k in (0, 2, 4, 5)] == [known[k] for k in (0, 2, 4, 5)]
+    assert len(set(chosen)) == 8
+    rows = [there.index(i) for i in chosen]
+    papers = [there.index(i) for i in known if i in there.ids]
+    root = np.sqrt(table)
+    for place in (1, 3, 6, 7):
+        free = set(range(len(there))) - {*rows[:place], *papers}
+        sums = {i: root[[*rows[:place], i]].min(0).sum() for i in free}
+        assert sums[rows[place]] == pytest.approx(min(sums.values()))  # two may be as good
+
+
+def test_the_papers_templates_may_be_tested_on_and_what_is_added_may_not(prepared):
+    known = paper_templates("table")[:3]
+    there = as_shapenet(prepared, known[:2])
+    tested = {known[0], *(i for k, i in enumerate(there.ids) if k % 2 and i not in known)}
+    chosen = choose_templates(PaperTemplates(), there, 8, tested)
+    assert chosen[:2] == known[:2]
+    assert not set(chosen[2:]) & tested
+
+
+def test_the_papers_further_templates_are_taken_where_there_is_nothing_else(prepared):
+    there = as_shapenet(prepared, paper_templates("table")[6:])
+    assert set(there.ids) < set(paper_templates("table"))
+    chosen = choose_templates(PaperTemplates(), there, 3)
+    assert len(set(chosen)) == 3
