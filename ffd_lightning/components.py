@@ -141,14 +141,19 @@ class Range:
     interval: str
 
 
-@functools.cache
 def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting]:
     """Return the settings that a signature declares, by name.
 
     Args:
-        target: a class or function; of a dataclass, the fields.
+        target: a class or function; of a dataclass, the fields. An attribute `settings_like`,
+            "module:Class", names a signature that has the defaults and help that it lacks.
         context: parameters that are handed over, and no settings.
     """
+    return _settings_of(target, context)
+
+
+@functools.cache
+def _settings_of(target: Any, context: tuple[str, ...]) -> dict[str, Setting]:
     helps = _helps(target)
     factories: dict[str, Any] = {}
     if dataclasses.is_dataclass(target):
@@ -209,8 +214,7 @@ def summary(target: Any) -> str:
     """Return the first line of a docstring, "" without one."""
     first = inspect.cleandoc(target.__doc__ or "").split("\n")[0]
     # A dataclass without a docstring is given its own signature.
-    made = dataclasses.is_dataclass(target) and first.startswith(f"{target.__name__}(")
-    return "" if made else first
+    return "" if first.startswith(f"{getattr(target, '__name__', '')}(") else first
 
 
 # --- plain values and types -----------------------------------------------------------------------

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import torch
 from lightning import Callback
@@ -22,7 +23,6 @@ from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 from ffd_lightning.training.module import FfdModule
-
 
 _Kind = TypeVar("_Kind")
 
@@ -235,15 +235,14 @@ def build_all(cfg: TrainConfig) -> None:
         build_protocol(cfg.protocol)
 
 
-def _built(chosen: Component, kind: type[_Kind], **context: Any) -> _Kind:
+def _built(chosen: Component, kind: Callable[..., _Kind], **context: Any) -> _Kind:
     """Build a component of a class that all of its kind have.
 
     Raises:
         ConfigError: it is something else.
     """
     made = chosen.build(**context)
-    if not isinstance(made, kind):
-        raise ConfigError(
-            f"{chosen.where}: {chosen.name} gives a {type(made).__name__}, not a {kind.__name__}"
-        )
-    return made
+    if isinstance(made, cast(type, kind)):
+        return cast(_Kind, made)
+    names = type(made).__name__, kind.__name__
+    raise ConfigError(f"{chosen.where}: {chosen.name} gives a {names[0]}, not a {names[1]}")

@@ -120,7 +120,8 @@ def run_suffix(root: DictConfig) -> str:
     """
     whole: Any = OmegaConf.to_container(root, resolve=False)
     # In the job itself the configuration comes without Hydra's own.
-    overrides = (whole.pop("hydra", None) or HydraConfig.get())["overrides"]["task"]
+    hydra: Any = whole.pop("hydra", None) or HydraConfig.get()
+    overrides = list(hydra["overrides"]["task"])
     try:
         own = identity(config := typed_config(_without_suffix(whole), TrainConfig))
     except (ConfigError, OmegaConfBaseException):

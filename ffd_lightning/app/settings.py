@@ -54,7 +54,8 @@ def _value(text: str, hint: Any) -> Any:
     if components.described(hint) == "a list" and not text.startswith("["):
         return [text]  # one is a list of one
     try:
-        return OmegaConf.to_container(OmegaConf.create(f"value: {text}"))["value"]
+        found: Any = OmegaConf.to_container(OmegaConf.create(f"value: {text}"))
+        return found["value"]
     except (OmegaConfBaseException, ValueError, yaml.YAMLError):
         return text
 
