@@ -144,9 +144,7 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
         if where not in LISTS:
             group[key] = choose(kind, group.get(key), where, provided)
             continue
-        if isinstance(node := group.get(key), list):  # no such group: nothing is registered
-            components.find(kind, *node[:1])
-        labelled = _mapping(where, node).items()
+        labelled = _mapping(where, group.get(key)).items()
         group[key] = {name: choose(kind, x, f"{where}.{name}", provided) for name, x in labelled}
     found: _Config = components.build(schema, plain, "")
     return found
@@ -281,6 +279,8 @@ def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> li
                 "comma is quoted twice, 'key=\"a,b\"'; a sweep needs -m"
             )
         value = override.value()
+        if key in LISTS and not components.names(LISTS[key]):  # no group: nothing is registered
+            components.find(LISTS[key], value[0] if isinstance(value, list) else str(value))
         if override.is_hydra_override() or override.is_delete():
             found.append(text)
         elif chooses(override) and key.split("/")[0] in own:
