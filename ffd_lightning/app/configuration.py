@@ -366,7 +366,7 @@ def run_hydra(
         ConfigError, HydraException: a setting that does not exist or does not fit.
     """
     given = list(arguments)
-    args = get_args_parser().parse_args(given)
+    args, _ = get_args_parser().parse_known_args(given)
     if args.help:
         from ffd_lightning.app.help import command_help
 
