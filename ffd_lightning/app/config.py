@@ -23,9 +23,6 @@ EMBEDDED_WIDTH = 0.25
 """Of the encoder that comes with the package, a MobileNet."""
 
 
-# --- components, and what all of a kind have in common --------------------------------------------
-
-
 @dataclass(frozen=True)
 class Data(Component):
     """Where shapes come from, and what is kept of them.
@@ -91,32 +88,18 @@ class Term(Component):
     annealing: Literal["constant", "exponential", "linear"] = "constant"
 
 
-HOLDERS: dict[str, type[Component]] = {
-    "source": Data,
-    "split": Split,
-    "encoder": Encoder,
-    "term": Term,
-}
+HOLDERS = {"source": Data, "split": Split, "encoder": Encoder, "term": Term}
 """Kinds whose components have settings in common."""
 
-GROUPS: dict[str, str] = {
-    "data": "source",
-    "split": "split",
-    "regime.selection": "selection",
-    "template_strategy": "template_strategy",
-    "augmentation": "augmentation",
-    "encoder": "encoder",
-    "optimizer": "optimizer",
-    "lr_schedule": "lr_schedule",
-    "protocol": "protocol",
-}
+_OF_THEIR_KIND = (
+    *("split", "template_strategy", "augmentation", "encoder", "optimizer", "lr_schedule"),
+    "protocol",
+)
+GROUPS = {"data": "source", "regime.selection": "selection", **{k: k for k in _OF_THEIR_KIND}}
 """The groups that choose one component, and of which kind."""
 
-LISTS: dict[str, str] = {"regime.terms": "term", "callback": "callback"}
+LISTS = {"regime.terms": "term", "callback": "callback"}
 """The places of several components, by labels of their own, and of which kind."""
-
-
-# --- groups that are no components ----------------------------------------------------------------
 
 
 @dataclass
@@ -328,9 +311,6 @@ class PathsConfig:
 
     data: str = "data"
     runs: str = "runs"
-
-
-# --- all that a command reads ---------------------------------------------------------------------
 
 
 @dataclass(kw_only=True)

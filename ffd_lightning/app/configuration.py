@@ -35,7 +35,7 @@ from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
-# Hydra shows all that is logged as information. Here, as jobs in other processes load this too.
+# Hydra shows what is logged as information. Here, as jobs in other processes load this too.
 logging.getLogger("matplotlib").setLevel(logging.WARNING)
 
 _Config = TypeVar("_Config")
@@ -127,8 +127,7 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
         schema: of which command it is.
 
     Raises:
-        ConfigError: a value that must be given is missing, a component that is not here, a setting
-            that does not exist, or a value that does not fit; the message names it.
+        ConfigError: something is missing, does not exist or does not fit; the message names it.
     """
     given = cfg if isinstance(cfg, DictConfig) else OmegaConf.create(dict(cfg))
     plain: Any = OmegaConf.to_container(given, resolve=True)
@@ -151,13 +150,9 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
 
 
 def choose(kind: str, node: Any, where: str, provided: Mapping[str, str] = {}) -> Component:
-    """Return what a group of a configuration chooses.
+    """Return what a group of a configuration, `where`, chooses: `node` has its name and settings.
 
-    Args:
-        kind: of component.
-        node: its name and its settings.
-        where: the group.
-        provided: which packages had what was chosen when the configuration was written.
+    `provided` tells from which packages components came when the configuration was written.
 
     Raises:
         ConfigError: no such component, or settings that do not fit.
@@ -294,16 +289,14 @@ def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> li
 
 def _first_job(overrides: Sequence[str]) -> list[str]:
     """Return what the first job of a sweep is given; patterns of options are left out."""
-    found = []
-    for override in OverridesParser.create().parse_overrides(list(overrides)):
-        key, text = override.get_key_element(), str(override.input_line)
-        if isinstance(override.value(), Glob):
-            continue
-        if override.is_sweep_override():
-            text = f"{key}={next(iter(override.sweep_string_iterator()))}"
-        if key == "hydra.searchpath" or not override.is_hydra_override():
-            found.append(text)
-    return found
+    parsed = OverridesParser.create().parse_overrides(list(overrides))
+    return [
+        f"{each.get_key_element()}={next(iter(each.sweep_string_iterator()))}"
+        if each.is_sweep_override()
+        else str(each.input_line)
+        for each in parsed
+        if not isinstance(each.value(), Glob)
+    ]
 
 
 # --- commands that Hydra runs ---------------------------------------------------------------------
@@ -327,13 +320,7 @@ def _resolved(function: Callable[[DictConfig], str], *, _root_: DictConfig) -> s
 def compose_config(
     name: str, schema: type[Any], overrides: Sequence[str], extra: str | None = None
 ) -> DictConfig:
-    """Compose one of the configurations in `conf/`.
-
-    Args:
-        name: of the configuration.
-        schema: of its settings.
-        overrides: as on the command line.
-        extra: a folder with further options, as --config-dir.
+    """Compose a configuration of `conf/`; `extra` is a folder of options, as --config-dir.
 
     Raises:
         ConfigError, HydraException: an override that does not fit.
