@@ -19,15 +19,15 @@ import importlib.metadata
 import inspect
 import logging
 import sys
+import traceback
 import types
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from types import ModuleType
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from docstring_parser import parse
 
@@ -40,7 +40,7 @@ MISSING: Any = "???"
 """The default of a setting that must be given, as OmegaConf writes it."""
 OWN = "ffd_lightning"
 ENTRY_POINTS = "ffd_lightning.plugins"
-"""The group in which packages name their modules: `my_parts = "my_package.parts"`."""
+"""The group in which packages name their modules: `my_components = "my_package.components"`."""
 
 
 @dataclass(frozen=True)
@@ -55,104 +55,80 @@ class Kind:
 
     meaning: str
     context: tuple[str, ...] = ()
-    built_in: Mapping[str, str] = dataclasses.field(default_factory=dict)
+    built_in: dict[str, str] = dataclasses.field(default_factory=dict)
 
 
 def _of(module: str, **classes: str) -> dict[str, str]:
-    return {name: f"{module}:{target}" for name, target in classes.items()}
+    """Name classes of a module of ours."""
+    return {name: f"{OWN}.{module}:{target}" for name, target in classes.items()}
 
 
-_SCALED = "ffd_lightning.evaluation.protocols.scaled:ScaledProtocol"
 _SPEED = ("fused", "foreach", "capturable", "differentiable", "maximize")  # of torch's optimizers
+_OPTIMIZERS = {"adam": "torch.optim:Adam", "adamw": "torch.optim:AdamW", "sgd": "torch.optim:SGD"}
 
 KINDS: dict[str, Kind] = {
     "encoder": Kind(
         "turns images into a feature map",
         ("image_size", "batch_norm_momentum"),
-        {
-            "mobilenet": "ffd_lightning.nn.encoders.mobilenet:MobileNetV1",
-            "timm": "ffd_lightning.nn.encoders.timm:TimmEncoder",
-        },
+        _of("nn.encoders.mobilenet", mobilenet="MobileNetV1")
+        | _of("nn.encoders.timm", timm="TimmEncoder"),
     ),
     "term": Kind(
         "a term of the objective",
-        built_in=_of(
-            "ffd_lightning.losses.terms",
-            chamfer="Chamfer",
-            mean_chamfer="MeanChamfer",
-            lattice_bending="LatticeBending",
-            lattice_folding="LatticeFolding",
-            negative_entropy="NegativeEntropy",
-            offset_penalty="OffsetPenalty",
-            uniform_penalty="UniformPenalty",
-        )
-        | _of("ffd_lightning.losses.transport", sliced_wasserstein="SlicedWasserstein"),
+        (),
+        _of("losses.terms", chamfer="Chamfer", mean_chamfer="MeanChamfer")
+        | _of("losses.terms", lattice_bending="LatticeBending", lattice_folding="LatticeFolding")
+        | _of("losses.terms", negative_entropy="NegativeEntropy", offset_penalty="OffsetPenalty")
+        | _of("losses.terms", uniform_penalty="UniformPenalty")
+        | _of("losses.transport", sliced_wasserstein="SlicedWasserstein"),
     ),
     "selection": Kind(
         "how template weights are taught",
-        built_in=_of(
-            "ffd_lightning.losses.selection", weighted="WeightedCosts", posterior="PosteriorTaught"
-        ),
+        (),
+        _of("losses.selection", weighted="WeightedCosts", posterior="PosteriorTaught"),
     ),
     "augmentation": Kind(
         "changes training images",
-        built_in=_of("ffd_lightning.imaging.augmentation", none="Unchanged", photo="Photo"),
+        (),
+        _of("imaging.augmentation", none="Unchanged", photo="Photo"),
     ),
     "template_strategy": Kind(
         "how templates are chosen",
-        built_in=_of(
-            "ffd_lightning.data.templates.choice",
-            auto="AutoTemplates",
-            paper="PaperTemplates",
-            medoids="MedoidTemplates",
-            diverse="DiverseTemplates",
-            random="RandomTemplates",
-            listed="ListedTemplates",
-            ranking="ListedTemplates",
-        ),
+        (),
+        _of("data.templates.choice", auto="AutoTemplates", paper="PaperTemplates")
+        | _of("data.templates.choice", medoids="MedoidTemplates", diverse="DiverseTemplates")
+        | _of("data.templates.choice", random="RandomTemplates")
+        | _of("data.templates.choice", listed="ListedTemplates", ranking="ListedTemplates"),
     ),
     "source": Kind(
         "where shapes come from",
-        built_in={
-            "procedural": "ffd_lightning.data.sources.procedural:ProceduralSource",
-            "folder": "ffd_lightning.data.sources.folder:FolderSource",
-            "shapenet": "ffd_lightning.data.sources.shapenet:ShapeNetSource",
-        },
+        (),
+        _of("data.sources.procedural", procedural="ProceduralSource")
+        | _of("data.sources.folder", folder="FolderSource")
+        | _of("data.sources.shapenet", shapenet="ShapeNetSource"),
     ),
     "split": Kind(
         "which shapes are trained on, validated on, tested on",
-        built_in=_of(
-            "ffd_lightning.data.splits",
-            hash="HashSplit",
-            auto="AutoSplit",
-            r2n2="R2n2Split",
-            listed="ListedSplit",
-        ),
+        (),
+        _of("data.splits", hash="HashSplit", auto="AutoSplit", r2n2="R2n2Split")
+        | _of("data.splits", listed="ListedSplit"),
     ),
     "protocol": Kind(
         "how predictions are measured",
         ("name",),
-        {
-            "paper": "ffd_lightning.evaluation.protocols.paper:PaperProtocol",
-            "modern": "ffd_lightning.evaluation.protocols.modern:ModernProtocol",
-            **dict.fromkeys(("pixel2mesh", "atlasnet", "mesh_rcnn", "occnet"), _SCALED),
-            "parts": "ffd_lightning.evaluation.protocols.parts:PartProtocol",
-        },
+        _of("evaluation.protocols.paper", paper="PaperProtocol")
+        | _of("evaluation.protocols.modern", modern="ModernProtocol")
+        | dict.fromkeys(
+            ("pixel2mesh", "atlasnet", "mesh_rcnn", "occnet"),
+            f"{OWN}.evaluation.protocols.scaled:ScaledProtocol",
+        )
+        | _of("evaluation.protocols.parts", parts="PartProtocol"),
     ),
-    "optimizer": Kind(
-        "moves the weights",
-        ("params", "lr", *_SPEED),
-        _of("torch.optim", adam="Adam", adamw="AdamW", sgd="SGD"),
-    ),
+    "optimizer": Kind("moves the weights", ("params", "lr", *_SPEED), _OPTIMIZERS),
     "lr_schedule": Kind(
         "what becomes of the learning rate over the run",
         ("optimizer", "total_steps"),
-        _of(
-            "ffd_lightning.training.schedules",
-            none="constant",
-            cosine="cosine",
-            one_cycle="one_cycle",
-        ),
+        _of("training.schedules", none="constant", cosine="cosine", one_cycle="one_cycle"),
     ),
     "callback": Kind("takes part in the training"),
 }
@@ -182,11 +158,19 @@ class Setting:
     help: str = ""
 
 
+@dataclass(frozen=True)
+class Range:
+    """The interval that numbers must lie in, for `Annotated`: "[0, inf)", "(0, 1]"."""
+
+    interval: str
+
+
 def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting]:
     """Return the settings that a signature declares, by name.
 
     Args:
-        target: a class or function; of a dataclass, the fields.
+        target: a class or function; of a dataclass, the fields. An attribute `settings_like`,
+            "module:Class", names a signature that has the defaults and help that it lacks.
         context: parameters that are handed over, and no settings.
     """
     return _settings_of(target, context)
@@ -198,33 +182,41 @@ def _settings_of(target: Any, context: tuple[str, ...]) -> dict[str, Setting]:
     factories: dict[str, Any] = {}
     if dataclasses.is_dataclass(target):
         factories = {f.name: f.default_factory for f in dataclasses.fields(target)}
+    like = getattr(target, "settings_like", None)
+    others = settings_of(_imported(like)) if like else {}
     found = {}
     for p in inspect.signature(target).parameters.values():
         if p.name in context or p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
             continue
-        default = MISSING if p.default is p.empty else p.default
+        other = others.get(p.name, Setting(Any))
+        default = other.default if p.default is p.empty else p.default
         if factories.get(p.name, dataclasses.MISSING) is not dataclasses.MISSING:
             default = factories[p.name]()  # in the signature it is a sentinel
-        found[p.name] = Setting(_hint(target, p), default, helps.get(p.name, ""))
+        found[p.name] = Setting(_hint(target, p), default, helps.get(p.name) or other.help)
     return found
+
+
+def _imported(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(importlib.import_module(module), name)
 
 
 def _hint(target: Any, parameter: inspect.Parameter) -> Any:
     """Return the type of one parameter; `Any` where its name exists for type checkers only."""
     if parameter.annotation is parameter.empty:
         return Any
-    # Alone, since one that cannot be told would take all others with it.
+    # Alone, since one that cannot be resolved would take all others with it.
     alone = types.SimpleNamespace(__annotations__={"hint": parameter.annotation})
-    places = [vars(sys.modules[each.__module__]) for each in _classes(target)]
-    for place in places:
+    for each in _bases(target):
         try:
-            return get_type_hints(alone, place)["hint"]
+            names = vars(sys.modules[each.__module__])
+            return get_type_hints(alone, names, include_extras=True)["hint"]
         except NameError:
             continue
     return Any
 
 
-def _classes(target: Any) -> list[Any]:
+def _bases(target: Any) -> list[Any]:
     """Return a class and those it inherits from, as far as parameters can come from them."""
     if not inspect.isclass(target):
         return [inspect.unwrap(target)]
@@ -232,13 +224,10 @@ def _classes(target: Any) -> list[Any]:
 
 
 def _helps(target: Any) -> dict[str, str]:
-    """Return what docstrings say of parameters; what is inherited is told there."""
+    """Return what docstrings say of parameters; those of inherited ones are found, too."""
     found: dict[str, str] = {}
-    for each in reversed(_classes(target)):
-        for doc in (
-            each.__dict__.get("__doc__") if inspect.isclass(each) else each.__doc__,
-            getattr(each.__dict__.get("__init__"), "__doc__", None),
-        ):
+    for each in reversed(_bases(target)):
+        for doc in (vars(each).get("__doc__"), getattr(vars(each).get("__init__"), "__doc__", "")):
             for p in parse(doc or "").params:
                 for name in p.arg_name.split(","):
                     found[name.strip()] = " ".join((p.description or "").split())
@@ -247,11 +236,9 @@ def _helps(target: Any) -> dict[str, str]:
 
 def summary(target: Any) -> str:
     """Return the first line of a docstring, "" without one."""
-    doc = target.__doc__ or ""
-    own = getattr(target, "__name__", "")
-    first = inspect.cleandoc(doc).split("\n")[0]
+    first = inspect.cleandoc(target.__doc__ or "").split("\n")[0]
     # A dataclass without a docstring is given its own signature.
-    return "" if dataclasses.is_dataclass(target) and first.startswith(f"{own}(") else first
+    return "" if first.startswith(f"{getattr(target, '__name__', '')}(") else first
 
 
 # --- plain values and types -----------------------------------------------------------------------
@@ -276,86 +263,72 @@ def plain(value: Any) -> Any:
     return value
 
 
-def typed(hint: Any, value: Any, where: str) -> Any:
-    """Return a plain value as what a signature asks for.
+class _WrongType(ConfigError):
+    """A value is of another type."""
 
-    Args:
-        hint: a type: numbers, str, bool, Path, Literal, lists, tuples and dicts of those,
-            dataclasses, and unions. What is of another type is passed as it is.
-        value: from a file or a command line.
-        where: the setting's name, for messages.
+
+# Types of settings, and the types of values that can become one.
+_SCALARS: dict[Any, tuple[type, ...]] = {
+    bool: (bool,),
+    int: (int,),
+    float: (int, float),
+    str: (str, int, float, Path),
+    Path: (str, int, float, Path),
+}
+
+
+def typed(hint: Any, value: Any, where: str) -> Any:
+    """Return a plain value as what a signature asks for; `where` names it in messages.
+
+    Types are numbers, with a `Range` or without, str, bool, Path, Literal, Enum, lists, tuples and
+    dicts of those, dataclasses, and unions. Values of other types are passed on.
 
     Raises:
-        ConfigError: it is of another type.
+        ConfigError: it is of another type, or out of its range.
 
     >>> typed(tuple[int, ...], [3, 3], "degrees"), typed(float | None, 1, "rate")
     ((3, 3), 1.0)
     """
     origin, args = get_origin(hint), get_args(hint)
-    if origin in (typing.Union, types.UnionType):
-        return _one_of(args, value, where)
-    if origin is typing.Annotated:
-        return typed(args[0], value, where)
-    if origin is Literal:
+    kind = origin or hint
+    if kind in (typing.Union, types.UnionType):
+        for each in filter(described, args):
+            with suppress(_WrongType):
+                return typed(each, value, where)
+    elif kind is Annotated:
+        found = typed(args[0], value, where)
+        ranges = [each.interval for each in args[1:] if isinstance(each, Range)]
+        if problems := list(filter(None, (_range_problem(where, found, r) for r in ranges))):
+            raise ConfigError(problems[0])
+        return found
+    elif kind in _SCALARS:
+        if isinstance(value, _SCALARS[kind]) and isinstance(value, bool) == (kind is bool):
+            return Path(str(value)).expanduser() if kind is Path else kind(value)
+    elif kind is type(None):
+        if value is None:
+            return None
+    elif kind is Literal:
         if any(value == each and type(value) is type(each) for each in args):
             return value
-    elif isinstance(hint, type) and issubclass(hint, Enum):
-        args = tuple(hint.__members__)
-        if isinstance(value, hint) or value in args:
-            return value if isinstance(value, hint) else hint[value]
-    elif dataclasses.is_dataclass(hint):
+    elif isinstance(kind, type) and issubclass(kind, Enum):
+        if isinstance(value, kind) or value in kind.__members__:
+            return value if isinstance(value, kind) else kind[value]
+    elif dataclasses.is_dataclass(kind):
         if isinstance(value, Mapping):
-            return build(hint, value, where)
-        if isinstance(value, typing.cast(type, hint)):
+            return build(kind, value, where)
+        if isinstance(value, typing.cast(type, kind)):
             return value
-    elif origin in (list, tuple) or hint in (list, tuple):
+    elif kind in (list, tuple):
         if isinstance(value, list | tuple):
-            return _sequence(origin or hint, args, value, where)
-    elif origin in (dict, Mapping) or hint is dict:
+            return _sequence(kind, args, value, where)
+    elif kind in (dict, Mapping):
         if isinstance(value, Mapping):
             of = args[1] if args else Any
             return {str(k): typed(of, v, f"{where}.{k}") for k, v in value.items()}
-    elif hint is bool or hint is int:
-        if type(value) is hint:
-            return value
-    elif hint is float:
-        if type(value) in (int, float):
-            return float(value)
-    elif hint is str or hint is Path:
-        if isinstance(value, str | int | float | Path) and not isinstance(value, bool):
-            return Path(str(value)).expanduser() if hint is Path else str(value)
     else:
         return value
-    words = args if origin is Literal or described(hint).startswith("one of") else ()
-    close = difflib.get_close_matches(str(value), map(str, words), 1)
-    meant = f" Did you mean {close[0]}?" if close else ""
-    raise ConfigError(f"{where}={written(value)} must be {described(hint)}.{meant}".rstrip("."))
-
-
-def _one_of(hints: tuple[Any, ...], value: Any, where: str) -> Any:
-    """Return a value as the first type of a union that takes it."""
-    if value is None and type(None) in hints:
-        return None
-    for hint in hints:
-        if hint is type(None) or not _known(hint):
-            continue
-        try:
-            return typed(hint, value, where)
-        except ConfigError as error:
-            if len(hints) == 2 and type(None) in hints and dataclasses.is_dataclass(hint):
-                raise error
-    names = " or ".join(described(hint) for hint in hints if hint is type(None) or _known(hint))
-    raise ConfigError(f"{where}={written(value)} must be {names}")
-
-
-def _known(hint: Any) -> bool:
-    """Tell whether `typed` checks values of a type."""
-    return (
-        hint in (bool, int, float, str, Path, list, tuple, dict)
-        or get_origin(hint) is not None
-        or dataclasses.is_dataclass(hint)
-        or (isinstance(hint, type) and issubclass(hint, Enum))
-    )
+    near = _near(str(value), [*map(str, choices(hint))])
+    raise _WrongType(f"{where}={written(value)} must be {described(hint)}.{near}".rstrip("."))
 
 
 def _sequence(kind: type, args: tuple[Any, ...], value: Any, where: str) -> Any:
@@ -367,25 +340,32 @@ def _sequence(kind: type, args: tuple[Any, ...], value: Any, where: str) -> Any:
     return kind(typed(of, each, where) for each in value)
 
 
+def choices(hint: Any) -> tuple[Any, ...]:
+    """Return the values that a type has, () where they are not counted."""
+    if isinstance(hint, type) and issubclass(hint, Enum):
+        return tuple(hint.__members__)
+    return get_args(hint) if get_origin(hint) is Literal else ()
+
+
 def described(hint: Any) -> str:
-    """Return a type in words.
+    """Return a type in words, "" for one that `typed` does not check.
 
     >>> described(int | None), described(Literal["val", "test"])
     ('a whole number or null', 'one of val, test')
     """
-    origin, args = get_origin(hint), get_args(hint)
-    if origin is Literal:
-        return f"one of {', '.join(map(written, args))}"
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        return f"one of {', '.join(hint.__members__)}"
-    if origin in (typing.Union, types.UnionType):
-        return " or ".join(described(each) for each in args if each is type(None) or _known(each))
-    if origin in (list, tuple) or hint in (list, tuple):
+    kind, args = get_origin(hint) or hint, get_args(hint)
+    if choices(hint):
+        return f"one of {', '.join(map(written, choices(hint)))}"
+    if kind is Annotated:
+        return described(args[0])
+    if kind in (typing.Union, types.UnionType):
+        return " or ".join(filter(None, map(described, args)))
+    if kind in (list, tuple):
         return "a list"
-    if origin in (dict, Mapping) or hint is dict or dataclasses.is_dataclass(hint):
+    if kind in (dict, Mapping) or dataclasses.is_dataclass(kind):
         return "settings by name"
-    words = {int: "a whole number", float: "a number", bool: "true or false", type(None): "null"}
-    return words.get(hint, "a file's name" if hint is Path else "text")
+    words = {int: "a whole number", float: "a number", bool: "true or false", str: "text"}
+    return (words | {Path: "a file's name", type(None): "null"}).get(kind, "")
 
 
 def written(value: Any) -> str:
@@ -403,23 +383,51 @@ def written(value: Any) -> str:
     return str(plain(value))
 
 
+def check_ranges(values: Mapping[str, Any], /, **within: str) -> None:
+    """Make sure that settings lie in intervals; for constructors: `check_ranges(locals(), ...)`.
+
+    Intervals are written as "[0, inf)", "(0, 1]". Of a list each number counts; None passes.
+
+    Raises:
+        ValueError: one does not; the message begins with its name.
+    """
+    for name, interval in within.items():
+        if problem := _range_problem(name, values[name], interval):
+            raise ValueError(problem)
+
+
+def _range_problem(name: str, value: Any, interval: str) -> str:
+    low, high = interval[1:-1].split(", ")
+    for number in value if isinstance(value, list | tuple) else (value,):
+        if number is None:
+            continue
+        above = float(low) < number if interval[0] == "(" else float(low) <= number
+        below = number < float(high) if interval[-1] == ")" else number <= float(high)
+        if above and below:
+            continue
+        bound = f"be above {low}" if interval[0] == "(" else f"be {low} or more"
+        must = f"lie in {interval}" if above or high != "inf" else bound
+        return f"{name}={written(value)} must {must}"
+    return ""
+
+
+# --- building -------------------------------------------------------------------------------------
+
+
 def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return typed settings: those given, and the defaults of the others.
 
-    Args:
-        known: the settings that there are.
-        given: plain values.
-        where: what they are settings of, "" at the top.
-
     Raises:
-        ConfigError: a setting that there is not, one that must be given, or a value of another
-            type; the message names it.
+        ConfigError: a setting that does not exist, one that must be given, or a value of another
+            type; the message names it, with `where` before it.
     """
     dot = f"{where}." if where else ""
     for key in given:
         if key not in known:
-            raise ConfigError(unknown_setting(where, str(key), list(known)))
-    missing = [key for key, s in known.items() if _same(given.get(key, s.default), MISSING)]
+            near, place = _near(key, list(known), dot), f" in {where}" if where else ""
+            raise ConfigError(f"no setting '{dot}{key}'.{near} Settings{place}: {_list(known)}")
+    values = {key: given.get(key, setting.default) for key, setting in known.items()}
+    missing = [key for key, value in values.items() if isinstance(value, str) and value == MISSING]
     if missing:
         needs = ", ".join(f"{dot}{key}=..." for key in missing)
         raise ConfigError(f"these settings must be given: {needs}")
@@ -429,55 +437,20 @@ def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> 
     }
 
 
-def check_ranges(values: Mapping[str, Any], /, **within: str) -> None:
-    """Make sure that settings lie in intervals; for constructors and `__post_init__`.
-
-    Args:
-        values: by name: `vars(self)` or `locals()`. Of a list each number counts; None passes.
-        within: intervals by name: "[0, inf)", "(0, 1]".
-
-    Raises:
-        ValueError: one does not; the message begins with its name.
-    """
-    for name, interval in within.items():
-        low, high = interval[1:-1].split(", ")
-        value = values[name]
-        for number in value if isinstance(value, list | tuple) else (value,):
-            if number is None:
-                continue
-            above = float(low) < number if interval[0] == "(" else float(low) <= number
-            below = number < float(high) if interval[-1] == ")" else number <= float(high)
-            if not (above and below):
-                bound = f"be above {low}" if interval[0] == "(" else f"be {low} or more"
-                must = f"lie in {interval}" if above or high != "inf" else bound
-                raise ValueError(f"{name}={written(value)} must {must}")
-
-
-def _same(value: Any, word: str) -> bool:
-    return isinstance(value, str) and value == word
-
-
-def unknown_setting(where: str, key: str, names: list[str]) -> str:
-    """Return the message for a setting that a group, or "" for the top, does not have."""
-    prefix = f"{where}." if where else ""
-    place = f"Settings in {where}" if where else "Settings"
-    return f"no setting '{prefix}{key}'.{_near(key, names, prefix)} {place}: {_list(names)}"
-
-
 def build(
     target: Any,
     given: Mapping[str, Any],
     where: str,
-    context: Mapping[str, Any] | None = None,
+    context: Mapping[str, Any] = types.MappingProxyType({}),
     names: tuple[str, ...] = (),
 ) -> Any:
-    """Call a class with plain settings, and with what it names of the context.
+    """Call a class with plain settings, defaults for the others, and what it names of the context.
 
     Args:
         target: the class.
-        given: plain values of its settings; defaults for the others.
+        given: plain values by name.
         where: the settings' place, for messages: "encoder", say.
-        context: values by name; what the class does not name is not handed over.
+        context: values by name.
         names: of the parameters that are context, and no settings.
 
     Raises:
@@ -485,10 +458,7 @@ def build(
     """
     parameters = inspect.signature(target).parameters
     settings = read(settings_of(target, names), given, where)
-    handed = {key: value for key, value in (context or {}).items() if key in parameters}
-    absent = [n for n in names if n in parameters and n not in handed]
-    if absent := [n for n in absent if parameters[n].default is inspect.Parameter.empty]:
-        raise ConfigError(f"{where} must be given {', '.join(f'{n}=...' for n in absent)}")
+    handed = {key: value for key, value in context.items() if key in parameters}
     return called(target, where, **settings, **handed)
 
 
@@ -504,6 +474,35 @@ def called(target: Any, place: str, /, **given: Any) -> Any:
         own = str(error).partition("=")[0] in given
         prefix = f"{place}{'.' if own else ': '}" if place else ""
         raise ConfigError(f"{prefix}{error}") from error
+
+
+@dataclass(frozen=True)
+class Component:
+    """A component that is chosen: what configurations and checkpoints hold of it.
+
+    Attributes:
+        kind: one of `KINDS`.
+        name: of the component.
+        settings: plain values by name.
+        provider: the package that it comes from.
+        where: its place in a configuration, for messages.
+    """
+
+    kind: str
+    name: str
+    settings: Mapping[str, Any]
+    provider: str = OWN
+    where: str = ""
+
+    def build(self, **context: Any) -> Any:
+        """Build it; `context` is handed over as far as the class names it.
+
+        Raises:
+            ConfigError: its package is not here, or its settings do not fit.
+        """
+        target = find(self.kind, self.name, self.provider)
+        where = self.where or f"{_words(self.kind)} {self.name}"
+        return build(target, self.settings, where, context, KINDS[self.kind].context)
 
 
 # --- registering and finding ----------------------------------------------------------------------
@@ -531,11 +530,9 @@ def component(kind: str, name: str) -> Callable[[_Target], _Target]:
     def add(target: _Target) -> _Target:
         place = f"{target.__module__}:{target.__qualname__}"
         there, whose = _registered.get((kind, name), (None, OWN))
-        taken = (
-            KINDS[kind].built_in.get(name, place)
-            if there is None
-            else (f"{there.__module__}:{there.__qualname__}")
-        )
+        taken = KINDS[kind].built_in.get(name, place)
+        if there is not None:
+            taken = f"{there.__module__}:{there.__qualname__}"
         if taken != place:  # the same class again: its module was reloaded
             raise ConfigError(
                 f"{kind} {name!r} of {target.__module__} is taken by {whose}: choose another name"
@@ -572,22 +569,16 @@ def names(kind: str) -> list[str]:
 
 
 def find(kind: str, name: str, from_package: str = OWN) -> Any:
-    """Return the class of a component.
-
-    Args:
-        kind: one of `KINDS`.
-        name: of the component.
-        from_package: where it came from when it was written down.
+    """Return the class of a component, which came `from_package` when it was written down.
 
     Raises:
         ConfigError: there is none; the message says what there is, or which package is missing.
     """
     load_plugins()
     if (kind, name) not in _registered and name in KINDS[kind].built_in:
-        module, _, attribute = KINDS[kind].built_in[name].partition(":")
         with _from(OWN):
-            target = getattr(importlib.import_module(module), attribute)
-        _registered.setdefault((kind, name), (target, OWN))  # what others wrote registers nothing
+            target = _imported(KINDS[kind].built_in[name])
+        _registered.setdefault((kind, name), (target, OWN))  # torch's classes register nothing
     if (kind, name) in _registered:
         return _registered[kind, name][0]
     if from_package != OWN:
@@ -595,10 +586,11 @@ def find(kind: str, name: str, from_package: str = OWN) -> Any:
             f"the {_words(kind)} {name!r} comes from {from_package}, which is not here: install "
             "that package, or name its module with plugins=[MODULE]"
         )
-    choices = names(kind)
+    there = names(kind)
+    hint = "" if there else "; packages, and modules named by plugins=[MODULE], bring them"
     broken = "".join(f" ({plugin} could not be loaded: {why})" for plugin, why in _broken.items())
     raise ConfigError(
-        f"no {_words(kind)} {name!r}.{_near(name, choices)} Choices: {_list(choices)}{broken}"
+        f"no {_words(kind)} {name!r}.{_near(name, there)} Choices: {_list(there)}{hint}{broken}"
     )
 
 
@@ -614,12 +606,9 @@ def provider(kind: str, name: str) -> str:
 
 
 def make(kind: str, name: str, /, **given: Any) -> Any:
-    """Build a component by name, for scripts: `make("source", "procedural", num_shapes=100)`.
+    """Build a component by name, for scripts: `make("source", "procedural", num_models=100)`.
 
-    Args:
-        kind: one of `KINDS`.
-        name: of the component.
-        given: its settings, and what it names of its kind's context.
+    What it names of its kind's context is given as its settings are.
 
     Raises:
         ConfigError: no such component, or a setting that does not fit.
@@ -629,35 +618,6 @@ def make(kind: str, name: str, /, **given: Any) -> Any:
     context = {key: value for key, value in given.items() if key in KINDS[kind].context}
     own = {key: value for key, value in given.items() if key not in context}
     return Component(kind, name, own).build(**context)
-
-
-@dataclass(frozen=True)
-class Component:
-    """A component that is chosen: what configurations and checkpoints hold of it.
-
-    Attributes:
-        kind: one of `KINDS`.
-        name: of the component.
-        settings: plain values by name.
-        provider: the package that it comes from.
-        where: its place in a configuration, for messages.
-    """
-
-    kind: str
-    name: str
-    settings: Mapping[str, Any]
-    provider: str = OWN
-    where: str = ""
-
-    def build(self, **context: Any) -> Any:
-        """Build it; `context` is handed over as far as the class names it.
-
-        Raises:
-            ConfigError: its package is not here, or its settings do not fit.
-        """
-        target = find(self.kind, self.name, self.provider)
-        where = self.where or f"{_words(self.kind)} {self.name}"
-        return build(target, self.settings, where, context, KINDS[self.kind].context)
 
 
 # --- plugins --------------------------------------------------------------------------------------
@@ -675,41 +635,35 @@ def load_plugins(modules: Iterable[str] = ()) -> None:
     if ENTRY_POINTS not in _loaded:
         _loaded.add(ENTRY_POINTS)
         for point in importlib.metadata.entry_points(group=ENTRY_POINTS):
-            _load_entry_point(point)
+            whose = point.name if point.dist is None else f"{point.dist.name} {point.dist.version}"
+            try:
+                with _from(whose):
+                    point.load()
+            except Exception as error:
+                _broken[whose] = _with_place(error)
+                log.warning("the plugin %s cannot be loaded: %s", whose, _broken[whose])
+            _loaded.add(point.module)
     for name in modules:
         if name in _loaded:
             continue
-        with _from(_distribution_of(name)):
-            if "" not in sys.path:
-                sys.path.insert(0, "")  # a module in the folder where the command is run
-            try:
+        if "" not in sys.path:
+            sys.path.insert(0, "")  # a module in the folder where the command is run
+        try:
+            with _from(_distribution_of(name)):
                 importlib.import_module(name)
-            except Exception as error:
-                log.debug("plugins=%s", name, exc_info=True)
-                raise ConfigError(f"plugins={name}: cannot be imported: {_told(error)}") from error
+        except Exception as error:
+            log.debug("plugins=%s", name, exc_info=True)
+            why = _with_place(error)
+            raise ConfigError(f"plugins={name}: cannot be imported: {why}") from error
         _loaded.add(name)
 
 
-def _told(error: BaseException) -> str:
+def _with_place(error: BaseException) -> str:
     """Return an error of somebody else's module with its place: `NameError: ... (file.py:3)`."""
-    frames = [f for f in inspect.getinnerframes(error.__traceback__)] if error.__traceback__ else []
+    frames = traceback.extract_tb(error.__traceback__)
     own = [f for f in frames if "importlib" not in f.filename and f.filename != __file__]
     place = f" ({own[-1].filename}:{own[-1].lineno})" if own else ""
     return f"{type(error).__name__}: {error}{place}"
-
-
-def _load_entry_point(point: importlib.metadata.EntryPoint) -> None:
-    dist = point.dist
-    whose = point.name if dist is None else f"{dist.name} {dist.version}"
-    with _from(whose):
-        try:
-            loaded = point.load()
-            if not isinstance(loaded, ModuleType):
-                loaded()  # a function that registers
-        except Exception as error:
-            _broken[whose] = _told(error)
-            log.warning("the plugin %s cannot be loaded: %s", whose, _broken[whose])
-    _loaded.add(point.module)
 
 
 def _distribution_of(module: str) -> str:

@@ -3,15 +3,16 @@
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, ClassVar, Literal
 
 import pytest
 import torch
 from torch import nn
 
 from ffd_lightning import components
-from ffd_lightning.components import Component, component, find, make, settings_of, typed
+from ffd_lightning.components import Component, Range, component, find, make, settings_of, typed
 from ffd_lightning.errors import ConfigError
+from ffd_lightning.imaging.render_settings import CameraModel
 
 
 @pytest.fixture(autouse=True)
@@ -69,6 +70,21 @@ def test_a_signature_is_the_settings():
     assert components.summary(patches()) == "Convolutions on patches."
 
 
+@dataclass
+class LikeAdam:
+    """Some of another signature's settings."""
+
+    settings_like: ClassVar[str] = "torch.optim:Adam"
+    eps: float
+    amsgrad: bool = True
+
+
+def test_a_signature_takes_from_another_what_it_does_not_say():
+    found = settings_of(LikeAdam)
+    assert (found["eps"].default, found["amsgrad"].default) == (1e-8, True)
+    assert "numerical stability" in found["eps"].help
+
+
 def test_what_was_built_is_built_again_from_plain_values():
     patches()
     built = make("encoder", "patches", size=8, folder="a/b", image_size=(48, 64))
@@ -98,24 +114,25 @@ class Inner:
     angles: list[float] = field(default_factory=lambda: [45.0])
 
 
-@pytest.mark.parametrize(
-    ("hint", "value", "expected"),
-    [
-        (int, 3, 3),
-        (float, 3, 3.0),
-        (bool, True, True),
-        (str, 12, "12"),
-        (Path, "a", Path("a")),
-        (int | None, None, None),
-        (float | str, "a", "a"),
-        (tuple[int, int, int], [1, 2, 3], (1, 2, 3)),
-        (list[float], (1, 2), [1.0, 2.0]),
-        (dict[str, int], {"a": 1}, {"a": 1}),
-        (Literal["a", "b"], "b", "b"),
-        (Inner, {"angles": [1]}, Inner([1.0])),
-        (torch.Tensor | float, 1, 1.0),
-    ],
-)
+VALUES = [
+    (int, 3, 3),
+    (float, 3, 3.0),
+    (str, 12, "12"),
+    (Path, "a", Path("a")),
+    (int | None, None, None),
+    (float | str, "a", "a"),
+    (tuple[int, int, int], [1, 2, 3], (1, 2, 3)),
+    (list[float], (1, 2), [1.0, 2.0]),
+    (dict[str, int], {"a": 1}, {"a": 1}),
+    (Literal["a", "b"], "b", "b"),
+    (CameraModel, "authors", CameraModel.authors),
+    (Inner, {"angles": [1]}, Inner([1.0])),
+    (torch.Tensor | float, 1, 1.0),
+    (Annotated[int, Range("(0, inf)")] | None, 1, 1),
+]
+
+
+@pytest.mark.parametrize(("hint", "value", "expected"), VALUES)
 def test_plain_values_become_what_the_signature_says(hint, value, expected):
     found = typed(hint, value, "x")
     assert found == expected
@@ -125,13 +142,13 @@ def test_plain_values_become_what_the_signature_says(hint, value, expected):
 @pytest.mark.parametrize(
     ("hint", "value", "message"),
     [
-        (int, 1.5, "x=1.5 must be a whole number"),
         (int, True, "x=true must be a whole number"),
         (bool, 3, "x=3 must be true or false"),
         (float | None, "a", "x=a must be a number or null"),
         (Literal["val", "test"], "tset", "x=tset must be one of val, test. Did you mean test?"),
         (tuple[int, int], [1], r"x=\[1\] must be 2 values"),
-        (list[int], ["a"], "x=a must be a whole number"),
+        (Annotated[int, Range("(0, inf)")] | None, 0, "x=0 must be above 0"),
+        (Annotated[list[float], Range("[0, 1)")], [0, 1], r"x=\[0.0,1.0\] must lie in \[0, 1\)"),
         (Inner, {"angels": [1]}, "no setting 'x.angels'. Did you mean x.angles"),
     ],
 )

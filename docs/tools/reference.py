@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import redirect_stdout, suppress
 from pathlib import Path
 
-from ffd_lightning.app.config import LISTS, TrainConfig
-from ffd_lightning.app.help import Group, groups_of
+from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.app.help import Section, sections
 from ffd_lightning.app.main import COMMANDS, run
 from ffd_lightning.app.settings import default_text
-from ffd_lightning.components import Setting
 
 ELSEWHERE = {
     "architecture.md": "ARCHITECTURE.md",
@@ -39,45 +38,37 @@ def settings_page() -> str:
         "This page is made of the code's signatures when the documentation is built.",
         "",
     ]
-    for group in groups_of(TrainConfig, [CONF]):
-        lines += _group(group)
+    for section in sections(TrainConfig, [CONF]):
+        lines += _section(section)
     return "\n".join(lines)
 
 
-def _group(group: Group) -> Iterator[str]:
-    level = "##" if "." not in group.place else "###"
-    yield from (f"{level} {f'`{group.place}`' if group.place else 'Of the whole run'}", "")
-    yield from (_text(f"{group.meaning}"), "")
-    prefix = f"{group.place}." if group.place else ""
-    chosen = f"{group.place.replace('.', '/')}="
-    if group.place in LISTS:
-        prefix, chosen = f"{prefix}LABEL.", f"{chosen[:-1].removesuffix('s')}="
-    plain = [option for option in group.options if not (option.summary or option.settings)]
-    told = [option for option in group.options if option not in plain]
+def _section(section: Section) -> Iterator[str]:
+    group, _, option = section.title.partition("=")
+    if option:
+        yield from (f"**`{section.title}`**", "")
+    else:
+        level = "##" if group.isidentifier() or not group else "###"
+        yield from (f"{level} {f'`{group}`' if group else 'Of the whole run'}", "")
+    yield from (_text(section.text), "")
+    plain = [f"`{name}`" for name, text in section.options.items() if not text]
     if plain:
-        yield from (f"`{chosen}` one of {', '.join(f'`{o.name}`' for o in plain)}.", "")
-    for option in told:
-        yield from (f"**`{chosen}{option.name}`**", "", _text(option.summary), "")
-        yield from _table(option.settings, prefix)
-    if group.options and group.settings:
-        yield from ("All options:", "")
-    yield from _table(group.settings, prefix)
-
-
-def _table(settings: Mapping[str, Setting], prefix: str) -> Iterator[str]:
-    if not settings:
-        return
-    yield from ("| setting | default | |", "|---|---|---|")
-    for name, setting in settings.items():
+        yield from (f"`{section.title}` one of {', '.join(plain)}.", "")
+    for name, text in section.options.items():
+        if text:
+            yield from (f"**`{section.title}{name}`**", "", _text(text), "")
+    if section.settings:
+        yield from ("| setting | default | |", "|---|---|---|")
+    for name, setting in section.settings.items():
         values = " ".join(f"`{value}`" for value in default_text(setting).split("|") if value)
-        yield f"| `{prefix}{name}` | {values} | {_text(setting.help)} |"
+        yield f"| `{name}` | {values} | {_text(setting.help)} |"
     yield ""
 
 
-def _text(told: str) -> str:
+def _text(text: str) -> str:
     """Return what a docstring says as a sentence for a page."""
-    told = told[:1].upper() + told[1:]
-    return told.replace("<", "&lt;").replace("|", "&#124;")
+    text = text[:1].upper() + text[1:]
+    return text.replace("<", "&lt;").replace("|", "&#124;")
 
 
 def commands_page() -> str:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import torch
 from lightning import Callback
-from torch.optim import Optimizer
-from torch.optim.lr_scheduler import LRScheduler
-from torch.optim.optimizer import ParamsT
 
 from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig
 from ffd_lightning.app.first_weights import load_first_weights
@@ -27,6 +24,8 @@ from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 from ffd_lightning.training.module import FfdModule
 
+_Kind = TypeVar("_Kind")
+
 
 def category_names(cfg: PrepareConfig) -> tuple[str, ...]:
     """Return the categories that are trained on together, mostly one."""
@@ -35,9 +34,7 @@ def category_names(cfg: PrepareConfig) -> tuple[str, ...]:
 
 def build_source(cfg: PrepareConfig) -> Source:
     """Return the source of shapes; nothing is read yet."""
-    source: Source = cfg.data.build()
-    _expect(source, Source, f"data={cfg.data.name}")
-    return source
+    return _built(cfg.data, Source)
 
 
 def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
@@ -61,14 +58,14 @@ def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
 def build_data(cfg: TrainConfig) -> FfdDataModule:
     """Return the data module; nothing is read yet."""
     # Without an augmentation images are used without their coverage, which is not even kept.
-    augmentation = None if cfg.augmentation.name == "none" else _function(cfg.augmentation)
+    augmentation = None if cfg.augmentation.name == "none" else cfg.augmentation.build()
     return FfdDataModule(
         category_names(cfg),
         build_source(cfg),
         num_templates=cfg.templates.count,
-        template_strategy=_function(cfg.template_strategy),
+        template_strategy=cfg.template_strategy.build(),
         hold_out=cfg.templates.hold_out,
-        split=_function(cfg.split),
+        split=cfg.split.build(),
         val_fraction=cfg.split.val_fraction,
         drop_outliers=cfg.split.drop_outliers,
         degrees=cfg.network.degrees,
@@ -102,14 +99,23 @@ def build_encoder(cfg: Any) -> ImageEncoder:
         cfg: what has `encoder`, `data` and `network` of a `TrainConfig`.
 
     Raises:
-        ConfigError: it is none, or has no such weights.
+        ConfigError: it is none, has no such weights, or its feature map is not as it says.
     """
-    seen = _seen(cfg)[2]
+    size = _seen(cfg)[2]
     momentum = cfg.network.batch_norm_momentum
-    encoder: ImageEncoder = cfg.encoder.build(image_size=seen, batch_norm_momentum=momentum)
-    _expect(encoder, ImageEncoder, f"encoder={cfg.encoder.name}")
+    encoder = _built(cfg.encoder, ImageEncoder, image_size=size, batch_norm_momentum=momentum)
     load_first_weights(encoder, cfg.encoder.first_weights)
-    _check_feature_map(encoder, seen, f"encoder={cfg.encoder.name}")
+    modes = [(module, module.training) for module in encoder.modules()]  # some may be frozen
+    with torch.random.fork_rng(devices=[]), torch.no_grad():
+        shape = tuple(encoder.eval()(torch.zeros(1, 3, *size)).shape)
+    for module, training in modes:
+        module.training = training
+    expected = (1, encoder.out_channels, *encoder.output_size(size))
+    if shape != expected:
+        raise ConfigError(
+            f"encoder={cfg.encoder.name} turns an image of {size[0]} x {size[1]} into {shape}, "
+            f"where its out_channels and output_size say {expected}, (q, C, h, w)"
+        )
     return encoder
 
 
@@ -135,11 +141,11 @@ def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:
     """Return a regime as a loss."""
     terms = {
         label: WeightedTerm(
-            _function(term), term.weight, make_annealing(term.annealing, annealing_steps)
+            term.build(), term.weight, make_annealing(term.annealing, annealing_steps)
         )
         for label, term in regime.terms.items()
     }
-    return Objective(terms, _function(regime.selection))
+    return Objective(terms, regime.selection.build())
 
 
 def regime(name: str, *overrides: str, annealing_steps: float = 10_000) -> Objective:
@@ -177,52 +183,37 @@ def build_module(
     cfg: TrainConfig, network: TemplateFfdNetwork, record: dict[str, Any]
 ) -> FfdModule:
     """Return what is trained."""
-    constant = cfg.lr_schedule.name == "none"
+    rate = cfg.schedule.learning_rate
     return FfdModule(
         network,
         build_objective(cfg.regime, cfg.schedule.annealing_steps),
-        optimizer=partial(_optimizer, cfg.optimizer, cfg.schedule.learning_rate),
-        scheduler=None if constant else partial(_lr_schedule, cfg.lr_schedule),
+        optimizer=lambda params: cfg.optimizer.build(params=params, lr=rate, fused=True),
+        scheduler=None
+        if cfg.lr_schedule.name == "none"
+        else lambda optimizer, steps: cfg.lr_schedule.build(optimizer=optimizer, total_steps=steps),
         offset_rate=cfg.schedule.offset_rate,
         seed=cfg.seed,
         record=record,
     )
 
 
-def _optimizer(chosen: Component, rate: float, params: ParamsT) -> Optimizer:
-    made: Optimizer = chosen.build(params=params, lr=rate, fused=True)
-    return made
-
-
-def _lr_schedule(chosen: Component, optimizer: Optimizer, total_steps: int) -> LRScheduler:
-    made: LRScheduler = chosen.build(optimizer=optimizer, total_steps=total_steps)
-    return made
-
-
 def build_callbacks(cfg: TrainConfig) -> list[Callback]:
     """Return the callbacks that are chosen by name."""
-    found = [chosen.build() for chosen in cfg.callback.values()]
-    for label, made in zip(cfg.callback, found, strict=True):
-        _expect(made, Callback, f"callback.{label}")
-    return found
+    return [_built(chosen, Callback) for chosen in cfg.callback.values()]
 
 
 def build_protocol(chosen: Component) -> EvaluationProtocol:
     """Return how predictions are measured.
 
     Raises:
-        ConfigError: it is no protocol, or does not call itself by the name that it is registered
-            under.
+        ConfigError: it is no protocol, or another than it is registered as.
     """
-    protocol: EvaluationProtocol = chosen.build(name=chosen.name)
-    _expect(protocol, EvaluationProtocol, f"protocol={chosen.name}")
+    protocol = _built(chosen, EvaluationProtocol, name=chosen.name)
     if "__dataclass_params__" not in vars(type(protocol)):  # else its settings would not be known
         raise ConfigError(
             f"protocol={chosen.name} gives a {type(protocol).__name__}, which is no dataclass: put "
             "@dataclass(frozen=True) above the class"
         )
-    if not protocol.measures:
-        raise ConfigError(f"protocol={chosen.name} has no measures: it needs one at least")
     if protocol.name != chosen.name:
         raise ConfigError(f"protocol {chosen.name!r} calls itself {protocol.name!r}: use one name")
     return protocol
@@ -236,58 +227,22 @@ def build_all(cfg: TrainConfig) -> None:
     """
     with torch.random.fork_rng(devices=[]):
         build_data(cfg)
-        build_encoder(cfg)
-        build_objective(cfg.regime, cfg.schedule.annealing_steps)
-        weights = [torch.nn.Parameter(torch.zeros(1))]
-        optimizer = _optimizer(cfg.optimizer, cfg.schedule.learning_rate, weights)
-        _lr_schedule(cfg.lr_schedule, optimizer, cfg.schedule.steps)
+        module = build_module(cfg, build_network(cfg), {})
+        optimizer = module.make_optimizer([torch.nn.Parameter(torch.zeros(1))])
+        if module.make_scheduler is not None:
+            module.make_scheduler(optimizer, cfg.schedule.steps)
         build_callbacks(cfg)
         build_protocol(cfg.protocol)
 
 
-def _function(chosen: Component) -> Any:
-    """Build what is called later.
+def _built(chosen: Component, kind: Callable[..., _Kind], **context: Any) -> _Kind:
+    """Build a component of a class that all of its kind have.
 
     Raises:
-        ConfigError: it cannot be called.
+        ConfigError: it is something else.
     """
-    made = chosen.build()
-    if not callable(made):
-        raise ConfigError(f"{chosen.where}: {chosen.name} is a {type(made).__name__}, no function")
-    return made
-
-
-def _expect(made: Any, kind: type[Any], what: str) -> None:
-    """Make sure that a factory has built what it is for.
-
-    Raises:
-        ConfigError: it has built something else.
-    """
-    if not isinstance(made, kind):
-        raise ConfigError(f"{what} gives a {type(made).__name__}, not a {kind.__name__}")
-
-
-def _check_feature_map(encoder: ImageEncoder, size: tuple[int, int], what: str) -> None:
-    """Encode one empty image, and hold the feature map against what the encoder says of it.
-
-    Raises:
-        ConfigError: it is of another shape.
-    """
-    for name in ("forward", "output_size"):
-        if getattr(type(encoder), name) is getattr(ImageEncoder, name):
-            raise ConfigError(f"{what} has no method {name}")
-    if not isinstance(getattr(encoder, "out_channels", None), int):
-        raise ConfigError(f"{what} has no out_channels: set it to the channels of the feature map")
-    modes = [(module, module.training) for module in encoder.modules()]  # some may be frozen
-    with torch.random.fork_rng(devices=[]), torch.no_grad():
-        features = encoder.eval()(torch.zeros(1, 3, *size))
-    for module, training in modes:
-        module.training = training
-    told = encoder.output_size(size)
-    expected = (1, encoder.out_channels, *(told if isinstance(told, list | tuple) else (told,)))
-    shape = tuple(features.shape) if isinstance(features, torch.Tensor) else type(features).__name__
-    if shape != expected:
-        raise ConfigError(
-            f"{what} turns an image of {size[0]} x {size[1]} into {shape}, where its out_channels "
-            f"and output_size say {expected}, (q, C, h, w)"
-        )
+    made = chosen.build(**context)
+    if isinstance(made, cast(type, kind)):
+        return cast(_Kind, made)
+    names = type(made).__name__, kind.__name__
+    raise ConfigError(f"{chosen.where}: {chosen.name} gives a {names[0]}, not a {names[1]}")

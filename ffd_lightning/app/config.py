@@ -1,24 +1,26 @@
 """Settings that are no component's, and the only defaults that no YAML file states.
 
 A group's name, its package and its field here are the same word. Components (`components.KINDS`)
-declare their own settings; what is common to all of a kind, beside those, is declared here.
+declare their own settings; what is common to all of a kind, beside those, is declared here. What a
+group does not say of a setting is said by the signature that its `settings_like` names.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
 
 from ffd_lightning import pretrained
-from ffd_lightning.components import MISSING, Component, check_ranges
+from ffd_lightning.components import MISSING, Component, Range
 from ffd_lightning.imaging.render_settings import RenderSettings
+
+Positive = Annotated[int, Range("(0, inf)")]
+NotNegative = Annotated[int, Range("[0, inf)")]
 
 EMBEDDED_WIDTH = 0.25
 """Of the encoder that comes with the package, a MobileNet."""
-
-
-# --- components, and what all of a kind have in common --------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -31,13 +33,9 @@ class Data(Component):
         render: the images.
     """
 
-    limit: int | None = None
-    num_points: int = 16384
+    limit: Positive | None = None
+    num_points: Positive = 16384
     render: RenderSettings = field(default_factory=RenderSettings)
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), limit="(0, inf)", num_points="(0, inf)")
 
 
 @dataclass(frozen=True)
@@ -50,12 +48,8 @@ class Split(Component):
             subsets and of the choice of templates; of more than 1,000 shapes 1,000 are looked at.
     """
 
-    val_fraction: float = 0.1
+    val_fraction: Annotated[float, Range("[0, 1)")] = 0.1
     drop_outliers: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), val_fraction="[0, 1)")
 
 
 @dataclass(frozen=True)
@@ -90,40 +84,22 @@ class Term(Component):
             (`exponential`), or to nothing (`linear`).
     """
 
-    weight: float = 1.0
+    weight: Annotated[float, Range("[0, inf)")] = 1.0
     annealing: Literal["constant", "exponential", "linear"] = "constant"
 
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), weight="[0, inf)")
 
-
-HOLDERS: dict[str, type[Component]] = {
-    "source": Data,
-    "split": Split,
-    "encoder": Encoder,
-    "term": Term,
-}
+HOLDERS = {"source": Data, "split": Split, "encoder": Encoder, "term": Term}
 """Kinds whose components have settings in common."""
 
-GROUPS: dict[str, str] = {
-    "data": "source",
-    "split": "split",
-    "regime.selection": "selection",
-    "template_strategy": "template_strategy",
-    "augmentation": "augmentation",
-    "encoder": "encoder",
-    "optimizer": "optimizer",
-    "lr_schedule": "lr_schedule",
-    "protocol": "protocol",
-}
+_OF_THEIR_KIND = (
+    *("split", "template_strategy", "augmentation", "encoder", "optimizer", "lr_schedule"),
+    "protocol",
+)
+GROUPS = {"data": "source", "regime.selection": "selection", **{k: k for k in _OF_THEIR_KIND}}
 """The groups that choose one component, and of which kind."""
 
-LISTS: dict[str, str] = {"regime.terms": "term", "callback": "callback"}
+LISTS = {"regime.terms": "term", "callback": "callback"}
 """The places of several components, by labels of their own, and of which kind."""
-
-
-# --- groups that are no components ----------------------------------------------------------------
 
 
 @dataclass
@@ -137,6 +113,11 @@ class CategoryConfig:
 
     name: str = MISSING
     members: list[str] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a name that is no folder's."""
+        if Path(self.name).name != self.name:
+            raise ValueError(f"name={self.name} must be the name of a folder, not a path")
 
 
 @dataclass
@@ -153,14 +134,10 @@ class RegimeConfig:
     """
 
     name: str
-    min_weight: float
+    min_weight: Annotated[float, Range("[0, 1)")]
     selection: Component
     terms: Mapping[str, Term]
     mirror_offsets: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), min_weight="[0, 1)")
 
 
 @dataclass
@@ -176,13 +153,9 @@ class TemplatesConfig:
     """
 
     name: str
-    count: int
+    count: Positive
     hold_out: int | None = None
-    max_edge: float = 0.02
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), count="(0, inf)", max_edge="(0, inf)")
+    max_edge: Annotated[float, Range("(0, inf)")] = 0.02
 
 
 @dataclass
@@ -198,55 +171,33 @@ class TemplateRankingConfig:
     all_views: bool = False
 
 
-@dataclass
+@dataclass(kw_only=True)
 class NetworkConfig:
     """What stands on top of the encoder (the paper's Table 1).
 
     Attributes:
-        bottleneck: channels of the 1 x 1 convolution.
-        hidden: width of the dense layer that the templates share.
         degrees: of the lattices, one per axis.
-        offset_std: deviation of the offset layer's first weights.
-        batch_norm_momentum: share of a new batch in moving statistics.
+        batch_norm_momentum: share of a new batch in moving statistics, of encoder and heads.
         seen_height: of the images as the encoder sees them: higher ones are shrunk, by the largest
             whole factor that leaves so many pixels; null takes them as they are.
     """
 
-    bottleneck: int = 64
-    hidden: int = 512
-    degrees: tuple[int, int, int] = (3, 3, 3)
-    offset_std: float = 1e-4
-    batch_norm_momentum: float = 0.1
-    seen_height: int | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(
-            vars(self),
-            bottleneck="(0, inf)",
-            hidden="(0, inf)",
-            degrees="[1, inf)",
-            offset_std="(0, inf)",
-            batch_norm_momentum="(0, 1]",
-            seen_height="[32, inf)",
-        )
+    settings_like: ClassVar[str] = "ffd_lightning.nn.network:TemplateFfdNetwork"
+    bottleneck: Positive
+    hidden: Positive
+    degrees: Annotated[tuple[int, int, int], Range("[1, inf)")] = (3, 3, 3)
+    offset_std: Annotated[float, Range("(0, inf)")]
+    batch_norm_momentum: Annotated[float, Range("(0, 1]")]
+    seen_height: Annotated[int, Range("[32, inf)")] | None = None
 
 
 @dataclass
 class PreparationConfig:
-    """How data is prepared. What comes out is the same, but for shapes that exceed `timeout`.
+    """How data is prepared. What comes out is the same, but for shapes that exceed `timeout`."""
 
-    Attributes:
-        workers: processes, 0 for one per core.
-        timeout: seconds after which a shape is given up and left out.
-    """
-
-    workers: int = 0
-    timeout: float = 600.0
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), workers="[0, inf)", timeout="(0, inf]")
+    settings_like: ClassVar[str] = "ffd_lightning.data.preparation.preparation:Preparation"
+    workers: NotNegative
+    timeout: Annotated[float, Range("(0, inf]")]
 
 
 @dataclass
@@ -264,25 +215,12 @@ class ScheduleConfig:
     """
 
     name: str
-    steps: int
-    batch_size: int
-    num_points: int
-    learning_rate: float
-    annealing_steps: float
-    offset_rate: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        positive = "(0, inf)"
-        check_ranges(
-            vars(self),
-            steps=positive,
-            batch_size="[2, inf)",  # batch norm needs two
-            num_points=positive,
-            learning_rate=positive,
-            offset_rate=positive,
-            annealing_steps="(0, inf]",
-        )
+    steps: Positive
+    batch_size: Annotated[int, Range("[2, inf)")]  # batch norm needs two
+    num_points: Positive
+    learning_rate: Annotated[float, Range("(0, inf)")]
+    annealing_steps: Annotated[float, Range("(0, inf]")]
+    offset_rate: Annotated[float, Range("(0, inf)")] = 1.0
 
 
 @dataclass
@@ -303,26 +241,16 @@ class TrainerConfig:
     """
 
     accelerator: str
-    val_every: int
-    checkpoint_every: int
+    val_every: Positive
+    checkpoint_every: Positive
     devices: str = "1"
     strategy: str = "auto"
     precision: str = "32-true"
     residency: Literal["auto", "disk", "device"] = "auto"
-    num_workers: int | None = None
+    num_workers: NotNegative | None = None
     compile: bool = False
-    jobs_per_gpu: int = 1
+    jobs_per_gpu: Positive = 1
     progress_bar: bool = True
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(
-            vars(self),
-            val_every="(0, inf)",
-            checkpoint_every="(0, inf)",
-            num_workers="[0, inf)",
-            jobs_per_gpu="(0, inf)",
-        )
 
 
 @dataclass
@@ -335,11 +263,7 @@ class LoggerConfig:
     """
 
     tensorboard: bool = True
-    every: int = 20
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), every="(0, inf)")
+    every: Positive = 20
 
 
 @dataclass
@@ -353,38 +277,27 @@ class CallbacksConfig:
         report: `report.html` at the end of a sweep.
     """
 
-    figure_examples: int = 6
-    training_examples: int = 2
-    training_figures: int = 3
+    figure_examples: NotNegative = 6
+    training_examples: NotNegative = 2
+    training_figures: NotNegative = 3
     report: bool = True
 
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        numbers = ("figure_examples", "training_examples", "training_figures")
-        check_ranges(vars(self), **dict.fromkeys(numbers, "[0, inf)"))
 
-
-@dataclass
+@dataclass(kw_only=True)
 class EvaluationConfig:
     """How a trained network is evaluated; the protocol is a group of its own.
 
     Attributes:
-        references: also scores baselines and bounds beside the network.
         subset: which shapes; `val` leaves the test shapes for later.
-        all_views: every image of a shape instead of its first.
-        seed: decides the points that are drawn.
         workers: threads, 0 for one per core.
     """
 
-    references: bool = True
+    settings_like: ClassVar[str] = "ffd_lightning.evaluation.evaluator:EvaluationOptions"
+    references: bool
     subset: Literal["test", "val"] = "test"
-    all_views: bool = False
-    seed: int = 0
-    workers: int = 0
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), seed="[0, inf)", workers="[0, inf)")
+    all_views: bool
+    seed: NotNegative
+    workers: NotNegative = 0
 
 
 @dataclass
@@ -398,9 +311,6 @@ class PathsConfig:
 
     data: str = "data"
     runs: str = "runs"
-
-
-# --- all that a command reads ---------------------------------------------------------------------
 
 
 @dataclass(kw_only=True)
@@ -460,14 +370,10 @@ class TrainConfig(PrepareConfig):
     protocol: Component
     evaluation: EvaluationConfig
     name: str = "default"
-    seed: int = 0
+    seed: Annotated[int, Range("[0, 4294967295]")] = 0
     restart: bool = False
     provided: dict[str, str] = field(default_factory=dict)
     base: list[str] = field(default_factory=list)
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), seed="[0, 4294967295]")
 
 
 @dataclass(kw_only=True)

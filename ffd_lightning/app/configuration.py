@@ -1,7 +1,8 @@
 """The configuration: composed by Hydra from what signatures and `conf/` say, then typed.
 
 Hydra is given plain values, without types: a component's settings are those of its signature, all
-other settings are fields of `app.config`. `typed_config` then checks everything at once.
+other settings are fields of `app.config`. `typed_config` then checks everything at once, names
+included: every `key=value` is handed to Hydra as one that may be new.
 """
 
 from __future__ import annotations
@@ -17,8 +18,11 @@ from typing import Any, TypeVar, get_origin
 
 import hydra
 from hydra import compose, initialize_config_dir
+from hydra._internal.utils import get_args_parser
 from hydra.core.config_store import ConfigStore
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Glob, Override
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
@@ -31,11 +35,10 @@ from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
-# Hydra shows all that is logged as information. Here, as jobs in other processes load this too.
+# Hydra shows what is logged as information. Here, as jobs in other processes load this too.
 logging.getLogger("matplotlib").setLevel(logging.WARNING)
 
 _Config = TypeVar("_Config")
-_ROOT = Path(__file__).parents[2]
 _PACKAGE = Path(__file__).parents[1]
 _COMPONENT = {f.name for f in dataclasses.fields(Component)}
 
@@ -60,8 +63,7 @@ def label_of(kind: str) -> str:
 
 def common_settings(kind: str) -> dict[str, Setting]:
     """Return the settings that all components of a kind have, beside their own."""
-    holder = HOLDERS.get(kind)
-    found = {} if holder is None else settings_of(holder)
+    found = settings_of(HOLDERS[kind]) if kind in HOLDERS else {}
     return {name: setting for name, setting in found.items() if name not in _COMPONENT}
 
 
@@ -85,38 +87,33 @@ def nodes(settings: Mapping[str, Setting]) -> dict[str, Any]:
     """Return settings as Hydra composes them: plain defaults, "???" for what must be given."""
     found = {}
     for name, setting in settings.items():
-        kind, hint = get_origin(setting.hint), setting.hint
+        hint = setting.hint
         if isinstance(hint, type) and issubclass(hint, Component):
             continue  # the group's option brings it
         if dataclasses.is_dataclass(hint):
             found[name] = nodes(settings_of(hint))
         else:
-            found[name] = {} if kind is Mapping else components.plain(setting.default)
+            found[name] = {} if get_origin(hint) is Mapping else components.plain(setting.default)
     return found
 
 
-def register(schema: type[Any]) -> None:
+def _places(schema: type[Any]) -> Iterator[tuple[str, str]]:
+    """Yield place and kind of the components that a command chooses."""
+    fields = settings_of(schema)
+    yield from ((w, k) for w, k in {**GROUPS, **LISTS}.items() if w.split(".")[0] in fields)
+
+
+def _register(schema: type[Any]) -> None:
     """Make the settings of a command, and all components that it can choose, known to Hydra."""
     store = ConfigStore.instance()
     store.store(name="schema", node=nodes(settings_of(schema)))
-    places = {where for where, _ in _places(schema)}
-    for where, kind in {**GROUPS, **LISTS}.items():
-        if where not in places:
-            continue
+    for where, kind in _places(schema):
         for name in components.names(kind):
             node = {label_of(kind): name, **nodes(all_settings(kind, name))}
             group, package = where.replace(".", "/"), where
             if where in LISTS:
                 group, package = group.removesuffix("s"), f"{where}.{name}"
             store.store(group=group, name=name, node=node, package=package)
-
-
-def _places(schema: type[Any]) -> Iterator[tuple[str, str]]:
-    """Yield place and kind of the components that a command chooses."""
-    for where, kind in {**GROUPS, **LISTS}.items():
-        first = where.split(".")[0]
-        if any(f.name == first for f in dataclasses.fields(schema)):
-            yield where, kind
 
 
 # --- from composed to typed -----------------------------------------------------------------------
@@ -130,43 +127,32 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
         schema: of which command it is.
 
     Raises:
-        ConfigError: a value that must be given is missing, a component that is not here, a setting
-            that does not exist, or a value that does not fit; the message names it.
+        ConfigError: something is missing, does not exist or does not fit; the message names it.
     """
     given = cfg if isinstance(cfg, DictConfig) else OmegaConf.create(dict(cfg))
-    missing = sorted(str(key) for key in OmegaConf.missing_keys(given))
-    if missing:
-        raise ConfigError(f"these settings must be given: {', '.join(f'{k}=...' for k in missing)}")
     plain: Any = OmegaConf.to_container(given, resolve=True)
-    for old, new in RENAMED.items():
-        *path, key = old.split(".")
-        if key in (_at(plain, path) or {}):
-            raise ConfigError(f"the setting {old} is of an earlier version: it is {new} now")
+    for old in RENAMED.keys() & flat(plain).keys():
+        raise ConfigError(f"the setting {old} of earlier versions is {RENAMED[old]} now")
     components.load_plugins(plain.get("plugins") or [])
     provided = plain.get("provided") or {}
     for where, kind in _places(schema):
-        *path, key = where.split(".")
-        node = _mapping(where, _at(plain, path)).get(key)
-        if where in LISTS:
-            labelled = _mapping(where, node or {}).items()
-            chosen: Any = {k: choose(kind, n, f"{where}.{k}", provided) for k, n in labelled}
-        elif node is None:
-            raise ConfigError(f"these settings must be given: {where.replace('.', '/')}=...")
-        else:
-            chosen = choose(kind, node, where, provided)
-        _at(plain, path)[key] = chosen
+        above, _, key = where.rpartition(".")
+        group = plain
+        if above:
+            group = plain[above] = _mapping(above, plain.get(above))
+        if where not in LISTS:
+            group[key] = choose(kind, group.get(key), where, provided)
+            continue
+        labelled = _mapping(where, group.get(key)).items()
+        group[key] = {name: choose(kind, x, f"{where}.{name}", provided) for name, x in labelled}
     found: _Config = components.build(schema, plain, "")
     return found
 
 
 def choose(kind: str, node: Any, where: str, provided: Mapping[str, str] = {}) -> Component:
-    """Return what a group of a configuration chooses.
+    """Return what a group of a configuration, `where`, chooses: `node` has its name and settings.
 
-    Args:
-        kind: of component.
-        node: its name and its settings.
-        where: the group.
-        provided: which packages had what was chosen when the configuration was written.
+    `provided` tells from which packages components came when the configuration was written.
 
     Raises:
         ConfigError: no such component, or settings that do not fit.
@@ -188,16 +174,12 @@ def choose(kind: str, node: Any, where: str, provided: Mapping[str, str] = {}) -
     )
 
 
-def _at(plain: Any, path: Sequence[str]) -> Any:
-    for key in path:
-        plain = plain.get(key) if isinstance(plain, Mapping) else None
-    return plain
-
-
 def _mapping(where: str, node: Any) -> dict[str, Any]:
     if isinstance(node, Mapping):
         return {str(key): value for key, value in node.items()}
     group = where.replace(".", "/")
+    if node is None:
+        raise ConfigError(f"these settings must be given: {group}=...")
     raise ConfigError(f"{where}={node} is a group: write {group}={node}, without spaces")
 
 
@@ -246,7 +228,7 @@ def differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str
     return [k for k in sorted({*before, *after}) if before.get(k) != after.get(k)]
 
 
-# --- commands that Hydra runs ---------------------------------------------------------------------
+# --- overrides ------------------------------------------------------------------------------------
 
 
 def config_folder(name: str = "conf") -> Path:
@@ -255,7 +237,7 @@ def config_folder(name: str = "conf") -> Path:
     In a checkout it is at the top, in an installed package inside of it.
     """
     inside = _PACKAGE / name
-    return inside if inside.is_dir() else _ROOT / name
+    return inside if inside.is_dir() else _PACKAGE.parent / name
 
 
 def named_plugins(arguments: Sequence[str]) -> list[str]:
@@ -264,57 +246,91 @@ def named_plugins(arguments: Sequence[str]) -> list[str]:
     >>> named_plugins(["regime=e", "plugins=[my_parts,more.parts]"])
     ['my_parts', 'more.parts']
     """
-    found: list[str] = []
-    for argument in arguments:
-        match = re.fullmatch(r"\+{0,2}plugins=(.*)", argument)
-        if match:
-            found += [name.strip(" '\"") for name in match[1].strip("[]").split(",")]
-    return [name for name in found if name]
+    given = [x for x in arguments if re.match(r"\+{0,2}plugins=", x)]
+    values = [x.value() for x in OverridesParser.create().parse_overrides(given)]
+    return [str(name) for v in values for name in (v if isinstance(v, list) else [v]) if name]
+
+
+def chooses(override: Override) -> bool:
+    """Tell whether an override chooses an option of a group: others set a value."""
+    key = override.key_or_group
+    listed = key in LISTS and bool(components.names(LISTS[key]))
+    named = key in GROUPS and "." not in key
+    return "/" in key or named or listed or (config_folder() / key).is_dir()
+
+
+def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> list[str]:
+    """Return overrides as Hydra is to read them: what sets a value may name what is not there.
+
+    Raises:
+        ConfigError: several values that are no list, or an option that is no name.
+    """
+    found, own = [], settings_of(schema)
+    for override in OverridesParser.create().parse_overrides(list(overrides)):
+        text, key = str(override.input_line), override.key_or_group
+        if override.is_sweep_override() and not several:
+            raise ConfigError(
+                f"{text}: commas separate values. Several are a list, key=[a,b]; one that has a "
+                "comma is quoted twice, 'key=\"a,b\"'; a sweep needs -m"
+            )
+        value = override.value()
+        if key in LISTS and not components.names(LISTS[key]):  # no group: nothing is registered
+            components.find(LISTS[key], value[0] if isinstance(value, list) else str(value))
+        if override.is_hydra_override() or override.is_delete():
+            found.append(text)
+        elif chooses(override) and key.split("/")[0] in own:
+            if isinstance(value, int | float):
+                raise ConfigError(f"{text}: an option is a name, not a number: templates=t30, say")
+            found.append(text)
+        else:
+            found.append(f"++{text.lstrip('+')}")
+    return found
+
+
+def _first_job(overrides: Sequence[str]) -> list[str]:
+    """Return what the first job of a sweep is given; patterns of options are left out."""
+    parsed = OverridesParser.create().parse_overrides(list(overrides))
+    return [
+        f"{each.get_key_element()}={next(iter(each.sweep_string_iterator()))}"
+        if each.is_sweep_override()
+        else str(each.input_line)
+        for each in parsed
+        if not isinstance(each.value(), Glob)
+    ]
+
+
+# --- commands that Hydra runs ---------------------------------------------------------------------
 
 
 def prepare_hydra(schema: type[Any], arguments: Sequence[str]) -> None:
-    """Make settings, components and resolvers known to Hydra, plugins included.
-
-    Raises:
-        ConfigError: a setting of an earlier version.
-    """
+    """Make settings, components and resolvers known to Hydra, plugins included."""
     from ffd_lightning.app import identity
 
-    for argument in arguments:
-        key = argument.lstrip("+~").partition("=")[0]
-        if key in RENAMED:
-            raise ConfigError(f"the setting {key} is {RENAMED[key]} now")
     components.load_plugins(named_plugins(arguments))
-    register(schema)
+    _register(schema)
     for name in ("run_folder", "run_suffix"):
-        OmegaConf.register_new_resolver(name, _resolver(getattr(identity, name)), replace=True)
+        resolver = partial(_resolved, getattr(identity, name))
+        OmegaConf.register_new_resolver(name, resolver, replace=True)
 
 
-def _resolver(function: Callable[[DictConfig], str]) -> Callable[..., str]:
-    def resolve(*, _root_: DictConfig) -> str:
-        return function(_root_)
-
-    return resolve
+def _resolved(function: Callable[[DictConfig], str], *, _root_: DictConfig) -> str:
+    return function(_root_)
 
 
 def compose_config(
     name: str, schema: type[Any], overrides: Sequence[str], extra: str | None = None
 ) -> DictConfig:
-    """Compose one of the configurations in `conf/`, for what is no Hydra application.
-
-    Args:
-        name: of the configuration.
-        schema: of its settings.
-        overrides: as on the command line.
-        extra: a folder with further options, as --config-dir.
+    """Compose a configuration of `conf/`; `extra` is a folder of options, as --config-dir.
 
     Raises:
-        HydraException: an override that does not fit.
+        ConfigError, HydraException: an override that does not fit.
     """
     prepare_hydra(schema, overrides)
-    more = [] if extra is None else [f"hydra.searchpath=[file://{Path(extra).absolute()}]"]
+    given = _for_hydra(overrides, schema, several=False)
+    if extra is not None:
+        given.append(f"hydra.searchpath=[file://{Path(extra).absolute()}]")
     with initialize_config_dir(str(config_folder()), version_base="1.3"):
-        return compose(name, [*overrides, *more])
+        return compose(name, given)
 
 
 def run_hydra(
@@ -324,7 +340,7 @@ def run_hydra(
     arguments: Sequence[str],
     counted: bool = False,
 ) -> None:
-    """Run a command as a Hydra application.
+    """Run a command as a Hydra application, once its first job is seen to be well spelled.
 
     Args:
         name: of the command and its configuration in `conf/`.
@@ -332,17 +348,26 @@ def run_hydra(
         run: takes the typed settings; what it returns is the job's result.
         arguments: of the command line.
         counted: a callback of the configuration counts the jobs of a multirun that have failed.
+
+    Raises:
+        ConfigError, HydraException: a setting that does not exist or does not fit.
     """
     given = list(arguments)
-    if {"-h", "--help"} & set(given):
+    args, _ = get_args_parser().parse_known_args(given)
+    if args.help:
         from ffd_lightning.app.help import command_help
 
         components.load_plugins(named_plugins(given))
-        folders = [config_folder(), *map(Path, _options(given, "--config-dir"))]
+        folders = [config_folder(), *([Path(args.config_dir)] if args.config_dir else [])]
         print(command_help(name, schema, folders, everything="all" in given))
         return
     prepare_hydra(schema, given)
-    sys.argv[1:] = given
+    overrides = _for_hydra(args.overrides, schema, several=args.multirun)
+    if not (args.hydra_help or args.info):
+        first = _first_job(overrides)
+        typed_config(compose_config(name, schema, first, args.config_dir), schema)
+    read = dict(zip(args.overrides, overrides, strict=True))
+    sys.argv[1:] = [read.get(argument, argument) for argument in given]
     # Hydra names the log after the function's module: the command's, not functools.
     job = update_wrapper(partial(_job, schema, run, counted), run)
     main = hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=name)
@@ -360,18 +385,10 @@ def _job(schema: type[Any], run: Callable[[Any], Any], counted: bool, cfg: DictC
         if counted:
             log.error("%s", explain(error))  # to the log in the job's folder too
             run_folder = RunFolder(Path(HydraConfig.get().runtime.output_dir))
-            if not run_folder.config.exists():  # the sweep's table tells of it too
+            if not run_folder.config.exists():  # for the sweep's table
                 write_atomic(run_folder.config, OmegaConf.to_yaml(cfg))
                 run_folder.set_status("failed", reason=explain(error))
             return None
         print(f"error: {explain(error)}", file=sys.stderr)
-        # Hydra goes on, and shows the first of all exceptions at the end.
+        # Hydra runs the other jobs, and shows the first of all exceptions at the end.
         raise DataError("not all jobs came to their end: see the messages above") from None
-
-
-def _options(arguments: Sequence[str], name: str) -> Iterator[str]:
-    for k, argument in enumerate(arguments):
-        if argument == name and k + 1 < len(arguments):
-            yield arguments[k + 1]
-        elif argument.startswith(f"{name}="):
-            yield argument.partition("=")[2]

@@ -62,9 +62,6 @@ def unsaid_problem(cfg: Any) -> str:
     """Return what the paper's schedule lacks: first weights, or the word that none are meant.
 
     The paper's networks start from ImageNet weights, which this package does not bring.
-
-    Args:
-        cfg: what `train` reads.
     """
     encoder = cfg.encoder
     if cfg.schedule.name != "paper" or encoder.name != "mobilenet" or encoder.weights is not None:
@@ -85,11 +82,8 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     """Say how many test shapes the first weights were trained or validated on, "" for none.
 
     They are known again by their ids, where the data is of the same name and seed. Templates of the
-    network that the weights are from do not count: it was never shown images of them.
-
-    Args:
-        cfg: of the run.
-        tested: ids of the shapes that it is tested on, as its data module names them.
+    network that the weights are from do not count: it was never shown images of them. `tested` are
+    the ids of the shapes that the run is tested on, as its data module names them.
     """
     from ffd_lightning.checkpoint import read_checkpoint
 
@@ -116,10 +110,7 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
 
 
 def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> tuple[set[str], set[str]]:
-    """Return the shapes that a model was trained and validated on: `<category>/<id>`.
-
-    Both follow from the settings that it records, as any run's do.
-    """
+    """Return the shapes, `<category>/<id>`, that a model was trained and validated on."""
     from ffd_lightning.data.splits import SplitInput, make_split
 
     source = components.make("source", settings["data.name"], **_own("source", "data", settings))

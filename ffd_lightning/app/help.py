@@ -1,10 +1,9 @@
-"""Help of the commands that Hydra runs: what can be chosen, and what each choice can be told."""
+"""Help of the commands that Hydra runs: what can be chosen, and the settings of each choice."""
 
 from __future__ import annotations
 
 import dataclasses
 import re
-import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
@@ -16,10 +15,9 @@ from omegaconf import OmegaConf
 from ffd_lightning import components
 from ffd_lightning.app.config import GROUPS, LISTS
 from ffd_lightning.app.configuration import common_settings
-from ffd_lightning.app.settings import default_text, settings_help
+from ffd_lightning.app.settings import default_text, settings_help, two_columns
 from ffd_lightning.components import KINDS, OWN, Setting, settings_of
 
-_WIDTH, _NAME, _WIDE = 100, 20, 28
 _USUAL = (
     *("data.limit", "encoder.weights", "schedule.steps", "schedule.learning_rate", "name", "seed"),
     *("restart", "paths.data", "paths.runs"),
@@ -28,49 +26,32 @@ _NOT_GIVEN = ("provided", "base")  # by users
 
 
 @dataclass(frozen=True)
-class Option:
-    """What one option of a group is, and its own settings.
+class Section:
+    """The settings of a group, or of one component of it.
 
     Attributes:
-        name: of the option, or of the component.
-        summary: what it is.
-        settings: its own.
+        title: "data.render", "encoder=" or "encoder=mobilenet" say; "" for the whole.
+        text: what it is.
+        options: files of the group, and what each is.
+        settings: by their names on the command line.
     """
 
-    name: str
-    summary: str
+    title: str
+    text: str
+    options: Mapping[str, str]
     settings: Mapping[str, Setting]
 
 
-@dataclass(frozen=True)
-class Group:
-    """A place of settings in a command's configuration.
-
-    Attributes:
-        place: "encoder" or "data.render", say; "" of the whole.
-        meaning: what it decides.
-        options: what can be chosen.
-        settings: what can be said whatever is chosen.
-        kind: of the components that can be chosen, "" where they are none.
-    """
-
-    place: str
-    meaning: str
-    options: Sequence[Option]
-    settings: Mapping[str, Setting]
-    kind: str = ""
-
-
-def groups_of(schema: type[Any], folders: Sequence[Path]) -> Iterator[Group]:
-    """Yield all that a command can be told: the one source of help and of the documentation.
+def sections(schema: type[Any], folders: Sequence[Path]) -> Iterator[Section]:
+    """Yield all settings of a command: the one source of help and of the documentation.
 
     Args:
         schema: of the command's settings.
         folders: of configurations, whose subfolders hold options.
     """
     fields = settings_of(schema)
-    plain = {name: s for name, s in fields.items() if not _is_group(s) and name not in _NOT_GIVEN}
-    yield Group("", components.summary(schema), (), plain)
+    own = {k: s for k, s in fields.items() if not _is_group(s) and k not in _NOT_GIVEN}
+    yield Section("", components.summary(schema), {}, own)
     for name, setting in fields.items():
         if _is_group(setting):
             yield from _group(name, setting.hint, folders)
@@ -80,27 +61,36 @@ def _is_group(setting: Setting) -> bool:
     return dataclasses.is_dataclass(setting.hint) or get_origin(setting.hint) is Mapping
 
 
-def _group(place: str, hint: Any, folders: Sequence[Path]) -> Iterator[Group]:
-    kind = GROUPS.get(place) or LISTS.get(place, "")
-    files = [Option(p.stem, first_comment(p), {}) for p in option_files(place, folders)]
-    if kind:
-        found = [Option(n, *_component(kind, n)) for n in components.names(kind)]
-        settings, meaning = common_settings(kind), KINDS[kind].meaning
-        files += found
-    else:
-        settings, meaning = settings_of(hint), components.summary(hint)
-    own = {name: s for name, s in settings.items() if not _is_group(s)}
-    yield Group(place, meaning, files, own, kind)
+def _group(place: str, hint: Any, folders: Sequence[Path]) -> Iterator[Section]:
+    kind, listed = GROUPS.get(place) or LISTS.get(place, ""), place in LISTS
+    settings = common_settings(kind) if kind else settings_of(hint)
+    text = KINDS[kind].meaning if kind else components.summary(hint)
+    options = {file.stem: _first_comment(file) for file in _option_files(place, folders)}
+    prefix = f"{place}.LABEL" if listed else place
+    title = place.replace(".", "/").removesuffix("s" if listed else "")
+    own = {f"{prefix}.{k}": s for k, s in settings.items() if not _is_group(s)}
+    yield Section(f"{title}=" if kind or options else place, text, options, own)
+    for name in components.names(kind) if kind else ():
+        provider, found = components.provider(kind, name), components.settings(kind, name)
+        text = components.summary(components.find(kind, name))
+        text += "" if provider == OWN else f" ({provider})"
+        yield Section(f"{title}={name}", text, {}, {f"{prefix}.{k}": s for k, s in found.items()})
     for name, setting in settings.items():
         if _is_group(setting):
             yield from _group(f"{place}.{name}", setting.hint, folders)
 
 
-def _component(kind: str, name: str) -> tuple[str, Mapping[str, Setting]]:
-    provider = components.provider(kind, name)
-    from_where = "" if provider == OWN else f" ({provider})"
-    summary = components.summary(components.find(kind, name))
-    return f"{summary}{from_where}", components.settings(kind, name)
+def _option_files(group: str, folders: Sequence[Path]) -> list[Path]:
+    """Return the files of a group's options, t2 before t16."""
+    files = [p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml")]
+    return sorted(files, key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
+
+
+def _first_comment(file: Path) -> str:
+    """Return what an option's file says of itself, in its first lines."""
+    lines = takewhile(lambda x: x.startswith("#"), file.read_text("utf-8").splitlines())
+    # A line such as `# @package _global_` is for Hydra.
+    return " ".join(line.lstrip("# ") for line in lines if not line.startswith("# @"))
 
 
 def command_help(
@@ -113,75 +103,37 @@ def command_help(
             `hydra.help.template`.
         schema: of its settings.
         folders: of configurations: ours, then those of --config-dir.
-        everything: also what each choice can be told.
+        everything: also the settings of each choice.
     """
     file = OmegaConf.load(folders[0] / f"{name}.yaml")
-    intro = str(OmegaConf.select(file, "hydra.help.template") or "").rstrip()
-    listed: Any = file.defaults
-    usual = {g: c for each in listed if OmegaConf.is_dict(each) for g, c in each.items()}
-    groups = list(groups_of(schema, folders))
+    intro = str(OmegaConf.select(file, "hydra.help.template")).rstrip()
     if everything:
-        body = [text for group in groups if (text := _everything(group, usual))]
-        end = (
-            "--cfg job prints every setting with its value; --hydra-help what Hydra itself can do."
-        )
-        return "\n\n".join([intro, *body, end])
-    choices = [
-        _line(f"{_spelled(g)}={usual[_spelled(g)]}", ", ".join(o.name for o in g.options), _WIDE)
-        for g in groups
-        if g.options and "." not in g.place and g.place not in LISTS
-    ]
-    known = {f"{g.place}.{n}".lstrip("."): s for g in groups for n, s in g.settings.items()}
-    keys = _USUAL if name == "train" else [*_USUAL, *groups[0].settings]
-    shown = {key: known[key] for key in dict.fromkeys(keys) if key in known}
-    further = f"ffd {name} --help all tells all settings, and what each choice can be told."
-    if not choices:
-        return "\n\n".join([intro, "Settings:", settings_help(known)])
-    short = [
-        _line(f"{k}={default_text(s)}", s.help.split(". ")[0].rstrip("."), 28)
-        for k, s in shown.items()
-    ]
+        found = [_section_help(section) for section in sections(schema, folders)]
+        end = "--cfg job prints every setting with its value; --hydra-help what Hydra can do."
+        return "\n\n".join([intro, *found, end])
+    # The components themselves are not asked here: to import them all takes seconds.
+    usual = {g: c for x in file.defaults if OmegaConf.is_dict(x) for g, c in x.items()}
+    choices, fields, known = [], settings_of(schema), {}
+    for place in fields:
+        options = [file.stem for file in _option_files(place, folders)]
+        options += components.names(GROUPS[place]) if place in GROUPS else []
+        if options:
+            choices.append((f"{place}={usual[place]}", ", ".join(options)))
+    for key in dict.fromkeys([*(_USUAL), *(f for f in fields if name != "train")]):
+        place, _, setting = key.rpartition(".")
+        if (place or key) in fields and key not in _NOT_GIVEN:
+            kind, hint = GROUPS.get(place), fields[place or key].hint
+            there = common_settings(kind) if kind else settings_of(hint) if place else fields
+            if not _is_group(there[setting]):
+                known[f"{key}={default_text(there[setting])}"] = there[setting].help.split(". ")[0]
+    settings = two_columns(((k, text.rstrip(".")) for k, text in known.items()), 28)
+    end = f"ffd {name} --help all lists all settings, and those of each choice."
     return "\n\n".join(
-        [intro, "Choices:\n" + "\n".join(choices), "Settings:\n" + "\n".join(short), further]
+        [intro, f"Choices:\n{two_columns(choices, 28)}", f"Settings:\n{settings}", end]
     )
 
 
-def _spelled(group: Group) -> str:
-    """Return how a group is chosen on the command line."""
-    return group.place.replace(".", "/")
-
-
-def _everything(group: Group, usual: Mapping[str, str]) -> str:
-    """Return all of a group: its options, and what each can be told."""
-    prefix = f"{group.place}." if group.place else ""
-    title = f"{_spelled(group)}={usual.get(_spelled(group), '')}" if group.options else prefix
-    if group.place in LISTS:
-        prefix, title = f"{prefix}LABEL.", f"{_spelled(group).removesuffix('s')}=[NAME,...]"
-    lines = [f"{title or 'Of the whole'}    {group.meaning}"]
-    for option in group.options:
-        lines.append(_line(option.name, option.summary))
-        if option.settings:
-            lines.append(textwrap.indent(settings_help(option.settings, prefix), "  "))
-    if group.settings:
-        lines += [*(["  all of them:"] if group.options else [])]
-        lines.append(settings_help(group.settings, prefix))
-    return "\n".join(lines) if len(lines) > 1 else ""
-
-
-def option_files(group: str, folders: Sequence[Path]) -> list[Path]:
-    """Return the files of a group's options, t2 before t16."""
-    files = [p for f in folders for p in (f / group.replace(".", "/")).glob("*.yaml")]
-    return sorted(files, key=lambda p: (re.sub(r"\d+", "", p.stem), len(p.stem), p.stem))
-
-
-def first_comment(file: Path) -> str:
-    """Return what an option's file says of itself, in its first lines."""
-    lines = takewhile(lambda x: x.startswith("#"), file.read_text("utf-8").splitlines())
-    # A line such as `# @package _global_` is for Hydra.
-    return " ".join(line.lstrip("# ") for line in lines if not line.startswith("# @"))
-
-
-def _line(name: str, text: str, column: int = _NAME) -> str:
-    wrapped = textwrap.wrap(text, _WIDTH - column - 2) or [""]
-    first = f"  {name:<{column}}{wrapped[0]}".rstrip()
-    return "\n".join([first, *(" " * (column + 2) + line for line in wrapped[1:])])
+def _section_help(section: Section) -> str:
+    lines = [f"{section.title or 'Of the whole'}    {section.text}"]
+    lines += [two_columns(section.options.items()), settings_help(section.settings)]
+    return "\n".join(line for line in lines if line)

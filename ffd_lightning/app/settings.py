@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import yaml
@@ -11,7 +11,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from ffd_lightning import components
-from ffd_lightning.components import MISSING, Setting, settings_of, unknown_setting, written
+from ffd_lightning.components import MISSING, Setting, settings_of, written
 from ffd_lightning.errors import ConfigError
 
 _Settings = TypeVar("_Settings")
@@ -26,8 +26,7 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         main: the setting that a lone argument, one without "=", is the value of.
 
     Raises:
-        ConfigError: an unknown setting, a value that does not fit or is out of range, or one that
-            is missing.
+        ConfigError: an unknown setting, a value that does not fit, or one that is missing.
     """
     known = settings_of(schema)
     given: dict[str, Any] = {}
@@ -38,13 +37,11 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
                 hint = f"write {main or next(iter(known))}={argument}, say"
                 raise ConfigError(f"{argument!r} is no setting: {hint}")
             key, value = main, argument
-        if key not in known:
-            raise ConfigError(unknown_setting("", key, list(known)))
         if key in given:
             raise ConfigError(f"{key}= is given twice")
         if value == "":
             raise ConfigError(f"{key}= is empty: give a value, or leave it out")
-        given[key] = _value(value, known[key].hint)
+        given[key] = _value(value, known.get(key, Setting(str)).hint)
     settings: _Settings = components.build(schema, given, "")
     return settings
 
@@ -57,10 +54,10 @@ def _value(text: str, hint: Any) -> Any:
     if components.described(hint) == "a list" and not text.startswith("["):
         return [text]  # one is a list of one
     try:
-        found = OmegaConf.create(f"- {text}")[0]
+        found: Any = OmegaConf.to_container(OmegaConf.create(f"value: {text}"))
+        return found["value"]
     except (OmegaConfBaseException, ValueError, yaml.YAMLError):
         return text
-    return OmegaConf.to_container(found) if OmegaConf.is_config(found) else found
 
 
 def default_text(setting: Setting) -> str:
@@ -70,31 +67,25 @@ def default_text(setting: Setting) -> str:
     >>> default_text(Setting(Literal["a", "b"], "b")), default_text(Setting(int))
     ('b|a', '...')
     """
-    if isinstance(setting.default, str) and setting.default == MISSING:
-        return "..."
-    default, kind = written(components.plain(setting.default)), components.described(setting.hint)
-    if not kind.startswith("one of "):
-        return default
-    return "|".join(dict.fromkeys([default, *kind.removeprefix("one of ").split(", ")]))
+    default = written(components.plain(setting.default)).replace(MISSING, "...")
+    return "|".join(dict.fromkeys([default, *map(written, components.choices(setting.hint))]))
 
 
-def settings_help(settings: Mapping[str, Setting], prefix: str = "") -> str:
-    """Return a table of settings, with their defaults and what each is.
+def settings_help(settings: Mapping[str, Setting]) -> str:
+    """Return a table of settings by name, with their defaults and what each is."""
+    return two_columns((f"{k}={default_text(s)}", s.help) for k, s in settings.items())
 
-    Args:
-        settings: by name.
-        prefix: stands before the names.
-    """
+
+def two_columns(rows: Iterable[tuple[str, str]], width: int = 20) -> str:
+    """Return lines of names and texts; a name that is too long has a line of its own."""
     lines = []
-    for name, setting in settings.items():
-        head = f"  {prefix}{name}={default_text(setting)}"
-        body = textwrap.wrap(setting.help, 72) or [""]
-        if len(head) < 22:
-            lines.append(f"{head:<22}{body[0]}".rstrip())
-        else:
-            lines += [head, *([f"{'':<22}{body[0]}"] if body[0] else [])]
-        lines += [f"{'':<22}{line}" for line in body[1:]]
-    return "\n".join(lines)
+    for name, text in rows:
+        head, wrapped = name, textwrap.wrap(text, 98 - width) or [""]
+        if len(name) >= width:
+            lines.append(f"  {name}")
+            head = ""
+        lines += [f"  {head:<{width}}{wrapped[0]}", *(" " * (width + 2) + x for x in wrapped[1:])]
+    return "\n".join(line.rstrip() for line in lines if line.strip())
 
 
-__all__ = ["MISSING", "default_text", "read_settings", "settings_help"]
+__all__ = ["MISSING", "default_text", "read_settings", "settings_help", "two_columns"]

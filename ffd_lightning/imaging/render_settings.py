@@ -7,10 +7,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from ffd_lightning.components import Range
 from ffd_lightning.imaging.camera import BLENDER_LENS, RADIUS, Camera, vertical_field_of_view
 
 _ELEVATIONS, _LENSES = (-5, 60), (25, 60)  # of random cameras, in degrees
@@ -46,13 +47,18 @@ class RenderSettings:
         samples: rays along each side of a pixel.
     """
 
-    height: int = 192
-    width: int = 256
+    height: Annotated[int, Range("[32, inf)")] = 192
+    width: Annotated[int, Range("[32, inf)")] = 256
     camera: CameraModel = CameraModel.framed
-    elevation: float | None = None
+    elevation: Annotated[float, Range("[-90, 90]")] | None = None
     azimuths: list[float] = field(default_factory=lambda: [45.0])
-    random_views: int = 0
-    samples: int = 3
+    random_views: Annotated[int, Range("[0, inf)")] = 0
+    samples: Annotated[int, Range("(0, inf)")] = 3
+
+    def __post_init__(self) -> None:
+        """Refuse no images at all."""
+        if not self.azimuths and not self.random_views:
+            raise ValueError("azimuths=[] needs an angle at least, or random_views a view")
 
     def cameras(self, shape: str = "") -> tuple[Camera, ...]:
         """Return the camera of each image; random ones follow from the name of the shape alone.

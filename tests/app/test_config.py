@@ -94,30 +94,10 @@ def test_the_optimizer_is_chosen_with_its_own_settings_at_the_schedules_rate():
 
 
 @pytest.mark.parametrize(
-    ("width", "words"),
-    [
-        (
-            0.25,
-            "encoder.weights=mobilenet_2_5_192_tf_no_top.h5 (https://github.com/fchollet/"
-            "deep-learning-models/releases/download/v0.6/mobilenet_2_5_192_tf_no_top.h5), or",
-        ),
-        (1, "encoder.weights=mobilenet_1_0_192_tf_no_top.h5 (https://"),
-        (0.3, "Keras publishes none of width 0.3: encoder.weights=FILE takes yours, or"),
-    ],
-)
-def test_the_paper_schedule_asks_for_the_papers_weights(width, words):
-    with pytest.raises(ConfigError, match=r"encoder\.weights=none") as caught:
-        validate(typed("schedule=paper", f"encoder.width={width}"))
-    assert words in str(caught.value)
-
-
-@pytest.mark.parametrize(
     ("overrides", "shrink"),
     [
         (["schedule=quick"], 2),
         (["schedule=paper"], 1),
-        (["schedule=quick", "network.seen_height=null"], 1),
-        (["schedule=quick", "data.render.height=96", "data.render.width=128"], 1),
         (["schedule=quick", "data.render.height=400", "data.render.width=400"], 4),
         (["schedule=quick", "data.render.height=48"], 1),
     ],
@@ -152,27 +132,14 @@ NEEDED = {
 }
 
 
-def needed(group, name):
-    return NEEDED.get(name, NEEDED.get((group, name), []))
-
-
-@pytest.mark.parametrize(
-    "group", ["category", "regime", "templates", "schedule", "trainer", "logger"]
-)
-def test_every_option_of_every_group_composes(group):
-    for file in (ROOT / "conf" / group).glob("*.yaml"):
-        typed(f"{group}={file.stem}", *needed(group, file.stem))
-
-
-@pytest.mark.parametrize(("place", "kind"), GROUPS.items())
-def test_every_component_can_be_chosen_and_passes(place, kind):
-    names = components.names(kind)
-    assert len(names) > 1
-    for name in names:
-        if name == "timm":  # may not be installed
-            continue
-        group = place.replace(".", "/")
-        validate(typed(f"{group}={name}", *needed(group, name), "encoder.weights=none"))
+def test_every_option_of_every_group_composes_and_can_be_built():
+    for group in ("category", "regime", "templates", "schedule", "trainer", "logger"):
+        for file in (ROOT / "conf" / group).glob("*.yaml"):
+            typed(f"{group}={file.stem}", *NEEDED.get(file.stem, []))
+    for place, kind in GROUPS.items():
+        for name in set(components.names(kind)) - {"timm"}:  # it may not be installed
+            needed = NEEDED.get(name, NEEDED.get((place, name), []))
+            validate(typed(f"{place.replace('.', '/')}={name}", *needed, "encoder.weights=none"))
 
 
 # --- mistakes ------------------------------------------------------------------------------------
@@ -182,37 +149,34 @@ MISTAKES = [
     (["category=tabel"], ["no category 'tabel'. Did you mean category=table?", "watercraft"]),
     (["regime.selection=weighted"], ["is a group: write regime/selection=weighted"]),
     (["+regime.terms.mine.term=chamfre"], ["no term 'chamfre'. Did you mean chamfer?"]),
+    (["callback=[mine]"], ["no callback 'mine'", "plugins=[MODULE]"]),
     (["templates=30"], ["not a number: templates=t30"]),
     # settings
     (["schdule=quick"], ["no setting 'schdule'. Did you mean schedule?"]),
-    (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths, camera"]),
+    (["data.render.heigth=64"], ["Did you mean data.render.height?", "azimuths"]),
     (["+schedule.step=1"], ["no setting 'schedule.step'. Did you mean schedule.steps?"]),
     (["data.parts_root=."], ["no setting 'data.parts_root'", "num_models"]),  # of another option
     (["data=folder"], ["must be given: data.root=..."]),
-    (["data.residency=disk"], ["data.residency is trainer.residency now"]),  # of 0.2
-    (["schedule.learning_rate_decay=none"], ["is lr_schedule now"]),
+    (["data.residency=disk"], ["data.residency", "is trainer.residency now"]),  # of 0.2
     # values
     (["schedule.steps=abc"], ["schedule.steps=abc must be a whole number"]),
     (["regime.selection.function=cubic"], ["function=cubic must be one of identity, log, square"]),
     (["encoder.width=0"], ["encoder.width=0 leaves no channels"]),
     (["network.degrees=[3,0,3]"], ["network.degrees=[3,0,3] must be 1 or more"]),
-    (["augmentation=photo", "augmentation.roll=90"], ["augmentation.roll=90.0 must lie in [0, 45"]),
-    (["seed=4294967296"], ["seed=4294967296 must lie in [0, 4294967295]"]),
-    (["regime.terms.offset_penalty.weight=-1"], ["regime.terms.offset_penalty.weight=-1.0 must"]),
+    (["trainer.num_workers=-1"], ["trainer.num_workers=-1 must be 0 or more"]),
+    (["data.render.azimuths=[]"], ["data.render.azimuths=[] needs an angle"]),
+    (["category.name=../x"], ["category.name=../x must be the name of a folder"]),
     (["encoder.weights=/no/such.h5"], ["encoder.weights=/no/such.h5 is not a file"]),
     # what does not go together
     (["templates=t1", "regime=w"], ["single template: use another regime"]),
     (["schedule.num_points=20000"], ["more than data.num_points=16384"]),
     (
-        ["data=shapenet", "data.root=.", "data.mix_versions=true"],
-        ["data.mix_versions=True must be left out without images=r2n2"],
-    ),
-    (
         ["data=shapenet", "data.root=.", "data.images=r2n2", "data.render.azimuths=[0]"],
-        ["azimuths means nothing with data.images=r2n2", "azimuths=[45.0]"],
+        ["azimuths means nothing here, as data=shapenet has images", "azimuths=[45.0]"],
     ),
     (["split=listed", "split.file=/no/such"], ["split.file=/no/such does not exist"]),
     (["regime.terms.weighted_chamfer.weight=0"], ["regime b has no term of a weight above 0"]),
+    (["schedule=paper"], ["encoder.weights=mobilenet_2_5_192_tf_no_top.h5 (https://", "=none"]),
     # spelling of the command line
     (["regime"], ["group=option"]),
     (["regime=b,e"], ["regime=b,e", "commas", "-m"]),
@@ -222,7 +186,7 @@ MISTAKES = [
 
 @pytest.mark.parametrize(("overrides", "words"), MISTAKES, ids=lambda x: x[0] if x else "")
 def test_a_mistake_is_explained_in_one_line(overrides, words):
-    with pytest.raises((*SHOWN, ValueError)) as caught:
+    with pytest.raises(SHOWN) as caught:
         validate(typed(*overrides))
     message = explain(caught.value)
     assert "\n" not in message
@@ -237,6 +201,7 @@ def test_a_mistake_is_explained_in_one_line(overrides, words):
         (["data=folder", "data.root=/no/such/place"], ["data.root=/no/such/place does not exist"]),
         (["plugins=[no_such_module]"], ["plugins=no_such_module: cannot be imported"]),
         (["-m", "regime=b,ww", "category=table"], ["no regime 'ww'", "b, e, posterior, r, w"]),
+        (["-m", "network.degrees=[3,3],[3,3,3]"], ["network.degrees=[3,3] must be 3 values"]),
     ],
 )
 def test_the_command_shows_one_message(arguments, words, tmp_path, monkeypatch):
@@ -254,14 +219,12 @@ def test_the_command_shows_one_message(arguments, words, tmp_path, monkeypatch):
     assert not (tmp_path / "data").exists()
 
 
-@pytest.mark.parametrize(
-    ("command", "setting"), [("evaluate", "evaluation.workers"), ("prepare", "preparation.workers")]
-)
-def test_the_other_commands_name_them_too(command, setting, tmp_path):
-    needed = {"evaluate": "run=x", "prepare": f"paths.data={tmp_path}"}
-    done = run_command(command, needed[command], f"{setting}=-1")
-    assert done.returncode == 1
-    assert done.stderr.strip() == f"error: {setting}=-1 must be 0 or more"
+def test_the_other_commands_name_them_too(tmp_path):
+    for command, given in (("evaluate", "run=x"), ("prepare", f"paths.data={tmp_path}")):
+        setting = {"evaluate": "evaluation.workers", "prepare": "preparation.workers"}[command]
+        done = run_command(command, given, f"{setting}=-1")
+        assert done.returncode == 1
+        assert done.stderr.strip() == f"error: {setting}=-1 must be 0 or more"
     assert not list(tmp_path.iterdir())
 
 
@@ -290,3 +253,5 @@ def test_a_folder_of_ones_own_brings_options(tmp_path):
     cfg = compose_config("train", TrainConfig, ["schedule=blink"], str(tmp_path))
     assert typed_config(cfg, TrainConfig).schedule.steps == 3
     assert "blink" in train("--config-dir", str(tmp_path), "--help").stdout
+    done = train("--config-dir", str(tmp_path), "schedule=blink", "--cfg", "job")
+    assert "steps: 3" in done.stdout, done.stderr

@@ -36,10 +36,9 @@ def warned(tiny_config):
     return make
 
 
-@pytest.mark.parametrize("category", shapes.categories())
-def test_by_default_nothing_leaks(warned, category):
-    for number in (100, 500, 2000):
-        assert warned(f"category={category}", f"data.num_models={number}")[0] == ""
+def test_by_default_nothing_leaks(warned):
+    for category in shapes.categories():
+        assert warned(f"category={category}", "data.num_models=500")[0] == ""
 
 
 def test_shapes_that_trained_the_first_weights_are_counted(warned):
@@ -59,9 +58,7 @@ def test_shapes_that_trained_the_first_weights_are_counted(warned):
     assert "encoder.weights=none" in text
 
 
-@pytest.mark.parametrize(
-    "other", ["encoder.weights=none", "data.seed=1", "split.train_fraction=0.9"]
-)
+@pytest.mark.parametrize("other", ["encoder.weights=none", "data.seed=1"])
 def test_nothing_leaks_where_the_shapes_or_the_weights_are_others(warned, other):
     assert warned(*FEWER, other)[0] == ""
 

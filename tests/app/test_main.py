@@ -18,64 +18,54 @@ from ffd_lightning.app.main import COMMANDS, main, run
 ROOT = Path(__file__).parents[2]
 
 
-def said(capsys, *arguments):
-    main(arguments)
+def printed(capsys, *arguments):
+    with contextlib.suppress(SystemExit):  # of some commands
+        main(arguments)
     return capsys.readouterr().out
 
 
 def test_ffd_lists_its_commands(capsys):
-    text = said(capsys)
+    text = printed(capsys)
     for name, command in COMMANDS.items():
         assert f"  ffd {name:<10}{command.summary}" in text
-    assert said(capsys, "--help") == said(capsys, "-h") == said(capsys, "help") == text
-    assert said(capsys, "--version").strip() == __version__
-
-
-def test_a_command_that_does_not_exist():
-    with pytest.raises(SystemExit) as ended:
+    assert printed(capsys, "--help") == printed(capsys, "help") == text
+    assert printed(capsys, "--version").strip() == __version__
+    with pytest.raises(SystemExit, match=r"^error: no command 'trian'"):
         main(["trian"])
-    assert str(ended.value.code).startswith("error: no command 'trian'. Commands: train, evaluate")
 
 
 def test_a_process_of_another_device_knows_its_command(monkeypatch):
     """Lightning starts it with the command's arguments alone."""
-    told = []
-    monkeypatch.setattr(entry, "run", lambda name, arguments: told.append((name, arguments)))
+    given = []
+    monkeypatch.setattr(entry, "run", lambda name, arguments: given.append((name, arguments)))
     monkeypatch.setenv("LOCAL_RANK", "1")
     monkeypatch.setenv("FFD_LIGHTNING_COMMAND", "train")
     main(["regime=e"])
-    assert told == [("train", ["regime=e"])]
+    assert given == [("train", ["regime=e"])]
 
 
 # --- help ----------------------------------------------------------------------------------------
 
 
-def help_of(name, capsys):
-    with contextlib.suppress(SystemExit):  # of some commands
-        run(name, ["--help"])
-    return capsys.readouterr().out
-
-
-def test_help_of_train_is_one_screen_and_help_all_tells_every_setting(capsys):
-    text = help_of("train", capsys)
+def test_help_of_train_is_one_screen_and_help_all_lists_every_setting(capsys):
+    text = printed(capsys, "train", "--help")
     assert len(text.splitlines()) < 50
     for words in ("regime=b ", "data=procedural ", "schedule.learning_rate=", "--help all"):
         assert words in text, words
-    with contextlib.suppress(SystemExit):
-        run("train", ["--help", "all"])
-    words = capsys.readouterr().out.split()
+    words = printed(capsys, "train", "--help", "all").split()
     for place, kind in GROUPS.items():
         for name in components.names(kind):
-            assert name in words, name
+            assert f"{place.replace('.', '/')}={name}" in words, name
             for setting in all_settings(kind, name):
                 known = [w for w in words if w.startswith(f"{place}.{setting}")]
                 assert known or setting == "render", f"{place}.{setting}"
     assert "regime.terms.LABEL.directions=8" in words
+    assert "network.hidden=512" in words, "of the class that has it"
 
 
 @pytest.mark.parametrize("name", ["status", "report", "figures", "predict", "view", "export"])
 def test_help_of_a_plain_command_lists_its_settings(name, capsys):
-    text = help_of(name, capsys)
+    text = printed(capsys, name, "--help")
     schema = import_module(f"ffd_lightning.app.commands.{name}").Settings
     for f in fields(schema):
         (line,) = [x for x in text.splitlines() if x.startswith(f"  {f.name}=")]
@@ -85,7 +75,7 @@ def test_help_of_a_plain_command_lists_its_settings(name, capsys):
 
 
 def test_help_of_sweeps_lists_the_studies(capsys):
-    text = help_of("sweep", capsys)
+    text = printed(capsys, "sweep", "--help")
     for file in (ROOT / "sweeps").glob("*.yaml"):
         assert f"\n  {file.stem} " in text
 
@@ -101,12 +91,20 @@ def test_help_shows_the_components_of_a_module_of_ones_own(tmp_path):
     command = [sys.executable, "-m", "ffd_lightning", "train", "plugins=[own_encoders]"]
     done = subprocess.run([*command, "--help", "all"], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert "  tiny                A small one. (module own_encoders)" in done.stdout
+    assert "encoder=tiny    A small one. (module own_encoders)" in done.stdout
     assert "encoder.layers=7" in done.stdout
     overrides = ["encoder=tiny", "encoder.layres=1"]
     done = subprocess.run([*command, *overrides], cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 1
     assert "no setting 'encoder.layres'. Did you mean encoder.layers?" in done.stderr
+
+
+def test_help_does_not_load_torch():
+    code = (
+        "import sys; from ffd_lightning.app.main import run; run('train', ['--help']); "
+        "sys.exit('torch' in sys.modules)"
+    )
+    assert subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL).returncode == 0
 
 
 def test_a_command_that_needs_no_setting_runs_without(monkeypatch, capsys):
@@ -127,7 +125,6 @@ def test_a_command_that_needs_no_setting_runs_without(monkeypatch, capsys):
     ("arguments", "message"),
     [
         (["report", "runs=x", "galery=3"], "no setting 'galery'. Did you mean gallery?"),
-        (["report", "runs=x", "gallery=many"], "gallery=many must be a whole number"),
         (["report", "gallery=3"], "these settings must be given: runs=..."),
         (["report", "runs="], "runs= is empty"),
         (["report", "runs=x", "runs=y"], "runs= is given twice"),
@@ -135,8 +132,6 @@ def test_a_command_that_needs_no_setting_runs_without(monkeypatch, capsys):
         (["figures", "figure=voxels", "runs=[a", "number=3"], "runs=[a must be a list"),
         (["status", "/no/such"], "no run in /no/such"),
         (["report", "x", "gallery=-1"], "gallery=-1 must be 0 or more"),
-        (["figures", "figure=overview", "runs=x", "size=1"], "size=1 must lie in [64, 2048]"),
-        (["figures", "figure=ovrview", "x"], "figure=ovrview: choose one of method, overview"),
     ],
 )
 def test_mistakes_in_settings_are_one_message(arguments, message, capsys):
