@@ -436,8 +436,8 @@ def test_a_picture_goes_into_the_run_s_folder(run, capsys):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["{run}/.."], "is not a run folder, but holds 1"),
-        (["{run}/nothing"], "is not a run folder: it has no config.yaml"),
+        (["{run}/.."], r"is not a run folder: it has no config.yaml: is .* meant\?"),
+        (["{run}/nothing"], "there is no run .*nothing"),
         (["runs=[]"], "at least one run"),
         (["{run}", "figure=overvew"], "figure= is given twice"),
         (["{run}", "data_root={run}"], "the prepared data of .* is not there.*data_root=DIR"),
