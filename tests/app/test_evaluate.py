@@ -406,7 +406,7 @@ def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy, mon
 @pytest.mark.parametrize(
     ("settings", "error", "message"),
     [
-        ({"run": "/no/such"}, ConfigError, "is not a run folder"),
+        ({"run": "/no/such"}, ConfigError, "there is no run"),
         ({"run": __file__}, ConfigError, "is a checkpoint, .* give run=RUN checkpoint=FILE"),
         ({"checkpoint": "/no/such.ckpt"}, ConfigError, "there is no checkpoint"),
         ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
@@ -551,7 +551,7 @@ def test_the_command(copy, data_root, prepared):
     assert "selected template, deformed" in done.stdout
     assert (copy.evaluation(FEW) / "samples.csv").is_file()
     for override, word in (
-        ("run=/no/such", "is not a run folder"),
+        ("run=/no/such", "there is no run"),
         ("protocol=papre", "no protocol 'papre'. Did you mean protocol=paper?"),
         ("chekpoint=x", "Did you mean checkpoint?"),
         ("evaluation.refrences=false", "Did you mean evaluation.references?"),

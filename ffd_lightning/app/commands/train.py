@@ -51,7 +51,7 @@ def train_job(cfg: TrainConfig) -> dict[str, float] | None:
     except Exception:
         log.exception("%s failed", run.path)
     finally:
-        _give_memory_back()
+        _free_memory()
     return None
 
 
@@ -71,7 +71,7 @@ def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[
         return train(cfg, run)
 
 
-def _give_memory_back() -> None:
+def _free_memory() -> None:
     """Free what a finished job held in cycles and in the GPU's cache."""
     import torch
 
