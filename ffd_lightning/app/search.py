@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +13,7 @@ import numpy as np
 
 from ffd_lightning import components
 from ffd_lightning.analysis.runs import find_runs
+from ffd_lightning.app.identity import decides
 from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
@@ -19,6 +22,7 @@ if TYPE_CHECKING:
     import optuna
 
 _INTERRUPTED = 130
+_DIGITS = 6  # of a digest in a name
 
 
 def run_search(
@@ -31,7 +35,7 @@ def run_search(
     """Look for the settings with the best score on the validation shapes; resumes.
 
     Writes `search.db` (Optuna's own, for its dashboard), `trials.csv` and `best.json`. Trial k's
-    runs are in `trial-k`.
+    runs are in `search-DIGEST/trial-k`, whose digest is of the search and its overrides.
 
     Args:
         search: where to look, and for what.
@@ -56,19 +60,22 @@ def run_search(
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     maximize, done = measures[search.measure].higher_is_better, optuna.trial.TrialState.COMPLETE
+    deciding = sorted(x for x in overrides if decides(x.lstrip("+~").partition("=")[0]))
+    settings = [deciding, protocol, search.measure, asdict(search)["parameters"]]
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:_DIGITS]
     study = optuna.create_study(
-        study_name="search",
+        study_name=f"search-{digest}",
         storage=f"sqlite:///{folder.absolute() / 'search.db'}",
         direction="maximize" if maximize else "minimize",
         load_if_exists=True,
     )
     code = 0
     for number, chosen in _trials(study, search, trials):
-        place = f"trial-{number:03d}"
-        settings = [f"{key}={value!r}" for key, value in chosen.items()]
+        place = f"{study.study_name}/trial-{number:03d}"
+        values = [f"{key}={value!r}" for key, value in chosen.items()]
         subdir = f'hydra.sweep.subdir="{place}/${{run_folder:}}"'
-        print(f"\ntrial {number + 1} of {trials}: {' '.join(settings)}", flush=True)
-        failed = train(merged([*overrides, "evaluation.subset=val", *settings, subdir]))
+        print(f"\ntrial {number + 1} of {trials}: {' '.join(values)}", flush=True)
+        failed = train(merged([*overrides, "evaluation.subset=val", *values, subdir]))
         if failed == _INTERRUPTED:
             raise KeyboardInterrupt
         runs = [run for run in find_runs(folder / place) if run.finished]

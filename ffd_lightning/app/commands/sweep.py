@@ -11,14 +11,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from omegaconf import OmegaConf
+import yaml
 
-from ffd_lightning.app.checks import device_problems, encoder_problems
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import compose_config, config_folder
+from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
-from ffd_lightning.app.studies import Study, check_categories, jobs, load_study, sweeps, value_of
+from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.files import write_atomic
 
@@ -74,6 +73,13 @@ class Request:
         """What the command line of each sweep has beside its overrides."""
         return [] if self.config_dir is None else ["--config-dir", self.config_dir]
 
+    @property
+    def file(self) -> Path:
+        """The study's file."""
+        path = Path(self.study)
+        own = path.suffix in (".yaml", ".yml")
+        return path if own else config_folder("sweeps") / f"{path}.yaml"
+
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> Request:
         """Read a command line.
@@ -90,17 +96,13 @@ class Request:
         )
         if unknown := [word for word in words if word.startswith("-")]:
             raise ConfigError(f"no option {unknown[0]}: --quick, --dry-run, --config-dir")
-        named = [word.removeprefix("study=") for word in words if _names_study(word)]
+        named = [x for x in words if "=" not in x or x.startswith("study=")]
+        overrides = [x for x in words if x not in named]
         if len(named) != 1:
             there = ", ".join(sorted(file.stem for file in config_folder("sweeps").glob("*.yaml")))
-            few = f"name a study: {there}"
-            raise ConfigError(f"two studies: {' and '.join(named)}" if named else few)
-        overrides = [word for word in words if not _names_study(word)]
-        return cls(named[0], found.quick, found.dry_run, overrides, found.config_dir)
-
-
-def _names_study(word: str) -> bool:
-    return "=" not in word or word.startswith("study=")
+            raise ConfigError(f"name one study: {there}; got {' and '.join(named) or 'none'}")
+        study = named[0].removeprefix("study=")
+        return cls(study, found.quick, found.dry_run, overrides, found.config_dir)
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -128,28 +130,24 @@ def run_study(request: Request) -> int:
         The exit code: 0 if all runs are finished.
 
     Raises:
-        ConfigError: no such study, or settings that cannot work.
+        ConfigError: no such study, or settings that cannot work: nothing has run then.
     """
-    path = Path(request.study)
-    file = path if path.suffix in (".yaml", ".yml") else config_folder("sweeps") / f"{path}.yaml"
-    study = load_study(file)
-    name = f"{file.stem}-quick" if request.quick else file.stem
-    name = value_of("name", request.overrides, name)
+    study, stem = load_study(request.file), request.file.stem
+    name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
     overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead
     stages = sweeps(study, name, request.quick, overrides)
-    folder = _folder(name, request)
+    first, problems = check_study(stages, request.config_dir)
+    folder = Path(first.paths.runs) / name
     print(f"{study.question}\n\n{folder}\n", flush=True)
-    for stage in stages if request.dry_run else []:
-        print(shlex.join(["python", "train.py", "-m", *request.options, *stage]))
-    problems = _problems(stages, request)
     if request.dry_run:
+        for stage in stages:
+            print(shlex.join(["python", "train.py", "-m", *request.options, *stage]))
         if problems:
             print(f"\nIt would be refused: {problems}", file=sys.stderr)
         return 0
     if problems:
         raise ConfigError(problems)
-    check_categories(stages, request.config_dir)
-    _note(folder, file.stem, study, request)
+    _note(folder, study, request)
     if study.search is not None:
         from ffd_lightning.app.search import run_search
 
@@ -168,21 +166,6 @@ def run_study(request: Request) -> int:
     return code
 
 
-def _problems(stages: Sequence[Sequence[str]], request: Request) -> str:
-    """Return what would stop jobs of a study at their start, after others have run perhaps."""
-    found: list[str] = []
-    for stage in stages:
-        elsewhere = any("submitit" in x for x in stage)  # on a cluster's machines
-        asked = {
-            tuple(x for x in job if x.startswith(("schedule=", "encoder"))): job
-            for job in reversed(jobs(stage))
-        }
-        for job in asked.values():
-            cfg = compose_config("train", TrainConfig, job, request.config_dir)
-            found += [*encoder_problems(cfg), *([] if elsewhere else device_problems(cfg))]
-    return "; ".join(dict.fromkeys(found))
-
-
 def _stage(sweep: Sequence[str]) -> int:
     code = train(sweep)
     if code == _INTERRUPTED:
@@ -197,20 +180,16 @@ def train(overrides: Sequence[str]) -> int:
     return subprocess.run(command, check=False, env=environment).returncode
 
 
-def _folder(name: str, request: Request) -> Path:
-    """Return where the study's runs go; checks the overrides of paths on the way."""
-    paths = [x for x in request.overrides if x.startswith(("paths", "plugins"))]
-    composed = compose_config("train", TrainConfig, [f"name={name}", *paths], request.config_dir)
-    return Path(composed.paths.runs) / name
-
-
-def _note(folder: Path, name: str, study: Study, request: Request) -> None:
+def _note(folder: Path, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
     options = [*(["--quick"] if request.quick else []), *request.options]
     command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
-    content = {"study": name, "question": study.question, "command": command}
-    beside: dict[str, bool] = {"beside_paper": True} if study.beside_paper else {}
+    content: dict[str, object] = {"study": request.file.stem, "question": study.question}
+    content["command"] = command
+    if study.beside_paper:
+        content["beside_paper"] = True
+    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     try:
-        write_atomic(folder / "study.yaml", OmegaConf.to_yaml(OmegaConf.create(content | beside)))
+        write_atomic(folder / "study.yaml", text)
     except OSError as error:
         raise ConfigError(f"cannot write {folder}: {error}") from None
