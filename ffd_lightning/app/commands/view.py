@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ffd_lightning.app.open_run import open_data
+from ffd_lightning.app.predict import file_bytes
 from ffd_lightning.components import check_ranges
-from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.server import import_viser, start
 from ffd_lightning.inference.viewer.shared import Photo, Shapes, Shared
@@ -96,18 +97,9 @@ def open_shared(settings: Settings) -> Shared:
             note = f"No test shapes, photos only: {error}"
     if settings.image is None:
         return Shared(predictor, shapes, None, note)
-    mask = None if settings.mask is None else _content(settings.mask)
-    photo = Photo(Path(settings.image).name, _content(settings.image), mask)
+    mask = None if settings.mask is None else file_bytes(Path(settings.mask).expanduser())
+    image = Path(settings.image).expanduser()
+    photo = Photo(image.name, file_bytes(image), mask)
     shared = Shared(predictor, shapes, photo, note)
     shared.open_photo(photo)  # what is wrong with it is said before anybody looks
     return shared
-
-
-def _content(name: str) -> bytes:
-    path = Path(name).expanduser()
-    try:
-        if path.exists() and not path.is_file():
-            raise DataError(f"{path} is not a file")  # reading a pipe would wait for ever
-        return path.read_bytes()
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
