@@ -165,8 +165,7 @@ def check_study(
 ) -> tuple[TrainConfig, str]:
     """Compose and check the first job of each stage, and that all categories are there.
 
-    Jobs of other encoders, schedules and devices than their stage's first are checked too. What
-    earlier stages will have written is not asked for.
+    So are jobs of other encoders, schedules and devices; files of earlier stages need not be there.
 
     Args:
         stages: what each gives to `ffd train -m`.

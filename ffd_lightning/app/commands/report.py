@@ -66,9 +66,8 @@ def print_labels(folder: Path) -> None:
     from ffd_lightning.terminal import table_console, terminal_width
 
     runs = require_runs(folder)
-    samples, families = label_samples(runs), run_families(runs)
-    console = table_console()
-    for table in label_tables(samples, families, folder):
-        console.print(table.rich(terminal_width()))
+    families = run_families(runs)
+    for table in label_tables(label_samples(runs), families, folder):
+        table_console().print(table.rich(terminal_width()))
     if not families:
         print("structural families: none are known of this data")
