@@ -21,7 +21,6 @@ from ffd_lightning.files import write_atomic, write_csv
 if TYPE_CHECKING:
     import optuna
 
-_INTERRUPTED = 130
 _DIGITS = 6  # of a digest in a name
 
 
@@ -60,8 +59,8 @@ def run_search(
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     maximize, done = measures[search.measure].higher_is_better, optuna.trial.TrialState.COMPLETE
-    deciding = sorted(x for x in overrides if decides(x.lstrip("+~").partition("=")[0]))
-    settings = [deciding, protocol, search.measure, asdict(search)["parameters"]]
+    deciding = sorted(x for x in overrides if _decides(x.lstrip("+~").partition("=")[0]))
+    settings = [deciding, search.measure, asdict(search)["parameters"]]
     digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:_DIGITS]
     study = optuna.create_study(
         study_name=f"search-{digest}",
@@ -76,8 +75,6 @@ def run_search(
         subdir = f'hydra.sweep.subdir="{place}/${{run_folder:}}"'
         print(f"\ntrial {number + 1} of {trials}: {' '.join(values)}", flush=True)
         failed = train(merged([*overrides, "evaluation.subset=val", *values, subdir]))
-        if failed == _INTERRUPTED:
-            raise KeyboardInterrupt
         runs = [run for run in find_runs(folder / place) if run.finished]
         if failed or not runs:
             code = 1  # the trial stays open: the same command tries it again
@@ -92,6 +89,12 @@ def run_search(
         write_csv(folder / "trials.csv", rows)
         write_atomic(folder / "best.json", json.dumps(rows[0], indent=2) + "\n")
     return code
+
+
+def _decides(key: str) -> bool:
+    """Tell whether an override makes the scores of trials others."""
+    group = key.replace("/", ".").partition(".")[0]
+    return group in ("protocol", "evaluation") or (group != "hydra" and decides(key))
 
 
 def _trials(

@@ -1,5 +1,6 @@
 import re
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -264,8 +265,9 @@ def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
     assert "--quick --config-dir conf category=chair" in note["command"]
 
 
-def test_an_interrupt_stops_the_study(trained, tmp_path, monkeypatch):
-    monkeypatch.setattr(command, "train", lambda overrides: 130)
+def test_an_interrupt_stops_the_study(tmp_path, monkeypatch):
+    done = SimpleNamespace(returncode=130)
+    monkeypatch.setattr(command.subprocess, "run", lambda *_, **__: done)
     with pytest.raises(KeyboardInterrupt):
         run_study(request_of(tmp_path, "regimes"))
 

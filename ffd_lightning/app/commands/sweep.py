@@ -7,6 +7,7 @@ import os
 import shlex
 import subprocess
 import sys
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,11 +19,12 @@ from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
 from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
-from ffd_lightning.errors import ConfigError, UserError
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
 
 SCHEMA = TrainConfig
 _INTERRUPTED = 130
+_FOLDER = config_folder("sweeps")
 _ALIASES = {"quick=true": ["--quick"], "dry_run=true": ["--dry-run"]}
 _ALIASES |= {"quick=false": [], "dry_run=false": []}
 _HELP = """Run a study: all its sweeps of train.py, then a report. The same command again
@@ -32,11 +34,10 @@ resumes where it was interrupted, and tries again what failed.
   python sweep.py regimes category=chair,lamp 'seed=range(5)'
   python sweep.py paper_table data=shapenet data.root=DIR encoder.weights=FILE
 
-Without --quick all but search train as the paper does (schedule=paper): 100,000
-steps, batch-norm momentum 0.01, ImageNet weights. Those are Keras' file
+Studies for the paper start from ImageNet weights, Keras' file
   {weights}, from
   {address}
-encoder.weights=none trains from scratch instead; one of the two must be said.
+unless --quick, or encoder.weights=none, is said.
 
 Studies (or a file of your own):
 
@@ -77,8 +78,7 @@ class Request:
     def file(self) -> Path:
         """The study's file."""
         path = Path(self.study)
-        own = path.suffix in (".yaml", ".yml")
-        return path if own else config_folder("sweeps") / f"{path}.yaml"
+        return path if path.suffix in (".yaml", ".yml") else _FOLDER / f"{path}.yaml"
 
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> Request:
@@ -99,7 +99,7 @@ class Request:
         named = [x for x in words if "=" not in x or x.startswith("study=")]
         overrides = [x for x in words if x not in named]
         if len(named) != 1:
-            there = ", ".join(sorted(file.stem for file in config_folder("sweeps").glob("*.yaml")))
+            there = ", ".join(sorted(file.stem for file in _FOLDER.glob("*.yaml")))
             raise ConfigError(f"name one study: {there}; got {' and '.join(named) or 'none'}")
         study = named[0].removeprefix("study=")
         return cls(study, found.quick, found.dry_run, overrides, found.config_dir)
@@ -109,18 +109,10 @@ def main(arguments: Sequence[str]) -> int:
     """Run the study that the command line names, or list what there is."""
     if arguments and not {"-h", "--help"} & set(arguments):
         return run_study(Request.parse(arguments))
-    files = sorted(config_folder("sweeps").glob("*.yaml"))
-    studies = "\n".join(f"  {file.stem:<17}{_summary(file)}" for file in files)
-    print(_HELP.format(weights=KERAS_FILES[0.25], address=KERAS_ADDRESS, studies=studies))
+    studies = {file.stem: load_study(file).question for file in sorted(_FOLDER.glob("*.yaml"))}
+    listed = "\n".join(f"  {k:<17}{textwrap.shorten(v, 70)}" for k, v in studies.items())
+    print(_HELP.format(weights=KERAS_FILES[0.25], address=KERAS_ADDRESS, studies=listed))
     return 0
-
-
-def _summary(file: Path) -> str:
-    try:
-        question = load_study(file).question
-    except UserError:
-        return "(damaged)"
-    return question if len(question) <= 70 else f"{question[:67]}..."
 
 
 def run_study(request: Request) -> int:
@@ -157,7 +149,7 @@ def run_study(request: Request) -> int:
         )
     else:
         # A stage of which a run has failed does not keep the next from the others' results.
-        code = max([_stage([*stage, *request.options]) for stage in stages])
+        code = max([train([*stage, *request.options]) for stage in stages])
     from ffd_lightning.app.sweep_end import print_beside_paper, report_quietly
 
     if study.beside_paper:
@@ -166,18 +158,14 @@ def run_study(request: Request) -> int:
     return code
 
 
-def _stage(sweep: Sequence[str]) -> int:
-    code = train(sweep)
+def train(overrides: Sequence[str]) -> int:
+    """Sweep with `train` in a process of its own, and return 0, or 1 if a run has failed."""
+    environment = {k: v for k, v in os.environ.items() if k != "HYDRA_FULL_ERROR"}
+    command = [*train_command(), "-m", *overrides]
+    code = subprocess.run(command, check=False, env=environment).returncode
     if code == _INTERRUPTED:
         raise KeyboardInterrupt
     return int(code != 0)
-
-
-def train(overrides: Sequence[str]) -> int:
-    """Sweep with `train`, in a process of its own, and return its exit code."""
-    environment = {k: v for k, v in os.environ.items() if k != "HYDRA_FULL_ERROR"}
-    command = [*train_command(), "-m", *overrides]
-    return subprocess.run(command, check=False, env=environment).returncode
 
 
 def _note(folder: Path, study: Study, request: Request) -> None:
