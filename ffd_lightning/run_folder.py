@@ -38,6 +38,22 @@ class RunFolder:
 
     path: Path
 
+    @classmethod
+    def at(cls, path: str | Path) -> RunFolder:
+        """Return the run folder that a user has named.
+
+        Raises:
+            ConfigError: it is none; runs below it are hinted at.
+        """
+        run = cls(Path(path).expanduser())
+        if not run.path.exists():
+            raise ConfigError(f"there is no run {run.path}")
+        if not run.config.is_file():
+            below = sorted(run.path.rglob("config.yaml"))
+            hint = f": is {below[0].parent} meant?" if below else ""
+            raise ConfigError(f"{run.path} is not a run folder: it has no config.yaml{hint}")
+        return run
+
     @property
     def config(self) -> Path:
         """The resolved configuration."""

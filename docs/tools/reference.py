@@ -32,7 +32,7 @@ def settings_page() -> str:
         "Everything that `ffd train` (`python train.py`) can be told. `group=option` chooses, "
         "`group.setting=value` sets; where there are several values the default is the first, and "
         "`...` means that it must be given. `ffd train --cfg job` prints all with their values. "
-        "`prepare` and `doctor` take the groups `category`, `data`, `preparation` and `paths`; the "
+        "`prepare` takes the groups `category`, `data`, `preparation` and `paths`; the "
         "settings of all other commands are under [Commands](commands.md).",
         "",
         "This page is made of the code's signatures when the documentation is built.",

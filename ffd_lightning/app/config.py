@@ -315,7 +315,7 @@ class PathsConfig:
 
 @dataclass(kw_only=True)
 class PrepareConfig:
-    """Everything that `prepare` reads.
+    """What data is prepared from, by `prepare` or at the start of a training.
 
     Attributes:
         plugins: modules with components of your own.
@@ -329,14 +329,14 @@ class PrepareConfig:
 
 
 @dataclass(kw_only=True)
-class DoctorConfig(PrepareConfig):
-    """Everything that `doctor` reads.
+class PrepareCommandConfig(PrepareConfig):
+    """Everything that `prepare` reads.
 
     Attributes:
-        sheets: folder of the pictures, one of each category; null for none.
+        trial: prepares a few shapes in a temporary folder, and says what there is.
     """
 
-    sheets: str | None = "${paths.data}/sheets"
+    trial: bool = False
 
 
 @dataclass(kw_only=True)

@@ -21,7 +21,7 @@ _LOOK_EVERY = 1.0  # seconds
 
 @contextmanager
 def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> Iterator[int]:
-    """Take a GPU that fewer than `jobs_per_gpu` jobs of this user have; wait until there is one.
+    """Yield the index of a GPU that fewer than `jobs_per_gpu` jobs of this user have, or wait.
 
     The locks are the system's: they are free again however a job ends.
 
@@ -29,29 +29,26 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
         gpus: a name of each visible GPU that is the same for all processes of the machine.
         jobs_per_gpu: how many jobs may share one.
         folder: where the locks are; a folder of the user's by default.
-
-    Yields:
-        The index of the GPU.
     """
     folder = folder or Path(tempfile.gettempdir()) / f"ffd_lightning-gpus-{getpass.getuser()}"
     folder.mkdir(parents=True, exist_ok=True)
+    names = [hashlib.sha256(gpu.encode()).hexdigest()[:16] for gpu in gpus]
     # All GPUs get one job before any gets a second.
     slots = [(k, n) for n in range(jobs_per_gpu) for k in range(len(gpus))]
-    more = f"trainer.jobs_per_gpu={jobs_per_gpu + 1} would let more jobs share them"
-    waiting = f"waiting for a free GPU of {len(gpus)}; {more}"
+    told = False
     while True:
         for index, number in slots:
-            name = hashlib.sha256(gpus[index].encode()).hexdigest()[:16]
             try:
-                lock = FileLock(folder / f"{name}-{number}.lock").acquire(timeout=0)
+                lock = FileLock(folder / f"{names[index]}-{number}.lock").acquire(timeout=0)
             except Timeout:
                 continue
             with lock:
                 yield index
             return
-        if waiting:
-            log.info(waiting)
-            waiting = ""
+        if not told:
+            more = f"trainer.jobs_per_gpu={jobs_per_gpu + 1} would let more jobs share them"
+            log.info("waiting for a free GPU of %d; %s", len(gpus), more)
+            told = True
         time.sleep(_LOOK_EVERY)
 
 

@@ -29,7 +29,6 @@ COMMANDS = {
     "evaluate": Command("score a run under a protocol", "evaluate"),
     "predict": Command("reconstruct what photographs show", "predict"),
     "prepare": Command("prepare data, without training", "prepare"),
-    "doctor": Command("say what a data set holds and what preparing it costs", "doctor"),
     "sweep": Command("run a study of sweeps/, from its runs to its report", "sweep"),
     "status": Command("say what the runs of a folder are doing", "status"),
     "report": Command("write one page about all runs of a folder", "report"),
@@ -52,6 +51,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         print(__version__)
         return
+    if given[0] == "doctor":
+        sys.exit("error: ffd doctor is ffd prepare trial=true now, with the same settings")
     if given[0] not in COMMANDS:
         sys.exit(f"error: no command {given[0]!r}. Commands: {', '.join(COMMANDS)}")
     run(given[0], given[1:])

@@ -8,14 +8,13 @@ import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal, get_origin
+from typing import Any
 
 from ffd_lightning.app.settings import MISSING
-from ffd_lightning.checkpoint import TrainedModel
-from ffd_lightning.components import settings_of, typed
+from ffd_lightning.components import check_ranges
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.framing import Background
@@ -39,8 +38,12 @@ _SUFFIXES = frozenset(
     (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tif", ".tiff", ".ppm", ".heic", ".avif")
 )
 """What is taken for an image in a folder; what of it cannot be read is named."""
-_RECORD, _UNFINISHED = "prediction.json", "unfinished.json"
-_LEAST = {"top_k": 1, "points": 1, "seed": 0, "workers": 0}
+_RECORD = "prediction.json"
+_MESHES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply")
+_OBJ = ("mesh.obj", "mesh.mtl", OBJ_TEXTURES)
+_PREVIEW = "preview.png"
+_ELSEWHERE = ("run", "image", "out", "mask", "workers", "device", "progress_bar", "restart")
+"""Settings that do not decide what is written of a photograph."""
 
 
 @dataclass
@@ -84,6 +87,12 @@ class PredictSettings:
     progress_bar: bool = True
     restart: bool = False
 
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        check_ranges(
+            vars(self), top_k="[1, inf)", points="[1, inf)", seed="[0, inf)", workers="[0, inf)"
+        )
+
 
 @dataclass(frozen=True)
 class Job:
@@ -114,18 +123,15 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
         ConfigError: settings that cannot work, no run or checkpoint, or no photographs.
         DataError: the checkpoint is damaged.
     """
-    for name, known in settings_of(PredictSettings).items():
-        if get_origin(known.hint) is Literal:
-            typed(known.hint, getattr(settings, name), name)
-    for name, least in _LEAST.items():
-        if (number := getattr(settings, name)) < least:
-            raise ConfigError(f"{name}={number} must be {least} or more")
     out = Path(settings.out).expanduser()
     jobs = find_jobs(settings.image, settings.mask, out)
     checkpoint = checkpoint_of(settings.run)
     predictor = Predictor.load(checkpoint, settings.device)
     model = predictor.model
-    _check_candidates(model, settings)
+    asked = model.categories if settings.category is None else (settings.category,)
+    most, name = min((len(model.templates_of(name)), name) for name in asked)
+    if settings.top_k > most:
+        raise ConfigError(f"top_k={settings.top_k}: the model has {most} templates of {name}")
     print(f"network of {', '.join(model.categories)}; rendered images: {model.render.views}")
     maker = _Maker(settings, predictor, hashlib.sha256(checkpoint.read_bytes()).hexdigest())
     done: dict[Path, Outcome] = {}
@@ -144,21 +150,12 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
     return [done[job.folder] for job in jobs]
 
 
-def _check_candidates(model: TrainedModel, settings: PredictSettings) -> None:
-    """Refuse a category that the model does not know, or more candidates than it has templates."""
-    asked = model.categories if settings.category is None else (settings.category,)
-    most, name = min((len(model.templates_of(name)), name) for name in asked)
-    if settings.top_k > most:
-        raise ConfigError(f"top_k={settings.top_k}: the model has {most} templates of {name}")
-
-
 class _Maker:
     """Makes the files of one photograph."""
 
     def __init__(self, settings: PredictSettings, predictor: Predictor, digest: str) -> None:
         self._settings, self._predictor, self._digest = settings, predictor, digest
-        self._colors = settings.colors
-        self._writer = MeshWriter(predictor.model.bank, self._colors)
+        self._writer = MeshWriter(predictor.model.bank, settings.colors)
 
     def __call__(self, job: Job) -> Outcome:
         try:
@@ -166,7 +163,7 @@ class _Maker:
         except UserError as error:
             named = str(job.image) in str(error) or str(job.folder) in str(error)
             return Outcome(error=str(error) if named else f"{job.image}: {error}")
-        except Exception as error:  # the others go on
+        except Exception as error:  # one failure does not stop the others
             return Outcome(error=f"{job.image}: {type(error).__name__}: {error}")
 
     def _made(self, job: Job) -> Outcome:
@@ -176,31 +173,22 @@ class _Maker:
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
         start = time.perf_counter()
-        background = settings.background
-        photo = self._predictor.frame(job.image, mask=job.mask, background=background)
+        photo = self._predictor.frame(job.image, mask=job.mask, background=settings.background)
         framed = time.perf_counter()
-        selected = self._predictor.predict_framed([photo], settings.category)[0]
-        seen = time.perf_counter()
-        names = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
-        names += ["mesh.obj", "mesh.mtl", OBJ_TEXTURES] if settings.obj else []
-        names += ["preview.png"] if settings.preview else []
-        ranks = range(settings.top_k)
-        places = [f"candidate-{rank + 1}/" if rank else "" for rank in ranks]
-        files = [place + name for place in places for name in names]
-        for left in (earlier, _read(folder / _UNFINISHED)):
-            _remove(folder, [_RECORD, *left.get("files", [])])
-        write_json(folder / _UNFINISHED, {"files": files})
-        for rank, place in zip(ranks, places, strict=True):
-            found, into = selected.candidate(rank), folder / place
+        (selected,) = self._predictor.predict_framed([photo], settings.category)
+        predicted = time.perf_counter()
+        _clear(folder)
+        for rank in range(settings.top_k):
+            found, into = selected.candidate(rank), folder / _place(rank)
             self._writer.write(found, into, settings.obj)
             cloud = into / "cloud.ply"
-            write_cloud(found, cloud, settings.points, settings.seed, self._colors)
+            write_cloud(found, cloud, settings.points, settings.seed, settings.colors)
             if settings.preview:
-                write_preview(found, into / "preview.png", model.render)
+                write_preview(found, into / _PREVIEW, model.render)
         seconds = {
             "framing": framed - start,
-            "network": seen - framed,
-            "meshes": time.perf_counter() - seen,
+            "network": predicted - framed,
+            "meshes": time.perf_counter() - predicted,
         }
         content = {
             "image_file": str(job.image),
@@ -209,48 +197,50 @@ class _Maker:
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
             "trained_on": {"categories": list(model.categories), "views": model.render.views},
             "checkpoint": {"run": settings.run, "step": model.step, "sha256": self._digest},
-            "files": [file.relative_to(folder).as_posix() for file in _there(folder, files)],
+            "files": [file.relative_to(folder).as_posix() for file in _written(folder)],
             "key": key,
         }
         write_json(folder / _RECORD, content)  # the last: it says that the others are whole
-        (folder / _UNFINISHED).unlink()
         return Outcome(_line(job, content), selected.warnings)
 
     def _key(self, job: Job) -> str:
         """Return what changes when the files would be others."""
-        settings = self._settings
-        content = [
-            FORMAT_VERSION,
-            self._digest,
-            *(hashlib.sha256(_bytes(path)).hexdigest() for path in (job.image, job.mask) if path),
-            settings.background,
-            settings.category,
-            settings.top_k,
-            settings.points,
-            settings.colors,
-            settings.obj,
-            settings.preview,
-            settings.seed,
+        read = [
+            hashlib.sha256(file_bytes(path)).hexdigest() for path in (job.image, job.mask) if path
         ]
+        chosen = {k: v for k, v in asdict(self._settings).items() if k not in _ELSEWHERE}
+        content = [FORMAT_VERSION, self._digest, read, chosen]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
 
-def _there(folder: Path, files: Sequence[str]) -> list[Path]:
-    """Return those of a photograph's files that are there; a name may be a pattern."""
-    return [file for name in files for file in sorted(folder.glob(name))]
+def _place(rank: int) -> str:
+    return f"candidate-{rank + 1}" if rank else ""
 
 
-def _remove(folder: Path, files: Sequence[str]) -> None:
-    """Remove files, and the folders of candidates that they leave empty."""
-    there = _there(folder, files)
-    for file in there:
-        file.unlink(missing_ok=True)
-    for place in {file.parent for file in there} - {folder}:
+def _written(folder: Path) -> Iterator[Path]:
+    """Yield the files of a photograph that are there, of whatever settings, but its record."""
+    for place in (folder, *sorted(folder.glob("candidate-*"))):
+        for name in (*_MESHES, *_OBJ, _PREVIEW):
+            yield from sorted(place.glob(name))
+
+
+def _clear(folder: Path) -> None:
+    """Remove what other settings, or a kill, have left; a user's own files stay."""
+    (folder / _RECORD).unlink(missing_ok=True)
+    files = list(_written(folder))
+    for file in files:
+        file.unlink()
+    for place in {file.parent for file in files} - {folder}:
         if not any(place.iterdir()):
             place.rmdir()
 
 
-def _bytes(path: Path) -> bytes:
+def file_bytes(path: Path) -> bytes:
+    """Return what a file holds.
+
+    Raises:
+        DataError: there is none, or it cannot be read.
+    """
     try:
         if path.exists() and not path.is_file():
             raise DataError(f"{path} is not a file")  # reading a pipe would wait for ever
@@ -287,16 +277,15 @@ def find_jobs(image: str | Sequence[str], mask: str | None, out: Path) -> list[J
         ConfigError: it names none, or `mask` does not fit them.
     """
     entries = [image] if isinstance(image, str) else image
-    masks: list[Path | None]
     try:
         images = list(dict.fromkeys(path for entry in entries for path in _expand(entry)))
         if not images:
             raise ConfigError(f"image={','.join(entries)}: no images there")
-        masks = [None] * len(images) if mask is None else _masks(images, Path(mask).expanduser())
-    except OSError as error:
+        masks = [None for _ in images] if mask is None else _masks(images, Path(mask).expanduser())
+    except OSError as error:  # a name may be too long, or a folder closed
         name = str(error.filename)
-        shown = name if len(name) < 200 else f"{name[:100]}..."
-        raise ConfigError(f"{shown} cannot be looked at: {error.strerror}") from None
+        short = name if len(name) < 200 else f"{name[:100]}..."
+        raise ConfigError(f"{short} cannot be looked at: {error.strerror}") from None
     folders = [out / name for name in _names(images)]
     return [Job(*job) for job in zip(images, masks, folders, strict=True)]
 
@@ -322,23 +311,21 @@ def _names(images: Sequence[Path]) -> list[str]:
     return list(names)
 
 
-def _masks(images: Sequence[Path], mask: Path) -> list[Path | None]:
+def _masks(images: Sequence[Path], mask: Path) -> list[Path]:
+    by_stem: dict[str, list[Path]] = {}
     if mask.is_dir():
-        found: dict[str, list[Path]] = {}
-        for file in sorted(mask.iterdir()):
-            found.setdefault(file.stem, []).append(file)
-        for image in images:
-            count = len(found.get(image.stem, ()))
-            if count != 1:
-                raise ConfigError(
-                    f"mask={mask}: {count or 'no'} masks named {image.stem}.* are in that folder"
-                )
-        masks = [found[image.stem][0] for image in images]
+        for file in mask.iterdir():
+            by_stem.setdefault(file.stem, []).append(file)
     elif len(images) > 1:
         raise ConfigError(f"mask={mask}: for several images give a folder of masks of their names")
-    else:
-        masks = [mask]
-    for image, own in zip(images, masks, strict=True):
-        if image.exists() and own.exists() and image.samefile(own):
-            raise ConfigError(f"mask={own} is the photograph itself")
-    return list(masks)
+    masks = []
+    for image in images:
+        found = by_stem.get(image.stem, []) if mask.is_dir() else [mask]
+        if len(found) != 1:
+            raise ConfigError(
+                f"mask={mask}: {len(found) or 'no'} masks named {image.stem}.* are in that folder"
+            )
+        if image.exists() and found[0].exists() and image.samefile(found[0]):
+            raise ConfigError(f"mask={found[0]} is the photograph itself")
+        masks += found
+    return masks

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ffd_lightning import components
+from ffd_lightning.app.identity import decides
 from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
@@ -18,7 +21,7 @@ from ffd_lightning.run_folder import find_runs
 if TYPE_CHECKING:
     import optuna
 
-_INTERRUPTED = 130
+_DIGITS = 6  # of a digest in a name
 
 
 def run_search(
@@ -31,7 +34,7 @@ def run_search(
     """Look for the settings with the best score on the validation shapes; resumes.
 
     Writes `search.db` (Optuna's own, for its dashboard), `trials.csv` and `best.json`. Trial k's
-    runs are in `trial-k`.
+    runs are in `search-DIGEST/trial-k`, whose digest is of the search and its overrides.
 
     Args:
         search: where to look, and for what.
@@ -56,21 +59,22 @@ def run_search(
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     maximize, done = measures[search.measure].higher_is_better, optuna.trial.TrialState.COMPLETE
+    deciding = sorted(x for x in overrides if _decides(x.lstrip("+~").partition("=")[0]))
+    settings = [deciding, search.measure, asdict(search)["parameters"]]
+    digest = hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:_DIGITS]
     study = optuna.create_study(
-        study_name="search",
+        study_name=f"search-{digest}",
         storage=f"sqlite:///{folder.absolute() / 'search.db'}",
         direction="maximize" if maximize else "minimize",
         load_if_exists=True,
     )
     code = 0
     for number, chosen in _trials(study, search, trials):
-        place = f"trial-{number:03d}"
-        settings = [f"{key}={value!r}" for key, value in chosen.items()]
+        place = f"{study.study_name}/trial-{number:03d}"
+        values = [f"{key}={value!r}" for key, value in chosen.items()]
         subdir = f'hydra.sweep.subdir="{place}/${{run_folder:}}"'
-        print(f"\ntrial {number + 1} of {trials}: {' '.join(settings)}", flush=True)
-        failed = train(merged([*overrides, "evaluation.subset=val", *settings, subdir]))
-        if failed == _INTERRUPTED:
-            raise KeyboardInterrupt
+        print(f"\ntrial {number + 1} of {trials}: {' '.join(values)}", flush=True)
+        failed = train(merged([*overrides, "evaluation.subset=val", *values, subdir]))
         runs = [run for run in find_runs(folder / place) if run.finished]
         if failed or not runs:
             code = 1  # the trial stays open: the same command tries it again
@@ -85,6 +89,12 @@ def run_search(
         write_csv(folder / "trials.csv", rows)
         write_atomic(folder / "best.json", json.dumps(rows[0], indent=2) + "\n")
     return code
+
+
+def _decides(key: str) -> bool:
+    """Tell whether an override makes the scores of trials others."""
+    group = key.replace("/", ".").partition(".")[0]
+    return group in ("protocol", "evaluation") or (group != "hydra" and decides(key))
 
 
 def _trials(

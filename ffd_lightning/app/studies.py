@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
+import yaml
 from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Glob
-from omegaconf import MISSING, OmegaConf
 
-from ffd_lightning.app.build import build_source, category_names
+from ffd_lightning import components
+from ffd_lightning.app.build import category_names
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import PrepareConfig
+from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.source import Source
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError
 
-_INSTEAD = {"cellphone": "telephone", "firearm": "rifle"}  # what 3D-R2N2's 13 have
+_CHECKED = ("schedule=", "encoder", "trainer")  # settings that a job may fail by at its start
 
 
-@dataclass
+@dataclass(frozen=True)
 class Stage:
     """One sweep.
 
@@ -36,16 +36,16 @@ class Stage:
     quick: list[str] = field(default_factory=list)
 
 
-@dataclass
+@dataclass(frozen=True)
 class Range:
     """Where a setting is looked for: from `low` to `high`, evenly in its logarithm if `log`."""
 
-    low: float = MISSING
-    high: float = MISSING
+    low: float
+    high: float
     log: bool = False
 
 
-@dataclass
+@dataclass(frozen=True)
 class Search:
     """A search for the settings with the best score.
 
@@ -53,16 +53,16 @@ class Search:
         parameters: settings, as on the command line, and where to look for them.
         trials: how many runs it may take.
         quick_trials: the same, for the quick version.
-        measure: of protocol `evaluation.protocol`; averaged over what the overrides sweep.
+        measure: of the protocol; averaged over what the overrides sweep.
     """
 
-    parameters: dict[str, Range] = field(default_factory=dict)
+    parameters: Mapping[str, Range]
     trials: int = 50
     quick_trials: int = 4
     measure: str = "chamfer"
 
 
-@dataclass
+@dataclass(frozen=True)
 class Study:
     """A study as its file in `sweeps/` has it.
 
@@ -75,12 +75,17 @@ class Study:
         beside_paper: sets the results beside the paper's Table 3 at the end, and in the report.
     """
 
-    question: str = MISSING
+    question: str
     overrides: list[str] = field(default_factory=list)
     quick: list[str] = field(default_factory=list)
     stages: list[Stage] = field(default_factory=list)
     search: Search | None = None
     beside_paper: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what says twice what to do, or nothing."""
+        if bool(self.stages) == (self.search is not None):
+            raise ValueError("give either stages or a search")
 
 
 def load_study(file: Path) -> Study:
@@ -93,27 +98,18 @@ def load_study(file: Path) -> Study:
         names = ", ".join(sorted(p.stem for p in file.parent.glob("*.yaml")))
         raise ConfigError(f"no study {file.stem!r}: {file.parent} has {names or 'none'}")
     try:
-        merged = OmegaConf.merge(OmegaConf.structured(Study), OmegaConf.load(file))
-        content: Any = OmegaConf.to_container(merged)  # ${...} is for `ffd train`
-        if "???" in str(content):
-            raise ConfigError("its question, or a search's low or high, is not given")
-        if bool(content["stages"]) == (content["search"] is not None):
-            raise ConfigError("give either stages or a search")
-    except Exception as error:
-        reason = " ".join(str(error).split("\n")[0].split())
+        content = yaml.safe_load(file.read_text(encoding="utf-8"))
+        study: Study = components.build(Study, dict(content), "")
+    except (ConfigError, TypeError, ValueError, yaml.YAMLError) as error:
+        reason = " ".join(str(error).split())
         raise ConfigError(f"{file} is not a study: {reason}") from None
-    search = content.pop("search")
-    if search is not None:
-        ranges = {key: Range(**r) for key, r in search.pop("parameters").items()}
-        search = Search(parameters=ranges, **search)
-    stages = [Stage(**stage) for stage in content.pop("stages")]
-    return Study(stages=stages, search=search, **content)
+    return study
 
 
 def sweeps(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> list[list[str]]:
     """Return what each stage gives to `ffd train -m`.
 
-    What the study itself sets is told as `base`: names of folders leave it out, so that runs of a
+    What the study itself sets is given as `base`: names of folders leave it out, so that runs of a
     study are where its stages look for them, and only what a user adds is seen in the name.
 
     Args:
@@ -122,13 +118,11 @@ def sweeps(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> li
         quick: the quick version.
         overrides: the user's, which replace the study's of the same key.
     """
-    result = []
+    parser, result = OverridesParser.create(), []
     for stage in study.stages or [Stage()]:
         own = [*study.overrides, *stage.overrides]
         own = merged([*own, *study.quick, *stage.quick] if quick else own)
-        fixed = [
-            x for x in own if not OverridesParser.create().parse_override(x).is_sweep_override()
-        ]
+        fixed = [x for x in own if not parser.parse_override(x).is_sweep_override()]
         quoted = ('"{}"'.format(x.replace("\\", "\\\\").replace('"', '\\"')) for x in fixed)
         result.append([*merged([f"name={name}", *own, *overrides]), f"base=[{','.join(quoted)}]"])
     return result
@@ -152,7 +146,7 @@ def value_of(key: str, overrides: Iterable[str], default: str) -> str:
 def jobs(sweep: Sequence[str]) -> list[list[str]]:
     """Return the jobs of a sweep as Hydra makes them, without its own settings.
 
-    Patterns of options are left out, so that the defaults stand for them.
+    Patterns of options are left out, so that the defaults take their places.
 
     >>> jobs(["regime=b,e", "seed=0"])
     [['regime=b', 'seed=0'], ['regime=e', 'seed=0']]
@@ -163,74 +157,69 @@ def jobs(sweep: Sequence[str]) -> list[list[str]]:
     return [list(job) for job in batch]
 
 
-# --- categories -----------------------------------------------------------------------------------
+# --- before anything runs -------------------------------------------------------------------------
 
 
-def absent_categories(source: Source, names: Iterable[str]) -> list[str]:
-    """Return the categories that a source does not have, in their order.
+def check_study(
+    stages: Sequence[Sequence[str]], config_dir: str | None = None
+) -> tuple[TrainConfig, str]:
+    """Compose and check the first job of each stage, and that all categories are there.
 
-    Args:
-        source: where shapes come from.
-        names: the project's names, a data set's own, or synsets.
-
-    Raises:
-        DataError: the source is not what it should be.
-    """
-    there = set(source.categories())
-    there |= {SYNSETS[name] for name in there & set(SYNSETS)}
-    return [name for name in dict.fromkeys(names) if not {name, SYNSETS.get(name, name)} & there]
-
-
-def say_absent(source: Source, absent: Sequence[str]) -> str:
-    """Return absent categories with their synsets, and what the source has in their place."""
-    listed = ", ".join(f"{n} ({SYNSETS[n]})" if n in SYNSETS else n for n in absent)
-    there = source.categories()
-    others = [_INSTEAD[n] for n in absent if _INSTEAD.get(n) in there]
-    return listed + (f"; it has {' and '.join(others)} instead" if others else "")
-
-
-def check_categories(stages: Iterable[Sequence[str]], config_dir: str | None = None) -> None:
-    """Refuse a study of categories that its data does not have.
+    So are jobs of other encoders, schedules and devices; files of earlier stages need not be there.
 
     Args:
         stages: what each gives to `ffd train -m`.
         config_dir: a folder with options of the user's own.
 
+    Returns:
+        The settings of the first job, and what would stop jobs at their start, "" for nothing.
+
     Raises:
-        ConfigError: settings of the data that cannot work.
-        DataError: some categories are not there; the message names them and the way out.
+        HydraException: an override that does not fit.
+        ConfigError: a value that does not fit.
+        DataError: the source is not what it should be, or has none of the categories.
     """
+    configs: list[TrainConfig] = []
+    problems: dict[str, None] = {}
     names: dict[str, None] = {}
-    cfg, joint = None, False
-    for stage in stages:
-        decide = ("data", "category", "plugins", "paths")
-        asked = [x for x in stage if x.lstrip("+~").split("=")[0].split(".")[0] in decide]
-        for job in jobs(asked):
-            name = value_of("category", job, "")
-            if cfg is not None and name in SYNSETS:  # composing takes most of a second
-                names[name] = None
-                continue
-            cfg = typed_config(
-                compose_config("prepare", PrepareConfig, job, config_dir), PrepareConfig
-            )
-            validate(cfg)
-            names.update(dict.fromkeys(category_names(cfg)))
-            joint |= bool(cfg.category.members)
-    assert cfg is not None
-    source = build_source(cfg)
-    absent = absent_categories(source, names)
+    for k, stage in enumerate(stages):
+        later = ("base=", "template_strategy") if k else ("base=",)
+        cluster = ["trainer.accelerator=cpu"] if any("submitit" in x for x in stage) else []
+        every = jobs(stage)
+        unlike = {tuple(x for x in job if x.startswith(_CHECKED)): job for job in reversed(every)}
+        for job in reversed(unlike.values()):
+            given = merged([*(x for x in job if not x.startswith(later)), *cluster])
+            composed = compose_config("train", TrainConfig, given, config_dir)
+            configs.append(typed_config(composed, TrainConfig))
+            names.update(dict.fromkeys(category_names(configs[-1])))
+            try:
+                validate(configs[-1])
+            except ConfigError as error:
+                problems[str(error)] = None
+        # All others': composing each would take most of a second.
+        swept = {value_of(key, job, "") for job in every for key in ("category", "category.name")}
+        names.update((name, None) for name in sorted(swept) if name in SYNSETS)
+    if not problems and (absent := _absent(configs, list(names))):
+        problems[absent] = None
+    return configs[0], "; ".join(problems)
+
+
+def _absent(configs: Sequence[TrainConfig], names: Sequence[str]) -> str:
+    """Say which of some categories the data lacks, and the way out; "" where all are there."""
+    data = configs[0].data
+    source: Source = data.build()
+    there = source.categories()
+    known = {*there, *(SYNSETS[name] for name in there if name in SYNSETS)}
+    absent = [name for name in names if not {name, SYNSETS.get(name, name)} & known]
     if not absent:
-        return
+        return ""
     left = [name for name in names if name not in absent]
     if not left:
         source.shape_ids(absent[0])  # raises, and says what there is
-    way = f"leave them out with category={','.join(left)}" if left else "choose others"
-    if joint and left:  # a category of the user's would take the place of the joint one too
-        way = (
-            "give a copy of the study's file that leaves them out, in category, category.members "
-            "and the numbers of templates"
-        )
-    raise DataError(
-        f"data={cfg.data.name} lacks {len(absent)} of the study's {len(names)} categories: "
-        f"{say_absent(source, absent)}. Nothing has run yet: {way}"
+    way = f"leave them out with category={','.join(left)}"
+    if any(cfg.category.members for cfg in configs):  # which category= would take the place of
+        way = "leave them out in a copy of the study's file, as docs/studies.md says"
+    return (
+        f"data={data.name} has {', '.join(there)}, and lacks {len(absent)} of the study's "
+        f"{len(names)} categories: {', '.join(absent)}. Nothing has run yet: {way}"
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import warnings
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +61,13 @@ from ffd_lightning.training.tensorboard import StepLogger
 
 log = logging.getLogger(__name__)
 
+_NOISE = (
+    "smaller than the logging interval",
+    "LeafSpec",
+    "Total length of `list`",  # split.val_fraction=0
+    "exists and is not empty",
+)  # warnings of Lightning's that say nothing to users
+
 
 def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     """Train and evaluate one run; resume where an earlier attempt stopped.
@@ -78,17 +86,14 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     """
     validate(cfg)
     cfg.paths.data = str(Path(cfg.paths.data).absolute())  # a run may be opened from elsewhere
-    cfg.provided = {
-        f"{chosen.kind} {chosen.name}": chosen.provider
-        for chosen in chosen_components(cfg)
-        if chosen.provider != OWN
-    }
-    if getattr(rank_zero_only, "rank", 0) != 0:
+    chosen = [x for x in chosen_components(cfg) if x.provider != OWN]
+    cfg.provided = {f"{x.kind} {x.name}": x.provider for x in chosen}
+    if _rank() != 0:
         return _train(cfg, run)
     with run.lock():
         identity.check_folder(cfg, run)
         asked = {
-            "name": str(evaluation_folder(run, cfg).relative_to(run.evaluation(""))),
+            "name": str(_evaluation_folder(run, cfg).relative_to(run.evaluation(""))),
             "settings": protocol_key(build_protocol(cfg.protocol)),
             "references": cfg.evaluation.references,
             "subset": cfg.evaluation.subset,
@@ -111,41 +116,38 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         return summary
 
 
+def _rank() -> int:
+    return getattr(rank_zero_only, "rank", 0)
+
+
 def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     logging.getLogger("lightning.pytorch").setLevel(logging.WARNING)  # devices, tips, farewells
     seed_everything(cfg.seed, verbose=False)
     data = build_data(cfg)
     data.prepare_data()
     data.setup()
-    network = build_network(cfg)
-    protocol = build_protocol(cfg.protocol)
+    network, protocol = build_network(cfg), build_protocol(cfg.protocol)
     judged = evaluated(cfg, network, data)
     with_labels(judged, protocol, cfg.evaluation.references)  # told now, not after the training
     if cfg.trainer.compile:
         compile_encoder(network)
     module = build_module(cfg, network, _record(cfg))
+    train_on, validate_on, test_on = map(len, data.split)
     log.info(
-        "%s: %s, regime %s, %d templates, %d shapes to train on, %d to validate on, %d to test on, "
-        "%d steps",
-        run.path,
-        cfg.category.name,
-        cfg.regime.name,
-        len(data.bank),
-        *(len(subset) for subset in data.split),
-        cfg.schedule.steps,
+        f"{run.path}: {cfg.category.name}, regime {cfg.regime.name}, {len(data.bank)} templates, "
+        f"{train_on} shapes to train on, {validate_on} to validate on, {test_on} to test on, "
+        f"{cfg.schedule.steps} steps"
     )
     tested = [data.prepared.ids[row] for row in judged.tested_on.rows]
     for warning in filter(None, (data.split.warning(), leak_warning(cfg, tested))):
         log.warning("%s: %s", run.path, warning)
     done = _checkpoint_step(run, data.bank.ids)
-    if getattr(rank_zero_only, "rank", 0) == 0:
+    if _rank() == 0:
         _record_templates(run, data)
     clock = Clock(cfg.logger.every)
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", ".*smaller than the logging interval.*")
-        warnings.filterwarnings("ignore", ".*LeafSpec.*")
-        warnings.filterwarnings("ignore", ".*Total length of `list`.*")  # split.val_fraction=0
-        warnings.filterwarnings("ignore", ".*exists and is not empty.*")
+        for text in _NOISE:
+            warnings.filterwarnings("ignore", f".*{text}.*")
         try:
             trainer = _trainer(cfg, run, done, clock)
         except (MisconfigurationException, TypeError, ValueError) as error:
@@ -153,20 +155,20 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         try:
             trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
         except SystemExit:
-            # Lightning turns Ctrl-C into an exit; the entry script says how to go on.
+            # Lightning turns Ctrl-C into an exit; the entry script says how to resume.
             raise KeyboardInterrupt from None
     trainer.save_checkpoint(run.checkpoint)  # whatever trainer.checkpoint_every divides
     if not trainer.is_global_zero:
         return {}
     network.to(trainer.strategy.root_device)  # Lightning leaves it on the CPU
     run.set_data(data.record())
-    _rank(cfg, run, data, network)
+    _rank_templates(cfg, run, data, network)
     count, steps = len(tested), trainer.global_step
     log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset)
     run.set_progress("evaluating", 0, count, None)
     options = evaluation_options(cfg, data, cfg.trainer.progress_bar)
-    judged = evaluated(cfg, network, data, steps)
-    summary = evaluate(judged, protocol, evaluation_folder(run, cfg), options)
+    judged = replace(judged, step=steps)
+    summary = evaluate(judged, protocol, _evaluation_folder(run, cfg), options)
     summary["seconds_per_step"] = clock.seconds_per_step
     logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
     if rows := example_rows(data, cfg.callbacks.figure_examples):
@@ -180,6 +182,9 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         logger.log_results(identity.hyperparameters(cfg), summary, described, steps)
         logger.finalize("success")
     return summary
+
+
+# --- what training and `ffd evaluate` have in common ----------------------------------------------
 
 
 def evaluated(
@@ -217,19 +222,23 @@ def evaluation_options(
     )
 
 
+def _evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:
+    return run.evaluation(identity.evaluation_name(cfg), cfg.evaluation.subset)
+
+
+# --- parts of a training --------------------------------------------------------------------------
+
+
 def _record(cfg: TrainConfig) -> dict[str, Any]:
     """Return what checkpoints say of the training; they may be handed to others, so no paths."""
     names = (cfg.name, cfg.category.name, cfg.regime.name, cfg.templates.name, f"seed{cfg.seed}")
     settings = identity.identity(cfg)
+    paths = {k for k, v in settings.items() if isinstance(v, str) and ("/" in v or "\\" in v)}
     return {
         "run": "/".join(names),
         "regime": cfg.regime.name,
-        "settings": {key: value for key, value in settings.items() if not _is_path(value)},
+        "settings": {key: value for key, value in settings.items() if key not in paths},
     }
-
-
-def _is_path(value: Any) -> bool:
-    return isinstance(value, str) and ("/" in value or "\\" in value)
 
 
 def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
@@ -240,18 +249,18 @@ def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
     """
     if not run.checkpoint.exists():
         return 0
-    restart = "add restart=true to train from the start"
     try:
         found = read_checkpoint(run.checkpoint)
         ids = tuple(found["model"]["templates"]["ids"])
     except (DataError, KeyError, TypeError):  # cut off, or not written by this training
-        raise DataError(f"the checkpoint {run.checkpoint} is damaged: {restart}") from None
-    if ids != tuple(templates):
-        raise DataError(
-            f"the checkpoint {run.checkpoint} has other templates than are chosen now, the first "
-            f"of them {templates[0]}: {restart}"
-        )
-    return int(found["global_step"])
+        problem = "is damaged"
+    else:
+        if ids == tuple(templates):
+            return int(found["global_step"])
+        problem = f"has other templates than are chosen now, the first of them {templates[0]}"
+    raise DataError(
+        f"the checkpoint {run.checkpoint} {problem}: add restart=true to train from the start"
+    )
 
 
 def _record_templates(run: RunFolder, data: FfdDataModule) -> None:
@@ -262,34 +271,41 @@ def _record_templates(run: RunFolder, data: FfdDataModule) -> None:
     notes = [f"nearest to {100 * row['share']:.0f}% of the shapes" for row in rows]
     write_bytes_atomic(run.templates_picture, png(template_figure(bank, notes)))
     log.info(
-        "%s: T = %d templates (templates.csv, templates.png); mean box Chamfer x 1000 of the other "
-        "shapes to the nearest: %.1f; ids: %s",
-        run.path,
-        len(bank),
-        1000 * coverage,
-        ", ".join(bank.ids),
+        f"{run.path}: T = {len(bank)} templates (templates.csv, templates.png); mean box "
+        f"Chamfer x 1000 of the other shapes to the nearest: {1000 * coverage:.1f}; "
+        f"ids: {', '.join(bank.ids)}"
     )
-    outliers = outlier_rows(data.prepared)
     run.outliers.unlink(missing_ok=True)
-    if outliers:
+    if outliers := outlier_rows(data.prepared):
         write_csv(run.outliers, outliers)
         note = outlier_note(data.prepared, outliers, data.drop_outliers)
         chosen = len({row["id"] for row in outliers}.intersection(bank.ids))
         log.warning("%s: %s (outliers.csv); %d of them are templates", run.path, note, chosen)
 
 
+def _rank_templates(
+    cfg: TrainConfig, run: RunFolder, data: FfdDataModule, network: TemplateFfdNetwork
+) -> None:
+    """Write how often each template is selected: a choice, so not on test shapes."""
+    on_train = cfg.template_ranking.subset == "train"
+    ids = data.split.train if on_train else data.split.chosen_on
+    samples = Shapes(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
+    log.info("%s: ranking the templates on %d images", run.path, len(samples))
+    workers = cfg.evaluation.workers or torch.get_num_threads()
+    ranking = rank_templates(network, data.bank, data.prepared, samples, workers)
+    write_csv(run.path / "template_ranking.csv", ranking)
+
+
 def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Trainer:
-    shown, name = cfg.callbacks, f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name}"
+    shown = cfg.callbacks
+    name = f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}"
     callbacks = [
         clock,
         Progress(run, clock, cfg.trainer.progress_bar),
         TemplateSelection(),
         ExampleImages(shown.figure_examples),
         Reconstructions(
-            shown.figure_examples,
-            shown.training_examples,
-            shown.training_figures,
-            f"{name} {run.path.name}",
+            shown.figure_examples, shown.training_examples, shown.training_figures, name
         ),
         ModelCheckpoint(
             dirpath=run.checkpoint.parent,
@@ -326,21 +342,3 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         enable_model_summary=False,
         default_root_dir=run.path,
     )
-
-
-def _rank(
-    cfg: TrainConfig, run: RunFolder, data: FfdDataModule, network: TemplateFfdNetwork
-) -> None:
-    """Write how often each template is selected: a choice, so not on test shapes."""
-    on_train = cfg.template_ranking.subset == "train"
-    ids = data.split.train if on_train else data.split.selection_ids
-    samples = Shapes(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
-    log.info("%s: ranking the templates on %d images", run.path, len(samples))
-    workers = cfg.evaluation.workers or torch.get_num_threads()
-    ranking = rank_templates(network, data.bank, data.prepared, samples, workers)
-    write_csv(run.path / "template_ranking.csv", ranking)
-
-
-def evaluation_folder(run: RunFolder, cfg: TrainConfig) -> Path:
-    """Return where the evaluation of the trained network goes."""
-    return run.evaluation(identity.evaluation_name(cfg), cfg.evaluation.subset)

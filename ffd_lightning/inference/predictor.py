@@ -161,13 +161,8 @@ def checkpoint_of(source: str | Path | None) -> Path:
     if path.is_file():
         return path
     run = RunFolder(path)
-    if not path.is_dir():
-        raise ConfigError(f"there is no run {path}: give the folder of a run, or a checkpoint")
-    if not run.config.is_file() and not run.checkpoint.is_file():
-        inside = sorted(p for p in path.rglob("checkpoints/last.ckpt") if p.is_file())
-        hint = f": is {inside[0].parents[1]} meant?" if inside else ""
-        raise ConfigError(f"{path} is not a run folder: it has no config.yaml{hint}")
     if not run.checkpoint.is_file():
+        RunFolder.at(path)  # raises where it is none
         raise ConfigError(f"{path} has no checkpoint yet: train it first, or let it train on")
     return run.checkpoint
 

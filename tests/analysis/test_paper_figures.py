@@ -341,7 +341,8 @@ def test_a_picture_goes_into_the_run_s_folder(run, capsys):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["{run}/.."], "is not a run folder, but holds 1"),
+        (["{run}/.."], r"is not a run folder: it has no config.yaml: is .* meant\?"),
+        (["{run}/nothing"], "there is no run .*nothing"),
         (["runs=[]"], "at least one run"),
         (["{run}", "data_root={run}"], "the prepared data of .* is not there.*data_root=DIR"),
         (["{run}", "protocol=modern"], r"ffd evaluate run=.* protocol=modern"),

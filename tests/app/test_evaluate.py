@@ -1,12 +1,10 @@
 import csv
 import hashlib
 import json
-import os
 import shutil
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -26,9 +24,8 @@ from ffd_lightning.app.configuration import choose, compose_config, typed_config
 from ffd_lightning.app.identity import evaluation_name
 from ffd_lightning.app.training_run import train
 from ffd_lightning.checkpoint import load_weights
-from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation import evaluator, reference_scores
+from ffd_lightning.evaluation import evaluator
 from ffd_lightning.evaluation.protocols import (
     PROTOCOLS,
     ModernProtocol,
@@ -100,7 +97,6 @@ def test_what_is_written(copy, trained):
     rows = list(csv.DictReader(samples(copy).splitlines()))
     data = trained[2]
     assert [row["id"] for row in rows] == list(data.split.test)
-    assert {row["template"] for row in rows} <= set(data.bank.ids)
     for name in SHAPES:
         for measure in ("chamfer", "emd", "iou"):
             key = f"{name}_{measure}" if name else measure
@@ -109,11 +105,12 @@ def test_what_is_written(copy, trained):
     assert 0 < summary["floor_chamfer"] < summary["retrieval_chamfer"]
     assert all(r["resampled_iou"] == r["iou"] for r in rows), "the same mesh"
     assert not any(r["resampled_emd"] == r["emd"] for r in rows), "of other points"
-    assert summary["num_samples"] == len(rows)
     written = json.loads((copy.evaluation(FEW) / "summary.json").read_text())
-    assert written["step"] == 8
-    assert written["unit"] == "64 points, hemisphere of radius 3.2"
+    assert (written["step"], written["unit"]) == (8, "64 points, hemisphere of radius 3.2")
     assert not (copy.evaluation(FEW) / "samples.partial").exists()
+    before = samples(copy)
+    assert evaluate(copy, "evaluation.references=false") == summary, "read back, with references"
+    assert samples(copy) == before
 
 
 def twice_drawn(mesh, count, rng):
@@ -185,21 +182,13 @@ def test_training_ends_with_the_same_evaluation(trained, monkeypatch):
 def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
     """As the same network ranks them where it is evaluated on those."""
     data = trained[2]
-    assert data.split.val
-    assert set(data.split.val).isdisjoint(data.split.test)
     evaluate(copy, "evaluation.references=false", "evaluation.subset=val")
     folder = copy.evaluation(FEW, "val")
     rows = list(csv.DictReader((folder / "samples.csv").read_text().splitlines()))
     assert [row["id"] for row in rows] == list(data.split.val)
-    assert (copy.path / "template_ranking.csv").read_text() == (
-        folder / "template_ranking.csv"
-    ).read_text()
-    assert folder != copy.evaluation(FEW)
-
-
-def test_a_run_without_validation_shapes_is_evaluated_on_the_others(copy):
+    ranking = (copy.path / "template_ranking.csv").read_text()
+    assert ranking == (folder / "template_ranking.csv").read_text()
     text = copy.config.read_text()
-    assert "val_fraction: 0.2" in text
     copy.config.write_text(text.replace("val_fraction: 0.2", "val_fraction: 0.0"))
     with pytest.raises(ConfigError, match=r"evaluation\.subset=val: there are no validation"):
         evaluate(copy, "evaluation.subset=val")
@@ -220,7 +209,7 @@ def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained,
 
 def test_all_views(tiny_config, tmp_path):
     run = RunFolder(tmp_path)
-    few = ("data.num_models=10", "split.train_fraction=0.6")
+    few = ("data.num_models=10", "split.train_fraction=0.6", "schedule.steps=2")
     views = ("data.render.azimuths=[30,200]", "network.batch_norm_momentum=1")
     train(tiny_config(*few, *views), run)
     one = evaluate(run)
@@ -230,38 +219,12 @@ def test_all_views(tiny_config, tmp_path):
     assert [row["view"] for row in views] == ["0", "1"] * len(rows)
     assert [r["emd"] for r in views if r["view"] == "0"] == [r["emd"] for r in rows]
     assert [r["emd"] for r in views if r["view"] == "1"] != [r["emd"] for r in rows]
-    assert both["num_samples"] == 2 * one["num_samples"]
     assert both["floor_emd"] == pytest.approx(one["floor_emd"])
 
 
-def test_runs_of_other_regimes_and_seeds_share_the_scores_of_references(
-    tiny_config, tmp_path, monkeypatch
-):
-    few = ("data.num_models=10", "split.train_fraction=0.6", f"paths.data={tmp_path}/data")
-    few += ("evaluation.references=true", "protocol.points=64")
-    fit = reference_scores.fitted_template
-    train(tiny_config(*few, "regime=b", "seed=0"), RunFolder(tmp_path / "first"))
-    assert len(list((tmp_path / "data" / "references").iterdir())) == 1
-    monkeypatch.setattr(reference_scores, "fitted_template", None)
-    run = RunFolder(tmp_path / "second")
-    train(tiny_config(*few, "regime=r", "seed=1"), run)
-    shared = samples(run)
-    assert samples(RunFolder(tmp_path / "first")) != shared
-    (run.evaluation(FEW) / "summary.json").unlink()
-    evaluate(run)
-    assert samples(run) == shared
-    monkeypatch.setattr(reference_scores, "fitted_template", fit)
-    evaluate(run, "restart=true")
-    assert samples(run) == shared
-
-
-def test_one_evaluation_at_a_time(copy):
+def test_one_evaluation_at_a_time_and_none_of_a_network_that_has_diverged(copy, tmp_path):
     with lock_folder(copy.evaluation(FEW), ""), pytest.raises(ConfigError, match="evaluates"):
         evaluate(copy)
-    evaluate(copy, "evaluation.references=false")
-
-
-def test_a_network_that_has_diverged_is_said_and_not_averaged(copy, tmp_path):
     content = torch.load(copy.checkpoint, weights_only=True)
     name = next(n for n in content["state_dict"] if n.endswith("bias"))
     content["state_dict"][name][:] = float("nan")
@@ -297,6 +260,7 @@ def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):
     for make in HOPELESS:
         shape = hopeless(data.bank, make)
         scores = protocol.score(shape, reference, np.random.default_rng(1))
+        assert not any(np.isnan(value) for value in shape.distortion().values()), make
         for measure in protocol.measures:
             assert np.isfinite(scores[measure.name]), (make, measure.name)
             worse = scores[measure.name] - other[measure.name]
@@ -305,50 +269,52 @@ def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):
                 assert as_bad, (make, measure.name)
 
 
-@pytest.mark.parametrize("make", HOPELESS)
-def test_the_distortion_of_hopeless_deformations_is_a_number(trained, make):
-    distortion = hopeless(trained[2].bank, make).distortion()
-    assert not any(np.isnan(value) for value in distortion.values())
-
-
-def test_a_killed_evaluation_goes_on(copy, trained, data_root):
+def test_a_killed_evaluation_is_resumed(copy, trained, monkeypatch):
     undisturbed = evaluate(copy, "evaluation.references=false")
     expected = samples(copy)
     shutil.rmtree(copy.evaluation(FEW))
-    code = (
-        "import sys, time\n"
-        "from ffd_lightning.app.main import run\n"
-        "from ffd_lightning.evaluation.protocols import PaperProtocol\n"
-        "truth = PaperProtocol.truth\n"
-        "PaperProtocol.truth = lambda *a: (time.sleep(1), truth(*a))[1]\n"
-        "run('evaluate')\n"
-    )
+    code = """
+import os, signal
+from ffd_lightning.app.main import run
+from ffd_lightning.evaluation.protocols import PaperProtocol
+
+truth, calls = PaperProtocol.truth, []
+
+def killed(*arguments):
+    calls.append(1)
+    if len(calls) == 4:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return truth(*arguments)
+
+PaperProtocol.truth = killed
+run("evaluate")
+"""
     overrides = ["protocol.points=64", "evaluation.workers=1", "evaluation.references=false"]
     command = [sys.executable, "-c", code, f"run={copy.path}", *overrides]
-    process = subprocess.Popen(command, cwd=ROOT)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True)
+    assert done.returncode == -signal.SIGKILL, done.stderr
     partial = copy.evaluation(FEW) / "samples.partial"
-    end = time.monotonic() + 180
-    while not (partial.exists() and len(partial.read_text().splitlines()) > 2):
-        assert process.poll() is None, "it has come to its end"
-        assert time.monotonic() < end, "nothing happened"
-        time.sleep(0.02)
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
-    done = len(partial.read_text().splitlines()) - 1
-    with partial.open("a") as file:
-        file.write('{"id": "table-0000')  # cut off
-    scored = []
-    score = evaluator.score_shapes
+    kept = partial.read_text()
+    left = len(kept.splitlines()) - 1
+    assert left > 0
+    scored, score = [], evaluator.score_shapes
 
     def count(*arguments):
         scored.append(arguments)
         return score(*arguments)
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluator, "score_shapes", count)
+    monkeypatch.setattr(evaluator, "score_shapes", count)
+    for text, again in (
+        (f'{kept}{{"id": "table-0000', len(trained[2].split.test) - left),  # cut off
+        ("of other settings\n" + kept.partition("\n")[2], len(trained[2].split.test)),
+    ):
+        scored.clear()
+        shutil.rmtree(copy.evaluation(FEW))
+        partial.parent.mkdir()
+        partial.write_text(text)
         assert evaluate(copy, "evaluation.references=false") == undisturbed
-    assert samples(copy) == expected
-    assert len(scored) == len(trained[2].split.test) - done
+        assert samples(copy) == expected
+        assert len(scored) == again
 
 
 def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
@@ -377,13 +343,6 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     assert len(list(copy.evaluation(f"{FEW}_seed-1").glob("weights-*/samples.csv"))) == 1
 
 
-def test_an_evaluation_without_references_does_not_take_those_that_are_there(copy):
-    everything = evaluate(copy)
-    before = samples(copy)
-    assert evaluate(copy, "evaluation.references=false") == everything
-    assert samples(copy) == before
-
-
 @dataclass(frozen=True)
 class Thresholds:
     """A protocol's settings, one of them without a default."""
@@ -403,27 +362,20 @@ def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy, mon
     assert all(name.startswith("shares-") for name in names)
 
 
-@pytest.mark.parametrize(
-    ("settings", "error", "message"),
-    [
-        ({"run": "/no/such"}, ConfigError, "is not a run folder"),
+def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
+    other = RunFolder(tmp_path / "four")
+    train(tiny_config("templates=t4", "schedule.steps=2"), other)
+    for settings, error, message in (
+        ({"run": "/no/such"}, ConfigError, "there is no run"),
         ({"run": __file__}, ConfigError, "is a checkpoint, .* give run=RUN checkpoint=FILE"),
         ({"checkpoint": "/no/such.ckpt"}, ConfigError, "there is no checkpoint"),
         ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
+        ({"checkpoint": str(other.checkpoint)}, ConfigError, "is of another network"),
         ({"prepared": "/no/such"}, DataError, "is not a prepared set"),
         ({"data_root": "/proc/no"}, DataError, "cannot prepare"),
-    ],
-)
-def test_what_is_missing_is_said(copy, settings, error, message):
-    with pytest.raises(error, match=message):
-        evaluate_run(replace(config(copy), **settings))
-
-
-def test_a_checkpoint_of_another_network(copy, tiny_config, tmp_path):
-    run = RunFolder(tmp_path / "four")
-    train(tiny_config("templates=t4", "schedule.steps=2"), run)
-    with pytest.raises(ConfigError, match="is of another network"):
-        evaluate(copy, f"checkpoint={run.checkpoint}")
+    ):
+        with pytest.raises(error, match=message):
+            evaluate_run(replace(config(copy), **settings))
 
 
 def test_the_modern_protocol(copy):
@@ -529,43 +481,20 @@ def test_a_prediction_does_not_depend_on_its_company(trained, network):
     np.testing.assert_array_equal(alone.weights[0], company.weights[1])
 
 
-def test_shapes_without_offsets_are_the_templates(trained):
-    bank = trained[2].bank
-    still = TemplateShape(bank, 1, np.zeros((64, 3), np.float32))
-    as_is = TemplateShape(bank, 1)
-    a, b = (shape.cloud(50, np.random.default_rng(0)) for shape in (still, as_is))
-    np.testing.assert_allclose(a, b, atol=1e-6)
-    np.testing.assert_allclose(still.mesh()[0], as_is.mesh()[0], atol=1e-6)
-
-
-def test_the_command(copy, data_root, prepared):
-    assert isinstance(prepared, PreparedSet)
-    command = [sys.executable, str(ROOT / "evaluate.py"), f"run={copy.path}", "protocol.points=64"]
-    done = subprocess.run(
-        [*command, "evaluation.references=false"],
-        capture_output=True,
-        text=True,
-        cwd=copy.path.parent,
-    )
+def test_the_command(copy):
+    own = ("evaluate", f"run={copy.path}", "protocol.points=64", "evaluation.references=false")
+    done = run_command(*own, cwd=copy.path.parent)
     assert done.returncode == 0, done.stderr
     assert "selected template, deformed" in done.stdout
     assert (copy.evaluation(FEW) / "samples.csv").is_file()
     for override, word in (
-        ("run=/no/such", "is not a run folder"),
+        ("run=/no/such", "there is no run /no/such"),
         ("protocol=papre", "no protocol 'papre'. Did you mean protocol=paper?"),
         ("chekpoint=x", "Did you mean checkpoint?"),
         ("evaluation.refrences=false", "Did you mean evaluation.references?"),
-        ("references=false", "no setting 'references'"),
-        ("checkpoint=/no/such.ckpt", "there is no checkpoint /no/such.ckpt"),
+        ("protocol.points=0", "protocol.points=0 must be above 0"),
     ):
         done = run_command("evaluate", f"run={copy.path}", override)
         assert done.returncode == 1
         assert word in done.stderr
         assert "Traceback" not in done.stderr
-    assert not Path("/no").exists()
-
-
-def test_settings_that_cannot_work_are_told_before_anything_is_read():
-    cfg = compose_config("evaluate", EvaluateConfig, ["run=nowhere", "protocol.points=0"])
-    with pytest.raises(ConfigError, match=r"protocol\.points=0 must be above 0"):
-        evaluate_run(typed_config(cfg, EvaluateConfig))

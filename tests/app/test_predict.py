@@ -12,7 +12,6 @@ import pytest
 import trimesh
 from commands import run_command
 from conftest import TRESTLE
-from filelock import FileLock
 from PIL import Image
 
 from ffd_lightning.app import predict
@@ -20,9 +19,8 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.predict import PredictSettings, find_jobs, predict_files
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.inference.pieces import pieces
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.palette import PART_COLORS
 
@@ -98,28 +96,20 @@ def test_meshes_are_the_reconstruction_and_its_template(written):
 def test_pieces_have_the_parts_names_and_the_faces_colours(written):
     folder, reconstruction = written
     scene = trimesh.load(folder / "mesh.glb", process=False)
-    area = dict.fromkeys(reconstruction.part_names, 0.0)
-    for name, piece in scene.geometry.items():
-        area[name.rsplit("-", 1)[0]] += piece.area
-    mesh = reconstruction.mesh
-    for k, name in enumerate(reconstruction.part_names):
-        own = mesh.area_faces[reconstruction.labels == k].sum()
-        assert area[name] == pytest.approx(own, rel=1e-3, abs=1e-6)
-    colors = {tuple(c) for c in mesh.visual.face_colors.tolist()}
+    assert {name.rsplit("-", 1)[0] for name in scene.geometry} <= set(reconstruction.part_names)
+    colors = {tuple(c) for c in reconstruction.mesh.visual.face_colors.tolist()}
     assert 1 < len(colors) <= 64, "few enough to be shown as they are"
     assert len({alpha for *_, alpha in colors}) > 1, "glass too"
-    shown, expected = (np.array(sorted(c)) for c in (shown_colors(scene), colors))
+    shown, expected = (
+        np.array(sorted(c)) for c in (map(shown_color, scene.geometry.values()), colors)
+    )
     apart = np.abs(expected[:, None] - shown).max(axis=2)
     assert apart.min(axis=0).max() <= 7, "in eight bits of linear light, black is coarse"
     assert apart.min(axis=1).max() <= 7
 
 
-def shown_colors(scene):
-    """The colours of a GLB file's pieces, from linear light as a viewer shows it."""
-    return {shown_color(g) for g in scene.geometry.values()}
-
-
 def shown_color(piece):
+    """The colour of a GLB file's piece, from linear light as a viewer shows it."""
     red, green, blue, alpha = np.asarray(piece.visual.material.baseColorFactor).tolist()
     rgb = [
         12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055
@@ -207,19 +197,6 @@ def test_colours_by_part(config, photos, checkpoint):
         np.testing.assert_allclose(shown_color(piece)[:3], expected, atol=7)
 
 
-def test_many_colours_become_few_pieces():
-    rng = np.random.default_rng(0)
-    corners = rng.normal(size=(3000, 3))
-    colors = rng.integers(100, 160, (1000, 4)).astype(np.uint8)
-    mesh = Mesh(corners, np.arange(3000).reshape(-1, 3), colors)
-    found = pieces(mesh, "material", 64)
-    assert 1 < len(found) <= 128, "64 opaque, 64 see-through"
-    assert sum(len(piece.faces) for piece in found) == 1000
-    for piece in found:
-        rows = piece.vertices[piece.faces][:, 0] // 3
-        assert np.abs(colors[rows, :3].astype(int) - piece.rgba[:3]).max() <= 32
-
-
 # --- which photographs, and again -----------------------------------------------------------------
 
 
@@ -241,16 +218,20 @@ def test_files_folders_patterns_and_lists(tmp_path):
         find_jobs(f"{tmp_path}/*.bmp", None, Path("o"))
 
 
-def test_images_of_one_name_do_not_share_a_folder(tmp_path):
+def test_folders_have_the_images_names_and_lie_in_the_folder(tmp_path):
     images = [f"{tmp_path}/{place}/a.png" for place in "xyz"]
     folders = [job.folder.name for job in find_jobs(images, None, Path("o"))]
     assert folders == ["a.png", "a.png-2", "a.png-3"]
-
-
-def test_no_name_leads_out_of_the_folder(tmp_path):
     for name in ("...png", "..png", ".png"):
         (job,) = find_jobs(f"{tmp_path}/{name}", None, Path("o"))
         assert job.folder == Path("o") / name
+
+
+def test_a_name_that_is_too_long_is_one_clear_error(checkpoint, tmp_path):
+    done = run_command("predict", f"run={checkpoint}", f"image={'x' * 5000}.png", cwd=tmp_path)
+    assert done.returncode == 1
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {'x' * 100}... cannot be looked at: File name too long")
 
 
 def test_masks_go_by_name(tmp_path):
@@ -311,7 +292,7 @@ def test_nothing_of_other_settings_is_left(config, photos):
     predict_files(replace(config, top_k=3, obj=True, preview=True))
     folder = Path(config.out) / photo.stem
     (folder / "mine.txt").touch()
-    (folder / "prediction.json").rename(folder / "unfinished.json")  # as after a kill
+    (folder / "prediction.json").unlink()  # as after a kill
     predict_files(replace(config, top_k=2))
     kept = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     four = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
@@ -335,17 +316,11 @@ def fail(*_):
     raise DataError("no space")
 
 
-def test_one_command_at_a_time_writes_to_a_folder(config, photos):
+def test_one_command_at_a_time_and_the_number_of_workers_changes_nothing(config, photos, tmp_path):
     Path(config.out).mkdir()
-    with (
-        FileLock(Path(config.out) / ".lock"),
-        pytest.raises(ConfigError, match="another process writes to"),
-    ):
-        predict_files(replace(config, image=str(photos)))
-
-
-def test_the_number_of_workers_changes_nothing(config, photos, tmp_path):
     config = replace(config, image=str(photos), preview=False)
+    with lock_folder(Path(config.out), ""), pytest.raises(ConfigError, match="another process"):
+        predict_files(config)
     for workers in (1, 3):
         predict_files(replace(config, workers=workers, out=str(tmp_path / str(workers))))
     for file in (tmp_path / "1").rglob("*"):
@@ -355,26 +330,24 @@ def test_the_number_of_workers_changes_nothing(config, photos, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("arguments", "message"),
     [
-        ({"top_k": 5}, "top_k=5: the model has 4 templates of table"),
-        ({"top_k": 0}, "top_k=0 must be 1 or more"),
-        ({"seed": -1}, "seed=-1 must be 0 or more"),
-        ({"colors": "red"}, "colors=red must be one of material, parts"),
-        ({"run": "/nowhere"}, "there is no run /nowhere"),
-        ({"device": "abacus"}, "device=abacus cannot be used"),
+        (["top_k=5"], "top_k=5: the model has 4 templates of table"),
+        (["top_k=0"], "top_k=0 must be 1 or more"),
+        (["colors=red"], "colors=red must be one of material, parts"),
+        (["run=/nowhere"], "there is no run /nowhere"),
+        (["device=abacus"], "device=abacus cannot be used"),
     ],
 )
-def test_settings_that_cannot_work(config, photos, change, message):
-    with pytest.raises(ConfigError, match=message):
-        predict_files(replace(config, **{"image": str(photos), **change}))
+def test_settings_that_cannot_work(checkpoint, photos, tmp_path, arguments, message):
+    run = [] if arguments[0].startswith("run") else [f"run={checkpoint}"]
+    done = run_command("predict", *run, f"image={photos}", *arguments, cwd=tmp_path)
+    assert done.returncode == 1
+    assert message in done.stderr
+    assert not list(tmp_path.iterdir())
 
 
 # --- the command ----------------------------------------------------------------------------------
-
-
-def command(checkpoint, *arguments):
-    return [sys.executable, "predict.py", f"run={checkpoint}", *map(str, arguments)]
 
 
 def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):
@@ -382,18 +355,14 @@ def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):
     for k, photo in enumerate(sorted(photos.iterdir())[:2]):
         (tmp_path / "in" / f"my photo {k}, copy=1 (x).png").write_bytes(photo.read_bytes())
     (tmp_path / "in" / "broken.png").write_bytes(b"\x89PNG\r\n\x1a\n")
-    done = subprocess.run(
-        command(checkpoint, f"image={tmp_path / 'in'}", f"out={tmp_path / 'out'}", "preview=false"),
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
+    given = (f"run={checkpoint}", "image=in", "out=out", "preview=false")
+    done = run_command("predict", *given, cwd=tmp_path)
     assert done.returncode == 1
     assert "2 of 3 photographs done" in done.stdout
     assert "broken.png" in done.stderr
     assert "Traceback" not in done.stderr
     assert len(list((tmp_path / "out").glob("*/prediction.json"))) == 2
-    assert not [p for p in ROOT.iterdir() if p.name in ("outputs", "multirun", "predictions")]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "out"]
 
 
 def test_names_are_taken_as_they_are(checkpoint, photos, tmp_path):
@@ -413,7 +382,8 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
         photo = sorted(photos.iterdir())[k % 3]
         (many / f"{k:02d}.png").write_bytes(photo.read_bytes())
     out = tmp_path / "out"
-    arguments = command(checkpoint, f"image={many}", f"out={out}", "preview=false", "points=200")
+    given = (f"run={checkpoint}", f"image={many}", f"out={out}", "preview=false", "points=200")
+    arguments = [sys.executable, "predict.py", *given]
     process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.DEVNULL)
     deadline = time.monotonic() + 600  # only ends a test that would hang
     while len(list(out.glob("*/prediction.json"))) < 3 and time.monotonic() < deadline:
@@ -457,19 +427,16 @@ def test_what_is_said_of_the_category(shipped, photos, tmp_path, capsys):
     assert predict_files(replace(config, category="sofa"))[0].known
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
+@pytest.mark.usefixtures("shipped")
+def test_categories_that_cannot_be(photos, tmp_path):
+    config = PredictSettings(image=str(photos), out=str(tmp_path / "out"))
+    for change, message in (
         ({"category": "chair"}, "category=chair: the model was trained on sofa, table"),
         ({"category": "sofa", "top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
         ({"top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
-    ],
-)
-@pytest.mark.usefixtures("shipped")
-def test_categories_that_cannot_be(photos, tmp_path, change, message):
-    config = PredictSettings(image=str(photos), out=str(tmp_path / "out"), **change)
-    with pytest.raises(ConfigError, match=message):
-        predict_files(config)
+    ):
+        with pytest.raises(ConfigError, match=message):
+            predict_files(replace(config, **change))
     assert not (tmp_path / "out").exists()
 
 

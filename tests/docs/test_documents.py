@@ -15,7 +15,7 @@ from omegaconf import OmegaConf
 from PIL import Image
 
 from ffd_lightning.app.commands.sweep import Request
-from ffd_lightning.app.config import EvaluateConfig, PrepareConfig, TrainConfig
+from ffd_lightning.app.config import EvaluateConfig, PrepareCommandConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.main import COMMANDS
 from ffd_lightning.app.settings import read_settings
@@ -27,8 +27,7 @@ import reference
 
 HYDRA = {
     "train": ("train", TrainConfig),
-    "prepare": ("prepare", PrepareConfig),
-    "doctor": ("prepare", PrepareConfig),
+    "prepare": ("prepare", PrepareCommandConfig),
     "evaluate": ("evaluate", EvaluateConfig),
 }
 # What only the reader has: parts of a package of theirs.

@@ -15,7 +15,6 @@ import torch
 from torch import nn
 
 from ffd_lightning.app.commands import export as command
-from ffd_lightning.app.main import run as run_command
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -28,10 +27,8 @@ from ffd_lightning.nn.network import TemplateFfdNetwork
 # What float32 may be off after MobileNet's 28 layers, whose batch norm magnifies what is rounded
 # before it: ten times what was found, and a tenth of what an image makes a difference.
 ROUNDING = 2e-4
-EXAMPLE = "\n".join(
-    line.removeprefix("    ")
-    for line in command.__doc__.split("onnxruntime alone:\n")[1].split("Before")[0].splitlines()
-)
+PAGE = (Path(__file__).parents[2] / "docs" / "inference.md").read_text(encoding="utf-8")
+EXAMPLE = PAGE.split("```python\n")[1].split("```")[0]
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -203,8 +200,3 @@ def test_a_missing_package_is_named_with_its_command(small, tmp_path, monkeypatc
     monkeypatch.setitem(sys.modules, "onnxscript", None)
     with pytest.raises(ConfigError, match=r"needs onnxscript.*pip install 'ffd_lightning\[onnx\]'"):
         export_onnx(small, tmp_path / "model.onnx")
-
-
-def test_help_holds_the_example(capsys):
-    run_command("export", ["--help"])
-    assert "onnxruntime.InferenceSession" in capsys.readouterr().out

@@ -17,7 +17,7 @@ import trimesh
 from PIL import Image
 from scipy.spatial.distance import cdist
 
-from ffd_lightning.app.viewed_runs import open_shared
+from ffd_lightning.app.commands.view import Settings, open_shared
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.inference.viewer.page import Page
 from ffd_lightning.inference.viewer.server import start
@@ -29,7 +29,7 @@ from ffd_lightning.palette import part_colors
 
 @pytest.fixture(scope="module")
 def shared(tiny_run, checkpoint):
-    return open_shared(tiny_run.path, checkpoint)
+    return open_shared(Settings(run=str(tiny_run.path), checkpoint=str(checkpoint)))
 
 
 @pytest.fixture
@@ -487,7 +487,7 @@ def test_a_page_can_begin_with_a_photo(open_page, shared, photo):
 
 
 def test_another_category_can_be_looked_at(open_page, joint_checkpoint, photo):
-    page = open_page(open_shared(joint_checkpoint))
+    page = open_page(open_shared(Settings(run=str(joint_checkpoint))))
     page._on_photo(sent(*photo))
     wait_for(lambda: page.scores.content)
     assert page.category.visible

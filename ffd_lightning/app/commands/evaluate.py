@@ -11,7 +11,6 @@ from pathlib import Path
 
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, config_folder, typed_config
-from ffd_lightning.app.help import command_help
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
@@ -24,6 +23,7 @@ _DIGITS = 8  # of digests in names
 def main(arguments: Sequence[str]) -> int:
     """Evaluate what the command line names, and print the table."""
     from ffd_lightning.app.build import build_protocol
+    from ffd_lightning.app.help import command_help
     from ffd_lightning.evaluation.tables import print_summary
 
     parser = argparse.ArgumentParser("ffd evaluate", allow_abbrev=False, add_help=False)
@@ -31,8 +31,7 @@ def main(arguments: Sequence[str]) -> int:
     options, words = parser.parse_known_args(arguments)
     if {"-h", "--help"} & set(words):
         more = [] if options.config_dir is None else [Path(options.config_dir)]
-        folders = [config_folder(), *more]
-        print(command_help("evaluate", EvaluateConfig, folders, "all" in words))
+        print(command_help("evaluate", EvaluateConfig, [config_folder(), *more], "all" in words))
         return 0
     if unknown := [word for word in words if word.startswith("-")]:
         raise ConfigError(f"no option {unknown[0]}: --config-dir")
@@ -71,32 +70,30 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     from ffd_lightning.evaluation.evaluator import Shapes, evaluate, weights_digest
     from ffd_lightning.inference.predictor import choose_device
 
-    protocol = build_protocol(cfg.protocol)
-    device = choose_device(cfg.device)
-    run = RunFolder(Path(cfg.run))
-    if run.path.is_file():
+    protocol, device = build_protocol(cfg.protocol), choose_device(cfg.device)
+    if Path(cfg.run).is_file():
         raise ConfigError(
-            f"run={run.path} is a checkpoint, which does not say on what shapes to test its "
+            f"run={cfg.run} is a checkpoint, which does not say on what shapes to test its "
             "network: give run=RUN checkpoint=FILE, with a run of the same templates; or evaluate "
             "in the script that trained it, as docs/python.md shows"
         )
+    run = RunFolder.at(cfg.run)
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
-    data = opened.data
-    judged = evaluated(cfg, opened.network, data, opened.step)
-    of: str = cfg.evaluation.subset
+    judged = evaluated(cfg, opened.network, opened.data, opened.step)
+    subset: str = cfg.evaluation.subset
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
-        rows = [k for k, i in enumerate(other.ids) if i not in data.bank.ids]
+        rows = [k for k, i in enumerate(other.ids) if i not in opened.data.bank.ids]
         judged = replace(judged, tested_on=Shapes(other, np.asarray(rows, np.int64)))
-        of = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
+        subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
         run.checkpoint.is_file() and weights_digest(load_model(run.checkpoint).network) == weights
     )
     if not (newest and run.finished):  # a checkpoint of an unfinished training will be another
-        of = f"weights-{weights[:_DIGITS]}_{of}".removesuffix("_test")
+        subset = f"weights-{weights[:_DIGITS]}_{subset}".removesuffix("_test")
     opened.network.to(device)
-    options = evaluation_options(cfg, data, cfg.progress_bar, cfg.restart)
-    folder = run.evaluation(evaluation_name(cfg), of)
+    options = evaluation_options(cfg, opened.data, cfg.progress_bar, cfg.restart)
+    folder = run.evaluation(evaluation_name(cfg), subset)
     return evaluate(judged, protocol, folder, options), folder

@@ -10,15 +10,13 @@ voxels       its figure 4: where the voxels of prediction and truth agree
 labels       its figure 7: part labels that a template brings along
 candidates   the templates of the greatest weights, each of them deformed
 
-The picture is written to FIGURE.png in the run's folder; of several runs, side by
-side (`method`: below each other), to the folder that holds them all. What it shows is printed, for
-the caption.
+The picture is written to FIGURE.png in the run's folder; of several runs, side by side (`method`:
+below each other), to the folder that holds them all. What it shows is printed, for the caption.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -26,7 +24,7 @@ from pathlib import Path
 from ffd_lightning.app.settings import MISSING
 from ffd_lightning.components import check_ranges
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.run_folder import RunFolder, find_runs
+from ffd_lightning.run_folder import RunFolder
 
 MAIN = "runs"
 
@@ -81,8 +79,14 @@ def main(settings: Settings) -> int:
     figure = settings.figure
     if figure not in FIGURES:
         raise ConfigError(f"figure={figure}: choose one of {', '.join(FIGURES)}")
-    runs = [_run(Path(path)) for path in settings.runs]
-    target = _target(settings.out, runs, figure)
+    if not settings.runs:
+        raise ConfigError("runs=[]: at least one run must be shown")
+    if settings.out and Path(settings.out).suffix.lower() not in ("", ".png"):
+        raise ConfigError(f"out={settings.out}: figures are written as .png")
+    runs = [RunFolder.at(name) for name in settings.runs]
+    # As the user wrote it where there is one run.
+    places = [run.path.resolve() for run in runs]
+    folder = runs[0].path if len(runs) == 1 else Path(os.path.commonpath(places))
     examples = collect(
         runs,
         partial(open_run, data_root=settings.data_root),
@@ -92,38 +96,8 @@ def main(settings: Settings) -> int:
         protocol=settings.protocol,
         seed=settings.seed,
     )
-    files = save_figure(paper_figure(figure, examples, settings.size, settings.top), target)
+    picture = paper_figure(figure, examples, settings.size, settings.top)
+    files = save_figure(picture, Path(settings.out or folder / figure))
     print(caption(figure, examples, None if settings.models else settings.pick))
     print(*files, sep="\n")
     return 0
-
-
-def _run(path: Path) -> RunFolder:
-    """Return a run's folder; point to the runs below one that is not.
-
-    Raises:
-        ConfigError: it is none.
-    """
-    run = RunFolder(path)
-    if not run.config.is_file():
-        below = find_runs(path)
-        hint = f", but holds {len(below)}: give {below[0].path}, say" if below else ""
-        raise ConfigError(f"{path} is not a run folder{hint or ': it has no config.yaml'}")
-    return run
-
-
-def _target(out: str | None, runs: Sequence[RunFolder], figure: str) -> Path:
-    """Return where to write.
-
-    Raises:
-        ConfigError: no run, or a format that figures are not written in.
-    """
-    if not runs:
-        raise ConfigError("runs=[]: at least one run must be shown")
-    if out is None:
-        folder = os.path.commonpath([run.path.resolve() for run in runs])
-        # As the user wrote it where there is one run.
-        return (runs[0].path if len(runs) == 1 else Path(folder)) / figure
-    if Path(out).suffix.lower() not in ("", ".png"):
-        raise ConfigError(f"out={out}: figures are written as .png")
-    return Path(out)

@@ -2,13 +2,9 @@
 
     ffd predict image=photo.png                     by the model that comes with this
     ffd predict image=photo.png category=chair      what it shows need not be guessed
-    ffd predict run=runs/demo/table/r/t16/seed0 image=photo.png out=predictions
-    ffd predict run=last.ckpt image=photos          a folder; a checkpoint file is enough
-    ffd predict run=RUN 'image=photos/*.jpg'        a pattern
-    ffd predict run=RUN image=[a.png,b.png]         several
-    ffd predict run=RUN image=photo.jpg mask=mask.png
-    ffd predict run=RUN image=photo.jpg background=rembg
-    ffd predict run=RUN image=photo.png points=200000 top_k=3 obj=true colors=parts
+    ffd predict run=runs/demo/table/r/t16/seed0 image=photos out=predictions
+    ffd predict run=last.ckpt 'image=photos/*.jpg' mask=masks
+    ffd predict image=[a.png,b.png] points=200000 top_k=3 obj=true colors=parts
 
 Writes for each image a folder below `out`: mesh.glb (the deformed template, subdivided),
 template.glb, lattice.glb (control cage before and after), cloud.ply, prediction.json and

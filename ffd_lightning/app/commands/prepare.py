@@ -3,33 +3,102 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ffd_lightning.app.config import PrepareConfig
+from ffd_lightning.app.config import PrepareCommandConfig, Split
 from ffd_lightning.app.configuration import run_hydra
+from ffd_lightning.errors import DataError
 
-SCHEMA = PrepareConfig
+if TYPE_CHECKING:
+    from ffd_lightning.data.preparation.preparation import Preparation
+
+SCHEMA = PrepareCommandConfig
+
+_TRIED = 16  # shapes of a category, evenly spread over its sorted ids
+_NAMED = 3  # of them with a reason
 
 
 def main(arguments: Sequence[str]) -> None:
     """Prepare what the command line names."""
-    run_hydra("prepare", PrepareConfig, prepare, arguments)
+    run_hydra("prepare", PrepareCommandConfig, prepare, arguments)
 
 
-def prepare(cfg: PrepareConfig) -> None:
-    """Prepare a category, or several.
+def prepare(cfg: PrepareCommandConfig) -> None:
+    """Prepare a category, or several; with `cfg.trial`, print what is to be known before.
 
     Raises:
         ConfigError: settings that cannot work.
         DataError: no usable shape, or a disk that is full or not writable.
     """
-    from ffd_lightning.app.checks import validate
-
-    validate(cfg)
     from ffd_lightning.app.build import build_preparations
+    from ffd_lightning.app.checks import validate
     from ffd_lightning.data.templates.summary import outlier_note, outlier_rows
 
-    for preparation in build_preparations(cfg):
+    validate(cfg)
+    preparations = build_preparations(cfg)
+    if cfg.trial:
+        there = preparations[0].source.categories()
+        print(f"data={cfg.data.name}: {len(there)} categories: {', '.join(sorted(there))}")
+    for preparation in preparations:
+        if cfg.trial:
+            for line in _tried(preparation, cfg):
+                print(f"{preparation.category}: {line}")
+            continue
         prepared = preparation.run()
         if note := outlier_note(prepared, outlier_rows(prepared)):
             print(f"{preparation.category}: {note}", file=sys.stderr)
+
+
+def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]:
+    """Yield what is to be known of a category; a few shapes are prepared in a temporary folder."""
+    from ffd_lightning.data.categories import paper_templates
+    from ffd_lightning.data.preparation.overview import count_warnings, write_sheet
+    from ffd_lightning.data.splits import AutoSplit, SplitInput, make_split
+
+    source, category, ids = preparation.source, preparation.category, preparation.shape_ids
+    rejected = source.rejected(category)
+    usable = [i for i in ids if i not in rejected]
+    unusable = {i: rejected[i] for i in ids if i in rejected}
+    yield f"{len(ids):,} shapes, {_listed(unusable, 'cannot be used')}"
+    if not usable:
+        return
+    shapes = SplitInput(category, tuple(usable), tuple(unusable), source.split(category))
+    try:
+        split = make_split(usable, AutoSplit()(shapes), Split.val_fraction)
+        train, val, test = map(len, split)
+        usual = f"{train:,} to train on, {val:,} to validate on and {test:,} to test on"
+        yield f"by the default split, before templates are taken out: {split.warning() or usual}"
+    except DataError as error:
+        yield f"by the default split, {error}"
+    templates = paper_templates(category) if cfg.data.name == "shapenet" else ()
+    if absent := [i for i in templates if i not in usable]:
+        yield (
+            f"{len(absent)} of the paper's {len(templates)} templates are absent or cannot be "
+            f"used, `medoids` ones take their places: {', '.join(absent)}"
+        )
+    if preparation.target.exists():
+        yield f"prepared already: {preparation.target}"
+        return
+    count = min(len(usable), _TRIED)
+    some = [usable[k * len(usable) // count] for k in range(count)]
+    with tempfile.TemporaryDirectory() as folder:
+        trial = replace(preparation, root=Path(folder), limit=None, progress=False)
+        tried, reasons = trial.try_some(some)
+        yield f"{count} tried, {_listed(reasons, 'rejected')}"
+        if tried is None:
+            return
+        if warnings := count_warnings(tried):
+            yield f"warnings of those tried: {warnings}"
+        file = Path(cfg.paths.data) / "sheets" / f"{cfg.data.name}-{category}-trial.png"
+        yield write_sheet(tried, file)
+
+
+def _listed(reasons: Mapping[str, str], what: str) -> str:
+    """Return how many shapes there is a reason for, and the first few."""
+    few = "; ".join(f"{i}: {why}" for i, why in list(reasons.items())[:_NAMED])
+    more = "; ..." if len(reasons) > _NAMED else ""
+    return f"{len(reasons):,} {what}" + (f" ({few}{more})" if reasons else "")

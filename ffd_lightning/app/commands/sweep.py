@@ -7,23 +7,24 @@ import os
 import shlex
 import subprocess
 import sys
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from omegaconf import OmegaConf
+import yaml
 
-from ffd_lightning.app.checks import device_problems, encoder_problems
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import compose_config, config_folder
+from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
-from ffd_lightning.app.studies import Study, check_categories, jobs, load_study, sweeps, value_of
-from ffd_lightning.errors import ConfigError, UserError
+from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
 
 SCHEMA = TrainConfig
 _INTERRUPTED = 130
+_FOLDER = config_folder("sweeps")
 _ALIASES = {"quick=true": ["--quick"], "dry_run=true": ["--dry-run"]}
 _ALIASES |= {"quick=false": [], "dry_run=false": []}
 _HELP = """Run a study: all its sweeps of train.py, then a report. The same command again
@@ -33,11 +34,10 @@ resumes where it was interrupted, and tries again what failed.
   python sweep.py regimes category=chair,lamp 'seed=range(5)'
   python sweep.py paper_table data=shapenet data.root=DIR encoder.weights=FILE
 
-Without --quick all but search train as the paper does (schedule=paper): 100,000
-steps, batch-norm momentum 0.01, ImageNet weights. Those are Keras' file
+Studies for the paper start from ImageNet weights, Keras' file
   {weights}, from
   {address}
-encoder.weights=none trains from scratch instead; one of the two must be said.
+unless --quick, or encoder.weights=none, is said.
 
 Studies (or a file of your own):
 
@@ -74,6 +74,12 @@ class Request:
         """What the command line of each sweep has beside its overrides."""
         return [] if self.config_dir is None else ["--config-dir", self.config_dir]
 
+    @property
+    def file(self) -> Path:
+        """The study's file."""
+        path = Path(self.study)
+        return path if path.suffix in (".yaml", ".yml") else _FOLDER / f"{path}.yaml"
+
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> Request:
         """Read a command line.
@@ -90,35 +96,23 @@ class Request:
         )
         if unknown := [word for word in words if word.startswith("-")]:
             raise ConfigError(f"no option {unknown[0]}: --quick, --dry-run, --config-dir")
-        named = [word.removeprefix("study=") for word in words if _names_study(word)]
+        named = [x for x in words if "=" not in x or x.startswith("study=")]
+        overrides = [x for x in words if x not in named]
         if len(named) != 1:
-            there = ", ".join(sorted(file.stem for file in config_folder("sweeps").glob("*.yaml")))
-            few = f"name a study: {there}"
-            raise ConfigError(f"two studies: {' and '.join(named)}" if named else few)
-        overrides = [word for word in words if not _names_study(word)]
-        return cls(named[0], found.quick, found.dry_run, overrides, found.config_dir)
-
-
-def _names_study(word: str) -> bool:
-    return "=" not in word or word.startswith("study=")
+            there = ", ".join(sorted(file.stem for file in _FOLDER.glob("*.yaml")))
+            raise ConfigError(f"name one study: {there}; got {' and '.join(named) or 'none'}")
+        study = named[0].removeprefix("study=")
+        return cls(study, found.quick, found.dry_run, overrides, found.config_dir)
 
 
 def main(arguments: Sequence[str]) -> int:
     """Run the study that the command line names, or list what there is."""
     if arguments and not {"-h", "--help"} & set(arguments):
         return run_study(Request.parse(arguments))
-    files = sorted(config_folder("sweeps").glob("*.yaml"))
-    studies = "\n".join(f"  {file.stem:<17}{_summary(file)}" for file in files)
-    print(_HELP.format(weights=KERAS_FILES[0.25], address=KERAS_ADDRESS, studies=studies))
+    studies = {file.stem: load_study(file).question for file in sorted(_FOLDER.glob("*.yaml"))}
+    listed = "\n".join(f"  {k:<17}{textwrap.shorten(v, 70)}" for k, v in studies.items())
+    print(_HELP.format(weights=KERAS_FILES[0.25], address=KERAS_ADDRESS, studies=listed))
     return 0
-
-
-def _summary(file: Path) -> str:
-    try:
-        question = load_study(file).question
-    except UserError:
-        return "(damaged)"
-    return question if len(question) <= 70 else f"{question[:67]}..."
 
 
 def run_study(request: Request) -> int:
@@ -128,28 +122,24 @@ def run_study(request: Request) -> int:
         The exit code: 0 if all runs are finished.
 
     Raises:
-        ConfigError: no such study, or settings that cannot work.
+        ConfigError: no such study, or settings that cannot work: nothing has run then.
     """
-    path = Path(request.study)
-    file = path if path.suffix in (".yaml", ".yml") else config_folder("sweeps") / f"{path}.yaml"
-    study = load_study(file)
-    name = f"{file.stem}-quick" if request.quick else file.stem
-    name = value_of("name", request.overrides, name)
+    study, stem = load_study(request.file), request.file.stem
+    name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
     overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead
     stages = sweeps(study, name, request.quick, overrides)
-    folder = _folder(name, request)
+    first, problems = check_study(stages, request.config_dir)
+    folder = Path(first.paths.runs) / name
     print(f"{study.question}\n\n{folder}\n", flush=True)
-    for stage in stages if request.dry_run else []:
-        print(shlex.join(["python", "train.py", "-m", *request.options, *stage]))
-    problems = _problems(stages, request)
     if request.dry_run:
+        for stage in stages:
+            print(shlex.join(["python", "train.py", "-m", *request.options, *stage]))
         if problems:
             print(f"\nIt would be refused: {problems}", file=sys.stderr)
         return 0
     if problems:
         raise ConfigError(problems)
-    check_categories(stages, request.config_dir)
-    _note(folder, file.stem, study, request)
+    _note(folder, study, request)
     if study.search is not None:
         from ffd_lightning.app.search import run_search
 
@@ -159,7 +149,7 @@ def run_study(request: Request) -> int:
         )
     else:
         # A stage of which a run has failed does not keep the next from the others' results.
-        code = max([_stage([*stage, *request.options]) for stage in stages])
+        code = max([train([*stage, *request.options]) for stage in stages])
     from ffd_lightning.app.sweep_end import print_beside_paper, report_quietly
 
     if study.beside_paper:
@@ -168,49 +158,26 @@ def run_study(request: Request) -> int:
     return code
 
 
-def _problems(stages: Sequence[Sequence[str]], request: Request) -> str:
-    """Return what would stop jobs of a study at their start, after others have run perhaps."""
-    found: list[str] = []
-    for stage in stages:
-        elsewhere = any("submitit" in x for x in stage)  # on a cluster's machines
-        asked = {
-            tuple(x for x in job if x.startswith(("schedule=", "encoder"))): job
-            for job in reversed(jobs(stage))
-        }
-        for job in asked.values():
-            cfg = compose_config("train", TrainConfig, job, request.config_dir)
-            found += [*encoder_problems(cfg), *([] if elsewhere else device_problems(cfg))]
-    return "; ".join(dict.fromkeys(found))
-
-
-def _stage(sweep: Sequence[str]) -> int:
-    code = train(sweep)
+def train(overrides: Sequence[str]) -> int:
+    """Sweep with `train` in a process of its own, and return 0, or 1 if a run has failed."""
+    environment = {k: v for k, v in os.environ.items() if k != "HYDRA_FULL_ERROR"}
+    command = [*train_command(), "-m", *overrides]
+    code = subprocess.run(command, check=False, env=environment).returncode
     if code == _INTERRUPTED:
         raise KeyboardInterrupt
     return int(code != 0)
 
 
-def train(overrides: Sequence[str]) -> int:
-    """Sweep with `train`, in a process of its own, and return its exit code."""
-    environment = {k: v for k, v in os.environ.items() if k != "HYDRA_FULL_ERROR"}
-    command = [*train_command(), "-m", *overrides]
-    return subprocess.run(command, check=False, env=environment).returncode
-
-
-def _folder(name: str, request: Request) -> Path:
-    """Return where the study's runs go; checks the overrides of paths on the way."""
-    paths = [x for x in request.overrides if x.startswith(("paths", "plugins"))]
-    composed = compose_config("train", TrainConfig, [f"name={name}", *paths], request.config_dir)
-    return Path(composed.paths.runs) / name
-
-
-def _note(folder: Path, name: str, study: Study, request: Request) -> None:
+def _note(folder: Path, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
     options = [*(["--quick"] if request.quick else []), *request.options]
     command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
-    content = {"study": name, "question": study.question, "command": command}
-    beside: dict[str, bool] = {"beside_paper": True} if study.beside_paper else {}
+    content: dict[str, object] = {"study": request.file.stem, "question": study.question}
+    content["command"] = command
+    if study.beside_paper:
+        content["beside_paper"] = True
+    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     try:
-        write_atomic(folder / "study.yaml", OmegaConf.to_yaml(OmegaConf.create(content | beside)))
+        write_atomic(folder / "study.yaml", text)
     except OSError as error:
         raise ConfigError(f"cannot write {folder}: {error}") from None

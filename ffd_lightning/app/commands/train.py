@@ -15,9 +15,7 @@ from hydra.types import RunMode
 
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import run_hydra
-from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.app.messages import SHOWN, explain
-from ffd_lightning.files import write_atomic
+from ffd_lightning.app.messages import SHOWN
 from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
@@ -43,16 +41,13 @@ def train_job(cfg: TrainConfig) -> dict[str, float] | None:
         return train(cfg, run)
     try:
         return _train_in_sweep(cfg, run, hydra)
-    except SHOWN as error:
-        log.error("%s failed: %s", run.path, explain(error))
-        if not run.config.exists():  # refused before it began: the sweep's table tells of it too
-            write_atomic(run.config, to_yaml(cfg))
-            run.set_status("failed", reason=explain(error))
+    except SHOWN:
+        raise  # `run_hydra` says what is wrong, and records it
     except Exception:
         log.exception("%s failed", run.path)
+        return None
     finally:
-        _give_memory_back()
-    return None
+        _free_memory()
 
 
 def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
@@ -71,7 +66,7 @@ def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[
         return train(cfg, run)
 
 
-def _give_memory_back() -> None:
+def _free_memory() -> None:
     """Free what a finished job held in cycles and in the GPU's cache."""
     import torch
 

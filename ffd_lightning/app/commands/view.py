@@ -14,11 +14,14 @@ import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from ffd_lightning.app import viewed_runs
+from ffd_lightning.app.open_run import open_data
+from ffd_lightning.app.predict import file_bytes
 from ffd_lightning.components import check_ranges
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, UserError
+from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.server import import_viser, start
-from ffd_lightning.inference.viewer.shared import Photo, Shared
+from ffd_lightning.inference.viewer.shared import Photo, Shapes, Shared
+from ffd_lightning.run_folder import RunFolder
 
 MAIN = "run"
 ALONE = True
@@ -76,21 +79,27 @@ def main(settings: Settings) -> int:
 
 
 def open_shared(settings: Settings) -> Shared:
-    """Load what the settings name; see `viewed_runs.open_shared`."""
-    run, checkpoint, image, mask = (
-        None if name is None else Path(name).expanduser()
-        for name in (settings.run, settings.checkpoint, settings.image, settings.mask)
-    )
-    photo = None
-    if image is not None:
-        photo = Photo(image.name, _read(image), None if mask is None else _read(mask))
-    return viewed_runs.open_shared(run, checkpoint, settings.data_root, settings.device, photo)
+    """Load a run, or a checkpoint alone, and the photograph to begin with.
 
-
-def _read(path: Path) -> bytes:
-    try:
-        if path.exists() and not path.is_file():
-            raise DataError(f"{path} is not a file")  # reading a pipe would wait for ever
-        return path.read_bytes()
-    except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
+    Raises:
+        ConfigError: no run and no checkpoint.
+        DataError: a damaged checkpoint, or a photograph that cannot be used.
+    """
+    predictor = Predictor.load(settings.checkpoint or settings.run, settings.device)
+    shapes, note = None, "A checkpoint alone: open a photo."
+    path = None if settings.run is None else Path(settings.run).expanduser()
+    if path is not None and path.is_dir():
+        try:
+            data = open_data(RunFolder(path), settings.data_root)
+            data.setup()
+            shapes, note = Shapes(data.prepared, data.split.test), ""
+        except UserError as error:
+            note = f"No test shapes, photos only: {error}"
+    if settings.image is None:
+        return Shared(predictor, shapes, None, note)
+    mask = None if settings.mask is None else file_bytes(Path(settings.mask).expanduser())
+    image = Path(settings.image).expanduser()
+    photo = Photo(image.name, file_bytes(image), mask)
+    shared = Shared(predictor, shapes, photo, note)
+    shared.open_photo(photo)  # what is wrong with it is said before anybody looks
+    return shared

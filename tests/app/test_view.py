@@ -1,0 +1,62 @@
+import re
+import sys
+
+import pytest
+from PIL import Image
+
+from ffd_lightning.app.commands.view import MAIN, Settings, main, open_shared
+from ffd_lightning.app.settings import read_settings
+from ffd_lightning.errors import ConfigError, DataError
+
+
+def test_a_checkpoint_alone_or_without_its_data_takes_photos_only(checkpoint, tiny_run, tmp_path):
+    alone = open_shared(Settings(run=str(checkpoint)))
+    assert (alone.shape_ids, "photo" in alone.note) == ((), True)
+    assert open_shared(Settings(run=str(tiny_run.path))).shape_ids != ()
+    moved = open_shared(Settings(run=str(tiny_run.path), data_root=str(tmp_path / "elsewhere")))
+    assert moved.shape_ids == ()
+    assert "elsewhere" in moved.note
+    assert "data_root=DIR" in moved.note
+    assert not (tmp_path / "elsewhere").exists(), "nothing is prepared for looking"
+
+
+@pytest.mark.usefixtures("shipped")
+def test_without_a_run_the_model_that_comes_with_the_package_is_used():
+    alone = open_shared(Settings())
+    assert alone.shape_ids == ()
+    assert alone.heading.startswith("sofa, table: ")
+
+
+def test_a_photo_and_its_mask_can_be_named(tiny_run, checkpoint, tmp_path):
+    alone = open_shared(Settings(run=str(tiny_run.path)))
+    image = alone.open_shape(alone.shape_ids[0]).reconstruction.photo.image
+    photo, mask = tmp_path / "a.png", tmp_path / "m.png"
+    Image.fromarray(image[..., :3]).save(photo)
+    Image.fromarray(image[..., 3]).save(mask)
+
+    def opened(**files):
+        return open_shared(Settings(run=str(checkpoint), **{k: str(v) for k, v in files.items()}))
+
+    assert opened(image=photo).photo.mask is None
+    shared = opened(image=photo, mask=mask)
+    assert shared.open_photo(shared.photo).reconstruction.photo.steps[0] == "background: mask"
+    Image.new("L", image.shape[1::-1]).save(mask)
+    with pytest.raises(DataError, match=r"the mask.* is empty"):
+        opened(image=photo, mask=mask)
+    with pytest.raises(DataError, match=r"no.png cannot be read: No such file"):
+        opened(image=tmp_path / "no.png")
+    with pytest.raises(DataError, match="is not a file"):
+        opened(image=tmp_path)
+
+
+def test_mistakes_are_named(monkeypatch):
+    for arguments, words in (
+        (["run=a", "port=0"], "port=0 must lie in [1, 65535]"),
+        (["run=/no/such/run"], "there is no run"),
+        (["mask=m.png"], "name it by image="),
+    ):
+        with pytest.raises(ConfigError, match=re.escape(words)):
+            main(read_settings(Settings, arguments, MAIN))
+    monkeypatch.setitem(sys.modules, "viser", None)
+    with pytest.raises(ConfigError, match="needs viser: pip install"):
+        main(Settings(run="/no/such/run"))
