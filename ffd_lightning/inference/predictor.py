@@ -14,7 +14,6 @@ from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
-from ffd_lightning.imaging.render_settings import CameraModel
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.pretrained import pretrained_model
@@ -66,11 +65,7 @@ class Predictor:
         return cls(load_model(checkpoint_of(source), network), device)
 
     def frame(
-        self,
-        image: Photo,
-        *,
-        mask: Photo | None = None,
-        background: Background = "auto",
+        self, image: Photo, *, mask: Photo | None = None, background: Background = "auto"
     ) -> FramedPhoto:
         """Bring a photograph to where the network sees it as it saw its training images.
 
@@ -86,12 +81,12 @@ class Predictor:
         """
         render = self.model.render
         return frame_photo(
-            _picture(image),
+            _read(image),
             height=render.height,
             width=render.width,
             fill=self.model.object_fill,
-            whole=render.camera is CameraModel.framed,
-            mask=None if mask is None else _mask(mask),
+            whole=render.camera == "framed",
+            mask=None if mask is None else _read(mask),
             background=background,
         )
 
@@ -138,11 +133,10 @@ class Predictor:
         offsets = prediction.offsets.float().cpu().numpy()
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
             raise DataError("the network's outputs are not finite: its training has diverged")
-        categories, found = self.model.template_categories, []
+        bank, categories, found = self.model.bank, self.model.template_categories, []
         for photo, w, o in zip(photos, weights, offsets, strict=True):
-            best = int(w.argmax())
-            one = Reconstruction(photo, self.model.bank, w, o, categories, categories[best], best)
-            found.append(one.of_category(category or next(iter(one.category_weights))))
+            first = Reconstruction(photo, bank, w, o, categories, categories[0], 0)
+            found.append(first.of_category(category or next(iter(first.category_weights))))
         return found
 
 
@@ -161,30 +155,15 @@ def checkpoint_of(source: str | Path | None) -> Path:
     if path.is_file():
         return path
     run = RunFolder(path)
+    if run.checkpoint.is_file():
+        return run.checkpoint
     if not path.is_dir():
         raise ConfigError(f"there is no run {path}: give the folder of a run, or a checkpoint")
-    if not run.config.is_file() and not run.checkpoint.is_file():
-        inside = sorted(p for p in path.rglob("checkpoints/last.ckpt") if p.is_file())
-        hint = f": is {inside[0].parents[1]} meant?" if inside else ""
-        raise ConfigError(f"{path} is not a run folder: it has no config.yaml{hint}")
-    if not run.checkpoint.is_file():
+    if run.config.is_file():
         raise ConfigError(f"{path} has no checkpoint yet: train it first, or let it train on")
-    return run.checkpoint
-
-
-def _picture(image: Photo) -> Image.Image | NDArray[np.uint8]:
-    return read_photo(Path(image)) if isinstance(image, str | Path) else image
-
-
-def _mask(mask: Photo) -> Image.Image:
-    picture = _picture(mask)
-    if isinstance(picture, Image.Image):
-        return picture
-    try:
-        return Image.fromarray(picture)
-    except (TypeError, ValueError):
-        found = f"{np.shape(picture)} of {np.asarray(picture).dtype}"
-        raise DataError(f"a mask is (H, W) of bool or uint8, got {found}") from None
+    inside = sorted(path.rglob("checkpoints/last.ckpt"))
+    hint = f": is {inside[0].parents[1]} meant?" if inside else ""
+    raise ConfigError(f"{path} is not a run folder: it has no config.yaml{hint}")
 
 
 def choose_device(name: str) -> torch.device:
@@ -202,3 +181,7 @@ def choose_device(name: str) -> torch.device:
         reason = str(error).split("\n")[0]
         raise ConfigError(f"device={name} cannot be used ({reason}): try device=cpu") from None
     return device
+
+
+def _read(picture: Photo) -> Image.Image | NDArray[np.uint8]:
+    return read_photo(Path(picture)) if isinstance(picture, str | Path) else picture

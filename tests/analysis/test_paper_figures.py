@@ -36,7 +36,7 @@ from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.protocols import Measure, PaperProtocol
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.palette import part_colors
 from ffd_lightning.run_folder import RunFolder
@@ -302,7 +302,7 @@ def test_a_row_is_drawn_at_one_scale_and_nothing_is_cut_off():
 @pytest.mark.parametrize("azimuth", [0, 45, 230])
 @pytest.mark.parametrize("size", [(96, 128), (160, 100)])
 @pytest.mark.parametrize(
-    "camera", [Camera(), *RenderSettings(camera=CameraModel.authors).cameras()]
+    "camera", [Camera(), *RenderSettings(camera="authors").cameras()]
 )
 def test_the_scale_is_the_largest_that_fits(azimuth, size, camera):
     rng = np.random.default_rng(azimuth)

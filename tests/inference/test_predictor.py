@@ -93,10 +93,8 @@ def test_points_lie_on_the_mesh_and_carry_its_labels(reconstruction):
     assert not np.array_equal(reconstruction.cloud(500), points)
     template, _ = reconstruction.bank.subdivided(reconstruction.index)
     np.testing.assert_array_equal(reconstruction.labels, template.face_parts)
-    same, labels = reconstruction.labelled_cloud(500, seed=3)
-    np.testing.assert_array_equal(same, points)
-    np.testing.assert_array_equal(labels, template.face_parts[faces])
-    assert {reconstruction.part_names[k] for k in labels} >= {"top", "leg"}
+    seen = {reconstruction.part_names[k] for k in reconstruction.labels[faces]}
+    assert seen >= {"top", "leg"}
 
 
 def test_candidates_come_by_weight(reconstruction):

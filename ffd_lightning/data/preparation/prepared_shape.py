@@ -34,7 +34,7 @@ from ffd_lightning.geometry.normalization import bounding_box, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.textures import mean_colors
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.pictures import fit_picture
+from ffd_lightning.imaging.framing import fit_picture
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 

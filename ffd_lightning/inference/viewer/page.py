@@ -61,7 +61,7 @@ class Page:
         self._asked: object = None  # which input is shown
         self._notices: list[Any] = []  # what did not work
         self._wanted, self._closed = threading.Event(), False
-        self.scene = Scene(client.scene, shared.camera.frame, self._wanted.set)
+        self.scene = Scene(client.scene, shared.camera.pose, self._wanted.set)
         self._add_panel(client.gui)
         self._view_from = 0.0, np.zeros(3)  # the window's aspect, and the camera's place for it
         self._look_as_at_first()
@@ -179,7 +179,7 @@ class Page:
     def _look_as_at_first(self) -> None:
         """Put the camera where the network's images are taken from, far enough to see all."""
         camera, original = self._client.camera, self._shared.camera
-        frame, half = original.frame, original.half_height
+        frame, half = original.pose, original.half_height
         width = 2 * SPACING + 1.4  # the outer shapes are large themselves
         height = max(1.2, width / camera.aspect)
         target = (

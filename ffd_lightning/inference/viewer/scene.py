@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.geometry.lattice import lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.camera import CameraFrame
+from ffd_lightning.imaging.camera import CameraPose
 from ffd_lightning.inference.pieces import MeshColors, Piece, pieces
 from ffd_lightning.inference.viewer.state import State
 
@@ -64,7 +64,7 @@ class Scene:
         picked: the control point that has arrows.
     """
 
-    def __init__(self, scene: Any, view: CameraFrame, refresh: Callable[[], None]) -> None:
+    def __init__(self, scene: Any, view: CameraPose, refresh: Callable[[], None]) -> None:
         self._scene, self._refresh = scene, refresh
         self._aside, toward = view.right, -view.forward * [1, 0, 1]
         self._toward = toward / np.linalg.norm(toward)
