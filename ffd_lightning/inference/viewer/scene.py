@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,41 +24,17 @@ _KNOT, _GIZMO = 0.011, 0.16  # sizes in template units
 _BEFORE = 0.62  # a label is so far before its shape
 
 
-@dataclass(frozen=True)
-class DrawingOptions:
-    """What is drawn, and how.
-
-    Attributes:
-        colors: what the colours of meshes say.
-        template: the template as it is.
-        mesh: the reconstruction.
-        truth: the ground truth.
-        cage: the deformed control lattice.
-        handles: the control points.
-    """
-
-    colors: MeshColors
-    template: bool
-    mesh: bool
-    truth: bool
-    cage: bool
-    handles: bool
-
-
-def _lowest(mesh: Mesh) -> float:
-    return float(mesh.vertices[:, 1].min())
-
-
 class Scene:
     """Template, reconstruction and ground truth in a row.
 
     Args:
         scene: viser's, of one client.
-        view: the camera that the page begins with: the row runs across it.
+        view: of the camera that the page begins with: the row runs across it.
         refresh: called when a control point was picked or pulled; it must return at once.
 
     Attributes:
-        nodes: what can be shown or hidden, by name.
+        drawn: the state, its template and the colours that are there.
+        nodes: viser's, by name.
         moving: the pieces of the reconstruction, with their nodes.
         picked: the control point that has arrows.
     """
@@ -68,11 +43,10 @@ class Scene:
         self._scene, self._refresh = scene, refresh
         self._aside, toward = view.right, -view.forward * [1, 0, 1]
         self._toward = toward / np.linalg.norm(toward)
-        self._drawn: tuple[Any, ...] = ()
-        self._builds = 0
-        self._root = ""
+        self._builds, self._root = 0, ""
         self._held = False  # arrows that are being dragged must not be moved from here
         self._pulls: dict[int, NDArray[np.float64]] = {}
+        self.drawn: tuple[Any, ...] = ()
         self.nodes: dict[str, Any] = {}
         self.moving: list[tuple[Any, Piece]] = []
         self.picked: int | None = None
@@ -90,30 +64,21 @@ class Scene:
         self.picked, self._pulls[index] = index, place
         self._refresh()
 
-    def show(self, state: State, options: DrawingOptions) -> None:
-        """Draw a state; only what has changed is sent."""
-        drawn = (state, state.template, options.colors)
-        if drawn != self._drawn:
-            self._build(state, options.colors)
-            self._drawn = drawn
+    def show(self, state: State, colors: MeshColors, lattice: bool) -> None:
+        """Draw a state, perhaps with its control lattice; only what has changed is sent."""
+        drawn = (state, state.template, colors)
+        if drawn != self.drawn:
+            self._build(state, colors)
+            self.drawn = drawn
         vertices = state.surface().vertices.astype(np.float32)
         for node, piece in self.moving:
             node.vertices = vertices[piece.vertices]
-        places, nodes = state.control_points, self.nodes
-        nodes["shown/cage"].points = places[lattice_edges(state.display.degrees)]
-        knots, gizmo = nodes["shown/handles"], nodes["shown/gizmo"]
+        places, (cage, knots, gizmo) = state.control_points, self._lattice
+        cage.points = places[lattice_edges(state.display.degrees)]
         knots.batched_positions = places
         knots.batched_colors = self._knot_colors(state)
-        for name, visible in (
-            ("template", options.template),
-            ("shown/mesh", options.mesh),
-            ("truth", options.truth),
-            ("shown/cage", options.cage),
-            ("shown/handles", options.handles),
-            ("shown/gizmo", options.handles and self.picked is not None),
-        ):
-            if name in nodes:
-                nodes[name].visible = visible
+        cage.visible = knots.visible = lattice
+        gizmo.visible = lattice and self.picked is not None
         if self.picked is not None and not self._held:
             gizmo.position = places[self.picked].astype(float)
 
@@ -126,14 +91,14 @@ class Scene:
         self._pulls.clear()
         self.nodes = {"": self._scene.add_frame(self._root, show_axes=False)}
         surface = state.surface()
-        floor = _lowest(surface)
+        floor = surface.vertices[:, 1].min()
         side = 0.55 if state.truth is None else 1.0
-        self._stand("template", "template", state.template_surface(), -side, floor, colors)
         column = side if state.truth is None else 0.0
-        self.moving = self._stand("shown", "reconstruction", surface, column, floor, colors)
-        self._add_handles(state)
+        self._stand("template", state.template_surface(), -side, floor, colors)
+        self.moving = self._stand("reconstruction", surface, column, floor, colors)
+        self._add_lattice(state)
         if state.truth is not None:
-            self._stand("truth", "ground truth", state.truth.mesh, side, floor, colors)
+            self._stand("ground truth", state.truth.mesh, side, floor, colors)
         self._scene.add_grid(
             f"{self._root}/floor",
             plane="xz",
@@ -151,27 +116,22 @@ class Scene:
             earlier.remove()
 
     def _stand(
-        self, name: str, label: str, mesh: Mesh, column: float, floor: float, colors: MeshColors
+        self, name: str, mesh: Mesh, column: float, floor: float, colors: MeshColors
     ) -> list[tuple[Any, Piece]]:
-        """Put a mesh on the floor, with a label before it.
-
-        Returns:
-            A node for each piece: what moves the mesh moves their vertices.
-        """
-        up = floor - _lowest(mesh)
+        """Put a mesh on the floor, with its name before it; return a node for each piece."""
+        up = floor - mesh.vertices[:, 1].min()
         path, scene = f"{self._root}/{name}", self._scene
         place = column * SPACING * self._aside + [0.0, up, 0.0]
         self.nodes[name] = scene.add_frame(path, show_axes=False, position=place)
-        self.nodes[f"{name}/mesh"] = scene.add_frame(f"{path}/mesh", show_axes=False)
         before = np.array([0.0, floor - up, 0.0]) + _BEFORE * self._toward
-        scene.add_label(f"{path}/label", label, position=before, anchor="center-center")
+        scene.add_label(f"{path}/label", name, position=before, anchor="center-center")
         nodes = []
         # Viser moves vertices of plain meshes only, so each small face has its texture's colour.
         split = pieces(mesh.without_textures(), colors, _COLORS, by_part=False)
         for k, piece in enumerate(split):
             opacity = piece.rgba[3] / 255
             node = scene.add_mesh_simple(
-                f"{path}/mesh/{k}",
+                f"{path}/{k}",
                 mesh.vertices[piece.vertices],
                 piece.faces,
                 color=piece.rgba[:3],
@@ -183,20 +143,20 @@ class Scene:
             nodes.append((node, piece))
         return nodes
 
-    def _add_handles(self, state: State) -> None:
+    def _add_lattice(self, state: State) -> None:
         """Add the lattice, the control points, and the arrows of the one that is picked."""
-        path, scene, build = f"{self._root}/shown", self._scene, self._builds
-        offset = np.asarray(self.nodes["shown"].position)
+        path, scene, build = f"{self._root}/reconstruction", self._scene, self._builds
+        offset = np.asarray(self.nodes["reconstruction"].position)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=_KNOT)
         places = state.control_points
-        self.nodes["shown/cage"] = scene.add_line_segments(
+        cage = scene.add_line_segments(
             f"{path}/cage",
             places[lattice_edges(state.display.degrees)],
             tuple((c + 255) // 2 for c in _POINT),
             thickness=1.2,
             thickness_units="screen",
         )
-        knots = self.nodes["shown/handles"] = scene.add_batched_meshes_simple(
+        knots = scene.add_batched_meshes_simple(
             f"{path}/handles",
             ball.vertices,
             ball.faces,
@@ -207,9 +167,10 @@ class Scene:
             cast_shadow=False,
             receive_shadow=False,
         )
-        gizmo = self.nodes["shown/gizmo"] = scene.add_transform_controls(
+        gizmo = scene.add_transform_controls(
             f"{path}/gizmo", _GIZMO, disable_rotations=True, depth_test=False, visible=False
         )
+        self._lattice = cage, knots, gizmo
 
         # Asynchronous: called in the order of the events, and they must not compute anything.
         @knots.on_click

@@ -23,12 +23,7 @@ _HEIGHT, _WIDTH = 144, 192  # pixels of a template's picture
 
 @dataclass(frozen=True)
 class Shapes:
-    """The test shapes of a run.
-
-    Attributes:
-        prepared: the set that they are in.
-        ids: theirs, in the order in which they are listed.
-    """
+    """The test shapes of a run: the set that they are in, and their ids as they are listed."""
 
     prepared: PreparedSet
     ids: tuple[str, ...]
@@ -57,12 +52,11 @@ class Shared:
         predictor: the network.
         shapes: None for photographs alone.
         photo: that visitors see first, None for the first test shape.
-        note: what visitors should know, shown at the top.
+        note: what visitors should know, written at the top.
 
     Attributes:
         heading: what is looked at, in a line.
-        shape_ids: the test shapes.
-        views: images of each.
+        views: images of each test shape.
         camera: that the page begins with: the network's images', or three quarters where there are
             several.
     """
@@ -103,8 +97,7 @@ class Shared:
         row = prepared.index(shape_id)
         step = f"test shape {shape_id}" + (f", view {view + 1}" if self.views > 1 else "")
         framed = FramedPhoto(prepared.image(row, view), (step,), ())
-        truth = Truth(shape_id, prepared.mesh(row), prepared.cloud(row))
-        return self._state(framed, shape_id, truth)
+        return self._state(framed, shape_id, Truth(prepared.mesh(row), prepared.cloud(row)))
 
     def open_photo(self, photo: Photo) -> State:
         """Reconstruct what a photograph shows.
@@ -122,5 +115,4 @@ class Shared:
     def _state(self, framed: FramedPhoto, name: str, truth: Truth | None) -> State:
         with self._busy:
             (found,) = self._predictor.predict_framed([framed])
-            self._display.subdivided(found.index)
         return State(found, self._display, name, truth)

@@ -30,15 +30,8 @@ def display_bank(bank: TemplateBank) -> TemplateBank:
 
 @dataclass(frozen=True)
 class Truth:
-    """What a test shape really is.
+    """What a test shape really is: its mesh, and points of its surface, (N, 3)."""
 
-    Attributes:
-        shape_id: its id.
-        mesh: its mesh, bounding-box diagonal 1.
-        points: of its surface, (N, 3) float32.
-    """
-
-    shape_id: str
     mesh: Mesh
     points: Floats
 
@@ -46,7 +39,7 @@ class Truth:
 class State:
     """A reconstruction that can be looked at step by step, and pulled at.
 
-    What is shown is ``deform(B, P, amount * dP + edit)``: `amount` goes from the template as it is
+    What is drawn is ``deform(B, P, amount * dP + edit)``: `amount` goes from the template as it is
     (0) to the network's deformation (1) and beyond; `edit` is what was pulled by hand, and is kept
     for each template.
 
@@ -57,8 +50,8 @@ class State:
         truth: None for photographs.
 
     Attributes:
-        template: index of the template that is shown, the selected one at first.
-        amount: how much of the network's deformation is shown.
+        template: index of the template that is drawn, the selected one at first.
+        amount: how much of the network's deformation is drawn.
         edits: by hand, (T, M, 3).
     """
 
@@ -99,13 +92,8 @@ class State:
         change = (position - self.control_points[index]).astype(np.float32)
         self.edits[self.template, index] += change
 
-    def choose_category(self, category: str) -> None:
-        """Show the best template of a category that the network knows."""
-        self.reconstruction = self.reconstruction.of_category(category)
-        self.template = self.reconstruction.index
-
     def reset(self) -> None:
-        """Show what the network predicts of the template, without edits."""
+        """Take back the amount, and what was pulled at this template."""
         self.amount = 1.0
         self.edits[self.template] = 0
 
@@ -122,28 +110,25 @@ class State:
 
         Not times 1,000. Squared distances, mean over points, both directions added; the first
         1,024 points of each cloud; in units in which shapes have a bounding box of diagonal 1. Of
-        what is shown, of the template as the network deforms it, and of the template as it is.
+        what is drawn, of the template as the network deforms it, and of the template as it is.
         """
         if self.truth is None:
             return {}
-        predicted = self.reconstruction.offsets[self.template]
-        kinds = {
-            "shown": self.offsets,
-            "predicted": predicted,
-            "undeformed": np.zeros_like(predicted),
-        }
-        bank, t = self.display, self.template
+        predicted, bank, t = self.reconstruction.offsets[self.template], self.display, self.template
         scores = {}
-        for kind, offsets in kinds.items():
+        for kind, offsets in (
+            ("drawn", self.offsets),
+            ("predicted", predicted),
+            ("undeformed", np.zeros_like(predicted)),
+        ):
             moved = deform(
                 bank.deformation_matrix[t], bank.control_points[t], torch.from_numpy(offsets)
             )
-            points = np.asarray(moved.numpy(), np.float32)[:_POINTS]
-            scores[kind] = chamfer(points, self.truth.points[:_POINTS])
+            scores[kind] = chamfer(moved.numpy(), self.truth.points[:_POINTS])
         return scores
 
-    def shown(self) -> Reconstruction:
-        """Return what is shown as a reconstruction of its own, at full resolution."""
+    def result(self) -> Reconstruction:
+        """Return what is drawn as a reconstruction of its own, at full resolution."""
         offsets = self.reconstruction.offsets.copy()
         offsets[self.template] = self.offsets
         return replace(self.reconstruction, index=self.template, offsets=offsets)
