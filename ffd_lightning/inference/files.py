@@ -92,7 +92,9 @@ def write_cloud(
     """
     surface = reconstruction.surface
     points, faces = reconstruction.sample(count, seed)
-    labels = {} if surface.face_parts is None else {"label": surface.face_parts[faces]}
+    labels: dict[str, Any] = (
+        {} if surface.face_parts is None else {"label": surface.face_parts[faces]}
+    )
     cloud = trimesh.Trimesh(
         points,
         np.zeros((0, 3), np.int64),

@@ -81,9 +81,7 @@ class Page:
                 "Amount", 0.0, 1.5, 0.01, 1.0, hint="0 the template, 1 the network's deformation"
             )
             self.scores = gui.add_markdown("")
-            gui.add_markdown(
-                "Drag a control point to pull at the shape; click it for arrows along the axes."
-            )
+            gui.add_markdown("Drag a control point to pull at the shape.")
             reset = gui.add_button("Reset", icon="rotate", hint="amount 1, no point pulled")
         with gui.add_folder("Show", visible=False) as show:
             self.colors = gui.add_dropdown("Colours", list(get_args(MeshColors)))

@@ -19,8 +19,8 @@ SPACING = 1.05
 """Between shapes, which stand side by side, in template units."""
 
 _COLORS = 16  # of a mesh; each is a mesh of its own for the browser
-_POINT, _PULLED, _PICKED = (0, 114, 178), (86, 180, 233), (213, 94, 0)  # control points
-_KNOT, _GIZMO = 0.011, 0.16  # sizes in template units
+_POINT, _PULLED = (0, 114, 178), (213, 94, 0)  # control points
+_KNOT = 0.011  # their size in template units
 _BEFORE = 0.62  # a label is so far before its shape
 
 
@@ -30,13 +30,12 @@ class Scene:
     Args:
         scene: viser's, of one client.
         view: of the camera that the page begins with: the row runs across it.
-        refresh: called when a control point was picked or pulled; it must return at once.
+        refresh: called when a control point was pulled; it must return at once.
 
     Attributes:
         drawn: the state, its template and the colours that are there.
         nodes: viser's, by name.
         moving: the pieces of the reconstruction, with their nodes.
-        picked: the control point that has arrows.
     """
 
     def __init__(self, scene: Any, view: CameraPose, refresh: Callable[[], None]) -> None:
@@ -44,12 +43,10 @@ class Scene:
         self._aside, toward = view.right, -view.forward * [1, 0, 1]
         self._toward = toward / np.linalg.norm(toward)
         self._builds, self._root = 0, ""
-        self._held = False  # arrows that are being dragged must not be moved from here
         self._pulls: dict[int, NDArray[np.float64]] = {}
         self.drawn: tuple[Any, ...] = ()
         self.nodes: dict[str, Any] = {}
         self.moving: list[tuple[Any, Piece]] = []
-        self.picked: int | None = None
 
     def pulls(self) -> dict[int, NDArray[np.float64]]:
         """Return where control points were pulled since the last call: (3,) by their index."""
@@ -60,8 +57,8 @@ class Scene:
         return pulls
 
     def pull(self, index: int, place: NDArray[np.float64]) -> None:
-        """Pick a control point and pull it to a place in the template's coordinates, (3,)."""
-        self.picked, self._pulls[index] = index, place
+        """Pull a control point to a place in the template's coordinates, (3,)."""
+        self._pulls[index] = place
         self._refresh()
 
     def show(self, state: State, colors: MeshColors, lattice: bool) -> None:
@@ -73,21 +70,17 @@ class Scene:
         vertices = state.surface().vertices.astype(np.float32)
         for node, piece in self.moving:
             node.vertices = vertices[piece.vertices]
-        places, (cage, knots, gizmo) = state.control_points, self._lattice
+        places, (cage, knots) = state.control_points, self._lattice
         cage.points = places[lattice_edges(state.display.degrees)]
         knots.batched_positions = places
-        knots.batched_colors = self._knot_colors(state)
+        knots.batched_colors = _knot_colors(state)
         cage.visible = knots.visible = lattice
-        gizmo.visible = lattice and self.picked is not None
-        if self.picked is not None and not self._held:
-            gizmo.position = places[self.picked].astype(float)
 
     def _build(self, state: State, colors: MeshColors) -> None:
         # A browser keeps the place of a node that is made again: each time all have other names.
         earlier = self.nodes.get("")
         self._builds += 1
         self._root = f"/scene-{self._builds}"
-        self.picked, self._held = None, False
         self._pulls.clear()
         self.nodes = {"": self._scene.add_frame(self._root, show_axes=False)}
         surface = state.surface()
@@ -144,7 +137,7 @@ class Scene:
         return nodes
 
     def _add_lattice(self, state: State) -> None:
-        """Add the lattice, the control points, and the arrows of the one that is picked."""
+        """Add the lattice and its control points, which can be dragged."""
         path, scene, build = f"{self._root}/reconstruction", self._scene, self._builds
         offset = np.asarray(self.nodes["reconstruction"].position)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=_KNOT)
@@ -162,38 +155,19 @@ class Scene:
             ball.faces,
             batched_wxyzs=np.tile([1.0, 0, 0, 0], (len(places), 1)),
             batched_positions=places,
-            batched_colors=self._knot_colors(state),
+            batched_colors=_knot_colors(state),
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
         )
-        gizmo = scene.add_transform_controls(
-            f"{path}/gizmo", _GIZMO, disable_rotations=True, depth_test=False, visible=False
-        )
-        self._lattice = cage, knots, gizmo
+        self._lattice = cage, knots
 
-        # Asynchronous: called in the order of the events, and they must not compute anything.
-        @knots.on_click
-        async def _(event: Any) -> None:
-            if build == self._builds:  # else it is of what was drawn before
-                self.picked = event.instance_index
-                self._refresh()
-
+        # Asynchronous: called in the order of the events, and it must not compute anything.
         @knots.on_drag
         async def _(event: Any) -> None:
-            # The scene's coordinates, where the arrows' are the template's.
-            if build == self._builds:
+            if build == self._builds:  # else it is of what was drawn before
                 self.pull(event.instance_index, np.asarray(event.end_position) - offset)
 
-        @gizmo.on_update
-        async def _(event: Any) -> None:
-            if build == self._builds:
-                self._held = event.phase != "end"
-                if self.picked is not None:
-                    self.pull(self.picked, np.asarray(event.target.position))
 
-    def _knot_colors(self, state: State) -> NDArray[np.uint8]:
-        colors = np.where(state.edited[:, None], _PULLED, _POINT).astype(np.uint8)
-        if self.picked is not None:
-            colors[self.picked] = _PICKED
-        return colors
+def _knot_colors(state: State) -> NDArray[np.uint8]:
+    return np.where(state.edited[:, None], _PULLED, _POINT).astype(np.uint8)

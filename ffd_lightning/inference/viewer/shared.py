@@ -15,10 +15,11 @@ from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
-from ffd_lightning.inference.viewer.state import State, Truth, display_bank
+from ffd_lightning.inference.viewer.state import NUM_POINTS, State, Truth
 from ffd_lightning.palette import regime_title
 
 _HEIGHT, _WIDTH = 144, 192  # pixels of a template's picture
+_EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
 
 
 @dataclass(frozen=True)
@@ -31,14 +32,7 @@ class Shapes:
 
 @dataclass(frozen=True)
 class Photo:
-    """A photograph as it was opened.
-
-    Attributes:
-        name: of its file.
-        content: the file's bytes.
-        mask: bytes of a picture that is bright where the object is, None where the background is
-            to be told from the photograph.
-    """
+    """A photograph as it was opened: its file's name and bytes, and those of its mask, if any."""
 
     name: str
     content: bytes
@@ -78,7 +72,7 @@ class Shared:
         self.shape_ids = () if shapes is None else shapes.ids
         self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
         self._predictor, self._shapes = predictor, shapes
-        self._display = display_bank(model.bank)
+        self._display = model.bank.lighter(NUM_POINTS, max(_EDGE, model.bank.max_edge))
         self._pictures: dict[int, NDArray[np.uint8]] = {}
         self._busy = threading.Lock()  # visitors are served by threads of their own
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -16,20 +17,11 @@ from ffd_lightning.metrics.chamfer import chamfer
 
 Floats = NDArray[np.float32]
 
-_EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
-_POINTS = 1024  # of a cloud that Chamfer distances are of, as in training
+NUM_POINTS = 1024
+"""Of a cloud that Chamfer distances are of, as in training."""
 
 
-def display_bank(bank: TemplateBank) -> TemplateBank:
-    """Return the same templates, light enough to be moved many times a second.
-
-    Their meshes have edges up to 0.05 instead of 0.02: an eighth of the faces, more or less.
-    """
-    return bank.lighter(_POINTS, max(_EDGE, bank.max_edge))
-
-
-@dataclass(frozen=True)
-class Truth:
+class Truth(NamedTuple):
     """What a test shape really is: its mesh, and points of its surface, (N, 3)."""
 
     mesh: Mesh
@@ -45,7 +37,7 @@ class State:
 
     Args:
         reconstruction: of the network.
-        display: `display_bank` of its templates.
+        display: its templates, light enough to be moved many times a second.
         name: of the input, which files are named after.
         truth: None for photographs.
 
@@ -114,18 +106,14 @@ class State:
         """
         if self.truth is None:
             return {}
-        predicted, bank, t = self.reconstruction.offsets[self.template], self.display, self.template
-        scores = {}
-        for kind, offsets in (
-            ("drawn", self.offsets),
-            ("predicted", predicted),
-            ("undeformed", np.zeros_like(predicted)),
-        ):
-            moved = deform(
-                bank.deformation_matrix[t], bank.control_points[t], torch.from_numpy(offsets)
-            )
-            scores[kind] = chamfer(moved.numpy(), self.truth.points[:_POINTS])
-        return scores
+        bank, t = self.display, self.template
+        matrix, rest, truth = bank.deformation_matrix[t], bank.control_points[t], self.truth.points
+        predicted = self.reconstruction.offsets[t]
+        kinds = {"drawn": self.offsets, "predicted": predicted, "undeformed": 0 * predicted}
+        return {
+            kind: chamfer(deform(matrix, rest, torch.from_numpy(o)).numpy(), truth[:NUM_POINTS])
+            for kind, o in kinds.items()
+        }
 
     def result(self) -> Reconstruction:
         """Return what is drawn as a reconstruction of its own, at full resolution."""
