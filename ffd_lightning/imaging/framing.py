@@ -44,22 +44,14 @@ class FramedPhoto:
 
 @dataclass(frozen=True)
 class _Cut:
-    """A photograph with its background turned white.
+    """A photograph with its background turned white."""
 
-    Attributes:
-        rgb: (h, w, 3) over white.
-        coverage: (h, w), 255 where the object is.
-        scale: the photograph's pixels per pixel of this.
-        steps, warnings: see `FramedPhoto`.
-        corner: x and y of this in the photograph, in its pixels.
-    """
-
-    rgb: Bytes
-    coverage: Bytes
-    scale: float
-    steps: tuple[str, ...]
+    rgb: Bytes  # (h, w, 3) over white
+    coverage: Bytes  # (h, w), 255 where the object is
+    scale: float  # the photograph's pixels per pixel of this
+    step: str
     warnings: tuple[str, ...] = ()
-    corner: tuple[int, int] = (0, 0)
+    corner: tuple[int, int] = (0, 0)  # x and y of this in the photograph, in its pixels
 
 
 def frame_photo(
@@ -190,7 +182,7 @@ def _whitened(photo: Image.Image, flat: Image.Image, mask: Image.Image, what: st
     coverage = np.asarray(mask)
     share = coverage[..., None].astype(np.float32) / 255
     rgb = _as_bytes(np.asarray(flat) * share + 255 * (1 - share))
-    return _Cut(rgb, coverage, photo.width / flat.width, (f"background: {what}",))
+    return _Cut(rgb, coverage, photo.width / flat.width, f"background: {what}")
 
 
 def _as_bytes(values: NDArray[Any]) -> Bytes:
@@ -207,7 +199,7 @@ def _cut_by_alpha(photo: Image.Image) -> _Cut:
     if (rgb < 254 - coverage[..., None].astype(np.int16)).any():
         rgb = np.asarray(over_white(photo))
         step += ", laid over white"
-    return _Cut(rgb, coverage, 1.0, (step,))
+    return _Cut(rgb, coverage, 1.0, step)
 
 
 def _cut_by_border(photo: Image.Image, wanted: float) -> _Cut:
@@ -229,7 +221,7 @@ def _cut_by_border(photo: Image.Image, wanted: float) -> _Cut:
     again = _split(photo.crop((x0, y0, min(photo.width, x1), min(photo.height, y1))))
     if _box(again.coverage > 127) is None:
         return cut
-    return replace(again, corner=(x0, y0), steps=cut.steps, warnings=cut.warnings)
+    return replace(again, corner=(x0, y0), step=cut.step, warnings=cut.warnings)
 
 
 def _split(photo: Image.Image) -> _Cut:
@@ -253,7 +245,7 @@ def _split(photo: Image.Image) -> _Cut:
         )
     rgb = _as_bytes(np.where(kept[..., None], found.rgb, 255))
     coverage = _as_bytes(255 * found.coverage * kept)
-    return _Cut(rgb, coverage, photo.width / small.width, (step,), tuple(warnings))
+    return _Cut(rgb, coverage, photo.width / small.width, step, tuple(warnings))
 
 
 def _reduced(photo: Image.Image) -> Image.Image:
@@ -274,7 +266,7 @@ def _object_box(cut: _Cut) -> tuple[int, int, int, int]:
     parts, _ = main_parts(cut.coverage > 127)
     box = _box(parts)
     if box is None:
-        raise DataError(f"no object found ({cut.steps[-1]}): give mask=...")
+        raise DataError(f"no object found ({cut.step}): give mask=...")
     return box
 
 
@@ -321,8 +313,8 @@ def _fit(cut: _Cut, height: int, width: int, fill: float) -> FramedPhoto:
     if scale > 1.2:
         warnings.append(f"the object has only {a} x {b} pixels: it is blurred")
     place = f"({c + cut.corner[0]}, {d + cut.corner[1]})"
-    steps = (f"cropped to {a} x {b} at {place}", f"resized by {scale / cut.scale:.3g}")
-    return FramedPhoto(image, cut.steps + steps, tuple(warnings))
+    steps = cut.step, f"cropped to {a} x {b} at {place}", f"resized by {scale / cut.scale:.3g}"
+    return FramedPhoto(image, steps, tuple(warnings))
 
 
 def _sides_touched(coverage: Bytes) -> list[str]:

@@ -122,9 +122,7 @@ def build_graph(model: TrainedModel, notes: Mapping[str, str] | None = None) -> 
     import onnx
 
     height, width = model.network.image_size
-    logger = logging.getLogger("torch.onnx")
-    level = logger.level
-    logger.setLevel(logging.ERROR)  # it warns of packages that are not needed
+    logging.getLogger("torch.onnx").setLevel(logging.ERROR)  # it warns of packages not needed
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -141,8 +139,6 @@ def build_graph(model: TrainedModel, notes: Mapping[str, str] | None = None) -> 
     except RuntimeError as error:  # whatever the exporter meets comes out as its own kind of it
         reason = f"{type(error).__name__}: {error}".split("\n")[0]
         raise ConfigError(f"torch cannot export this network as ONNX ({reason})") from error
-    finally:
-        logger.setLevel(level)
     assert program is not None
     graph = program.model_proto
     # Torch's notes on the lines of code that things come from hold paths.
@@ -201,12 +197,9 @@ def pack_templates(bank: TemplateBank) -> dict[str, Any]:
         subdivided mesh `stu_k` (V, 3), `faces_k` (F, 3), `colors_k` (F, 4) and, where known,
         `parts_k` (F,), index into `part_names`, 255 unknown.
     """
-    arrays: dict[str, Any] = {
-        "ids": np.array(bank.ids),
-        "degrees": np.array(bank.degrees),
-        "control_points": bank.control_points.numpy(),
-        "part_names": np.array(bank.part_names, np.str_),
-    }
+    arrays: dict[str, Any] = {"ids": bank.ids, "degrees": bank.degrees}
+    arrays["control_points"] = bank.control_points.numpy()
+    arrays["part_names"] = np.array(bank.part_names, np.str_)
     for k, lattice in enumerate(bank.lattices):
         mesh, _ = bank.subdivided(k)
         arrays[f"stu_{k}"] = lattice.to_stu(torch.from_numpy(mesh.vertices)).float().numpy()
