@@ -11,7 +11,7 @@ import pickle
 import warnings
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,7 +48,7 @@ class TrainedModel:
         network: with the checkpoint's weights, in evaluation mode, on the CPU.
         bank: its templates.
         object_fill: how large objects are in its training images, see `object_fill` of
-            `imaging.pictures`.
+            `imaging.framing`.
         render: size and cameras of those.
         categories: that it was trained on.
         record: what its training says of itself: plain values by name.
@@ -93,7 +93,7 @@ def model_entry(
         "encoder": None if made_of is None else {n: getattr(made_of, n) for n in named},
         "templates": data.bank.state(),
         "object_fill": data.object_fill,
-        "render": data.render.to_json(),
+        "render": asdict(data.render),
         "categories": list(data.categories),
         "record": dict(record),
     }
@@ -125,7 +125,7 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
         bank = TemplateBank.from_state(content["templates"])
         old = content.get("appearance")  # of earlier checkpoints: more about the images
         fill = float(content["object_fill"] if old is None else old["fill"])
-        render = RenderSettings.from_json(content["render"])
+        render = RenderSettings(**content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         sizes, encoder = dict(content["network"]), encoder_component(content)
     except _DAMAGED as error:

@@ -90,7 +90,7 @@ KINDS: dict[str, Kind] = {
     "augmentation": Kind(
         "changes training images",
         (),
-        _of("imaging.augmentation", none="Unchanged", photo="Photo"),
+        _of("imaging.augmentation", none="Unchanged", photo="PhotoAugmentation"),
     ),
     "template_strategy": Kind(
         "how templates are chosen",

@@ -37,7 +37,7 @@ from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import Degrees
 from ffd_lightning.imaging.augmentation import Augmentation
-from ffd_lightning.imaging.pictures import object_fill
+from ffd_lightning.imaging.framing import object_fill
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 log = logging.getLogger(__name__)
@@ -390,7 +390,7 @@ class FfdDataModule(LightningDataModule):
 
     @cached_property
     def object_fill(self) -> float:
-        """How large objects are in training images, see `object_fill` of `imaging.pictures`."""
+        """How large objects are in training images, see `object_fill` of `imaging.framing`."""
         views = self.prepared.spread_views(self.rows(self.split.train), _MEASURED)
         return object_fill(self.prepared.image(*view) for view in views)
 

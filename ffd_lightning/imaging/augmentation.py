@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import torch
@@ -11,8 +12,7 @@ from jaxtyping import Float, UInt8
 from torch import Tensor
 from torch.nn import functional
 
-from ffd_lightning.components import component
-from ffd_lightning.imaging.photo_variation import PhotoVariation
+from ffd_lightning.components import check_ranges, component
 
 Augmentation: TypeAlias = Callable[[Tensor], Tensor]
 """A function of images (q, 4, H, W) uint8, RGB over white and coverage, that returns such images.
@@ -36,47 +36,70 @@ class Unchanged:
 
 
 @component("augmentation", "photo")
-class Photo(PhotoVariation):
-    """Varies training images as photographs vary: colours, framing, imperfect cut-outs."""
-
-    def __call__(self, images: Tensor) -> Tensor:
-        """Return varied images, see `PhotoAugmentation`."""
-        return PhotoAugmentation(self)(images)
-
-
+@dataclass
 class PhotoAugmentation:
-    r"""Varies rendered images as photographs that were cut out vary.
+    """Varies training images as photographs vary: colours, framing, imperfect cut-outs.
 
-    The object is moved, blurred, eroded and partly erased together with its coverage $a$;
-    its colours, times their coverage, go through one affine map per image, a gradient of light
-    and a tone curve. Then what a cut-out may leave of the background, of coverage $m \ge a$
-    and colour $b$, is laid behind it, and white behind both:
+    The object is moved, blurred, eroded and partly erased together with its coverage a; its
+    colours, times a, go through one affine map per image, a gradient of light and a tone curve.
+    What a cut-out may leave of the background, of coverage m >= a and colour b, is laid behind
+    it, and white behind both: rgb + (m - a) b + (1 - m). Of each, 0 turns it off; factors are
+    drawn between 1 / (1 + x) and 1 + x.
 
-    $$ P + (m - a) b + (1 - m) $$
-
-    Convention:
-        Positions are in half heights of the image, from its centre, x right, y down.
-
-    Args:
-        variation: how far each of it goes.
+    Attributes:
+        brightness: factor of the object's brightness.
+        contrast: factor of the object's contrast.
+        gamma: how far its middle tones are lifted or lowered; at 1 to their squares.
+        light: how far light falls off from one side of the image to the other.
+        saturation: factor of its colours' distance from grey.
+        hue: its hues turn by so much of a circle at most.
+        tint: factor of each colour channel.
+        grey: share of images without colour.
+        scale: factor of its size: the distance of the camera.
+        shift: of the object, in heights of the image, at most.
+        roll: of the camera, in degrees, at most.
+        background: share of images whose background is left in: a colour with a gradient.
+        patch: share of images where a patch of the background is left.
+        border: share of images that are cut out too wide, or too narrow.
+        blur: share of images that are blurred, as small ones are.
+        noise: largest deviation of the pixels' noise, white being 1.
+        erasing: share of images where a rectangle hides something of the object.
     """
 
-    def __init__(self, variation: PhotoVariation | None = None) -> None:
-        self.variation = variation or PhotoVariation()
+    brightness: float = 0.4
+    contrast: float = 0.3
+    gamma: float = 0.5
+    light: float = 0.4
+    saturation: float = 0.5
+    hue: float = 0.05
+    tint: float = 0.15
+    grey: float = 0.1
+    scale: float = 0.2
+    shift: float = 0.06
+    roll: float = 4.0
+    background: float = 0.1
+    patch: float = 0.1
+    border: float = 0.3
+    blur: float = 0.4
+    noise: float = 0.04
+    erasing: float = 0.15
+
+    def __post_init__(self) -> None:
+        """Refuse what is out of range."""
+        ranges = dict.fromkeys(vars(self), "[0, 1]")
+        ranges |= dict.fromkeys(("brightness", "saturation", "tint", "scale"), "[0, 3]")
+        ranges |= {"hue": "[0, 0.5]", "shift": "[0, 0.5]", "roll": "[0, 45]"}
+        check_ranges(vars(self), **ranges)
 
     def __call__(self, images: UInt8[Tensor, "q 4 h w"]) -> UInt8[Tensor, "q 4 h w"]:
-        """Return other images of the same objects, coverage included.
-
-        Args:
-            images: RGB over white, and coverage, (q, 4, H, W) uint8.
-        """
+        """Return other images of the same objects: RGB over white, and coverage."""
         draw = _Draws(len(images), images.device)
         x, y = _positions(images)
         # Ink, the distance from white, is 0 beyond the object, as coverage is: both move alike.
         layers = images.float().mul_(1 / 255)
         layers[:, :3].neg_().add_(1)
         layers, spread = self._framed(draw, layers)
-        border = draw.between(-1, 1) * draw.chosen(self.variation.border)
+        border = draw.between(-1, 1) * draw.chosen(self.border)
         seen = self._not_hidden(draw, x, y)
         narrower = (1 - border.neg().clamp(min=0) * _NARROWER * (1 - spread)).clamp_(min=0)
         layers *= seen * narrower
@@ -91,7 +114,7 @@ class PhotoAugmentation:
         rgb += left * (slope_x * x + slope_y * y) + (1 - coverage)
         # Noise is the same for all images, but for its strength: drawing it takes long on a CPU.
         noise = torch.randn_like(rgb[:1])
-        rgb.addcmul_(noise, coverage * (draw.between(-1, 1) * self.variation.noise))
+        rgb.addcmul_(noise, coverage * (draw.between(-1, 1) * self.noise))
         result = torch.cat([rgb, object_coverage], dim=1)
         return result.clamp_(0, 1).mul_(255).round_().to(torch.uint8)
 
@@ -99,19 +122,18 @@ class PhotoAugmentation:
         self, draw: _Draws, layers: Float[Tensor, "q 4 h w"]
     ) -> tuple[Float[Tensor, "q 4 h w"], Float[Tensor, "q 1 h w"]]:
         """Return the layers as another camera shows them, and their coverage spread out."""
-        vary = self.variation
         height, width = layers.shape[2:]
-        angle = draw.between(-1, 1) * math.radians(vary.roll)
-        size = draw.factor(vary.scale)
+        angle = draw.between(-1, 1) * math.radians(self.roll)
+        size = draw.factor(self.scale)
         cos, sin = angle.cos() / size, angle.sin() / size
-        move_x, move_y = (draw.between(-1, 1) * 2 * vary.shift for _ in range(2))
+        move_x, move_y = (draw.between(-1, 1) * 2 * self.shift for _ in range(2))
         aspect = width / height  # `grid_sample` measures x in half widths
         rows = [cos / aspect, sin / aspect, move_x / aspect, -sin, cos, move_y]
         camera = torch.cat(rows, dim=1).view(-1, 2, 3)
         # Half the size is what small photographs have; between four pixels it is their mean.
         small = _seen(layers, camera, height // 2, width // 2)
         blurred = functional.interpolate(small, (height, width), mode="bilinear")
-        amount = draw.between(0, 1) * draw.chosen(vary.blur)
+        amount = draw.between(0, 1) * draw.chosen(self.blur)
         return torch.lerp(_seen(layers, camera, height, width), blurred, amount), blurred[:, 3:]
 
     def _not_hidden(self, draw: _Draws, x: Tensor, y: Tensor) -> Float[Tensor, "q 1 h w"]:
@@ -120,7 +142,7 @@ class PhotoAugmentation:
             (places - draw.between(-0.6, 0.6)).abs() < draw.between(0.3, 1) * _ERASED
             for places in (x, y)
         )
-        return 1 - hidden_x * (hidden_y * draw.chosen(self.variation.erasing))
+        return 1 - hidden_x * (hidden_y * draw.chosen(self.erasing))
 
     def _background(
         self, draw: _Draws, wider: Tensor, x: Tensor, y: Tensor
@@ -130,46 +152,42 @@ class PhotoAugmentation:
             ((places - draw.between(-0.5, 0.5)) / draw.between(*_PATCH)).square().neg().exp()
             for places in (x, y)
         )
-        patch = ((bell_x * (bell_y * draw.chosen(self.variation.patch))) - 0.35).mul_(8)
-        everything = draw.chosen(self.variation.background)
+        patch = ((bell_x * (bell_y * draw.chosen(self.patch))) - 0.35).mul_(8)
+        everything = draw.chosen(self.background)
         return torch.maximum(torch.maximum(wider, patch), everything).clamp_(max=1)
 
     def _coloured(
         self, draw: _Draws, layers: Float[Tensor, "q 4 h w"], x: Tensor, y: Tensor
     ) -> Float[Tensor, "q 3 h w"]:
         """Return the object in other colours and another light, times its coverage."""
-        vary, coverage = self.variation, layers[:, 3:]
+        coverage = layers[:, 3:]
         matrix, added = self._colour_map(draw)
         # Colours times coverage are coverage less ink.
         of_coverage = matrix.sum(2, keepdim=True) + added
         rgb = torch.cat([-matrix, of_coverage], dim=2) @ layers.flatten(2)
         rgb = rgb.unflatten(2, layers.shape[2:])
-        side_x, side_y = draw.direction(vary.light)
+        side_x, side_y = draw.direction(self.light)
         rgb *= 1 + (side_x * x + side_y * y)
         torch.minimum(rgb.clamp_(min=0), coverage, out=rgb)
-        lift = (coverage - rgb).mul_(draw.between(-1, 1) * vary.gamma)
+        lift = (coverage - rgb).mul_(draw.between(-1, 1) * self.gamma)
         return rgb.addcmul_(rgb, lift)
 
     def _colour_map(self, draw: _Draws) -> tuple[Float[Tensor, "q 3 3"], Float[Tensor, "q 1 1"]]:
         """Return matrices for colours in [0, 1], and what they add to each channel."""
-        vary = self.variation
         eye = torch.eye(3, device=draw.device)
         grey = torch.full_like(eye, 1 / 3)
         turned = (eye.roll(1, 0) - eye.roll(-1, 0)) / math.sqrt(3)  # about the axis of greys
-        angle = draw.between(-1, 1)[..., 0] * (2 * math.pi * vary.hue)
+        angle = draw.between(-1, 1)[..., 0] * (2 * math.pi * self.hue)
         hues = angle.cos() * (eye - grey) + angle.sin() * turned
-        vivid = draw.factor(vary.saturation) * (1 - draw.chosen(vary.grey))
-        gain = draw.factor(vary.brightness) * draw.factor(vary.tint, channels=3)
-        contrast = draw.factor(vary.contrast)[..., 0]
+        vivid = draw.factor(self.saturation) * (1 - draw.chosen(self.grey))
+        gain = draw.factor(self.brightness) * draw.factor(self.tint, channels=3)
+        contrast = draw.factor(self.contrast)[..., 0]
         matrix = contrast * gain[..., 0] * (grey + vivid[..., 0] * hues)
         return matrix, (1 - contrast) / 2
 
 
 class _Draws:
-    """Random numbers for each of q images, (q, 1, 1, 1) or one for each channel.
-
-    All are drawn on the device, so that it never waits for the host.
-    """
+    """Random numbers for each of q images, (q, 1, 1, 1) or one for each channel, on the device."""
 
     def __init__(self, count: int, device: torch.device) -> None:
         self.count, self.device = count, device

@@ -78,11 +78,6 @@ def split_by_border(pixels: Floats) -> BorderSplit:
     return BorderSplit(rgb, coverage, colour, tolerance, spread, outside, specks)
 
 
-def as_bytes(values: NDArray[Any]) -> NDArray[np.uint8]:
-    """Round levels to those of a picture."""
-    return np.round(values).clip(0, 255).astype(np.uint8)
-
-
 def border_ring(shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Return where the border is, (h, w): 1.5% of the shorter side wide."""
     wide = max(1, round(0.015 * min(shape)))
@@ -161,14 +156,7 @@ def _spread_out(
 
 
 def _near_by(pixels: Floats, known: NDArray[np.bool_], surface: Floats, cell: int) -> Floats:
-    """Return the mean colour of `known` within some cells of each pixel, `surface` where none is.
-
-    Args:
-        pixels: (h, w, 3).
-        known: (h, w).
-        surface: (h, w, 3).
-        cell: side of the cells that means are taken in, in pixels.
-    """
+    """Return the mean colour of `known` near each pixel, within cells, `surface` where none is."""
     height, width = known.shape
     rows, columns = -(-height // cell), -(-width // cell)
     sums = np.zeros((rows * cell, columns * cell, 4), np.float32)

@@ -20,7 +20,7 @@ BLENDER_LENS = 35.0, 32.0
 """Focal length and sensor of Blender's default camera, mm: the authors' and 3D-R2N2's."""
 
 
-class CameraFrame(NamedTuple):
+class CameraPose(NamedTuple):
     """Position and orthonormal axes of a camera, (3,) float64 each."""
 
     position: NDArray[np.float64]
@@ -52,13 +52,13 @@ class Camera:
     target: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
-    def frame(self) -> CameraFrame:
+    def pose(self) -> CameraPose:
         """Where it stands, and which way it is turned."""
         e, a = np.radians(self.elevation), np.radians(self.azimuth)
         toward = np.array([np.sin(a) * np.cos(e), np.sin(e), -np.cos(a) * np.cos(e)])
         right = np.array([-np.cos(a), 0.0, -np.sin(a)])
         position = toward * self.distance + np.array(self.target)
-        return CameraFrame(position, right, np.cross(toward, right), -toward)
+        return CameraPose(position, right, np.cross(toward, right), -toward)
 
     @property
     def half_height(self) -> float:
@@ -70,15 +70,15 @@ class Camera:
 
         Offsets of points that are not in front of the camera, of a depth below 0.001, mean nothing.
         """
-        frame = self.frame
-        axes = np.stack([frame.right, frame.up, frame.forward])
-        x, y, depth = ((np.asarray(points, np.float64) - frame.position) @ axes.T).T
+        pose = self.pose
+        axes = np.stack([pose.right, pose.up, pose.forward])
+        x, y, depth = ((np.asarray(points, np.float64) - pose.position) @ axes.T).T
         return np.stack([x, y], 1) / np.maximum(depth, 1e-3)[:, None], depth
 
     def pixels(
         self, points: ArrayLike, height: int, width: int
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return where points (N, 3) fall in an image: column and row (N, 2), and depths (N,).
+        """Return columns and rows (N, 2) of points (N, 3) in an image, and depths (N,).
 
         Pixel (0, 0) covers columns and rows from 0 to 1.
         """
@@ -101,8 +101,8 @@ def vertical_field_of_view(focal_length: float, sensor: float, height: int, side
     """Return the vertical field of view of a lens, in degrees.
 
     Args:
-        focal_length: of the lens.
-        sensor: a side of what the lens throws the image on, in the same unit.
+        focal_length: in the unit of `sensor`.
+        sensor: a side of what the lens throws the image on.
         height: of the image, in pixels.
         side: of the image that falls on the sensor's, in pixels.
 

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from enum import Enum
-from typing import Annotated, Any
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
 
 import numpy as np
 
@@ -17,13 +15,6 @@ from ffd_lightning.imaging.camera import BLENDER_LENS, RADIUS, Camera, vertical_
 _ELEVATIONS, _LENSES = (-5, 60), (25, 60)  # of random cameras, in degrees
 # The authors' Blender script: the camera at (0, 1, 0.6), Blender's default lens.
 _AUTHORS_POSITION = (1.0, 0.6)  # horizontal and vertical
-
-
-class CameraModel(Enum):
-    """Distance, lens and height of the camera: `framed` shows shapes whole, `authors` as theirs."""
-
-    framed = "framed"
-    authors = "authors"
 
 
 @dataclass
@@ -49,7 +40,7 @@ class RenderSettings:
 
     height: Annotated[int, Range("[32, inf)")] = 192
     width: Annotated[int, Range("[32, inf)")] = 256
-    camera: CameraModel = CameraModel.framed
+    camera: Literal["framed", "authors"] = "framed"
     elevation: Annotated[float, Range("[-90, 90]")] | None = None
     azimuths: list[float] = field(default_factory=lambda: [45.0])
     random_views: Annotated[int, Range("[0, inf)")] = 0
@@ -66,7 +57,7 @@ class RenderSettings:
         Source: `authors` is of the rendering script in the authors' repository `shapenet`: distance
         1.166, elevation atan(0.6), 35 mm on a 32 mm sensor.
 
-        >>> camera, = RenderSettings(camera=CameraModel.authors).cameras()
+        >>> camera, = RenderSettings(camera="authors").cameras()
         >>> round(192 / 2 / camera.half_height / camera.distance)  # pixels a unit
         240
         """
@@ -104,7 +95,7 @@ class RenderSettings:
         return fixed[0] if len(fixed) == 1 and not self.random_views else Camera()
 
     def _fixed(self) -> tuple[Camera, ...]:
-        if self.camera is CameraModel.framed:
+        if self.camera == "framed":
             elevation = 30.0 if self.elevation is None else self.elevation
             return tuple(Camera(azimuth, elevation) for azimuth in self.azimuths)
         own = math.degrees(math.atan2(*reversed(_AUTHORS_POSITION)))
@@ -113,24 +104,6 @@ class RenderSettings:
         lens = vertical_field_of_view(*BLENDER_LENS, self.height, side)
         distance = math.hypot(*_AUTHORS_POSITION)
         return tuple(Camera(azimuth, elevation, distance, lens) for azimuth in self.azimuths)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return what a JSON file can hold."""
-        return asdict(self) | {"camera": self.camera.value}
-
-    @classmethod
-    def from_json(cls, content: Mapping[str, Any]) -> RenderSettings:
-        """Return the settings that `to_json` was called on.
-
-        Those of checkpoints from before there was a choice of cameras are of `framed`.
-
-        Raises:
-            TypeError, ValueError: it is of something else.
-
-        >>> RenderSettings.from_json(RenderSettings().to_json()) == RenderSettings()
-        True
-        """
-        return cls(**{**content, "camera": CameraModel(content.get("camera", "framed"))})
 
 
 def _random_camera(rng: np.random.Generator) -> Camera:

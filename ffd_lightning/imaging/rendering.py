@@ -75,7 +75,7 @@ def render(
     image = np.full((height, width, 4), (255, 255, 255, 0), np.uint8)
     if len(directions) == 0:
         return image
-    light = _trace(mesh, camera.frame.position, directions)
+    light = _trace(mesh, camera.pose.position, directions)
     boxes = light.reshape(rows[1] - rows[0], samples, columns[1] - columns[0], samples, 4)
     pixels = boxes.mean(axis=1).mean(axis=2)
     pixels[..., :3] += 1 - pixels[..., 3:]
@@ -92,7 +92,7 @@ def _rays(
 
     Rays run along rows of samples, top left first; their length is 1 along the optical axis.
     """
-    half_y, frame = camera.half_height, camera.frame
+    half_y, pose = camera.half_height, camera.pose
     half_x = half_y * width / height
     rows, columns = (0, height), (0, width)
     vertices = mesh.used_vertices()
@@ -109,7 +109,7 @@ def _rays(
     x = half_x * (
         2 * (np.arange(columns[0] * samples, columns[1] * samples) + 0.5) / width / samples - 1
     )
-    grid = frame.forward + y[:, None, None] * frame.up + x[None, :, None] * frame.right
+    grid = pose.forward + y[:, None, None] * pose.up + x[None, :, None] * pose.right
     return rows, columns, grid.reshape(-1, 3).astype(np.float32)
 
 

@@ -45,48 +45,35 @@ class MeshWriter:
         self._bank, self._colors = bank, colors
         # Faces, parts and materials are the template's: found once, wherever the vertices go.
         self._pieces: dict[int, list[Piece]] = {}
-        self._templates: dict[int, bytes] = {}
 
     def write(self, reconstruction: Reconstruction, folder: Path, obj: bool = False) -> None:
-        """Write `mesh.glb`, `template.glb`, `lattice.glb`, and `mesh.obj` with `mesh.mtl`.
+        """Write `mesh.glb`, `template.glb`, `lattice.glb`, and where asked `mesh.obj`.
 
         Textures are within the GLB files, and beside the OBJ file (`scenes.OBJ_TEXTURES`).
-
-        Args:
-            reconstruction: by one of the templates.
-            folder: where the files go; made where it is missing.
-            obj: whether to write the last two, and their textures.
 
         Raises:
             DataError: a file cannot be written.
         """
-        index = reconstruction.index
-        if index not in self._templates:
-            mesh = self._bank.meshes[index]
-            split = pieces(mesh, self._colors, _PALETTE)
-            self._templates[index] = glb(
-                mesh_scene(mesh.vertices, split, mesh.textures, linear=True)
-            )
-        write_file(folder / "template.glb", self._templates[index])
+        mesh = self._bank.meshes[reconstruction.index]
+        split = pieces(mesh, self._colors, _PALETTE)
+        template = mesh_scene(mesh.vertices, split, mesh.textures, linear=True)
+        write_file(folder / "template.glb", glb(template))
         write_file(folder / "mesh.glb", self.glb(reconstruction))
         write_file(folder / "lattice.glb", glb(lattice_scene(reconstruction)))
         if obj:
             scene = self._scene(reconstruction, linear=False)
             text, materials = export_obj(scene, return_texture=True, mtl_name="mesh.mtl", digits=6)
-            for name, content in materials.items():
+            for name, content in {**materials, "mesh.obj": text.encode()}.items():
                 write_file(folder / name, content)
-            write_file(folder / "mesh.obj", text.encode())
 
     def glb(self, reconstruction: Reconstruction) -> bytes:
         """Return the deformed mesh as a GLB file's content."""
         return glb(self._scene(reconstruction, linear=True))
 
     def _scene(self, reconstruction: Reconstruction, linear: bool) -> trimesh.Scene:
-        index = reconstruction.index
+        index, surface = reconstruction.index, reconstruction.surface
         if index not in self._pieces:
-            mesh = self._bank.subdivided(index)[0]
-            self._pieces[index] = pieces(mesh, self._colors, _PALETTE)
-        surface = reconstruction.surface
+            self._pieces[index] = pieces(surface, self._colors, _PALETTE)
         return mesh_scene(surface.vertices, self._pieces[index], surface.textures, linear)
 
 
@@ -97,32 +84,25 @@ def write_cloud(
 
     What the labels mean stands in comments of the header: `label 0 leg`; 255 is unknown.
 
-    Args:
-        reconstruction: whose surface.
-        path: of the file.
-        count: of the points.
-        seed: that they are drawn with.
-        colors: what the points' colours say.
-
     Raises:
         DataError: it cannot be written.
     """
     surface = reconstruction.surface
     points, faces = reconstruction.sample(count, seed)
-    labels = None if surface.face_parts is None else surface.face_parts[faces]
+    labels: dict[str, Any] = (
+        {} if surface.face_parts is None else {"label": surface.face_parts[faces]}
+    )
     cloud = trimesh.Trimesh(
         points,
         np.zeros((0, 3), np.int64),
         vertex_colors=face_colors(surface, colors)[faces],
-        vertex_attributes={} if labels is None else {"label": labels},
+        vertex_attributes=labels,
         process=False,
     )
     content = cast(bytes, cloud.export(file_type="ply"))
-    if labels is not None:
-        names = enumerate(reconstruction.part_names)
-        notes = "".join(f"comment label {k} {name}\n" for k, name in names).encode()
-        content = content.replace(b"element vertex", notes + b"element vertex", 1)
-    write_file(path, content)
+    names = enumerate(reconstruction.part_names if labels else ())
+    notes = "".join(f"comment label {k} {name}\n" for k, name in names).encode()
+    write_file(path, content.replace(b"element vertex", notes + b"element vertex", 1))
 
 
 def preview(reconstruction: Reconstruction, view: RenderSettings) -> Image.Image:

@@ -18,13 +18,7 @@ NUM_POINTS = 2048
 
 
 class Packed(NamedTuple):
-    """What became of a checkpoint.
-
-    Attributes:
-        model: what the checkpoint held.
-        size: of the file written, in bytes.
-        parts: bytes of what is in it, by name; they add up to the size but for its bookkeeping.
-    """
+    """What was packed, the file's size in bytes, and how many of those its parts take."""
 
     model: TrainedModel
     size: int
@@ -49,11 +43,11 @@ def write_packed(checkpoint: Path, out: Path) -> Packed:
     if out.exists() and out.samefile(checkpoint):
         raise ConfigError(f"out={out} is the checkpoint itself: name another file")
     model, content = load_model(checkpoint), read_checkpoint(checkpoint)
-    network = {
-        name: _rounded(value, name)
-        for name, value in content["state_dict"].items()
-        if name.startswith("network.")
-    }
+    weights = {n: v for n, v in content["state_dict"].items() if n.startswith("network.")}
+    network = {name: value.half() if value.ndim > 1 else value for name, value in weights.items()}
+    for name, value in network.items():
+        if not value.isfinite().all():
+            raise DataError(f"{name} has values that float16 cannot hold: its training diverged")
     templates = model.bank.lighter(NUM_POINTS).state()
     packed = {
         "global_step": model.step,
@@ -69,15 +63,6 @@ def write_packed(checkpoint: Path, out: Path) -> Packed:
         "clouds": _size([templates["points"]]),
     }
     return Packed(model, len(buffer.getvalue()), parts)
-
-
-def _rounded(value: Tensor, name: str) -> Tensor:
-    if value.ndim < 2 or not value.is_floating_point():
-        return value
-    rounded = value.half()
-    if not rounded.isfinite().all():
-        raise DataError(f"{name} has values that float16 cannot hold: its training has diverged")
-    return rounded
 
 
 def _size(tensors: list[Tensor]) -> int:

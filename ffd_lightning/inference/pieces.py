@@ -72,28 +72,20 @@ def pieces(mesh: Mesh, colors: MeshColors, most: int, by_part: bool = True) -> l
         part, texture = int(parts[group[0]]), int(textures[group[0]])
         name = mesh.part_names[part] if by_part and part < len(mesh.part_names) else "mesh"
         red, green, blue, alpha = rgba[group[0]].tolist()
-        uvs = None
-        if texture < 0 or mesh.face_uvs is None:
-            used, faces = np.unique(mesh.faces[group], return_inverse=True)
+        corners, uvs = mesh.faces[group].reshape(-1), None
+        if texture >= 0 and mesh.face_uvs is not None:
+            # The bits of a UV's two numbers as one, and pairs as one number again: see above.
+            bits = np.ascontiguousarray(mesh.face_uvs[group]).view(np.uint64).reshape(-1)
+            bits, number = np.unique(bits, return_inverse=True)
+            pairs, faces = np.unique(corners * len(bits) + number, return_inverse=True)
+            used, own = np.divmod(pairs, len(bits))
+            uvs = bits.view(np.float32).reshape(-1, 2)[own]
         else:
-            used, uvs, faces = _textured_vertices(mesh.faces[group], mesh.face_uvs[group])
-        faces = faces.reshape(-1, 3)
-        result.append(Piece(name, used, faces, (red, green, blue, alpha), texture, uvs))
+            used, faces = np.unique(corners, return_inverse=True)
+        color = (red, green, blue, alpha)
+        result.append(Piece(name, used, faces.reshape(-1, 3), color, texture, uvs))
     # Textured ones first: trimesh writes an OBJ's UVs as if no piece before had gone without.
     return sorted(result, key=lambda piece: piece.texture < 0)
-
-
-def _textured_vertices(
-    faces: NDArray[np.int64], uvs: NDArray[np.float32]
-) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.int64]]:
-    """Return the vertices (v,) and UVs (v, 2) of all pairs of both, and each corner's pair."""
-    # The bits of a UV's two numbers as one, and pairs as one number again: see above.
-    bits, number = np.unique(np.ascontiguousarray(uvs).view(np.uint64), return_inverse=True)
-    pairs, corners = np.unique(
-        faces.reshape(-1) * len(bits) + number.reshape(-1), return_inverse=True
-    )
-    used, own = np.divmod(pairs, len(bits))
-    return used, bits.view(np.float32).reshape(-1, 2)[own], corners
 
 
 def _codes(rgba: NDArray[np.uint8]) -> NDArray[np.uint32]:

@@ -14,7 +14,6 @@ from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
-from ffd_lightning.imaging.render_settings import CameraModel
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.pretrained import pretrained_model
@@ -66,11 +65,7 @@ class Predictor:
         return cls(load_model(checkpoint_of(source), network), device)
 
     def frame(
-        self,
-        image: Photo,
-        *,
-        mask: Photo | None = None,
-        background: Background = "auto",
+        self, image: Photo, *, mask: Photo | None = None, background: Background = "auto"
     ) -> FramedPhoto:
         """Bring a photograph to where the network sees it as it saw its training images.
 
@@ -86,12 +81,12 @@ class Predictor:
         """
         render = self.model.render
         return frame_photo(
-            _picture(image),
+            _read(image),
             height=render.height,
             width=render.width,
             fill=self.model.object_fill,
-            whole=render.camera is CameraModel.framed,
-            mask=None if mask is None else _mask(mask),
+            whole=render.camera == "framed",
+            mask=None if mask is None else _read(mask),
             background=background,
         )
 
@@ -138,11 +133,10 @@ class Predictor:
         offsets = prediction.offsets.float().cpu().numpy()
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
             raise DataError("the network's outputs are not finite: its training has diverged")
-        categories, found = self.model.template_categories, []
+        bank, categories, found = self.model.bank, self.model.template_categories, []
         for photo, w, o in zip(photos, weights, offsets, strict=True):
-            best = int(w.argmax())
-            one = Reconstruction(photo, self.model.bank, w, o, categories, categories[best], best)
-            found.append(one.of_category(category or next(iter(one.category_weights))))
+            first = Reconstruction(photo, bank, w, o, categories, categories[0], 0)
+            found.append(first.of_category(category or next(iter(first.category_weights))))
         return found
 
 
@@ -167,21 +161,6 @@ def checkpoint_of(source: str | Path | None) -> Path:
     return run.checkpoint
 
 
-def _picture(image: Photo) -> Image.Image | NDArray[np.uint8]:
-    return read_photo(Path(image)) if isinstance(image, str | Path) else image
-
-
-def _mask(mask: Photo) -> Image.Image:
-    picture = _picture(mask)
-    if isinstance(picture, Image.Image):
-        return picture
-    try:
-        return Image.fromarray(picture)
-    except (TypeError, ValueError):
-        found = f"{np.shape(picture)} of {np.asarray(picture).dtype}"
-        raise DataError(f"a mask is (H, W) of bool or uint8, got {found}") from None
-
-
 def choose_device(name: str) -> torch.device:
     """Return the device of a name; `auto` is a GPU if there is one.
 
@@ -197,3 +176,7 @@ def choose_device(name: str) -> torch.device:
         reason = str(error).split("\n")[0]
         raise ConfigError(f"device={name} cannot be used ({reason}): try device=cpu") from None
     return device
+
+
+def _read(picture: Photo) -> Image.Image | NDArray[np.uint8]:
+    return read_photo(Path(picture)) if isinstance(picture, str | Path) else picture

@@ -31,7 +31,7 @@ class Reconstruction:
         offsets: of each template's M control points, (T, M, 3) float32.
         categories: of the templates, T.
         category: whose templates are ranked.
-        index: the template that is shown: the category's of the greatest weight, unless another
+        index: the template that is deformed: the category's of the greatest weight, unless another
             `candidate` was asked for.
     """
 
@@ -128,26 +128,15 @@ class Reconstruction:
         return self.surface.face_parts
 
     def cloud(self, count: int, seed: int = 0) -> NDArray[np.float32]:
-        """Draw points uniformly from the deformed surface.
-
-        Args:
-            count: of points.
-            seed: the same gives the same points.
-
-        Returns:
-            (count, 3), in template units.
-        """
+        """Draw points uniformly from the deformed surface, (count, 3); see `sample`."""
         return self.sample(count, seed)[0]
 
-    def labelled_cloud(
-        self, count: int, seed: int = 0
-    ) -> tuple[NDArray[np.float32], NDArray[np.uint8] | None]:
-        """Draw points as `cloud` does; with each its part, (count,), None without `labels`."""
-        points, faces = self.sample(count, seed)
-        return points, None if self.labels is None else self.labels[faces]
-
     def sample(self, count: int, seed: int = 0) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-        """Draw points as `cloud` does; with each the face of `mesh` that it lies on, (count,)."""
+        """Draw points uniformly from the deformed surface, in template units.
+
+        Returns:
+            (count, 3), and the face of `mesh` that each lies on, (count,).
+        """
         rng = np.random.default_rng(seed)
         return sample_surface(self.surface.vertices, self.surface.faces, count, rng)
 

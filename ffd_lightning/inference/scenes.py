@@ -19,7 +19,7 @@ OBJ_TEXTURES = "mesh-texture-*.png"
 """Names of the pictures beside an OBJ file, as a pattern: trimesh calls them by their materials."""
 
 _BEFORE, _AFTER = (150, 150, 150, 255), (214, 39, 40, 255)
-_BAR, _KNOT = 0.002, 0.007  # of the lattice's drawing, in template units
+_BAR, _KNOT = 0.002, 0.007  # half the widths in the lattice's drawing, in template units
 
 
 def mesh_scene(
@@ -65,8 +65,7 @@ def glb(scene: trimesh.Scene) -> bytes:
 
 def _linear(rgba: tuple[int, int, int, int]) -> NDArray[np.uint8]:
     """Return a colour, (4,), as linear light: so a glTF material has it, though no texture has."""
-    encoded = np.array(rgba[:3]) / 255
-    light = trimesh.visual.color.srgb_to_linear(encoded)
+    light = trimesh.visual.color.srgb_to_linear(np.array(rgba[:3]) / 255)
     return np.append(np.round(255 * light), rgba[3]).astype(np.uint8)
 
 
@@ -94,23 +93,19 @@ def lattice_scene(reconstruction: Reconstruction) -> trimesh.Scene:
 def _cage(points: NDArray[np.float32], degrees: Degrees) -> trimesh.Trimesh:
     """Draw control points (M, 3) as cubes, and the edges between them as square bars."""
     ends = points[lattice_edges(degrees)].astype(float)
-    along = ends[:, 1] - ends[:, 0]
-    ends = ends[np.linalg.norm(along, axis=1) > 1e-6]  # a flat lattice has some without length
+    ends = ends[np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > 1e-6]  # none of a flat lattice
     knots = points[:, None] + np.array([(0, 0, -_KNOT), (0, 0, _KNOT)])
-    boxes = [_boxes(ends, _BAR), _boxes(knots, _KNOT)]
-    vertices = np.concatenate(boxes)
-    faces = 8 * np.arange(len(vertices) // 8)[:, None, None] + trimesh.creation.box().faces
-    return trimesh.Trimesh(vertices, faces.reshape(-1, 3), process=False)
+    vertices = np.concatenate([_bars(ends, _BAR), _bars(knots, _KNOT)])
+    faces = 8 * np.arange(len(vertices))[:, None, None] + trimesh.creation.box().faces
+    return trimesh.Trimesh(vertices.reshape(-1, 3), faces.reshape(-1, 3), process=False)
 
 
-def _boxes(ends: NDArray[np.float64], half: float) -> NDArray[np.float64]:
-    """Return the corners of square bars between ends (n, 2, 3): (8 n, 3), in trimesh's order."""
-    along = ends[:, 1] - ends[:, 0]
-    across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
-    across *= half / np.linalg.norm(across, axis=1, keepdims=True)
-    third = np.cross(along, across)
-    third *= half / np.linalg.norm(third, axis=1, keepdims=True)
-    x, y, z = (np.sign(trimesh.creation.box().vertices)[None, :, k, None] for k in range(3))
-    middle = ends.mean(axis=1)[:, None]
-    corners = middle + x * third[:, None] + y * across[:, None] + z * along[:, None] / 2
-    return np.asarray(corners.reshape(-1, 3))
+def _bars(ends: NDArray[np.float64], half: float) -> NDArray[np.float64]:
+    """Return the corners of square bars between ends (n, 2, 3): (n, 8, 3), in trimesh's order."""
+    along = (ends[:, 1] - ends[:, 0])[:, :, None]
+    axes = np.linalg.qr(along, mode="complete").Q  # the first is along the bar, or against it
+    axes[..., 2] *= np.linalg.det(axes)[:, None]  # no mirror images: faces would be inside out
+    axes[..., 0] *= np.linalg.norm(along, axis=1) / 2
+    axes[..., 1:] *= half
+    corners = np.sign(trimesh.creation.box().vertices) @ axes.swapaxes(1, 2)
+    return np.asarray(ends.mean(axis=1)[:, None] + corners)

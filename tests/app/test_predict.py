@@ -163,7 +163,8 @@ def test_the_cloud_has_a_label_for_each_point(written):
     for k, name in enumerate(reconstruction.part_names):
         assert f"comment label {k} {name}\n".encode() in header
     table = np.frombuffer(body, [("xyz", "<f4", 3), ("rgba", "u1", 4), ("label", "u1")], 300)
-    points, labels = reconstruction.labelled_cloud(300)
+    points, faces = reconstruction.sample(300)
+    labels = reconstruction.labels[faces]
     np.testing.assert_allclose(table["xyz"], points, atol=1e-6)
     np.testing.assert_array_equal(table["label"], labels)
     assert len(trimesh.load(folder / "cloud.ply").vertices) == 300

@@ -1,11 +1,10 @@
-import hashlib
 import subprocess
 import sys
 
 import numpy as np
 import pytest
 
-from ffd_lightning.geometry.mesh import Mesh, normalize
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.shapes.kit.builder import Builder
@@ -92,14 +91,6 @@ def test_camera_convention(elevation, azimuth, channel, positive) -> None:
     pixel = render(axis_box(), Camera(azimuth, elevation))[96, 128].astype(int)
     assert pixel[:3].argmax() == channel
     assert (pixel[channel] > 130) == positive
-
-
-def test_the_front_camera_sees_plus_x_on_its_left_and_plus_y_on_top() -> None:
-    corners = [(0.1, 0, 0), (0.4, 0, 0), (0.4, 0.3, 0)]
-    alpha = render(triangles([corners], RED), Camera(0, 0))[..., 3]
-    rows, columns = np.nonzero(alpha)
-    assert columns.max() < 128
-    assert rows.max() < 97
 
 
 def test_the_unit_sphere_fills_the_height_at_any_size_and_angle() -> None:
@@ -205,10 +196,9 @@ def test_faces_outside_the_frame_are_cut_off() -> None:
     np.testing.assert_array_equal(render(empty)[..., :3], 255)
 
 
-DIGEST = """
+PROGRAM = """
 import hashlib, sys
-import numpy as np
-from ffd_lightning.imaging.camera import Camera
+from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.materials import Material
@@ -218,21 +208,16 @@ b = Builder()
 b.lathe("a", Material((0.7, 0.4, 0.2), "wood"), [(0.1, 0), (0.5, 0.3), (0.2, 1)])
 b.box("b", Material((0.2, 0.4, 0.9), alpha=0.5), (0, 0.5, 0), (1, 1, 1))
 m = b.mesh()
-m = m.with_vertices(normalize(m.vertices, m.faces))
-print(hashlib.sha256(render(m).tobytes()).hexdigest())
+image = render(m.with_vertices(normalize(m.vertices, m.faces)))
+print(hashlib.sha256(image.tobytes()).hexdigest(), "torch" in sys.modules)
 """
 
 
-def test_same_bytes_in_another_process_and_no_torch() -> None:
-    program = DIGEST + "print('torch' in sys.modules)"
+def test_same_bytes_in_another_process_and_no_torch(capsys) -> None:
     output = subprocess.run(
-        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+        [sys.executable, "-c", PROGRAM], capture_output=True, text=True, check=True
     )
-    builder = Builder()
-    builder.lathe("a", Material((0.7, 0.4, 0.2), "wood"), [(0.1, 0), (0.5, 0.3), (0.2, 1)])
-    builder.box("b", Material((0.2, 0.4, 0.9), alpha=0.5), (0, 0.5, 0), (1, 1, 1))
-    mesh = builder.mesh()
-    mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
-    image = render(mesh)
-    assert output.stdout.split() == [hashlib.sha256(image.tobytes()).hexdigest(), "False"]
-    np.testing.assert_array_equal(render(mesh), image)
+    digest, torch_is_there = output.stdout.split()
+    assert torch_is_there == "False"
+    exec(PROGRAM, {})
+    assert capsys.readouterr().out.split()[0] == digest

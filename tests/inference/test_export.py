@@ -1,4 +1,3 @@
-import copy
 import io
 import json
 import subprocess
@@ -12,17 +11,13 @@ import onnx
 import onnxruntime
 import pytest
 import torch
-from torch import nn
 
 from ffd_lightning.app.commands import export as command
 from ffd_lightning.app.settings import read_settings
-from ffd_lightning.checkpoint import TrainedModel, load_model
-from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.checkpoint import load_model
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.inference import export as module
-from ffd_lightning.inference.export import OUTPUTS, build_graph, export_onnx, pack_templates
-from ffd_lightning.nn.encoders.mobilenet import ImageEncoder
-from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.inference.export import OUTPUTS, check_out, export_onnx
 
 # What float32 may be off after MobileNet's 28 layers, whose batch norm magnifies what is rounded
 # before it: ten times what was found, and a tenth of what an image makes a difference.
@@ -39,57 +34,22 @@ def _without_shape_checks():
     jaxtyping.config.update("jaxtyping_disable", False)
 
 
-class OneLayer(ImageEncoder):
-    def __init__(self):
-        super().__init__()
-        self.layer = nn.Conv2d(3, 4, 8, stride=8)
-        self.out_channels = 4
-
-    def output_size(self, image_size):
-        return image_size[0] // 8, image_size[1] // 8
-
-    def forward(self, images):
-        return self.layer(images).relu()
-
-
-@pytest.fixture(scope="module")
-def small(prepared, tiny_config):
-    """A network of one layer that shrinks its images, exported quickly."""
-    torch.manual_seed(0)
-    network = TemplateFfdNetwork(OneLayer(), (48, 64), 2, 64, 8, 32, offset_std=0.02, shrink=2)
-    nn.init.normal_(network.heads.offsets.bias, std=0.05)  # of zeros nothing would be exported
-    bank = TemplateBank.of(prepared, prepared.ids[:2])
-    return TrainedModel(
-        network.eval(), bank, 0.8, tiny_config().data.render, ("table",), {}, step=8
-    )
-
-
-@pytest.fixture(scope="module")
-def graph(small):
-    return build_graph(small)
-
-
-@pytest.fixture
-def ready(graph, monkeypatch):
-    """Let `export_onnx` take the small network's graph without making it again."""
-    monkeypatch.setattr(module, "build_graph", lambda *_: graph)
-
-
 @pytest.fixture(scope="module")
 def exported(joint_checkpoint, tmp_path_factory):
-    """The folder of what the command wrote of a MobileNet, and what it said."""
+    """The folder of what the command wrote, in place of an earlier file, and what it printed."""
     folder = tmp_path_factory.mktemp("exported")
-    settings = [f"run={joint_checkpoint}", f"out={folder}/new/model.onnx"]
+    (folder / "model.onnx").write_text("an earlier one")
+    settings = [f"run={joint_checkpoint}", f"out={folder}/model.onnx"]
     stdout, sys.stdout = sys.stdout, io.StringIO()
     try:
         assert command.main(read_settings(command.Settings, settings, command.MAIN)) == 0
-        return folder / "new", sys.stdout.getvalue()
+        return folder, sys.stdout.getvalue()
     finally:
         sys.stdout = stdout
 
 
 def test_the_exported_file_gives_what_torch_gives(exported, joint_checkpoint, prepared):
-    folder, said = exported
+    folder, printed = exported
     network = load_model(joint_checkpoint).network.double()
     session = onnxruntime.InferenceSession(folder / "model.onnx")
     images = np.stack([prepared.image(k)[..., :3].transpose(2, 0, 1) for k in range(5)])
@@ -102,7 +62,7 @@ def test_the_exported_file_gives_what_torch_gives(exported, joint_checkpoint, pr
     assert [output.name for output in session.get_outputs()] == list(OUTPUTS)
     assert outputs[2].shape == (5, 4, 64, 3)
     assert np.ptp(outputs[2], axis=0).max() > 10 * ROUNDING, "all images gave the same"
-    assert "images (batch, 3, 48, 64) uint8, 4 templates" in said
+    assert "images (batch, 3, 48, 64) uint8, 4 templates" in printed
 
 
 def test_the_example_deforms_the_selected_template_without_torch(
@@ -123,11 +83,16 @@ def test_the_example_deforms_the_selected_template_without_torch(
     np.testing.assert_allclose(result["vertices"], expected.vertices, atol=ROUNDING)
     np.testing.assert_array_equal(result["faces"], expected.faces)
     assert np.abs(expected.vertices - model.bank.subdivided(index)[0].vertices).max() > 1e-2
+    templates = np.load(folder / "model.templates.npz")
+    np.testing.assert_array_equal(templates[f"parts_{index}"], expected.face_parts)
+    np.testing.assert_array_equal(templates[f"colors_{index}"], expected.face_colors)
+    assert tuple(templates["part_names"]) == model.bank.part_names
 
 
 def test_the_file_says_what_a_user_needs_and_nothing_of_its_machine(exported, joint_checkpoint):
     content = (exported[0] / "model.onnx").read_bytes()
     graph = onnx.load_from_string(content)
+    onnx.checker.check_model(graph, full_check=True)
     said = {entry.key: entry.value for entry in graph.metadata_props}
     assert json.loads(said["template_ids"]) == list(load_model(joint_checkpoint).bank.ids)
     assert json.loads(said["image_size"]) == [48, 64]
@@ -138,65 +103,38 @@ def test_the_file_says_what_a_user_needs_and_nothing_of_its_machine(exported, jo
     assert "BatchNormalization" not in {node.op_type for node in graph.graph.node}
 
 
-def test_a_graph_that_differs_is_not_written(small, graph, tmp_path, monkeypatch):
-    other = onnx.ModelProto()
-    other.CopyFrom(graph)
-    bias = next(
-        tensor for tensor in other.graph.initializer if tensor.name.endswith("offsets.bias")
-    )
-    values = onnx.numpy_helper.to_array(bias).copy()
-    values[5] += 0.01
-    bias.CopyFrom(onnx.numpy_helper.from_array(values, bias.name))
-    monkeypatch.setattr(module, "build_graph", lambda *_: other)
+def test_a_graph_that_differs_is_not_written(exported, joint_checkpoint, tmp_path, monkeypatch):
+    graph, model = onnx.load(exported[0] / "model.onnx"), load_model(joint_checkpoint)
+    monkeypatch.setattr(module, "build_graph", lambda *_: graph)
+    model.network.heads.offsets.bias.data[5] += 0.01
     with pytest.raises(DataError, match=r"offsets differ from torch's by 1\.0e-02"):
-        export_onnx(small, tmp_path / "model.onnx")
+        export_onnx(model, tmp_path / "model.onnx")
+    model.network.heads.offsets.bias.data[0] = torch.nan
+    with pytest.raises(DataError, match="offsets differ from torch's by nan"):
+        export_onnx(model, tmp_path / "model.onnx")
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.usefixtures("ready")
-def test_a_diverged_network_is_refused(small, tmp_path):
-    network = copy.deepcopy(small.network)
-    network.heads.offsets.bias.data[0] = torch.nan
-    with pytest.raises(DataError, match="offsets are not finite"):
-        export_onnx(replace(small, network=network), tmp_path / "model.onnx")
+def test_a_network_that_torch_cannot_export_is_named(joint_checkpoint, tmp_path):
+    class Branching(torch.nn.Module):
+        def forward(self, images):
+            return images.sum().item() * images
+
+    model = load_model(joint_checkpoint)
+    network = torch.nn.Sequential(Branching())
+    network.image_size = model.network.image_size
+    with pytest.raises(ConfigError, match="torch cannot export this network"):
+        export_onnx(replace(model, network=network), tmp_path / "model.onnx")
 
 
-def test_packed_templates_keep_parts_and_colours(small):
-    arrays = pack_templates(small.bank)
-    for k in range(2):
-        mesh, _ = small.bank.subdivided(k)
-        np.testing.assert_array_equal(arrays[f"parts_{k}"], mesh.face_parts)
-        np.testing.assert_array_equal(arrays[f"colors_{k}"], mesh.face_colors)
-    assert tuple(arrays["part_names"]) == small.bank.part_names
-
-
-@pytest.mark.usefixtures("ready")
-def test_files_that_are_there_are_replaced(small, tmp_path):
-    out = tmp_path / "model.onnx"
-    out.write_text("an earlier one")
-    export_onnx(small, out)
-    onnx.checker.check_model(onnx.load(out))
-    assert {path.name for path in tmp_path.iterdir()} == {"model.onnx", "model.templates.npz"}
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (("out=model.pt",), r"must be a file that ends in \.onnx"),
-        (("run=nowhere",), "there is no run nowhere"),
-        (("run={empty}",), "is not a run folder"),
-        (("out={file}/model.onnx",), "cannot make the folder .*file: "),
-    ],
-)
-def test_mistakes_are_named(arguments, message, tmp_path):
-    (tmp_path / "file").touch()
-    places = {"empty": tmp_path, "file": tmp_path / "file"}
-    arguments = [argument.format(**places) for argument in arguments]
-    with pytest.raises(UserError, match=message):
-        command.main(read_settings(command.Settings, arguments, command.MAIN))
-
-
-def test_a_missing_package_is_named_with_its_command(small, tmp_path, monkeypatch):
+def test_mistakes_are_named(tmp_path, monkeypatch):
+    for setting, message in (
+        ("out=model.pt", r"must be a file that ends in \.onnx"),
+        ("run=nowhere", "there is no run nowhere"),
+        (f"run={tmp_path}", "is not a run folder"),
+    ):
+        with pytest.raises(UserError, match=message):
+            command.main(read_settings(command.Settings, [setting], command.MAIN))
     monkeypatch.setitem(sys.modules, "onnxscript", None)
     with pytest.raises(ConfigError, match=r"needs onnxscript.*pip install 'ffd_lightning\[onnx\]'"):
-        export_onnx(small, tmp_path / "model.onnx")
+        check_out(tmp_path / "model.onnx")

@@ -15,7 +15,7 @@ import pickle
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -95,7 +95,7 @@ class Preparation:
             "source": fingerprint,
             "category": self.category,
             "num_points": self.num_points,
-            "render": self.render.to_json(),
+            "render": asdict(self.render),
         }
 
     @property

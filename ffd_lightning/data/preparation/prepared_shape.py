@@ -32,7 +32,7 @@ from ffd_lightning.files import atomic_file
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, bounding_box, mean_colors, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.pictures import fit_picture
+from ffd_lightning.imaging.framing import fit_picture
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.errors import is_bug
-from ffd_lightning.imaging.pictures import to_rgba
+from ffd_lightning.imaging.photos import to_rgba
 
 _REFUSED = ("EPS", "IPTC")  # Pillow runs Ghostscript on PostScript, and IPTC may hold some
 _MAX_TEXTURE = 1024

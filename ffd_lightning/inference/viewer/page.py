@@ -7,14 +7,14 @@ import re
 import threading
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, cast, get_args
+from typing import Any, get_args
 
 import numpy as np
 
 from ffd_lightning.errors import UserError
 from ffd_lightning.inference.files import MeshWriter
 from ffd_lightning.inference.pieces import MeshColors
-from ffd_lightning.inference.viewer.scene import SPACING, DrawingOptions, Scene
+from ffd_lightning.inference.viewer.scene import SPACING, Scene
 from ffd_lightning.inference.viewer.shared import Photo, Shared
 from ffd_lightning.inference.viewer.state import State
 from ffd_lightning.inference.viewer.text import (
@@ -30,13 +30,6 @@ log = logging.getLogger(__name__)
 
 _STEPS = {"previous": -1, "next": 1}
 _NARROW = 0.8  # width / height of a window whose lower half the panel takes
-_BOXES = {
-    "template": "Template",
-    "mesh": "Deformed mesh",
-    "truth": "Ground truth",
-    "cage": "Control lattice",
-    "handles": "Control points",
-}
 
 
 class Page:
@@ -57,14 +50,11 @@ class Page:
         self._client, self._shared = client, shared
         self.state: State | None = None
         self._photo = shared.photo  # that is asked for, None for the test shape
-        self._latest = shared.photo  # that was opened last, whether or not it could be used
-        self._asked: object = None  # which input is shown
-        self._notices: list[Any] = []  # what did not work
+        self._opened: object = None  # the input that was opened last, whether or not it could be
         self._wanted, self._closed = threading.Event(), False
-        self.scene = Scene(client.scene, shared.camera.frame, self._wanted.set)
+        self.scene = Scene(client.scene, shared.camera.pose, self._wanted.set)
         self._add_panel(client.gui)
-        self._view_from = 0.0, np.zeros(3)  # the window's aspect, and the camera's place for it
-        self._look_as_at_first()
+        self._place_camera()
         client.camera.on_update(self._on_camera)
         self._wanted.set()
         self._worker = threading.Thread(target=self._work, daemon=True)
@@ -91,24 +81,20 @@ class Page:
                 "Amount", 0.0, 1.5, 0.01, 1.0, hint="0 the template, 1 the network's deformation"
             )
             self.scores = gui.add_markdown("")
-            gui.add_markdown(
-                "Drag a control point to pull at the shape; click it for arrows along the axes."
-            )
+            gui.add_markdown("Drag a control point to pull at the shape.")
             reset = gui.add_button("Reset", icon="rotate", hint="amount 1, no point pulled")
         with gui.add_folder("Show", visible=False) as show:
             self.colors = gui.add_dropdown("Colours", list(get_args(MeshColors)))
             self.legend = gui.add_html("", visible=False)
-            self.boxes = {key: gui.add_checkbox(label, True) for key, label in _BOXES.items()}
+            self.lattice = gui.add_checkbox("Control lattice", True)
             camera = gui.add_button("Camera as at first", icon="camera")
         self.save = gui.add_button("Save mesh (GLB)", icon="download", visible=False)
-        self._parts = (template, deformation, show, self.save)
-        for handle in (self.category, self.template, self.amount, self.colors):
-            handle.on_update(lambda _: self._wanted.set())
-        for handle in self.boxes.values():
+        self._later = (template, deformation, show, self.save)
+        for handle in (self.category, self.template, self.amount, self.colors, self.lattice):
             handle.on_update(lambda _: self._wanted.set())
         reset.on_click(self._on_reset)
         self.save.on_click(self._guarded(self._on_save))
-        camera.on_click(lambda _: self._look_as_at_first())
+        camera.on_click(lambda _: self._place_camera())
 
     def _add_input(self, gui: Any) -> None:
         self.shape: Any = None
@@ -118,30 +104,27 @@ class Page:
             step = gui.add_button_group("", ("previous", "next", "random"))
             self.view = gui.add_slider("View", 1, max(2, views), 1, 1, visible=views > 1)
             self.back = gui.add_button("Back to the test shape", icon="arrow-left", visible=False)
-            self.shape.on_update(self._on_shape)
-            self.view.on_update(self._on_shape)
-            self.back.on_click(self._on_shape)
+            for handle in (self.shape.on_update, self.view.on_update, self.back.on_click):
+                handle(lambda _: self._ask_for(None))
             step.on_click(self._on_step)
         photo = gui.add_upload_button("Open a photo", icon="photo-up", mime_type="image/*")
         self.masking = gui.add_folder(None, visible=False)  # viser hides no upload button alone
         with self.masking:
-            self.mask = gui.add_upload_button(
-                "Open a mask",
+            mask = gui.add_upload_button(
+                "Open a mask for it",
                 icon="mask",
                 mime_type="image/*",
                 hint="bright where its object is, of the photo's size",
             )
-            self.unmask = gui.add_button("Without the mask", icon="mask-off", visible=False)
         self.seen = gui.add_image(np.zeros((1, 1, 3), np.uint8), label="What the network sees")
         self.input = gui.add_html("")
         photo.on_upload(self._on_photo)
-        self.mask.on_upload(lambda event: self._open_photo_with(event.target.value.content))
-        self.unmask.on_click(lambda _: self._open_photo_with(None))
+        mask.on_upload(self._on_mask)
 
     # --- what inputs do --------------------------------------------------------------------------
 
-    def _on_shape(self, _: Any) -> None:
-        self._photo = self._latest = None
+    def _ask_for(self, photo: Photo | None) -> None:
+        self._photo = photo
         self._wanted.set()
 
     def _on_step(self, event: Any) -> None:
@@ -153,16 +136,14 @@ class Page:
     def _on_photo(self, event: Any) -> None:
         file = event.target.value
         name = file.name.replace("\\", "/").rpartition("/")[2] or "photo"  # it may be any path
-        self._photo = self._latest = Photo(name, file.content)
-        self._wanted.set()
+        self._ask_for(Photo(name, file.content))
 
-    def _open_photo_with(self, mask: bytes | None) -> None:
-        if self._latest is not None:
-            self._photo = self._latest = replace(self._latest, mask=mask)
-            self._wanted.set()
+    def _on_mask(self, event: Any) -> None:
+        if self._photo is not None:
+            self._ask_for(replace(self._photo, mask=event.target.value.content))
 
     def _on_reset(self, _: Any) -> None:
-        self.scene.pulls()  # those that wait to be shown are forgotten, too
+        self.scene.pulls()  # those that wait to be drawn are forgotten, too
         if self.state is not None:
             self.state.reset()
         self.amount.value = 1.0
@@ -170,33 +151,30 @@ class Page:
 
     def _on_save(self, _: Any) -> None:
         assert self.state is not None
-        shown = self.state.shown()
-        content = MeshWriter(shown.bank, self._mesh_colors()).glb(shown)
+        result = self.state.result()
+        content = MeshWriter(result.bank, self.colors.value).glb(result)
         # Shapes of several categories have a slash.
         name = re.sub(r"[^\w.-]+", "-", self.state.name)
         self._client.send_file_download(f"{name}.glb", content, save_immediately=True)
 
-    def _look_as_at_first(self) -> None:
+    def _place_camera(self) -> None:
         """Put the camera where the network's images are taken from, far enough to see all."""
         camera, original = self._client.camera, self._shared.camera
-        frame, half = original.frame, original.half_height
-        width = 2 * SPACING + 1.4  # the outer shapes are large themselves
+        pose, width = original.pose, 2 * SPACING + 1.4  # the outer shapes are large themselves
         height = max(1.2, width / camera.aspect)
-        target = (
-            -0.3 * height * frame.up if camera.aspect < _NARROW else np.zeros(3)
-        )  # below lies the panel
+        # In narrow windows the panel lies below.
+        target = -0.3 * height * pose.up if camera.aspect < _NARROW else np.zeros(3)
         camera.fov = np.radians(original.field_of_view)
         camera.up_direction = (0.0, 1.0, 0.0)
-        camera.position = target - frame.forward * height / (2 * half)
+        camera.position = target - pose.forward * height / (2 * original.half_height)
         camera.look_at = target
-        self._view_from = camera.aspect, np.asarray(camera.position)
+        self._placed = camera.aspect, np.asarray(camera.position)
 
     def _on_camera(self, camera: Any) -> None:
-        """Fit all in again where the window was resized, if the camera was not moved."""
-        aspect, place = self._view_from
-        still = np.allclose(camera.position, place, atol=1e-3)
-        if still and not np.isclose(camera.aspect, aspect, rtol=1e-2):
-            self._look_as_at_first()
+        """Show all again where the window changed, as by the panel, and nobody moved the camera."""
+        aspect, place = self._placed
+        if camera.aspect != aspect and np.allclose(camera.position, place, atol=1e-3):
+            self._place_camera()
 
     # --- bringing the page up to date ------------------------------------------------------------
 
@@ -207,70 +185,56 @@ class Page:
             refresh()
 
     def _guarded(self, job: Callable[..., None]) -> Callable[..., None]:
-        """Return a job whose errors are shown in the page."""
+        """Return a job whose errors are written in the page."""
 
         def guarded(*arguments: Any) -> None:
             try:
                 job(*arguments)
-            except UserError as error:
-                self._say(in_page(str(error)))
             except Exception as error:
-                log.exception("the viewer could not do this")
-                self._say(f"{type(error).__name__}: {error}")
+                message = f"{type(error).__name__}: {error}"
+                if isinstance(error, UserError):
+                    message = in_page(str(error))
+                else:
+                    log.exception("the viewer could not do this")
+                self._client.add_notification(
+                    "This did not work", message, color="red", auto_close_seconds=20.0
+                )
 
         return guarded
-
-    def _say(self, message: str) -> None:
-        notice = self._client.add_notification(
-            "This did not work", message, color="red", auto_close_seconds=20.0
-        )
-        self._notices.append(notice)
 
     def _refresh(self) -> None:
         if self.state is not None:
             for index, position in self.scene.pulls().items():
                 self.state.move(index, position)
-        try:
-            self._open()
-        finally:  # a photograph that cannot be used may be of use with a mask
-            self._show_photo()
+        self._open()
         state = self.state
         if state is None:
             return
-        self._choose(state)
+        asked = list(state.reconstruction.category_weights)[_chosen(self.category)]
+        if asked != state.reconstruction.category:
+            state.reconstruction = state.reconstruction.of_category(asked)
+            self._list_templates(state)
+        state.template = int(state.reconstruction.ranking[_chosen(self.template)])
         state.amount = self.amount.value
-        boxes = {key: bool(box.value) for key, box in self.boxes.items()}
         with self._client.atomic():
-            self.scene.show(state, DrawingOptions(self._mesh_colors(), **boxes))
+            self.scene.show(state, self.colors.value, self.lattice.value)
         self.picture.image = self._shared.picture(state.template)
         self.scores.content = score_table(state.scores())
-        self.legend.content = part_legend(state)
-        self.legend.visible = self._mesh_colors() == "parts"
-
-    def _mesh_colors(self) -> MeshColors:
-        return cast(MeshColors, self.colors.value)
+        self.legend.content = part_legend(state.template_surface())
+        self.legend.visible = self.colors.value == "parts"
 
     def _open(self) -> None:
-        """Open what is asked for, if it is not what is shown, and forget all of what was."""
-        photo, earlier = self._photo, self._asked
-        asked: object = photo
-        if photo is None and self.shape is not None:
-            asked = (self.shape.value, self.view.value)
-        if asked is None or asked == earlier:
+        """Open the input that is asked for; where it cannot be used, what was there stays."""
+        asked: Any = self._photo
+        if asked is None and self.shape is not None:
+            asked = (self.shape.value, int(self.view.value) - 1)
+        if asked is None or asked == self._opened:
             return
-        self._asked = asked
-        while self._notices:
-            self._notices.pop().remove()
-        try:
-            if photo is not None:
-                state = self._shared.open_photo(photo)
-            else:
-                state = self._shared.open_shape(self.shape.value, int(self.view.value) - 1)
-        except Exception:
-            if photo is not None and photo is self._photo:  # what was shown before stays
-                self._photo = earlier if isinstance(earlier, Photo) else None
-                self._asked = earlier
-            raise
+        self._opened, is_photo = asked, isinstance(asked, Photo)
+        self.masking.visible = is_photo  # a photo that cannot be used may be of use with a mask
+        if self.shape is not None:
+            self.back.visible = is_photo
+        state = self._shared.open_photo(asked) if is_photo else self._shared.open_shape(*asked)
         found = state.reconstruction
         self.category.options = category_labels(found)
         self.category.value = self.category.options[0]
@@ -279,9 +243,8 @@ class Page:
         self.amount.value = 1.0
         self.seen.image = found.photo.image[..., :3]
         self.input.content = input_text(found.photo)
-        for part in self._parts:
+        for part in self._later:
             part.visible = True
-        self.boxes["truth"].visible = state.truth is not None
         self.colors.visible = bool(found.part_names)
         self.state = state
 
@@ -289,24 +252,6 @@ class Page:
         """List the templates of a category, of which the best is chosen."""
         self.template.options = template_labels(state.reconstruction)
         self.template.value = self.template.options[0]
-
-    def _choose(self, state: State) -> None:
-        """Show the template that is chosen."""
-        asked = list(state.reconstruction.category_weights)[_chosen(self.category)]
-        if asked != state.reconstruction.category:
-            state.choose_category(asked)
-            self._list_templates(state)
-        state.template = int(state.reconstruction.ranking[_chosen(self.template)])
-
-    def _show_photo(self) -> None:
-        """Show what can be done with the photograph that was opened last, if there is one."""
-        photo = self._latest
-        self.masking.visible = photo is not None
-        if photo is not None:
-            self.mask.label = f"Open a mask for {photo.name}"
-            self.unmask.visible = photo.mask is not None
-        if self.shape is not None:
-            self.back.visible = photo is not None
 
 
 def _chosen(dropdown: Any) -> int:

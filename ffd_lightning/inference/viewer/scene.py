@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.geometry.ffd import lattice_edges
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.imaging.camera import CameraFrame
+from ffd_lightning.imaging.camera import CameraPose
 from ffd_lightning.inference.pieces import MeshColors, Piece, pieces
 from ffd_lightning.inference.viewer.state import State
 
@@ -20,34 +19,9 @@ SPACING = 1.05
 """Between shapes, which stand side by side, in template units."""
 
 _COLORS = 16  # of a mesh; each is a mesh of its own for the browser
-_POINT, _PULLED, _PICKED = (0, 114, 178), (86, 180, 233), (213, 94, 0)  # control points
-_KNOT, _GIZMO = 0.011, 0.16  # sizes in template units
+_POINT, _PULLED = (0, 114, 178), (213, 94, 0)  # control points
+_KNOT = 0.011  # their size in template units
 _BEFORE = 0.62  # a label is so far before its shape
-
-
-@dataclass(frozen=True)
-class DrawingOptions:
-    """What is drawn, and how.
-
-    Attributes:
-        colors: what the colours of meshes say.
-        template: the template as it is.
-        mesh: the reconstruction.
-        truth: the ground truth.
-        cage: the deformed control lattice.
-        handles: the control points.
-    """
-
-    colors: MeshColors
-    template: bool
-    mesh: bool
-    truth: bool
-    cage: bool
-    handles: bool
-
-
-def _lowest(mesh: Mesh) -> float:
-    return float(mesh.vertices[:, 1].min())
 
 
 class Scene:
@@ -55,27 +29,24 @@ class Scene:
 
     Args:
         scene: viser's, of one client.
-        view: the camera that the page begins with: the row runs across it.
-        refresh: called when a control point was picked or pulled; it must return at once.
+        view: of the camera that the page begins with: the row runs across it.
+        refresh: called when a control point was pulled; it must return at once.
 
     Attributes:
-        nodes: what can be shown or hidden, by name.
+        drawn: the state, its template and the colours that are there.
+        nodes: viser's, by name.
         moving: the pieces of the reconstruction, with their nodes.
-        picked: the control point that has arrows.
     """
 
-    def __init__(self, scene: Any, view: CameraFrame, refresh: Callable[[], None]) -> None:
+    def __init__(self, scene: Any, view: CameraPose, refresh: Callable[[], None]) -> None:
         self._scene, self._refresh = scene, refresh
         self._aside, toward = view.right, -view.forward * [1, 0, 1]
         self._toward = toward / np.linalg.norm(toward)
-        self._drawn: tuple[Any, ...] = ()
-        self._builds = 0
-        self._root = ""
-        self._held = False  # arrows that are being dragged must not be moved from here
+        self._builds, self._root = 0, ""
         self._pulls: dict[int, NDArray[np.float64]] = {}
+        self.drawn: tuple[Any, ...] = ()
         self.nodes: dict[str, Any] = {}
         self.moving: list[tuple[Any, Piece]] = []
-        self.picked: int | None = None
 
     def pulls(self) -> dict[int, NDArray[np.float64]]:
         """Return where control points were pulled since the last call: (3,) by their index."""
@@ -86,54 +57,41 @@ class Scene:
         return pulls
 
     def pull(self, index: int, place: NDArray[np.float64]) -> None:
-        """Pick a control point and pull it to a place in the template's coordinates, (3,)."""
-        self.picked, self._pulls[index] = index, place
+        """Pull a control point to a place in the template's coordinates, (3,)."""
+        self._pulls[index] = place
         self._refresh()
 
-    def show(self, state: State, options: DrawingOptions) -> None:
-        """Draw a state; only what has changed is sent."""
-        drawn = (state, state.template, options.colors)
-        if drawn != self._drawn:
-            self._build(state, options.colors)
-            self._drawn = drawn
+    def show(self, state: State, colors: MeshColors, lattice: bool) -> None:
+        """Draw a state, perhaps with its control lattice; only what has changed is sent."""
+        drawn = (state, state.template, colors)
+        if drawn != self.drawn:
+            self._build(state, colors)
+            self.drawn = drawn
         vertices = state.surface().vertices.astype(np.float32)
         for node, piece in self.moving:
             node.vertices = vertices[piece.vertices]
-        places, nodes = state.control_points, self.nodes
-        nodes["shown/cage"].points = places[lattice_edges(state.display.degrees)]
-        knots, gizmo = nodes["shown/handles"], nodes["shown/gizmo"]
+        places, (cage, knots) = state.control_points, self._lattice
+        cage.points = places[lattice_edges(state.display.degrees)]
         knots.batched_positions = places
-        knots.batched_colors = self._knot_colors(state)
-        for name, visible in (
-            ("template", options.template),
-            ("shown/mesh", options.mesh),
-            ("truth", options.truth),
-            ("shown/cage", options.cage),
-            ("shown/handles", options.handles),
-            ("shown/gizmo", options.handles and self.picked is not None),
-        ):
-            if name in nodes:
-                nodes[name].visible = visible
-        if self.picked is not None and not self._held:
-            gizmo.position = places[self.picked].astype(float)
+        knots.batched_colors = _knot_colors(state)
+        cage.visible = knots.visible = lattice
 
     def _build(self, state: State, colors: MeshColors) -> None:
         # A browser keeps the place of a node that is made again: each time all have other names.
         earlier = self.nodes.get("")
         self._builds += 1
         self._root = f"/scene-{self._builds}"
-        self.picked, self._held = None, False
         self._pulls.clear()
         self.nodes = {"": self._scene.add_frame(self._root, show_axes=False)}
         surface = state.surface()
-        floor = _lowest(surface)
+        floor = surface.vertices[:, 1].min()
         side = 0.55 if state.truth is None else 1.0
-        self._stand("template", "template", state.template_surface(), -side, floor, colors)
         column = side if state.truth is None else 0.0
-        self.moving = self._stand("shown", "reconstruction", surface, column, floor, colors)
-        self._add_handles(state)
+        self._stand("template", state.template_surface(), -side, floor, colors)
+        self.moving = self._stand("reconstruction", surface, column, floor, colors)
+        self._add_lattice(state)
         if state.truth is not None:
-            self._stand("truth", "ground truth", state.truth.mesh, side, floor, colors)
+            self._stand("ground truth", state.truth.mesh, side, floor, colors)
         self._scene.add_grid(
             f"{self._root}/floor",
             plane="xz",
@@ -151,27 +109,22 @@ class Scene:
             earlier.remove()
 
     def _stand(
-        self, name: str, label: str, mesh: Mesh, column: float, floor: float, colors: MeshColors
+        self, name: str, mesh: Mesh, column: float, floor: float, colors: MeshColors
     ) -> list[tuple[Any, Piece]]:
-        """Put a mesh on the floor, with a label before it.
-
-        Returns:
-            A node for each piece: what moves the mesh moves their vertices.
-        """
-        up = floor - _lowest(mesh)
+        """Put a mesh on the floor, with its name before it; return a node for each piece."""
+        up = floor - mesh.vertices[:, 1].min()
         path, scene = f"{self._root}/{name}", self._scene
         place = column * SPACING * self._aside + [0.0, up, 0.0]
         self.nodes[name] = scene.add_frame(path, show_axes=False, position=place)
-        self.nodes[f"{name}/mesh"] = scene.add_frame(f"{path}/mesh", show_axes=False)
         before = np.array([0.0, floor - up, 0.0]) + _BEFORE * self._toward
-        scene.add_label(f"{path}/label", label, position=before, anchor="center-center")
+        scene.add_label(f"{path}/label", name, position=before, anchor="center-center")
         nodes = []
         # Viser moves vertices of plain meshes only, so each small face has its texture's colour.
         split = pieces(mesh.without_textures(), colors, _COLORS, by_part=False)
         for k, piece in enumerate(split):
             opacity = piece.rgba[3] / 255
             node = scene.add_mesh_simple(
-                f"{path}/mesh/{k}",
+                f"{path}/{k}",
                 mesh.vertices[piece.vertices],
                 piece.faces,
                 color=piece.rgba[:3],
@@ -183,56 +136,38 @@ class Scene:
             nodes.append((node, piece))
         return nodes
 
-    def _add_handles(self, state: State) -> None:
-        """Add the lattice, the control points, and the arrows of the one that is picked."""
-        path, scene, build = f"{self._root}/shown", self._scene, self._builds
-        offset = np.asarray(self.nodes["shown"].position)
+    def _add_lattice(self, state: State) -> None:
+        """Add the lattice and its control points, which can be dragged."""
+        path, scene, build = f"{self._root}/reconstruction", self._scene, self._builds
+        offset = np.asarray(self.nodes["reconstruction"].position)
         ball = trimesh.creation.icosphere(subdivisions=2, radius=_KNOT)
         places = state.control_points
-        self.nodes["shown/cage"] = scene.add_line_segments(
+        cage = scene.add_line_segments(
             f"{path}/cage",
             places[lattice_edges(state.display.degrees)],
             tuple((c + 255) // 2 for c in _POINT),
             thickness=1.2,
             thickness_units="screen",
         )
-        knots = self.nodes["shown/handles"] = scene.add_batched_meshes_simple(
+        knots = scene.add_batched_meshes_simple(
             f"{path}/handles",
             ball.vertices,
             ball.faces,
             batched_wxyzs=np.tile([1.0, 0, 0, 0], (len(places), 1)),
             batched_positions=places,
-            batched_colors=self._knot_colors(state),
+            batched_colors=_knot_colors(state),
             lod="off",
             cast_shadow=False,
             receive_shadow=False,
         )
-        gizmo = self.nodes["shown/gizmo"] = scene.add_transform_controls(
-            f"{path}/gizmo", _GIZMO, disable_rotations=True, depth_test=False, visible=False
-        )
+        self._lattice = cage, knots
 
-        # Asynchronous: called in the order of the events, and they must not compute anything.
-        @knots.on_click
-        async def _(event: Any) -> None:
-            if build == self._builds:  # else it is of what was drawn before
-                self.picked = event.instance_index
-                self._refresh()
-
+        # Asynchronous: called in the order of the events, and it must not compute anything.
         @knots.on_drag
         async def _(event: Any) -> None:
-            # The scene's coordinates, where the arrows' are the template's.
-            if build == self._builds:
+            if build == self._builds:  # else it is of what was drawn before
                 self.pull(event.instance_index, np.asarray(event.end_position) - offset)
 
-        @gizmo.on_update
-        async def _(event: Any) -> None:
-            if build == self._builds:
-                self._held = event.phase != "end"
-                if self.picked is not None:
-                    self.pull(self.picked, np.asarray(event.target.position))
 
-    def _knot_colors(self, state: State) -> NDArray[np.uint8]:
-        colors = np.where(state.edited[:, None], _PULLED, _POINT).astype(np.uint8)
-        if self.picked is not None:
-            colors[self.picked] = _PICKED
-        return colors
+def _knot_colors(state: State) -> NDArray[np.uint8]:
+    return np.where(state.edited[:, None], _PULLED, _POINT).astype(np.uint8)

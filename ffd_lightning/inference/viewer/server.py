@@ -21,8 +21,9 @@ def start(shared: Shared, port: int = 8080) -> Any:
     Raises:
         ConfigError: viser is not installed.
     """
-    viser = import_viser()
-    server = viser.ViserServer(host="127.0.0.1", port=port, label="ffd_lightning", verbose=False)
+    server = import_viser().ViserServer(
+        host="127.0.0.1", port=port, label="ffd_lightning", verbose=False
+    )
     server.gui.configure_theme(
         control_width="large", show_logo=False, show_share_button=False, brand_color=_BRAND
     )

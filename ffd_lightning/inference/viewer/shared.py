@@ -15,20 +15,16 @@ from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
-from ffd_lightning.inference.viewer.state import State, Truth, display_bank
+from ffd_lightning.inference.viewer.state import NUM_POINTS, State, Truth
 from ffd_lightning.palette import regime_title
 
 _HEIGHT, _WIDTH = 144, 192  # pixels of a template's picture
+_EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
 
 
 @dataclass(frozen=True)
 class Shapes:
-    """The test shapes of a run.
-
-    Attributes:
-        prepared: the set that they are in.
-        ids: theirs, in the order in which they are listed.
-    """
+    """The test shapes of a run: the set that they are in, and their ids as they are listed."""
 
     prepared: PreparedSet
     ids: tuple[str, ...]
@@ -36,14 +32,7 @@ class Shapes:
 
 @dataclass(frozen=True)
 class Photo:
-    """A photograph as it was opened.
-
-    Attributes:
-        name: of its file.
-        content: the file's bytes.
-        mask: bytes of a picture that is bright where the object is, None where the background is
-            to be told from the photograph.
-    """
+    """A photograph as it was opened: its file's name and bytes, and those of its mask, if any."""
 
     name: str
     content: bytes
@@ -57,12 +46,11 @@ class Shared:
         predictor: the network.
         shapes: None for photographs alone.
         photo: that visitors see first, None for the first test shape.
-        note: what visitors should know, shown at the top.
+        note: what visitors should know, written at the top.
 
     Attributes:
         heading: what is looked at, in a line.
-        shape_ids: the test shapes.
-        views: images of each.
+        views: images of each test shape.
         camera: that the page begins with: the network's images', or three quarters where there are
             several.
     """
@@ -84,7 +72,7 @@ class Shared:
         self.shape_ids = () if shapes is None else shapes.ids
         self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
         self._predictor, self._shapes = predictor, shapes
-        self._display = display_bank(model.bank)
+        self._display = model.bank.lighter(NUM_POINTS, max(_EDGE, model.bank.max_edge))
         self._pictures: dict[int, NDArray[np.uint8]] = {}
         self._busy = threading.Lock()  # visitors are served by threads of their own
 
@@ -103,8 +91,7 @@ class Shared:
         row = prepared.index(shape_id)
         step = f"test shape {shape_id}" + (f", view {view + 1}" if self.views > 1 else "")
         framed = FramedPhoto(prepared.image(row, view), (step,), ())
-        truth = Truth(shape_id, prepared.mesh(row), prepared.cloud(row))
-        return self._state(framed, shape_id, truth)
+        return self._state(framed, shape_id, Truth(prepared.mesh(row), prepared.cloud(row)))
 
     def open_photo(self, photo: Photo) -> State:
         """Reconstruct what a photograph shows.
@@ -122,5 +109,4 @@ class Shared:
     def _state(self, framed: FramedPhoto, name: str, truth: Truth | None) -> State:
         with self._busy:
             (found,) = self._predictor.predict_framed([framed])
-            self._display.subdivided(found.index)
         return State(found, self._display, name, truth)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import torch
@@ -16,29 +17,13 @@ from ffd_lightning.metrics.chamfer import chamfer
 
 Floats = NDArray[np.float32]
 
-_EDGE = 0.05  # longest edge that is drawn; cubic bends over it differ by less than a pixel
-_POINTS = 1024  # of a cloud that Chamfer distances are of, as in training
+NUM_POINTS = 1024
+"""Of a cloud that Chamfer distances are of, as in training."""
 
 
-def display_bank(bank: TemplateBank) -> TemplateBank:
-    """Return the same templates, light enough to be moved many times a second.
+class Truth(NamedTuple):
+    """What a test shape really is: its mesh, and points of its surface, (N, 3)."""
 
-    Their meshes have edges up to 0.05 instead of 0.02: an eighth of the faces, more or less.
-    """
-    return bank.lighter(_POINTS, max(_EDGE, bank.max_edge))
-
-
-@dataclass(frozen=True)
-class Truth:
-    """What a test shape really is.
-
-    Attributes:
-        shape_id: its id.
-        mesh: its mesh, bounding-box diagonal 1.
-        points: of its surface, (N, 3) float32.
-    """
-
-    shape_id: str
     mesh: Mesh
     points: Floats
 
@@ -46,19 +31,19 @@ class Truth:
 class State:
     """A reconstruction that can be looked at step by step, and pulled at.
 
-    What is shown is ``deform(B, P, amount * dP + edit)``: `amount` goes from the template as it is
+    What is drawn is ``deform(B, P, amount * dP + edit)``: `amount` goes from the template as it is
     (0) to the network's deformation (1) and beyond; `edit` is what was pulled by hand, and is kept
     for each template.
 
     Args:
         reconstruction: of the network.
-        display: `display_bank` of its templates.
+        display: its templates, light enough to be moved many times a second.
         name: of the input, which files are named after.
         truth: None for photographs.
 
     Attributes:
-        template: index of the template that is shown, the selected one at first.
-        amount: how much of the network's deformation is shown.
+        template: index of the template that is drawn, the selected one at first.
+        amount: how much of the network's deformation is drawn.
         edits: by hand, (T, M, 3).
     """
 
@@ -99,13 +84,8 @@ class State:
         change = (position - self.control_points[index]).astype(np.float32)
         self.edits[self.template, index] += change
 
-    def choose_category(self, category: str) -> None:
-        """Show the best template of a category that the network knows."""
-        self.reconstruction = self.reconstruction.of_category(category)
-        self.template = self.reconstruction.index
-
     def reset(self) -> None:
-        """Show what the network predicts of the template, without edits."""
+        """Take back the amount, and what was pulled at this template."""
         self.amount = 1.0
         self.edits[self.template] = 0
 
@@ -122,28 +102,21 @@ class State:
 
         Not times 1,000. Squared distances, mean over points, both directions added; the first
         1,024 points of each cloud; in units in which shapes have a bounding box of diagonal 1. Of
-        what is shown, of the template as the network deforms it, and of the template as it is.
+        what is drawn, of the template as the network deforms it, and of the template as it is.
         """
         if self.truth is None:
             return {}
-        predicted = self.reconstruction.offsets[self.template]
-        kinds = {
-            "shown": self.offsets,
-            "predicted": predicted,
-            "undeformed": np.zeros_like(predicted),
-        }
         bank, t = self.display, self.template
-        scores = {}
-        for kind, offsets in kinds.items():
-            moved = deform(
-                bank.deformation_matrix[t], bank.control_points[t], torch.from_numpy(offsets)
-            )
-            points = np.asarray(moved.numpy(), np.float32)[:_POINTS]
-            scores[kind] = chamfer(points, self.truth.points[:_POINTS])
-        return scores
+        matrix, rest, truth = bank.deformation_matrix[t], bank.control_points[t], self.truth.points
+        predicted = self.reconstruction.offsets[t]
+        kinds = {"drawn": self.offsets, "predicted": predicted, "undeformed": 0 * predicted}
+        return {
+            kind: chamfer(deform(matrix, rest, torch.from_numpy(o)).numpy(), truth[:NUM_POINTS])
+            for kind, o in kinds.items()
+        }
 
-    def shown(self) -> Reconstruction:
-        """Return what is shown as a reconstruction of its own, at full resolution."""
+    def result(self) -> Reconstruction:
+        """Return what is drawn as a reconstruction of its own, at full resolution."""
         offsets = self.reconstruction.offsets.copy()
         offsets[self.template] = self.offsets
         return replace(self.reconstruction, index=self.template, offsets=offsets)

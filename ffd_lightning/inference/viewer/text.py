@@ -7,10 +7,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.reconstruction import Reconstruction
-from ffd_lightning.inference.viewer.state import State
 from ffd_lightning.palette import part_colors
+
+_STYLE = "font-size:12px;margin:2px 12px"
 
 
 def category_labels(found: Reconstruction) -> list[str]:
@@ -26,16 +28,16 @@ def template_labels(found: Reconstruction) -> list[str]:
     ]
 
 
-def part_legend(state: State) -> str:
-    """Return the parts of the template that is shown with their colours, as HTML."""
-    mesh, entries = state.template_surface(), []
+def part_legend(mesh: Mesh) -> str:
+    """Return the parts of a mesh with their colours, as HTML."""
+    entries = []
     for label in [] if mesh.face_parts is None else np.unique(mesh.face_parts):
         name = mesh.part_names[label] if label < len(mesh.part_names) else "unknown"
         red, green, blue, _ = part_colors(np.array([label], np.uint8))[0].tolist()
         entries.append(
             f'<span style="color:rgb({red},{green},{blue})">&#9632;</span> {html.escape(name)}'
         )
-    return f'<div style="font-size:12px;margin:2px 12px">{" &nbsp; ".join(entries)}</div>'
+    return f'<div style="{_STYLE}">{" &nbsp; ".join(entries)}</div>'
 
 
 def score_table(scores: Mapping[str, float]) -> str:
@@ -53,7 +55,7 @@ def input_text(photo: FramedPhoto) -> str:
     """Return how the image came about, and what to be aware of, as HTML."""
     lines = [html.escape("; ".join(photo.steps))]
     lines += [f"<b>Beware:</b> {html.escape(in_page(warning))}" for warning in photo.warnings]
-    return f'<div style="font-size:12px;margin:2px 12px">{"<br>".join(lines)}</div>'
+    return f'<div style="{_STYLE}">{"<br>".join(lines)}</div>'
 
 
 def in_page(message: str) -> str:

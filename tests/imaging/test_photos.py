@@ -1,0 +1,107 @@
+"""Pictures of all modes and kinds, turned, masked, damaged."""
+
+import io
+import os
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from ffd_lightning.errors import DataError
+from ffd_lightning.imaging.photos import as_photo, read_photo
+
+PHOTO = np.full((60, 80, 3), (90, 130, 190), np.uint8)
+PHOTO[10:40, 30:70] = (200, 60, 20)
+
+
+def encoded(picture, kind="PNG", **options):
+    file = io.BytesIO()
+    picture.save(file, kind, **options)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize("orientation", [3, 6])
+def test_photographs_are_turned_upright_once(orientation):
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    # Turned by numpy, so that a turn to the right (6) or by half (3) makes it upright.
+    stored = np.ascontiguousarray(np.rot90(PHOTO, {6: 1, 3: 2}[orientation]))
+    picture = read_photo(encoded(Image.fromarray(stored), exif=exif))
+    np.testing.assert_array_equal(np.asarray(picture), PHOTO)
+    np.testing.assert_array_equal(np.asarray(as_photo(picture)), PHOTO)
+
+
+def test_broken_exif_is_ignored():
+    for exif in (b"Exif\0\0garbage", b"Exif\0\0II*\0\xff\xff\xff\xff"):
+        picture = read_photo(encoded(Image.fromarray(PHOTO), "JPEG", exif=exif, quality=95))
+        assert np.abs(np.asarray(picture).astype(int) - PHOTO).mean() < 3
+
+
+@pytest.mark.parametrize(
+    ("mode", "kind", "off"),
+    [("L", "png", 1), ("P", "gif", 60), ("CMYK", "jpeg", 8), ("LA", "png", 1), ("RGB", "webp", 20)],
+)
+def test_pictures_of_any_mode_and_kind(tmp_path, mode, kind, off):
+    grey = mode in ("L", "LA")
+    source = Image.fromarray(PHOTO).convert("L" if grey else "RGB").convert(mode)
+    source.save(tmp_path / "a.png", format=kind)  # what it is, not what it is called, counts
+    picture = read_photo(tmp_path / "a.png")
+    assert picture.mode == ("RGBA" if mode == "LA" else "RGB")
+    expected = np.asarray(Image.fromarray(PHOTO).convert("L").convert("RGB")) if grey else PHOTO
+    assert np.abs(np.asarray(picture)[..., :3].astype(int) - expected).mean() <= off
+
+
+def test_a_palette_with_a_clear_colour_has_alpha():
+    picture = Image.fromarray(PHOTO).quantize(2)
+    clear = np.asarray(picture)[0, 0]
+    alpha = np.asarray(read_photo(encoded(picture, transparency=int(clear))))[..., 3]
+    np.testing.assert_array_equal(alpha == 0, PHOTO[..., 0] == 90)
+
+
+def bomb():
+    """A PNG of a few bytes that says it has 81 million pixels."""
+    parts = b""
+    for kind, data in (
+        (b"IHDR", struct.pack(">2I5B", 9000, 9000, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(b"")),
+        (b"IEND", b""),
+    ):
+        crc = struct.pack(">I", zlib.crc32(kind + data))
+        parts += struct.pack(">I", len(data)) + kind + data + crc
+    return b"\x89PNG\r\n\x1a\n" + parts
+
+
+BAD = {
+    "text": (b"It was a dark and stormy night.", "is no picture"),
+    "a bomb": (bomb(), "9,000 x 9,000 pixels, more than 60,000,000"),
+    "HEIC": (b"\0\0\0\x18ftypheic\0\0\0\0mif1heic", "is HEIC .* save it as JPEG"),
+    "half a PNG": (encoded(Image.effect_noise((99, 99), 9))[:-3000], "cannot be read .*truncated"),
+    "16 bits": (encoded(Image.fromarray(np.full((9, 9), 999, np.uint16))), "more than 8 bits"),
+}
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files_are_refused_by_name(tmp_path, name):
+    content, reason = BAD[name]
+    (tmp_path / "photo.png").write_bytes(content)
+    with pytest.raises(DataError, match=reason) as caught:
+        read_photo(tmp_path / "photo.png")
+    assert str(caught.value).startswith(str(tmp_path / "photo.png"))
+    with pytest.raises(DataError, match=f"^upload .*{reason.removeprefix('is ')}"):
+        read_photo(content, "upload")
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    os.mkfifo(tmp_path / "pipe.png")
+    for name in ("", "pipe.png", "no", 300 * "long"):
+        with pytest.raises(DataError, match="cannot be read"):
+            read_photo(tmp_path / name)
+
+
+def test_arrays_that_are_no_pictures():
+    for values in (np.zeros((9, 9, 3)), *(np.zeros(s, np.uint8) for s in [(9, 9, 5), (0, 9, 3)])):
+        with pytest.raises(DataError, match="photograph cannot be read"):
+            as_photo(values)
