@@ -77,11 +77,7 @@ class Source:
         raise NotImplementedError
 
     def load(self, category: str, shape_id: str) -> SourceShape:
-        """Return one shape.
-
-        Args:
-            category: one of `categories`.
-            shape_id: one of `shape_ids`.
+        """Return one shape of `shape_ids`.
 
         Raises:
             RejectedShapeError: the shape cannot be used; the message is the reason.

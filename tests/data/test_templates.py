@@ -307,8 +307,8 @@ class Held(PreparedSet):
 
     arrays: dict | None = None
 
-    def _read(self, row, *names):
-        return [self.arrays[name] for name in names]
+    def _read(self, row, name):
+        return self.arrays[name]
 
 
 # --- the paper's templates ----------------------------------------------------------------------

@@ -6,11 +6,9 @@ import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.overview import count_warnings, write_sheet
-from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.preparation import Preparation, spread
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import DataError
 
@@ -58,34 +56,28 @@ def examine(preparation: Preparation, of_shapenet: bool, sheet: Path | None = No
         of_shapenet: look for the paper's templates.
         sheet: where to draw shapes to, None for nowhere.
     """
-    category = preparation.category
+    finding = Finding(preparation.category)
     try:
         ids = preparation.shape_ids
-        unusable = preparation.source.rejected(category)
-        unusable = {i: unusable[i] for i in ids if i in unusable}
-        finding = Finding(category, shapes=len(ids), unusable=unusable)
+        unusable = preparation.source.rejected(finding.name)
+        finding.shapes = len(ids)
+        finding.unusable = {i: unusable[i] for i in ids if i in unusable}
         usable = [i for i in ids if i not in unusable]
         if of_shapenet:
-            finding.templates = paper_templates(category)
+            finding.templates = paper_templates(finding.name)
             finding.absent = tuple(i for i in finding.templates if i not in usable)
-        if preparation.target.exists():
-            finding.prepared = preparation.target
-            _look_at(PreparedSet.open(preparation.target), finding, sheet)
-        elif usable:
-            places = np.unique(np.linspace(0, len(usable) - 1, min(len(usable), TRIAL)).astype(int))
-            finding.trial = len(places)
-            with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder:
+            if preparation.target.exists():
+                finding.prepared = preparation.target
+                prepared: PreparedSet | None = PreparedSet.open(preparation.target)
+            else:
+                chosen = spread(usable, TRIAL)
                 trial = replace(preparation, root=Path(folder), limit=None, progress=False)
-                tried, finding.rejected = trial.try_some([usable[k] for k in places])
-                if tried is not None:
-                    _look_at(tried, finding, sheet)
+                prepared, finding.rejected = trial.try_some(chosen)
+                finding.trial = len(chosen)
+            if prepared is not None:
+                finding.warnings = count_warnings(prepared)
+                finding.sheet = "" if sheet is None else write_sheet(prepared, sheet)
     except DataError as error:
-        return Finding(category, problem=str(error))
+        return Finding(finding.name, problem=str(error))
     return finding
-
-
-def _look_at(prepared: PreparedSet, finding: Finding, sheet: Path | None) -> None:
-    """Note what is to be said of shapes that are prepared, and draw them."""
-    finding.warnings = count_warnings(prepared)
-    if sheet is not None:
-        finding.sheet = write_sheet(prepared, sheet)

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
 import zipfile
 import zlib
+from collections.abc import Iterable
 from pathlib import Path, PurePath, PurePosixPath
 
-from ffd_lightning.data.reading.mesh_file import MAX_BYTES, read_file
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import DataError, RejectedShapeError
+
+MAX_BYTES = 1 << 31
+"""Of one file; reading a mesh takes several times its size in memory."""
 
 
 def is_hidden(name: str) -> bool:
-    """Return whether files of this name are the system's, not the user's: ".DS_Store", say.
-
-    `__MACOSX` is what archives hold that were packed on a Mac.
-    """
+    """Return whether files of this name are the system's: `.DS_Store`, or a Mac's `__MACOSX`."""
     return name.startswith(".") or name == "__MACOSX"
 
 
@@ -25,26 +26,39 @@ def files_below(top: Path) -> dict[PurePath, os.stat_result]:
 
     Links to folders are not followed, and the system's own files passed over. Of a file it is that
     file, by the path `.`.
-
-    Raises:
-        OSError: a folder cannot be read.
     """
     if not top.is_dir():
         return {PurePath(): top.stat()} if top.is_file() else {}
-    found = {}
-
-    def look(folder: str, path: PurePath) -> None:
-        with os.scandir(folder) as entries:
+    found, folders = {}, [PurePath()]
+    for folder in folders:  # which grow meanwhile
+        with os.scandir(top / folder) as entries:
             for entry in entries:
                 if is_hidden(entry.name):
                     continue
                 if entry.is_dir(follow_symlinks=False):
-                    look(entry.path, path / entry.name)
+                    folders.append(folder / entry.name)
                 elif entry.is_file():
-                    found[path / entry.name] = entry.stat()
-
-    look(os.fspath(top), PurePath())
+                    found[folder / entry.name] = entry.stat()
     return dict(sorted(found.items()))
+
+
+def digest_of_files(facts: Iterable[tuple[str, object]]) -> str:
+    """Return a sha256, in hexadecimal, of files' names and what is known of each."""
+    digest = hashlib.sha256()
+    for name, fact in facts:
+        digest.update(os.fsencode(f"{name}\0{fact}\n"))
+    return digest.hexdigest()
+
+
+def read_file(path: PurePath) -> bytes:
+    """Return the content of a file in a folder.
+
+    Raises:
+        RejectedShapeError: it is larger than 2 GB.
+        OSError: it cannot be read.
+    """
+    _check_size(path, Path(path).stat().st_size)
+    return Path(path).read_bytes()
 
 
 class Tree:
@@ -77,23 +91,24 @@ class Tree:
         """Return a file's content.
 
         Raises:
-            RejectedShapeError: it is larger than 2 GB.
-            OSError: it is damaged or encrypted; with a number, as all of the system's, where the
-                disk failed.
+            RejectedShapeError: it is damaged, encrypted or larger than 2 GB.
+            OSError: the disk failed.
         """
         if not self.packed:
             return read_file(self.place / path)
-        archive = _opened(self.place)
         try:
-            info = archive.getinfo(path.as_posix())
-            if info.file_size > MAX_BYTES:
-                raise OSError(f"it unpacks to {info.file_size / 1e9:.1f} GB")
-            return archive.read(info)
-        except (
-            *(zipfile.BadZipFile, zlib.error, EOFError),
-            *(RuntimeError, NotImplementedError, KeyError),
-        ) as error:
-            raise OSError(f"{path.name} in {self.place.name}: {error}") from error
+            info = _opened(self.place).getinfo(path.as_posix())
+            _check_size(path, info.file_size)
+            return _opened(self.place).read(info)
+        except (zipfile.BadZipFile, zlib.error, EOFError, KeyError, RuntimeError) as error:
+            raise RejectedShapeError(
+                f"{path.name} cannot be read from {self.place.name} ({error})"
+            ) from error
+
+
+def _check_size(path: PurePath, size: int) -> None:
+    if size > MAX_BYTES:
+        raise RejectedShapeError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
 
 
 @functools.lru_cache(maxsize=16)
@@ -104,6 +119,5 @@ def _opened(place: Path) -> zipfile.ZipFile:
     except OSError as error:
         raise DataError(f"the archive {place} cannot be read ({error})") from None
     except zipfile.BadZipFile as error:
-        raise DataError(
-            f"the archive {place} is damaged or incomplete ({error}): get it again"
-        ) from None
+        message = f"the archive {place} is damaged or incomplete ({error}): get it again"
+        raise DataError(message) from None

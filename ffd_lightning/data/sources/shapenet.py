@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Literal, NamedTuple
 
-from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.reading.files import Tree
+from ffd_lightning.data.categories import SYNSETS, listed, name_of
+from ffd_lightning.data.reading.files import Tree, digest_of_files, is_hidden
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.reading.orientation import orient
 from ffd_lightning.data.source import Source, SourceShape
@@ -89,25 +88,13 @@ class ShapeNetSource(Source):
         Raises:
             DataError: renderings are asked for, and there are none of any category.
         """
-        names = {synset: name for name, synset in SYNSETS.items()}
-        found = set(self.synsets())
+        found = set(self._places())
         if self.images is not None and found:
             rendered = found & self.images.synsets()
             if not rendered:
                 self.images.ids(min(found))  # raises: the folder is not what the user meant
             found = rendered
-        return sorted(names.get(synset, synset) for synset in found)
-
-    def rejected(self, category: str) -> dict[str, str]:
-        """Return which shapes lack their mesh or image, or whose mesh is empty."""
-        _, _, files, version = self.category(category)
-        mesh = MESHES[version]
-        found = {i: f"it has no {mesh}" for i in files if mesh not in files[i]}
-        found |= {i: f"its {mesh} is empty" for i in files if files[i].get(mesh) == 0}
-        if self.images is not None:
-            rendered = self.images.ids(category)
-            found |= {i: "it has no rendering" for i in files if i not in rendered}
-        return found
+        return sorted(map(name_of, found))
 
     def shape_ids(self, category: str) -> list[str]:
         """Return the ids of all shapes of `category`, sorted.
@@ -116,30 +103,40 @@ class ShapeNetSource(Source):
             DataError: no such category; the message lists those that are there.
         """
         self._categories.pop(category, None)
-        return sorted(self.category(category).files)
+        return sorted(self._category(category).files)
+
+    def rejected(self, category: str) -> dict[str, str]:
+        """Return which shapes lack their mesh or image, or whose mesh is empty."""
+        _, _, files, version = self._category(category)
+        mesh = MESHES[version]
+        found = {i: f"it has no {mesh}" for i in files if mesh not in files[i]}
+        found |= {i: f"its {mesh} is empty" for i in files if files[i].get(mesh) == 0}
+        if self.images is not None:
+            rendered = self.images.ids(category)
+            found |= {i: "it has no rendering" for i in files if i not in rendered}
+        return found
 
     def load(self, category: str, shape_id: str) -> SourceShape:
         """Return one shape; see `Source.load`."""
-        tree, top, files, version = self.category(category)
+        tree, top, files, version = self._category(category)
         own = [top / shape_id / path for path in files.get(shape_id, {})]
         mesh_file = top / shape_id / MESHES[version]
         if mesh_file not in own:
             raise RejectedShapeError(f"it has no {MESHES[version]}")
-        read, notes = read_mesh(mesh_file, own, tree.read)
-        shape = SourceShape(orient(read, "y", _YAW[version])).warned(*notes)
+        mesh, warnings = read_mesh(mesh_file, own, tree.read)
+        shape = SourceShape(orient(mesh, "y", _YAW[version])).warned(*warnings)
         if self.images is not None:
             images = self.images.read(category, shape_id)
             cameras, warning = self.images.cameras(category, shape_id)
             if cameras is not None:
                 warning = mismatch(images[0], cameras[0], shape.mesh)
             shape = replace(shape, images=images, cameras=cameras).warned(warning)
-        annotations = self._annotations(category)
-        if annotations is None:
-            return shape
-        parts, warning = annotations.read(category, shape_id, shape.mesh)
-        if warning:
-            warning = f"part annotation absent or doubtful: {warning}"
-        return replace(shape, parts=parts).warned(warning)
+        if annotations := self._annotations(category):
+            parts, warning = annotations.read(category, shape_id, shape.mesh)
+            if warning:
+                warning = f"part annotation absent or doubtful: {warning}"
+            shape = replace(shape, parts=parts).warned(warning)
+        return shape
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return version and a hash over names and sizes of all files: meshes, materials, textures.
@@ -148,32 +145,38 @@ class ShapeNetSource(Source):
         so that its files are added or replaced, but not edited, and their times say nothing.
         """
         self._categories.pop(category, None)
-        _, _, files, version = self.category(category)
+        _, _, files, version = self._category(category)
         annotations = self._annotations(category)
-        digest = hashlib.sha256()
-        for shape_id in sorted(files):
-            sizes = [(path.as_posix(), size) for path, size in sorted(files[shape_id].items())]
-            digest.update(f"{shape_id}\0{sizes}\n".encode())
+        facts = [
+            (shape_id, [(path.as_posix(), size) for path, size in sorted(own.items())])
+            for shape_id, own in sorted(files.items())
+        ]
         return {
             "source": "shapenet",
             "loader": _LOADER_VERSION,
             "version": version,
-            "sha256": digest.hexdigest(),
+            "sha256": digest_of_files(facts),
             "images": "own" if self.images is None else self.images.fingerprint(category),
             "parts": "none" if annotations is None else annotations.fingerprint(category),
         }
 
-    def category(self, name: str) -> Category:
-        """Return a category's shapes, and of which version they are, as found when first asked.
+    def _category(self, name: str) -> Category:
+        """Return a category's shapes, as found when first asked for.
 
         Raises:
             DataError: no such category, or its shapes are of neither version.
         """
         if name not in self._categories:
-            synset = SYNSETS.get(name, name)
-            places = self.synsets()
+            synset, places = SYNSETS.get(name, name), self._places()
+            if not places:
+                raise DataError(
+                    f"{self.root} is not ShapeNetCore: neither it nor ShapeNetCore.v1 or .v2 in it "
+                    "has folders <synset> or archives <synset>.zip; set data.root to the folder "
+                    "that does"
+                )
             if synset not in places:
-                raise DataError(self._missing(name, synset, sorted(places)))
+                there = listed(sorted(places))
+                raise DataError(f"{self.root} has no {name} ({synset}); it has: {there}")
             found = _listed(places[synset])
             if found.version != 1 and self.images is not None and not self.mix_versions:
                 raise DataError(
@@ -193,30 +196,15 @@ class ShapeNetSource(Source):
             self.parts.ids(category)  # raises: the folder is not what the user meant
         return self.parts if SYNSETS.get(category, category) in annotated else None
 
-    def synsets(self) -> dict[str, Path]:
+    def _places(self) -> dict[str, Path]:
         """Return the folder or archive of every category that is there, by synset."""
         for below in _BELOW:
-            folder = self.root / below
-            if folder.is_dir():
-                found: dict[str, Path] = {}
-                for entry in sorted(folder.iterdir(), reverse=True):  # folders after archives
-                    if _SYNSET.fullmatch(entry.name) and entry.is_dir():
-                        found[entry.name] = entry
-                    elif entry.suffix == ".zip" and _SYNSET.fullmatch(entry.stem):
-                        found[entry.stem] = entry
-                if found:
-                    return found
+            archives = {path.stem: path for path in (self.root / below).glob("*.zip")}
+            folders = {path.name: path for path in (self.root / below).glob("*") if path.is_dir()}
+            found = archives | folders
+            if places := {name: found[name] for name in found if _SYNSET.fullmatch(name)}:
+                return places
         return {}
-
-    def _missing(self, name: str, synset: str, there: list[str]) -> str:
-        if not there:
-            return (
-                f"{self.root} is not ShapeNetCore: neither it nor ShapeNetCore.v1 or .v2 in it has "
-                "folders <synset> or archives <synset>.zip; set data.root to the folder that does"
-            )
-        names = {s: n for n, s in SYNSETS.items()}
-        known = ", ".join(f"{names.get(s, 'other')} ({s})" for s in there)
-        return f"{self.root} has no {name} ({synset}); it has: {known}"
 
 
 def _listed(place: Path) -> Category:
@@ -224,15 +212,15 @@ def _listed(place: Path) -> Category:
     tree, top = Tree(place), PurePath()
     files: dict[str, dict[PurePath, int]] = {}
     if not tree.packed:
-        files = {p.name: {} for p in place.iterdir() if p.is_dir() and p.name[0] != "."}
-        files |= {i: dict(Tree(place / i).sizes()) for i in files}
+        folders = [path for path in place.iterdir() if path.is_dir() and not is_hidden(path.name)]
+        files = {folder.name: Tree(folder).sizes() for folder in folders}
     else:
         for path, size in tree.sizes().items():
-            below = path
-            if _SYNSET.fullmatch(path.parts[0]):
-                top, below = PurePath(path.parts[0]), PurePath(*path.parts[1:])
-            if len(below.parts) > 1:
-                files.setdefault(below.parts[0], {})[PurePath(*below.parts[1:])] = size
+            parts = path.parts
+            if _SYNSET.fullmatch(parts[0]):
+                top, parts = PurePath(parts[0]), parts[1:]
+            if len(parts) > 1:
+                files.setdefault(parts[0], {})[PurePath(*parts[1:])] = size
     counts = {v: sum(mesh in own for own in files.values()) for v, mesh in MESHES.items()}
     version = max(counts, key=lambda v: counts[v])
     if not counts[version]:
