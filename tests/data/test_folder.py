@@ -52,9 +52,7 @@ def test_what_is_missing_is_named_with_what_there_is(root):
             ask("chair")
     write_folder(root, {"04379243/m.obj": "", "vase/m.obj": "", "lamp/readme.txt": ""})
     for ask in (source.shape_ids, source.fingerprint):
-        with pytest.raises(
-            DataError, match=r"'03001627'; it has: table \(04379243\), lamp, vase"
-        ):
+        with pytest.raises(DataError, match=r"'03001627'; it has: table \(04379243\), lamp, vase"):
             ask("chair")
     for outside in ("..", "../shapes/vase", "", "."):
         with pytest.raises(DataError, match="has no folder"):
