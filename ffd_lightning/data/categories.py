@@ -35,7 +35,7 @@ def name_of(synset: str) -> str:
 
 
 def listed(synsets: Iterable[str]) -> str:
-    """Return synsets in words, by name where they have one: "chair (03001627), other (...)"."""
+    """Return synsets as text, by name where they have one: "chair (03001627), other (...)"."""
     return ", ".join(f"{_NAMES.get(s, 'other')} ({s})" for s in synsets)
 
 

@@ -40,7 +40,7 @@ class SourceShape:
         cameras: that took them, in the mesh's frame and unit, one each; None where unknown.
         parts: annotated points, for meshes without part labels of their own.
         warning: what is wrong with it though it can be used, a line each, "" for nothing. What
-            stands before a line's first colon is the kind by which warnings are counted.
+            comes before a line's first colon is the kind by which warnings are counted.
     """
 
     mesh: Mesh

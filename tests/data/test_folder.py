@@ -129,14 +129,14 @@ def test_a_disk_that_fails_is_no_fault_of_the_shape(root, monkeypatch, name):
     """Whatever the file: trimesh passes over errors with materials and textures."""
     files = {"m.obj": TEXTURED, "m.mtl": "newmtl m\nmap_Kd x.png\n", "x.png": png()}
     write_folder(root / "chair" / "m", files)
-    read = Path.read_bytes
+    opened = Path.open
 
-    def fail(path):
+    def fail(path, *args, **kwargs):
         if path.name == name:
             raise OSError(errno.EIO, "Input/output error", str(path))
-        return read(path)
+        return opened(path, *args, **kwargs)
 
-    monkeypatch.setattr(Path, "read_bytes", fail)
+    monkeypatch.setattr(Path, "open", fail)
     with pytest.raises(OSError, match="Input/output"):
         load(root)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from PIL import Image
 from trees import TEXTURED, TRIANGLE, area, png, write_folder
 
-from ffd_lightning.data.reading import files, mesh_file
+from ffd_lightning.data.reading import mesh_file
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import RejectedShapeError
 
@@ -327,13 +327,6 @@ def test_bad_shapes_are_rejected_with_a_reason(folder, name):
     with pytest.raises(RejectedShapeError, match=reason) as caught:
         folder.load(f"m.{extension}")
     assert "\n" not in str(caught.value)
-
-
-def test_files_that_are_far_too_large_are_not_opened(folder, monkeypatch):
-    monkeypatch.setattr(files, "MAX_BYTES", len(TEXTURED) - 1)
-    folder.write("m.obj", TEXTURED)
-    with pytest.raises(RejectedShapeError, match=r"m\.obj is larger than"):
-        folder.load()
 
 
 WHOLE = {

@@ -52,8 +52,8 @@ def test_what_a_source_gives_wrongly_is_rejected_with_the_reason(tmp_path, monke
     image = np.zeros((8, 8, 3), np.uint8)
     for made, words in (
         (maker(tmp_path, flat), "no area"),
-        (maker(tmp_path, box_mesh(0), images=[image]), "uint8 (8, 8, 3), not uint8 (H, W, 4)"),
-        (maker(tmp_path, box_mesh(0), images=[]), "0 images"),
+        (maker(tmp_path, box_mesh(0), images=[image]), "gives [('uint8', (8, 8, 3))]"),
+        (maker(tmp_path, box_mesh(0), images=[]), "gives []"),
         (ShapeMaker(OneShape(None), "box", 40, RENDER, tmp_path), "gives a NoneType"),
     ):
         failure = made.make("a")
@@ -78,11 +78,11 @@ def test_whole_files_alone_are_done(tmp_path):
         assert not file.exists()
 
 
-@pytest.mark.parametrize(("grey", "told"), [(255, True), (200, False)])
-def test_what_hardly_shows_on_white_is_warned_of(tmp_path, grey, told):
+@pytest.mark.parametrize(("grey", "warned"), [(255, True), (200, False)])
+def test_what_hardly_shows_on_white_is_warned_of(tmp_path, grey, warned):
     image = np.full((24, 32, 4), grey, np.uint8)
     warning = str(maker(tmp_path, box_mesh(0), images=[image]).arrays("a")["warning"])
-    assert warning.startswith("nearly invisible on white: brightness 255") == told
+    assert warning.startswith("nearly invisible on white: brightness 255") == warned
 
 
 # --- textures -----------------------------------------------------------------------------------

@@ -65,7 +65,7 @@ def describe(prepared: PreparedSet) -> list[str]:
 
 
 def count_warnings(prepared: PreparedSet) -> str:
-    """Return how many shapes have each of the commonest kinds of warning, in words."""
+    """Return how many shapes have each of the commonest kinds of warning, as text."""
     counts: Counter[str] = Counter()
     for lines in prepared.warnings.values():
         counts.update(dict.fromkeys(line.partition(": ")[0] for line in lines).keys())
@@ -81,12 +81,12 @@ def write_sheet(prepared: PreparedSet, file: Path) -> str:
     try:
         write_bytes_atomic(file, data.getvalue())
     except OSError as error:  # the set itself is there
-        return f"no picture could be written: {error.strerror or error}: {file}"
-    return f"what they look like, and how they stand: {file}"
+        return f"the contact sheet cannot be written: {error.strerror or error}: {file}"
+    return f"contact sheet: {file}"
 
 
 def draw_set(prepared: PreparedSet) -> Image.Image:
-    """Draw up to 32 shapes of a set, spread over it, and from four sides how they stand."""
+    """Draw the first image of up to 32 shapes of a set, and some shapes from four sides."""
     views, category = prepared.spread_views(range(len(prepared)), SHOWN), prepared.category(0)
     rows = [row for row, _ in views]
     images = [
@@ -96,12 +96,12 @@ def draw_set(prepared: PreparedSet) -> Image.Image:
     known, expected = _embedded(category), _expected(category)
     own = [row for row, _ in prepared.spread_views(range(len(prepared)), _POSED)]
     cameras = [prepared.camera(row) for row in own]
-    title = f"how a {category} should stand" if known else "how any shape should stand"
+    title = f"right orientation: {category if known else 'any shape'}"
     left = _poses(expected, [cameras[min(k, len(own) - 1)] for k in range(len(expected))])
     right = _poses([(prepared.ids[row], prepared.mesh(row)) for row in own], cameras)
     poses = [
         _headed(left, title, "embedded shapes: front to -z, y up"),
-        _headed(right, "how these stand", "the same sides of shapes of the set"),
+        _headed(right, "orientation of this set", "the same sides of shapes of the set"),
     ]
     which = f"{len(rows)} of {len(prepared)} shapes, the first image of each, {prepared.path.name}"
     above = _headed(seen, f"{category}: what the network sees", which)
@@ -120,7 +120,7 @@ def _embedded(category: str) -> str:
 
 
 def _expected(category: str) -> list[tuple[str, Mesh]]:
-    """Return embedded shapes that stand right, by name, their boxes' diagonals 1.
+    """Return embedded shapes by name, their boxes' diagonals 1.
 
     They are of as many families of the category, or of other categories where it has none.
     """

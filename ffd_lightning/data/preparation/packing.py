@@ -168,7 +168,7 @@ def _webp(texture: NDArray[np.uint8]) -> bytes:
 
 
 def _planes(values: NDArray[np.generic]) -> NDArray[np.uint8]:
-    """Return values as bytes, all first bytes before all second ones: alike stands by alike."""
+    """Return values as bytes, all first bytes before all second ones: it compresses better."""
     columns = np.ascontiguousarray(values.T if values.ndim > 1 else values[None])
     return np.stack([c.view(np.uint8).reshape(len(c), -1).T for c in columns])
 

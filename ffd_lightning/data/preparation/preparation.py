@@ -43,16 +43,6 @@ from ffd_lightning.progress import CountProgress
 _PACKAGES = ("ffd_lightning", "numpy", "embreex")
 
 
-def spread(ids: Sequence[str], limit: int | None) -> list[str]:
-    """Return at most `limit` ids, evenly spread.
-
-    >>> spread("abcdef", 3)
-    ['a', 'c', 'e']
-    """
-    count = len(ids) if limit is None else min(limit, len(ids))
-    return [ids[k * len(ids) // count] for k in range(count)]
-
-
 @dataclass(frozen=True)
 class Preparation:
     """What a prepared set is made of and where it goes.
@@ -69,7 +59,7 @@ class Preparation:
         limit: take so many shapes at most, evenly spread over their ids.
         workers: processes, 0 for one per core.
         timeout: seconds after which a shape is given up: it is left out.
-        progress: show on stderr how far it is.
+        progress: show on stderr how far it is, and what the set holds in a contact sheet.
     """
 
     source: Source
@@ -93,7 +83,8 @@ class Preparation:
         if len(set(ids)) != len(ids):
             name = type(self.source).__name__
             raise ConfigError(f"shape_ids of {name} must give a list of ids, each of them once")
-        return spread(ids, self.limit)
+        count = len(ids) if self.limit is None else min(self.limit, len(ids))
+        return [ids[k * len(ids) // count] for k in range(count)]
 
     @cached_property
     def settings(self) -> dict[str, object]:
@@ -155,25 +146,10 @@ class Preparation:
                 "folder (paths.data=DIR); the same command resumes with the shapes that are left"
             ) from error
         prepared = PreparedSet.open(self.target)
-        if missing is None:
+        if missing is None and self.progress:
             lines = [*describe(prepared), write_sheet(prepared, sheet_of(prepared.path))]
             print("\n".join(lines), file=sys.stderr)
         return prepared
-
-    def try_some(self, ids: Sequence[str]) -> tuple[PreparedSet | None, dict[str, str]]:
-        """Prepare shapes of these ids into a set of their own, below `root`.
-
-        Returns:
-            The set, None where all are rejected; and why shapes are not in it.
-        """
-        folder = Path(self.root) / f"{self.category}-trial"
-        folder.mkdir()
-        failures = self._make(ids, folder)
-        reasons = {i: failures[i].reason for i in ids if i in failures}
-        if len(reasons) == len(ids):
-            return None, reasons
-        _write_manifest(folder, ids, reasons, self.settings)
-        return PreparedSet.open(folder), reasons
 
     def _missing(self) -> list[str] | None:
         """Return the shapes whose files somebody removed from the set, None if there is no set."""
@@ -207,7 +183,7 @@ class Preparation:
         maker = ShapeMaker(self.source, self.category, self.num_points, self.render, folder)
         todo = [i for i in ids if not maker.is_done(i)]
         done = len(ids) - len(todo)
-        if self.progress and ids:
+        if self.progress:
             resumed = f" ({done} are done already)" if done else ""
             line = f"preparing {len(ids)} shapes of {self.category} in {self.target}{resumed}"
             print(line, file=sys.stderr)

@@ -50,8 +50,8 @@ class Failure:
 
     Attributes:
         kind: "rejected": it cannot be used; "given up": it took too much time or memory; "unread":
-            the disk or the network failed, so that nothing can be said of it.
-        reason: in words, in one line.
+            the disk or the network failed, so that nothing is known of it.
+        reason: a line of text.
     """
 
     kind: Literal["rejected", "given up", "unread"]
@@ -121,12 +121,10 @@ class ShapeMaker:
         points, face_ids = sample_stratified(
             mesh.vertices, mesh.faces, self.num_points, np.random.default_rng(list(key))
         )
+        cameras: Sequence[Camera] | None
         if shape.images is None:
-            cameras: Sequence[Camera] | None = self.render.cameras(f"{self.category}/{shape_id}")
-            height, width, samples = self.render.height, self.render.width, self.render.samples
-            images = np.stack(
-                [render(mesh, c, height=height, width=width, samples=samples) for c in cameras]
-            )
+            cameras = self.render.cameras(f"{self.category}/{shape_id}")
+            images = self._rendered(mesh, cameras)
         else:
             images, cameras = _fitted(shape, self.render.height, self.render.width)
         if shape.parts is not None:
@@ -149,6 +147,12 @@ class ShapeMaker:
             "part_names": np.array(mesh.part_names, dtype=np.str_),
             "warning": np.str_("\n".join(_warnings(shape, images))),
         }
+
+    def _rendered(self, mesh: Mesh, cameras: Sequence[Camera]) -> NDArray[np.uint8]:
+        """Return a mesh's images, (views, H, W, 4)."""
+        to = self.render
+        size = {"height": to.height, "width": to.width, "samples": to.samples}
+        return np.stack([render(mesh, camera, **size) for camera in cameras])
 
 
 def shrink_textures(mesh: Mesh) -> Mesh:
@@ -196,14 +200,12 @@ def _fitted(
 ) -> tuple[NDArray[np.uint8], Sequence[Camera] | None]:
     """Return a source's own images, (views, H, W, 4), and cameras that see what is round them."""
     pictures, cameras = list(shape.images or ()), shape.cameras
-    for picture in pictures:
-        if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 4:
-            raise RejectedShapeError(
-                f"its source gives an image {picture.dtype} {picture.shape}, not uint8 (H, W, 4)"
-            )
-    if not pictures or (cameras is not None and len(cameras) != len(pictures)):
-        count = "no" if cameras is None else str(len(cameras))
-        raise RejectedShapeError(f"its source gives {len(pictures)} images of {count} cameras")
+    right = [p.dtype == np.uint8 and p.ndim == 3 and p.shape[2] == 4 for p in pictures]
+    if not (pictures and all(right) and len(cameras or pictures) == len(pictures)):
+        raise RejectedShapeError(
+            "its source must give images uint8 (H, W, 4), and as many cameras or none; it gives "
+            f"{[(p.dtype.name, p.shape) for p in pictures]} and {len(cameras or ())} cameras"
+        )
     if cameras is not None:
         cameras = [
             camera.widened(height / min(height, width * picture.shape[0] / picture.shape[1]))

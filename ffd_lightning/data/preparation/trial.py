@@ -8,12 +8,12 @@ from pathlib import Path
 
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.overview import count_warnings, write_sheet
-from ffd_lightning.data.preparation.preparation import Preparation, spread
+from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import DataError
 
 TRIAL = 16
-"""Shapes of a category that are prepared on trial, evenly spread over its sorted ids."""
+"""Shapes of a category that are prepared on trial, evenly spread over its ids."""
 
 
 @dataclass
@@ -22,15 +22,15 @@ class Finding:
 
     Attributes:
         name: the category.
-        problem: why nothing can be said of it, "" if something can.
+        problem: why none of its shapes can be prepared, "" if some can.
         shapes: how many there are.
         unusable: those that are seen to be so without loading them, and why, by id.
         templates, absent: the paper's ids, and those of them that are absent or cannot be used.
         prepared: the prepared set's folder if it is there.
         trial: how many shapes were tried.
         rejected: of those, which were rejected, and why.
-        warnings: of the shapes tried or prepared, counted by kind, in words.
-        sheet: where a picture of the shapes tried or prepared is, in words.
+        warnings: of the shapes tried or prepared, counted by kind, a line of text.
+        sheet: a line of text on where the contact sheet of those shapes is.
         notes: what else there is to say.
     """
 
@@ -69,15 +69,16 @@ def examine(preparation: Preparation, of_shapenet: bool, sheet: Path | None = No
         with tempfile.TemporaryDirectory() as folder:
             if preparation.target.exists():
                 finding.prepared = preparation.target
-                prepared: PreparedSet | None = PreparedSet.open(preparation.target)
+                prepared = PreparedSet.open(preparation.target)
             else:
-                chosen = spread(usable, TRIAL)
-                trial = replace(preparation, root=Path(folder), limit=None, progress=False)
-                prepared, finding.rejected = trial.try_some(chosen)
-                finding.trial = len(chosen)
-            if prepared is not None:
-                finding.warnings = count_warnings(prepared)
-                finding.sheet = "" if sheet is None else write_sheet(prepared, sheet)
+                limit = min(TRIAL, preparation.limit or TRIAL)
+                trial = replace(preparation, root=Path(folder), limit=limit, progress=False)
+                prepared = trial.run()
+                rejected = prepared.rejected
+                finding.rejected = {i: rejected[i] for i in rejected if i not in unusable}
+                finding.trial = len(prepared) + len(finding.rejected)
+            finding.warnings = count_warnings(prepared)
+            finding.sheet = "" if sheet is None else write_sheet(prepared, sheet)
     except DataError as error:
         return Finding(finding.name, problem=str(error))
     return finding

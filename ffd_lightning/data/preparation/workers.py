@@ -7,7 +7,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import as_completed
+from concurrent.futures import Future, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 
@@ -53,6 +53,7 @@ def make_shapes(
             with _no_ctrl_c():  # what starts workers is started here
                 started = pool.schedule(os.getpid)
             started.result()
+            pending: dict[Future[Failure | None], str]
             pending = {pool.schedule(_work, (i,), timeout=timeout): i for i in ids}
             for future in as_completed(pending):
                 shape_id, failure = pending[future], None
@@ -63,7 +64,7 @@ def make_shapes(
                     failure = Failure("given up", why)
                 except ProcessExpired:
                     failure = Failure("given up", "its worker process died (out of memory?)")
-                # The clock may strike after the file is there, and before that is told.
+                # Time may run out after the file is there, and before the result is sent.
                 if failure is not None and not maker.is_done(shape_id):
                     failures[shape_id] = failure
                 advance()

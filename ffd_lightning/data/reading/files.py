@@ -12,9 +12,6 @@ from pathlib import Path, PurePath, PurePosixPath
 
 from ffd_lightning.errors import DataError, RejectedShapeError
 
-MAX_BYTES = 1 << 31
-"""Of one file; reading a mesh takes several times its size in memory."""
-
 
 def is_hidden(name: str) -> bool:
     """Return whether files of this name are the system's: `.DS_Store`, or a Mac's `__MACOSX`."""
@@ -50,19 +47,10 @@ def digest_of_files(facts: Iterable[tuple[str, object]]) -> str:
     return digest.hexdigest()
 
 
-def read_file(path: PurePath) -> bytes:
-    """Return the content of a file in a folder.
-
-    Raises:
-        RejectedShapeError: it is larger than 2 GB.
-        OSError: it cannot be read.
-    """
-    _check_size(path, Path(path).stat().st_size)
-    return Path(path).read_bytes()
-
-
 class Tree:
     """The files of a folder or of a zip archive, by their paths in it.
+
+    Where an archive holds a folder of its own name, paths are below that.
 
     Args:
         place: the folder, or an archive `*.zip`.
@@ -84,31 +72,25 @@ class Tree:
             path = PurePosixPath(info.filename)
             safe = not path.is_absolute() and ".." not in path.parts and "\\" not in info.filename
             if safe and not info.is_dir() and not any(map(is_hidden, path.parts)):
-                found[PurePath(path)] = info.file_size
+                below = path.parts[path.parts[0] == self.place.stem :]
+                found[PurePath(*below)] = info.file_size
         return dict(sorted(found.items()))
 
     def read(self, path: PurePath) -> bytes:
         """Return a file's content.
 
         Raises:
-            RejectedShapeError: it is damaged, encrypted or larger than 2 GB.
+            RejectedShapeError: it is damaged or encrypted.
             OSError: the disk failed.
         """
         if not self.packed:
-            return read_file(self.place / path)
+            return (self.place / path).read_bytes()
+        archive, name = _opened(self.place), path.as_posix()
         try:
-            info = _opened(self.place).getinfo(path.as_posix())
-            _check_size(path, info.file_size)
-            return _opened(self.place).read(info)
+            return archive.read(name if name in archive.NameToInfo else f"{self.place.stem}/{name}")
         except (zipfile.BadZipFile, zlib.error, EOFError, KeyError, RuntimeError) as error:
-            raise RejectedShapeError(
-                f"{path.name} cannot be read from {self.place.name} ({error})"
-            ) from error
-
-
-def _check_size(path: PurePath, size: int) -> None:
-    if size > MAX_BYTES:
-        raise RejectedShapeError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
+            reason = f"{path.name} cannot be read from {self.place.name} ({error})"
+            raise RejectedShapeError(reason) from error
 
 
 @functools.lru_cache(maxsize=16)

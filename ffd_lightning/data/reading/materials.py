@@ -13,7 +13,7 @@ from PIL import Image
 from ffd_lightning.imaging.pictures import to_rgba
 
 UNDECODABLE = "textures cannot be decoded"
-"""What is said of textures that are no pictures, or damaged ones."""
+"""The kind of warning about textures that are no pictures, or damaged ones."""
 
 _REFUSED = ("EPS", "IPTC")  # Pillow runs Ghostscript on PostScript, and IPTC may hold some
 _MAX_TEXTURE = 1024

@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count, takewhile
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import unquote
 
@@ -24,7 +24,6 @@ import trimesh
 from PIL import Image
 from trimesh.resolvers import Resolver
 
-from ffd_lightning.data.reading.files import read_file
 from ffd_lightning.data.reading.materials import ABSENT, UNDECODABLE, Textures, face_colors
 from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
@@ -38,11 +37,11 @@ _NAMED = 5  # files that a warning names; a shape may lack hundreds
 _UNSUPPORTED = re.compile(rb'KHR_draco_mesh_compression|"sparse"\s*:')  # of glTF, by trimesh
 
 Problems = dict[str, dict[str, None]]
-Read = Callable[[PurePath], bytes]
+Read = Callable[[Any], bytes]
 
 
 def read_mesh(
-    path: PurePath, side_files: Iterable[PurePath] = (), read: Read = read_file
+    path: PurePath, side_files: Iterable[PurePath] = (), read: Read = Path.read_bytes
 ) -> tuple[Mesh, tuple[str, ...]]:
     """Read a mesh with its colours and textures, and say what of its materials could not be had.
 

@@ -40,7 +40,7 @@ class FolderSource(Source):
         self._shapes: dict[str, _Files] = {}
 
     def categories(self) -> list[str]:
-        """Return what the folders in `root` stand for, sorted: synsets by the project's names."""
+        """Return the categories that have a folder, sorted: synsets by the project's names."""
         return sorted({name_of(folder) for folder in self._folders()})
 
     def shape_ids(self, category: str) -> list[str]:

@@ -25,18 +25,13 @@ _BELOW = ("", "ShapeNetCore.v1", "ShapeNetCore.v2")
 _SYNSET = re.compile(r"\d{8}")
 
 
-class Category(NamedTuple):
-    """One category's shapes, wherever they are.
+class _Category(NamedTuple):
+    """One category's shapes, of a version of ShapeNetCore.
 
-    Attributes:
-        tree: its folder or archive.
-        top: what stands before a shape's folder in the tree's paths.
-        files: the sizes of each shape's files in bytes, by id and by path below the shape's folder.
-        version: of ShapeNetCore.
+    Files have their sizes in bytes, by the shape's id and by the path below the shape's folder.
     """
 
     tree: Tree
-    top: PurePath
     files: dict[str, dict[PurePath, int]]
     version: int
 
@@ -80,7 +75,7 @@ class ShapeNetSource(Source):
         self.mix_versions = mix_versions
         self.parts = None if parts_root is None else PartAnnotations(Path(parts_root))
         self.own_images = self.images is not None  # type: ignore[misc]
-        self._categories: dict[str, Category] = {}
+        self._categories: dict[str, _Category] = {}
 
     def categories(self) -> list[str]:
         """Return the categories that are there: by name where they have one, else by synset.
@@ -107,7 +102,7 @@ class ShapeNetSource(Source):
 
     def rejected(self, category: str) -> dict[str, str]:
         """Return which shapes lack their mesh or image, or whose mesh is empty."""
-        _, _, files, version = self._category(category)
+        _, files, version = self._category(category)
         mesh = MESHES[version]
         found = {i: f"it has no {mesh}" for i in files if mesh not in files[i]}
         found |= {i: f"its {mesh} is empty" for i in files if files[i].get(mesh) == 0}
@@ -118,12 +113,12 @@ class ShapeNetSource(Source):
 
     def load(self, category: str, shape_id: str) -> SourceShape:
         """Return one shape; see `Source.load`."""
-        tree, top, files, version = self._category(category)
-        own = [top / shape_id / path for path in files.get(shape_id, {})]
-        mesh_file = top / shape_id / MESHES[version]
-        if mesh_file not in own:
+        tree, files, version = self._category(category)
+        folder, own = PurePath(shape_id), files.get(shape_id, {})
+        if MESHES[version] not in own:
             raise RejectedShapeError(f"it has no {MESHES[version]}")
-        mesh, warnings = read_mesh(mesh_file, own, tree.read)
+        side_files = [folder / path for path in own]
+        mesh, warnings = read_mesh(folder / MESHES[version], side_files, tree.read)
         shape = SourceShape(orient(mesh, "y", _YAW[version])).warned(*warnings)
         if self.images is not None:
             images = self.images.read(category, shape_id)
@@ -145,7 +140,7 @@ class ShapeNetSource(Source):
         so that its files are added or replaced, but not edited, and their times say nothing.
         """
         self._categories.pop(category, None)
-        _, _, files, version = self._category(category)
+        _, files, version = self._category(category)
         annotations = self._annotations(category)
         facts = [
             (shape_id, [(path.as_posix(), size) for path, size in sorted(own.items())])
@@ -160,7 +155,7 @@ class ShapeNetSource(Source):
             "parts": "none" if annotations is None else annotations.fingerprint(category),
         }
 
-    def _category(self, name: str) -> Category:
+    def _category(self, name: str) -> _Category:
         """Return a category's shapes, as found when first asked for.
 
         Raises:
@@ -207,23 +202,20 @@ class ShapeNetSource(Source):
         return {}
 
 
-def _listed(place: Path) -> Category:
+def _listed(place: Path) -> _Category:
     """Return what a category's folder or archive holds."""
-    tree, top = Tree(place), PurePath()
+    tree = Tree(place)
     files: dict[str, dict[PurePath, int]] = {}
-    if not tree.packed:
+    if tree.packed:
+        for path, size in tree.sizes().items():
+            if len(path.parts) > 1:
+                files.setdefault(path.parts[0], {})[PurePath(*path.parts[1:])] = size
+    else:  # a shape's folder may be a link
         folders = [path for path in place.iterdir() if path.is_dir() and not is_hidden(path.name)]
         files = {folder.name: Tree(folder).sizes() for folder in folders}
-    else:
-        for path, size in tree.sizes().items():
-            parts = path.parts
-            if _SYNSET.fullmatch(parts[0]):
-                top, parts = PurePath(parts[0]), parts[1:]
-            if len(parts) > 1:
-                files.setdefault(parts[0], {})[PurePath(*parts[1:])] = size
     counts = {v: sum(mesh in own for own in files.values()) for v, mesh in MESHES.items()}
     version = max(counts, key=lambda v: counts[v])
     if not counts[version]:
         wanted = " or ".join(f"<shape>/{mesh}" for mesh in MESHES.values())
         raise DataError(f"{place} holds {len(files)} folders, but no {wanted}")
-    return Category(tree, top, files, version)
+    return _Category(tree, files, version)
