@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from importlib.resources import files
 
 PAPER_CATEGORIES: dict[str, str] = {
@@ -24,6 +25,18 @@ PAPER_CATEGORIES: dict[str, str] = {
 
 SYNSETS: dict[str, str] = PAPER_CATEGORIES | {"rifle": "04090263", "telephone": "04401088"}
 """The paper's, and the two that 3D-R2N2 and others have for its firearms and cellphones."""
+
+_NAMES = {synset: name for name, synset in SYNSETS.items()}
+
+
+def name_of(synset: str) -> str:
+    """Return the project's name of a synset; what has none, as it is."""
+    return _NAMES.get(synset, synset)
+
+
+def listed(synsets: Iterable[str]) -> str:
+    """Return synsets as text, by name where they have one: "chair (03001627), other (...)"."""
+    return ", ".join(f"{_NAMES.get(s, 'other')} ({s})" for s in synsets)
 
 
 def paper_templates(category: str) -> tuple[str, ...]:

@@ -40,7 +40,7 @@ class SourceShape:
         cameras: that took them, in the mesh's frame and unit, one each; None where unknown.
         parts: annotated points, for meshes without part labels of their own.
         warning: what is wrong with it though it can be used, a line each, "" for nothing. What
-            stands before a line's first colon is the kind by which warnings are counted.
+            comes before a line's first colon is the kind by which warnings are counted.
     """
 
     mesh: Mesh
@@ -77,11 +77,7 @@ class Source:
         raise NotImplementedError
 
     def load(self, category: str, shape_id: str) -> SourceShape:
-        """Return one shape.
-
-        Args:
-            category: one of `categories`.
-            shape_id: one of `shape_ids`.
+        """Return one shape of `shape_ids`.
 
         Raises:
             RejectedShapeError: the shape cannot be used; the message is the reason.

@@ -13,7 +13,7 @@ SOURCE = ProceduralSource(100)
 
 
 @functools.cache
-def model(category, index):
+def shape_of(category, index):
     """A mesh with at most as many parts as the benchmark has for it: the rest are one."""
     mesh = SOURCE.load(category, f"{category}-{index:06d}").mesh
     most = {"chair": 4, "plane": 4, "table": 3}[category]
@@ -23,7 +23,7 @@ def model(category, index):
 @functools.cache
 def annotate(category, index, turns=0, noise=0.003, count=2500, seed=0):
     """Return points on the mesh, the same turned, noisy and scaled to a sphere, and labels."""
-    mesh, parts, _ = model(category, index)
+    mesh, parts, _ = shape_of(category, index)
     rng = np.random.default_rng([seed, index])
     points, faces = sample_surface(mesh.vertices, mesh.faces, count, rng)
     x, y, z = points.astype(float).T
@@ -47,11 +47,3 @@ def tree(category, indices, turns=0):
     shapes = {k: annotate(category, k, turns)[1:] for k in indices}
     top = SYNSETS[category]
     return {f"{top}/m{k}.txt": annotation(category, *shape) for k, shape in shapes.items()}
-
-
-def write(root, files):
-    for path, content in files.items():
-        target = root / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_text(content)
-    return root

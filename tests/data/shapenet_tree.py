@@ -1,13 +1,13 @@
 """Miniature ShapeNetCore trees, good shapes and bad ones, in every published layout."""
 
-import io
 import zipfile
-from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from trees import png, write_folder
 
 from ffd_lightning.data.sources.procedural import ProceduralSource
+
+__all__ = ["BAD", "CHAIR", "bad_models", "good_models", "model_text", "write_folder", "write_zips"]
 
 CHAIR = "03001627"
 LAYOUTS = {
@@ -32,23 +32,18 @@ def model_text(index=0, texture=None):
     return "\n".join(obj) + "\n", "\n".join(mtl) + "\n"
 
 
-def png(color=(200, 30, 30)):
-    data = io.BytesIO()
-    Image.new("RGB", (8, 8), color).save(data, "png")
-    return data.getvalue()
+GOOD = {
+    "nomtl": (None, {}),
+    "plain": (None, {}),
+    "textured": ("../images/texture0.png", {"images/texture0.png": png()}),
+    "windows": (r"C:\\Users\\me\\maps\\Wood.PNG", {"images/wood.png": png((30, 200, 30))}),
+}
 
 
 def good_models(layout, synset=CHAIR):
     """Return {path: content} of four shapes that must come through."""
     files = {}
-    for k, (name, texture, side) in enumerate(
-        [
-            ("plain", None, {}),
-            ("textured", "../images/texture0.png", {"images/texture0.png": png()}),
-            ("windows", r"C:\\Users\\me\\maps\\Wood.PNG", {"images/wood.png": png((30, 200, 30))}),
-            ("nomtl", None, {}),
-        ]
-    ):
+    for k, (name, (texture, side)) in enumerate(GOOD.items()):
         stem = LAYOUTS[layout].format(synset=synset, model=name)
         obj, mtl = model_text(k, texture)
         files[f"{stem}.obj"] = obj.replace("{stem}", stem.rsplit("/", 1)[1]).encode()
@@ -78,15 +73,7 @@ def bad_models(layout, synset=CHAIR):
     return files
 
 
-def write_folder(root: Path, files):
-    for path, content in files.items():
-        target = root / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        target.write_bytes(content)
-    return root
-
-
-def write_zips(root: Path, files, prefix=True):
+def write_zips(root, files, prefix=True):
     """Write one archive per synset, with the synset's folder in it or without."""
     root.mkdir(parents=True, exist_ok=True)
     for synset in sorted({path.split("/")[0] for path in files}):

@@ -3,26 +3,20 @@
 import base64
 import io
 import json
-import os
 import struct
-import subprocess
-import sys
-from collections.abc import Callable
-from pathlib import Path, PurePath
+from pathlib import PurePath
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
+from trees import TEXTURED, TRIANGLE, area, png, write_folder
 
 from ffd_lightning.data.reading import mesh_file
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import RejectedShapeError
-from ffd_lightning.geometry.mesh import Mesh
 
-TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
-TEXTURED = TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nmtllib m.mtl\nusemtl m\nf 1/1 2/2 3/3\n"
 GREY = [178, 178, 178, 255]
 PLY = (
     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
@@ -34,53 +28,32 @@ PLY = (
 class Folder:
     """Writes files and reads meshes with all the others at hand."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root):
         self.root = root
 
-    def write(self, name: str, content: str | bytes) -> None:
-        path = self.root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content.encode() if isinstance(content, str) else content)
+    def write(self, name, content):
+        write_folder(self.root, {name: content})
 
-    def image(self, name: str, color: tuple[int, ...], size: tuple[int, int] = (4, 4)) -> None:
-        path = self.root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        Image.new("RGB" if len(color) == 3 else "RGBA", size, color).save(path)
+    def read(self, name="m.obj"):
+        return read_mesh(self.root / name, [p for p in self.root.rglob("*") if p.is_file()])
 
-    def load(self, name: str = "m.obj") -> Mesh:
+    def load(self, name="m.obj"):
         return self.read(name)[0]
 
-    def read(self, name: str = "m.obj") -> tuple[Mesh, tuple[str, ...]]:
-        return read_mesh(self.root / name, [p for p in self.root.rglob("*") if p.is_file()])
+    def textured(self, mtl, **images):
+        """Write a triangle with a material of this text, and textures by stem."""
+        self.write("m.mtl", mtl)
+        self.write("m.obj", TEXTURED)
+        for stem, color in images.items():
+            self.write(f"{stem}.png", png(color))
 
 
 @pytest.fixture
-def folder(tmp_path: Path) -> Folder:
+def folder(tmp_path):
     return Folder(tmp_path)
 
 
-def area(mesh: Mesh) -> float:
-    a, b, c = (mesh.vertices[mesh.faces[:, i]] for i in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2)
-
-
-def test_reading_leaves_the_process_as_it_was(folder) -> None:
-    """Pillow may run Ghostscript for others, and trimesh tell them what it finds."""
-    script = (
-        "import logging; from PIL import EpsImagePlugin as eps; import pathlib\n"
-        "logging.getLogger('trimesh').setLevel(7); before = eps.gs_binary\n"
-        "from ffd_lightning.data.reading.mesh_file import read_mesh\n"
-        "read_mesh(pathlib.Path('m.obj'))\n"
-        "assert (logging.getLogger('trimesh').level, eps.gs_binary) == (7, before)\n"
-    )
-    folder.write("m.obj", TRIANGLE + "f 1 2 3\n")
-    path = str(Path(mesh_file.__file__).parents[3])
-    environment = os.environ | {"PYTHONPATH": path}
-    command = [sys.executable, "-c", script]
-    assert subprocess.run(command, cwd=folder.root, env=environment).returncode == 0
-
-
-def test_a_bug_of_ours_is_not_called_a_damaged_file(folder, monkeypatch) -> None:
+def test_a_bug_of_ours_is_not_called_a_damaged_file(folder, monkeypatch):
     folder.write("m.obj", TRIANGLE + "f 1 2 3\n")
     monkeypatch.setattr(mesh_file, "face_colors", None)
     with pytest.raises(TypeError, match="not callable"):
@@ -90,41 +63,30 @@ def test_a_bug_of_ours_is_not_called_a_damaged_file(folder, monkeypatch) -> None
 # --- colours ---
 
 
-def test_colours_and_transparency_of_mtl(folder: Folder) -> None:
-    options = {
-        "a": "d 0.5",
-        "b": "Tr 0.25",
-        "c": "d 0",
-        "e": "d 1\nTr 1",
-        "f": "d -halo 0.5",
-        "g": "",
-    }
+def test_colours_and_transparency_of_mtl(folder):
+    options = {"a": "d 0.5", "b": "Tr 0.25", "c": "d 0", "e": "d 1\nTr 1", "f": "d -halo 0.5"}
     mtl = "".join(f"newmtl {name}\nKd 1 0 0.2\n{option}\n" for name, option in options.items())
     folder.write("m.mtl", mtl + "newmtl no Kd\nNs 3\n")
     faces = "".join(f"usemtl {name}\nf 1 2 3\n" for name in [*options, "no Kd", "nowhere"])
     folder.write("m.obj", "mtllib m.mtl\n" + TRIANGLE + faces)
     colors = sorted(map(tuple, folder.load().face_colors.tolist()))
-    red = [(255, 0, 51, alpha) for alpha in (128, 128, 191, 255, 255, 255)]
-    assert colors == sorted([*red, (178, 178, 178, 255), (178, 178, 178, 255)])
+    red = [(255, 0, 51, alpha) for alpha in (128, 128, 191, 255, 255)]
+    assert colors == sorted([*red, tuple(GREY), tuple(GREY)])
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        "wood oak.png",
         "C:\\textures\\wood oak.png",
         "../elsewhere/WOOD OAK.PNG",
-        "-s 1 1 1 -o 0 0 0 wood oak.png",
+        "-blendu off -bm 0.5 -clamp on -o 0 0 0 -texres 512 maps\\wood oak.png  ",
         "/abs/wood%20oak.png",
     ],
 )
-def test_textures_are_found_by_base_name_and_replace_kd(folder: Folder, name: str) -> None:
-    folder.write("m.mtl", f"newmtl m\nKd 0 0 0\nd 0.5\nmap_Kd {name}\n")
-    folder.write("m.obj", TEXTURED)
-    folder.image("images/wood oak.png", (10, 20, 30))
+def test_textures_are_found_by_base_name_and_replace_kd(folder, name):
+    folder.textured(f"newmtl m\nKd 0 0 0\nd 0.5\n  MAP_KD {name}\n")
+    folder.write("images/wood oak.png", png((10, 20, 30)))
     mesh = folder.load()
-    assert mesh.face_textures is not None
-    assert mesh.face_uvs is not None
     np.testing.assert_array_equal(mesh.face_textures, [0])
     np.testing.assert_array_equal(mesh.textures[0][0, 0], [10, 20, 30, 128])
     np.testing.assert_array_equal(mesh.face_colors, [[10, 20, 30, 128]])
@@ -132,137 +94,111 @@ def test_textures_are_found_by_base_name_and_replace_kd(folder: Folder, name: st
     np.testing.assert_allclose(mesh.face_uvs[0], corners)  # uv = xy in this file
 
 
-def test_the_namesake_nearest_to_the_named_path_is_taken(folder: Folder) -> None:
-    folder.write("m.mtl", "newmtl m\nmap_Kd b/x.png\n")
-    folder.write("m.obj", TEXTURED)
-    folder.image("x.png", (1, 1, 1))
-    folder.image("b/x.png", (2, 2, 2))
+def test_the_namesake_nearest_to_the_named_path_is_taken(folder):
+    folder.textured("newmtl m\nmap_Kd b/x.png\n", x=(1, 1, 1))
+    folder.write("b/x.png", png((2, 2, 2)))
     assert folder.load().textures[0][0, 0, 0] == 2
 
 
-def test_damaged_and_huge_textures(folder: Folder) -> None:
-    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
-    folder.write("m.obj", TEXTURED)
-    folder.image("x.png", (5, 6, 7), size=(3000, 30))
-    assert folder.load().textures[0].shape == (10, 1024, 4)
-    whole = (folder.root / "x.png").read_bytes()
-    folder.write("x.png", whole[: len(whole) // 2])
-    np.testing.assert_array_equal(folder.load().face_colors, [GREY])
-    folder.image("x.png", (5, 6, 7, 0))
-    np.testing.assert_array_equal(folder.load().textures[0][0, 0], [5, 6, 7, 255])
-
-
-def saved(image: Image.Image, kind: str, **options) -> bytes:
+def saved(picture, kind, **options):
     data = io.BytesIO()
-    image.save(data, kind, **options)
+    picture.save(data, kind, **options)
     return data.getvalue()
 
 
-PLAIN = Image.new("RGB", (8, 6), (200, 100, 50))
 PALETTE = Image.new("P", (8, 6), 1)
 PALETTE.putpalette([0, 0, 0, 200, 100, 50])
 KINDS = {
     "16-bit grey": (saved(Image.new("I;16", (8, 6), 128 * 257), "png"), [128, 128, 128, 255]),
     "see-through palette": (saved(PALETTE, "png", transparency=b"\xff\x40"), [200, 100, 50, 64]),
-    "CMYK JPEG": (saved(PLAIN.convert("CMYK"), "jpeg", quality=100), [200, 100, 50, 255]),
-    "tga": (saved(PLAIN, "tga"), [200, 100, 50, 255]),
+    "tga": (saved(Image.new("RGB", (8, 6), (200, 100, 50)), "tga"), [200, 100, 50, 255]),
+    "transparent": (png((5, 6, 7, 0), (8, 6)), [5, 6, 7, 255]),
 }
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_textures_of_all_kinds_are_read_whatever_their_name(folder: Folder, kind: str) -> None:
+def test_textures_of_all_kinds_are_read_whatever_their_name(folder, kind):
     content, color = KINDS[kind]
-    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
-    folder.write("m.obj", TEXTURED)
+    folder.textured("newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
     folder.write("x.png", content)
     mesh = folder.load()
     assert mesh.textures[0].shape == (6, 8, 4)
-    np.testing.assert_allclose(mesh.textures[0][3, 3], color, atol=3)
-    np.testing.assert_allclose(mesh.face_colors, [color], atol=3)
+    np.testing.assert_array_equal(mesh.textures[0][3, 3], color)
+    np.testing.assert_array_equal(mesh.face_colors, [color])
+    folder.write("x.png", png((5, 6, 7), (3000, 30)))
+    assert folder.load().textures[0].shape == (10, 1024, 4)
 
 
-UNUSABLE: dict[str, tuple[str, bytes | None]] = {
-    "missing": (r"C:\Users\me\maps\x.png", None),
-    "options only": ("-s 1 1 1 -clamp on", None),
-    "text": ("x.png", b"It was a dark and stormy night."),
-    "cut off": ("x.png", saved(Image.effect_noise((64, 64), 50), "png")[:900]),
+UNUSABLE = {
+    "missing": (r"C:\Users\me\maps\x.png", None, "textures that the materials name are absent"),
+    "text": ("x.png", b"It was a dark and stormy night.", "textures cannot be decoded"),
+    "EPS": ("x.png", saved(Image.new("RGB", (8, 6)), "eps"), "textures cannot be decoded"),
+    "cut off": (
+        "x.png",
+        saved(Image.effect_noise((64, 64), 50), "png")[:900],
+        "textures cannot be decoded",
+    ),
 }
 
 
 @pytest.mark.parametrize("name", UNUSABLE)
-def test_a_material_whose_texture_cannot_be_used_is_grey(folder: Folder, capfd, name: str) -> None:
-    path, content = UNUSABLE[name]
-    folder.write("m.mtl", f"newmtl m\nKd 1 1 1\nd 0.5\nmap_Kd {path}\n")
-    folder.write("m.obj", TEXTURED)
+def test_a_material_whose_texture_cannot_be_used_is_grey_and_noted(folder, capfd, name):
+    path, content, what = UNUSABLE[name]
+    folder.textured(f"newmtl m\nKd 1 1 1\nd 0.5\nmap_Kd {path}\n")
     if content is not None:
         folder.write("x.png", content)
-    mesh = folder.load()
-    assert mesh.textures == ()
-    assert (mesh.face_textures, mesh.face_uvs) == (None, None)
+    mesh, warnings = folder.read()
+    assert (mesh.textures, mesh.face_textures, mesh.face_uvs) == ((), None, None)
     np.testing.assert_array_equal(mesh.face_colors, [[178, 178, 178, 128]])
+    assert warnings == (f"{what}: x.png",)
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_material_that_names_no_texture_keeps_its_colour(folder: Folder) -> None:
-    folder.write("m.mtl", "newmtl m\nKd 1 1 1\nmap_Kd \nmap_Ks lost.png\n")
-    folder.write("m.obj", TEXTURED)
+def test_a_material_that_names_no_texture_keeps_its_colour(folder):
+    folder.textured("newmtl m\nKd 1 1 1\nmap_Kd \nmap_Ks lost.png\n")
     np.testing.assert_array_equal(folder.load().face_colors, [[255, 255, 255, 255]])
 
 
-def test_options_of_all_kinds_may_precede_a_texture(folder: Folder) -> None:
-    options = "-blendu off -bm 0.5 -clamp on -imfchan l -mm 0 1 -o 0 0 0 -texres 512 -t 1 1 1"
-    folder.write("m.mtl", f"newmtl m\n  MAP_KD {options} maps\\wood oak.png  \n")
-    folder.write("m.obj", TEXTURED)
-    folder.image("wood oak.png", (10, 20, 30))
-    np.testing.assert_array_equal(folder.load().face_colors, [[10, 20, 30, 255]])
-
-
-USELESS_MTL = [None, b"\xff\xfe\0", b"newmtl m\nimage x\n"]
-
-
-@pytest.mark.parametrize("mtl", USELESS_MTL)
-def test_a_missing_or_useless_mtl_gives_grey(folder: Folder, mtl: bytes | None) -> None:
+@pytest.mark.parametrize("mtl", [None, b"\xff\xfe\0", b"newmtl m\nimage x\n"])
+def test_a_missing_or_useless_mtl_gives_grey(folder, mtl):
     folder.write("m.obj", TEXTURED)
     if mtl is not None:
         folder.write("m.mtl", mtl)
-    np.testing.assert_array_equal(folder.load().face_colors, [[178, 178, 178, 255]])
+    mesh, warnings = folder.read()
+    np.testing.assert_array_equal(mesh.face_colors, [GREY])
+    assert warnings == (() if mtl else ("material files are absent: m.mtl",))
 
 
-def test_materials_that_share_a_texture_share_it_in_memory(folder: Folder) -> None:
+def test_materials_that_share_a_texture_share_it_in_memory(folder):
     mtl = "".join(f"newmtl {k}\nd {d}\nmap_Kd x.png\n" for k, d in (("a", 1), ("b", 1), ("c", 0.5)))
-    folder.write("m.mtl", mtl)
+    folder.textured(mtl, x=(5, 6, 7))
     faces = "".join(f"usemtl {name}\nf 1/1 2/2 3/3\n" for name in "abc")
     folder.write("m.obj", TEXTURED.replace("usemtl m\nf 1/1 2/2 3/3\n", faces))
-    folder.image("x.png", (5, 6, 7))
     mesh = folder.load()
     assert len(mesh.textures) == 2
     assert sorted(mesh.face_colors.tolist()) == [[5, 6, 7, 128], [5, 6, 7, 255], [5, 6, 7, 255]]
 
 
 @pytest.mark.parametrize("uvs", ["", "vt 0\nvt 1\nvt 0\n", "vt nan 0\nvt 1e400 0\nvt 0 -inf\n"])
-def test_bad_uvs_do_not_reject_a_model(folder: Folder, uvs: str) -> None:
+def test_bad_uvs_do_not_reject_a_shape(folder, uvs):
     """Without any that can be used, the texture cannot be shown."""
-    folder.write("m.mtl", "newmtl m\nKd 0 1 0\nmap_Kd x.png\n")
+    folder.textured("newmtl m\nKd 0 1 0\nmap_Kd x.png\n", x=(0, 255, 0))
     obj = TEXTURED.replace("vt 0 0\nvt 1 0\nvt 0 1\n", uvs)
     folder.write("m.obj", obj if uvs else obj.replace("1/1 2/2 3/3", "1 2 3"))
-    folder.image("x.png", (0, 255, 0))
     mesh = folder.load()
     shown = [0, 255, 0, 255] if "nan" in uvs else GREY
     np.testing.assert_array_equal(mesh.face_colors, [shown])
     assert mesh.face_uvs is None or np.isfinite(mesh.face_uvs).all()
-    assert bool(mesh.textures) == ("nan" in uvs)
 
 
-def test_vertex_colours_are_averaged(folder: Folder) -> None:
+def test_vertex_colours_are_averaged(folder):
     colors = "property uchar red\nproperty uchar green\nproperty uchar blue\n"
     rows = "0 0 0 30 0 0\n1 0 0 60 0 0\n0 1 0 90 30 0\n3 0 1 2\n"
     folder.write("m.ply", PLY.format(colors=colors, count=1) + rows)
     np.testing.assert_array_equal(folder.load("m.ply").face_colors, [[60, 10, 0, 255]])
 
 
-def gltf(
-    buffer: str | None = None, texture: str | None = None, nodes: list | None = None, **material
-) -> str:
+def gltf(buffer=None, texture=None, nodes=None, **material):
     """Return a glTF of one triangle with uv = (x, 1 - y), that is (x, y) with v upwards."""
     corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
     data = b"".join(struct.pack("<3f", *c) for c in corners)
@@ -294,23 +230,21 @@ def gltf(
     return json.dumps(tree)
 
 
-def test_gltf_colours(folder: Folder) -> None:
+def test_gltf_colours(folder):
     # The factor is linear: 0.2140 is sRGB 0.5. Alpha counts only where the mode says so.
-    folder.write("opaque.gltf", gltf(factor=[0.2140, 0, 1, 0.4]))
-    folder.write("blend.gltf", gltf(factor=[0.2140, 0, 1, 0.4], alphaMode="BLEND"))
-    np.testing.assert_array_equal(folder.load("opaque.gltf").face_colors, [[128, 0, 255, 255]])
-    np.testing.assert_array_equal(folder.load("blend.gltf").face_colors, [[128, 0, 255, 102]])
+    for mode, alpha in (("OPAQUE", 255), ("BLEND", 102)):
+        folder.write("m.gltf", gltf(factor=[0.2140, 0, 1, 0.4], alphaMode=mode))
+        np.testing.assert_array_equal(folder.load("m.gltf").face_colors, [[128, 0, 255, alpha]])
     folder.write("tex.gltf", gltf(texture="x.png", factor=[1, 0, 1, 1], alphaMode="MASK"))
-    folder.image("x.png", (100, 100, 100, 140))
+    folder.write("x.png", png((100, 100, 100, 140)))
     mesh = folder.load("tex.gltf")
     np.testing.assert_array_equal(mesh.textures[0][0, 0], [100, 0, 100, 255])
-    assert mesh.face_uvs is not None
     np.testing.assert_allclose(mesh.face_uvs[0], mesh.vertices[mesh.faces[0], :2])
     (folder.root / "x.png").unlink()
     np.testing.assert_array_equal(folder.load("tex.gltf").face_colors, [[178, 0, 178, 255]])
 
 
-def test_scene_graph_is_applied(folder: Folder) -> None:
+def test_scene_graph_is_applied(folder):
     nodes = [
         {"children": [1, 2], "translation": [10, 0, 0]},
         {"mesh": 0},
@@ -323,41 +257,27 @@ def test_scene_graph_is_applied(folder: Folder) -> None:
     np.testing.assert_allclose(mesh.vertices.max(0), [12, 7, 0])
 
 
-# --- geometry that can be mended ---
+# --- geometry that can be mended, and geometry that cannot ---
 
-STL = "solid s\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+STL = "solid st\xfchle\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
 STL += "endloop\nendfacet\nendsolid s\n"
 OFF = "3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
-
+POINTS = "0 0 0\n1 0 0\n0 1 0\n"
+LATIN_PLY = PLY.format(colors="comment st\xfchle\n", count=1) + POINTS + "3 0 1 2\n"
 GOOD = {
     "n-gons": ("obj", "v 0 0 0\nv 2 0 0\nv 3 1 0\nv 1 2 0\nv 0 1 0\nf 1 2 3 4 5\n", 3, 4.0),
-    "mixed": ("obj", TRIANGLE + "v 1 1 0\nv 0 0 1\nf 1 2 4 3\nf 1 2 5\n", 3, 1.5),
     "NaN face": ("obj", TRIANGLE + "v nan 0 0\nf 1 2 3\nf 1 2 4\n", 1, 0.5),
     "degenerate": ("obj", TRIANGLE + "f 1 2 3\nf 1 1 2\nf 3 3 3\n", 1, 0.5),
     "latin-1": ("obj", b"# st\xfchle\ng l\xe4nge\n" + (TRIANGLE + "f 1 2 3\n").encode(), 1, 0.5),
-    "utf-16": ("obj", (TRIANGLE + "f 1 2 3\n").encode("utf-16"), 1, 0.5),
     "OFF": ("off", "OFF\n# c\n\n" + OFF, 1, 0.5),
-    "STL": ("stl", STL, 1, 0.5),
-    "STL latin-1": ("stl", STL.replace("solid s", "solid st\xfchle").encode("latin-1"), 1, 0.5),
-    "PLY latin-1": (
-        "ply",
-        (PLY.format(colors="", count=1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
-        .replace("element vertex", "comment st\xfchle\nelement vertex")
-        .encode("latin-1"),
-        1,
-        0.5,
-    ),
-    "PLY index": (
-        "ply",
-        PLY.format(colors="", count=2) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n3 0 1 9\n",
-        1,
-        0.5,
-    ),
-}  # fmt: skip
+    "STL latin-1": ("stl", STL.encode("latin-1"), 1, 0.5),
+    "PLY latin-1": ("ply", LATIN_PLY.encode("latin-1"), 1, 0.5),
+    "PLY index": ("ply", PLY.format(colors="", count=2) + POINTS + "3 0 1 2\n3 0 1 9\n", 1, 0.5),
+}
 
 
 @pytest.mark.parametrize("name", GOOD)
-def test_good_enough_models_come_through(folder: Folder, name: str) -> None:
+def test_good_enough_shapes_come_through(folder, name):
     extension, content, faces, expected = GOOD[name]
     folder.write(f"m.{extension}", content)
     mesh = folder.load(f"m.{extension}")
@@ -368,7 +288,7 @@ def test_good_enough_models_come_through(folder: Folder, name: str) -> None:
     assert (mesh.face_colors.shape, mesh.face_colors.dtype) == ((faces, 4), np.uint8)
 
 
-def test_negative_indices_count_from_their_line(folder: Folder) -> None:
+def test_negative_indices_count_from_their_line(folder):
     first = TRIANGLE + "vt 0 0\nvt 1 0\nvt 0 1\nf -3/-3 -2/-2 -1/-1\n"
     second = "v 0 0 5\nv 3 0 5\nv 0 3 5\nvt 0 0\nf -3/-3 -2/-2 \\\n -1/-1\n"
     folder.write("m.obj", first + second)
@@ -377,66 +297,7 @@ def test_negative_indices_count_from_their_line(folder: Folder) -> None:
     assert set(mesh.vertices[mesh.faces][..., 2].sum(1)) == {0, 15}
 
 
-# --- geometry that cannot ---
-
-BAD: dict[str, tuple[str, str | bytes, str]] = {
-    "zero bytes": ("obj", b"", "m.obj is empty"),
-    "text": ("obj", "It was a dark and stormy night.\n", "m.obj"),
-    "text as glb": ("glb", "It was a dark and stormy night.\n" * 9, "m.glb"),
-    "text as off": ("off", "It was a dark night.\n", "m.off"),
-    "text as stl": ("stl", "It was a dark night.\n", "m.stl"),
-    # Which of both depends on whether a library that guesses encodings is installed.
-    "noise stl": ("stl", bytes(range(256)) * 40, "not of this format|no faces"),
-    "all NaN": ("obj", "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no face with a finite area"),
-    "point": ("obj", "v 1 1 1\n" * 3 + "f 1 2 3\n", "no face with a finite area"),
-    "infinite": ("obj", "v 1e300 0 0\nv 0 1e300 0\nv 0 0 1\nf 1 2 3\n", "no face with a finite"),
-    "only lines": ("obj", TRIANGLE + "l 1 2 3\n", "no faces"),
-    "only points": ("obj", TRIANGLE, "no faces"),
-    "point cloud": ("ply", PLY.format(colors="", count=0) + "0 0 0\n1 0 0\n0 1 0\n", "no faces"),
-    "ply promises": ("ply", PLY.format(colors="", count=10**12) + "0 0 0\n", "m.ply"),
-    "bad index": ("obj", TRIANGLE + "f 1 2 9\n", "m.obj"),
-    "Draco": ("gltf", '{"extensionsUsed": ["KHR_draco_mesh_compression"]}', "Draco"),
-    "sparse": (
-        "gltf",
-        gltf().replace('"componentType": 5126,', '"componentType": 5126, "sparse": {},'),
-        "sparse accessors, which is not supported",
-    ),
-    "circular": ("gltf", gltf(nodes=[{"children": [1]}, {"mesh": 0, "children": [0]}]), "m.gltf"),
-    "empty scene": ("gltf", '{"asset": {"version": "2.0"}}', "m.gltf"),
-    "missing": ("gltf", gltf(buffer="lost.bin"), "FileNotFoundError"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_models_are_rejected_with_a_reason(folder: Folder, name: str) -> None:
-    extension, content, reason = BAD[name]
-    folder.write(f"m.{extension}", content)
-    with pytest.raises(RejectedShapeError, match=reason) as caught:
-        folder.load(f"m.{extension}")
-    assert "\n" not in str(caught.value)
-
-
-NOTES = {
-    "all there": ({"x.png": KINDS["tga"][0]}, ()),
-    "no texture": ({}, ("textures that the materials name are absent: x.png",)),
-    "no picture": ({"x.png": b"?"}, ("textures cannot be decoded: x.png",)),
-    "no library": ({"m.mtl": None}, ("material files are absent: m.mtl",)),
-    "no material": ({"m.mtl": b"newmtl n\n"}, ("materials are defined nowhere: m",)),
-}
-
-
-@pytest.mark.parametrize("name", NOTES)
-def test_what_materials_lack_is_noted(folder: Folder, name: str) -> None:
-    files, notes = NOTES[name]
-    library = b"newmtl m\nmap_Kd -s 1 1 1 maps\\X.PNG\n"
-    for path, content in ({"m.mtl": library, "m.obj": TEXTURED.encode()} | files).items():
-        if content is not None:
-            folder.write(path, content)
-    found = folder.read()[1]
-    assert tuple(note.replace("X.PNG", "x.png") for note in found) == notes
-
-
-def test_an_off_that_ends_early_is_rejected(folder: Folder) -> None:
+def test_an_off_that_ends_early_is_rejected(folder):
     folder.write("m.off", "OFF4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 2 3\n")
     assert area(folder.load("m.off")) == pytest.approx(1)
     folder.write("m.off", "OFF4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n")
@@ -444,46 +305,48 @@ def test_an_off_that_ends_early_is_rejected(folder: Folder) -> None:
         folder.load("m.off")
 
 
-def test_files_that_are_far_too_large_are_not_opened(folder: Folder, monkeypatch) -> None:
-    monkeypatch.setattr(mesh_file, "MAX_BYTES", len(TEXTURED) - 1)
-    folder.write("m.obj", TEXTURED)
-    with pytest.raises(RejectedShapeError, match=r"m\.obj is larger than"):
-        folder.load()
-
-
-WHOLE: dict[str, Callable[[], bytes]] = {
-    "gltf": lambda: gltf().encode(),
-    "ply": lambda: (PLY.format(colors="", count=1) + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n").encode(),
-    "stl": lambda: bytes(80) + struct.pack("<I12fH", 1, *[0.0] * 3, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0),
-    "off": lambda: ("OFF\n" + OFF).encode(),
-    "obj": lambda: TEXTURED.encode(),
+BAD = {
+    "zero bytes": ("obj", b"", "m.obj is empty"),
+    "text as glb": ("glb", "It was a dark and stormy night.\n" * 9, "m.glb"),
+    # Which of both depends on whether a library that guesses encodings is installed.
+    "noise stl": ("stl", bytes(range(256)) * 40, "not of this format|no faces"),
+    "infinite": ("obj", "v 1e300 0 0\nv 0 1e300 0\nv 0 0 1\nf 1 2 3\n", "no face with a finite"),
+    "only lines": ("obj", TRIANGLE + "l 1 2 3\n", "no faces"),
+    "ply promises": ("ply", PLY.format(colors="", count=10**12) + "0 0 0\n", "m.ply"),
+    "bad index": ("obj", TRIANGLE + "f 1 2 9\n", "m.obj"),
+    "Draco": ("gltf", '{"extensionsUsed": ["KHR_draco_mesh_compression"]}', "draco"),
+    "circular": ("gltf", gltf(nodes=[{"children": [1]}, {"mesh": 0, "children": [0]}]), "m.gltf"),
+    "missing": ("gltf", gltf(buffer="lost.bin"), "FileNotFoundError"),
 }
 
 
-@pytest.mark.parametrize("extension", WHOLE)
-def test_a_file_cut_anywhere_loads_or_is_rejected(folder: Folder, extension: str) -> None:
-    whole = WHOLE[extension]()
-    folder.write(f"m.{extension}", whole)
-    assert area(folder.load(f"m.{extension}")) == pytest.approx(0.5)
-    rejected = 0
-    for end in range(1, len(whole), max(1, len(whole) // 40)):
-        folder.write(f"m.{extension}", whole[:end])
-        try:
-            folder.load(f"m.{extension}")
-        except RejectedShapeError:
-            rejected += 1
-    assert rejected > 20
+@pytest.mark.parametrize("name", BAD)
+def test_bad_shapes_are_rejected_with_a_reason(folder, name):
+    extension, content, reason = BAD[name]
+    folder.write(f"m.{extension}", content)
+    with pytest.raises(RejectedShapeError, match=reason) as caught:
+        folder.load(f"m.{extension}")
+    assert "\n" not in str(caught.value)
 
 
-@settings(max_examples=150, derandomize=True, database=None, deadline=None)
+WHOLE = {
+    "gltf": gltf().encode(),
+    "ply": (PLY.format(colors="", count=1) + POINTS + "3 0 1 2\n").encode(),
+    "stl": bytes(80) + struct.pack("<I12fH", 1, *[0.0] * 3, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0),
+    "off": ("OFF\n" + OFF).encode(),
+    "obj": TEXTURED.encode(),
+}
+
+
+@settings(max_examples=200, derandomize=True, database=None, deadline=None)
 @given(
     st.sampled_from(list(WHOLE)),
     st.integers(0, 500),
-    st.integers(0, 30),
-    st.one_of(st.binary(max_size=8), st.sampled_from([b"-1", b"nan", b"9" * 30, b"\n", b"{}"])),
+    st.integers(0, 30) | st.just(10**6),
+    st.binary(max_size=8) | st.sampled_from([b"-1", b"nan", b"9" * 30, b"\n", b"{}"]),
 )
-def test_a_damaged_file_gives_a_valid_mesh_or_is_rejected(extension, start, length, junk) -> None:
-    whole = WHOLE[extension]()
+def test_a_damaged_file_gives_a_valid_mesh_or_is_rejected(extension, start, length, junk):
+    whole = WHOLE[extension]
     start %= len(whole)
     data = whole[:start] + junk + whole[start + length :]
     try:

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
-from parts_tree import SYNSETS, annotate, annotation, model, tree, write
+from parts_tree import SYNSETS, annotate, annotation, shape_of, tree
+from trees import face_areas, write_folder
 
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -8,29 +9,16 @@ from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.sources.shapenet import ShapeNetSource
 from ffd_lightning.data.sources.shapenet_parts import NAME, PartAnnotations
 from ffd_lightning.errors import DataError
-from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.sampling import sample_surface
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.palette import PART_COLORS, part_colors
 
 CHAIR = SYNSETS["chair"]
 
 
-def area(mesh):
-    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
-    return np.linalg.norm(np.cross(b - a, c - a), axis=1)
-
-
 def covered(mesh, found, truth):
-    return area(mesh)[found == truth].sum() / area(mesh).sum()
-
-
-def box(*size):
-    """A box about the origin."""
-    corners = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).T.reshape(-1, 3) - 0.5
-    quads = [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]]
-    faces = np.array([[q[0], *q[k : k + 2]] for q in quads for k in (1, 2)])
-    return Mesh(corners * size, faces, np.full((12, 4), 255, np.uint8))
+    """Return the share of the area that is labelled rightly."""
+    areas = face_areas(mesh)
+    return areas[found == truth].sum() / areas.sum()
 
 
 # --- Reading and aligning -----------------------------------------------------------------------
@@ -42,11 +30,11 @@ def box(*size):
     [("chair", 1, 0.94, 0.97), ("table", 2, 0.91, 0.96), ("plane", 3, 0.88, 0.93)],
 )
 def test_labels_reach_the_right_places(tmp_path, category, turns, points_right, area_right):
-    source = PartAnnotations(write(tmp_path / NAME, tree(category, range(2), turns)))
+    source = PartAnnotations(write_folder(tmp_path / NAME, tree(category, range(2), turns)))
     assert source.ids(category) == ["m0", "m1"]
     assert PartAnnotations(tmp_path).fingerprint(category) == source.fingerprint(category)
     for k in range(2):
-        mesh, truth, names = model(category, k)
+        mesh, truth, names = shape_of(category, k)
         parts, warning = source.read(category, f"m{k}", mesh)
         assert warning == ""
         assert parts.names == tuple(f"part {i + 1}" for i in range(len(names)))
@@ -58,8 +46,8 @@ def test_labels_reach_the_right_places(tmp_path, category, turns, points_right, 
 
 
 def test_annotations_of_another_shape_are_not_used(tmp_path):
-    source = PartAnnotations(write(tmp_path, tree("chair", [0])))
-    for other in (model("table", 0)[0], model("chair", 1)[0]):
+    source = PartAnnotations(write_folder(tmp_path, tree("chair", [0])))
+    for other in (shape_of("table", 0)[0], shape_of("chair", 1)[0]):
         parts, warning = source.read("chair", "m0", other)
         assert parts is None
         assert warning.startswith("its part annotation does not fit the mesh (rms distance 0.")
@@ -72,28 +60,25 @@ _, OWN, LABELS = annotate("chair", 0)
     ("content", "reason"),
     [
         (None, "it has no part annotation"),
-        ("", "cannot be read"),
-        ("1 2 3\n" * 9, "cannot be read"),
+        ("1 2 3\n" * 9, "cannot be used"),
         (annotation("chair", OWN, LABELS + 9), "parts from 12 on"),
-        (annotation("chair", OWN * np.nan, LABELS), "cannot be read"),
+        (annotation("chair", OWN * np.nan, LABELS), "cannot be used"),
         ("1 2 3 0 0 0 12\n" * 200, "no extent"),
     ],
 )
 def test_broken_files_are_named_and_nothing_is_raised(tmp_path, content, reason):
     files = tree("chair", [1]) | ({} if content is None else {f"{CHAIR}/m.txt": content})
-    parts, warning = PartAnnotations(write(tmp_path, files)).read(
-        "chair", "m", model("chair", 0)[0]
-    )
+    source = PartAnnotations(write_folder(tmp_path, files))
+    parts, warning = source.read("chair", "m", shape_of("chair", 0)[0])
     assert parts is None
     assert reason in warning
 
 
 def test_the_fingerprint_follows_the_files(tmp_path):
     files = tree("chair", range(2))
-    source = PartAnnotations(write(tmp_path, files))
+    source = PartAnnotations(write_folder(tmp_path, files))
     before = source.fingerprint("chair")
-    path = tmp_path / CHAIR / "m1.txt"
-    path.write_text(files[f"{CHAIR}/m1.txt"] + "0\n")
+    write_folder(tmp_path, {f"{CHAIR}/m1.txt": files[f"{CHAIR}/m1.txt"] + "0\n"})
     assert source.fingerprint("chair") != before
     with pytest.raises(DataError, match=r"of plane \(02691156\) in .*it has: chair \(03001627"):
         source.ids("plane")
@@ -101,7 +86,7 @@ def test_the_fingerprint_follows_the_files(tmp_path):
         PartAnnotations(tmp_path / "absent").ids("chair")
 
 
-# --- Mapping ------------------------------------------------------------------------------------
+# --- Labelling ----------------------------------------------------------------------------------
 
 
 def test_faces_are_labelled_by_area_and_not_by_their_centroid():
@@ -113,32 +98,12 @@ def test_faces_are_labelled_by_area_and_not_by_their_centroid():
     assert label_faces(parts, vertices, faces).tolist() == [0]
 
 
-@pytest.mark.parametrize("category", ["table", "plane"])
-def test_faces_do_better_than_their_centroids(category):
-    gains = []
-    for k in range(5):
-        mesh, truth, names = model(category, k)
-        points, _, labels = annotate(category, k)
-        parts = PartCloud(points.astype(float), labels, names)
-        centroids = label_points(parts, mesh.vertices[mesh.faces].mean(axis=1))
-        faces = label_faces(parts, mesh.vertices, mesh.faces)
-        gains.append(covered(mesh, faces, truth) - covered(mesh, centroids, truth))
-    assert np.mean(gains) > 0.01  # measured: 0.024 and 0.027
-
-
 def test_unknown_stays_unknown():
-    mesh = box(1, 1, 1)
-    points, faces = sample_surface(mesh.vertices, mesh.faces, 2000, np.random.default_rng(0))
-    labels = np.where(faces // 2 < 2, 255, faces // 2 - 2).astype(np.uint8)
-    parts = PartCloud(points.astype(float), labels, ("a", "b", "c", "d"))
-    found = label_faces(parts, mesh.vertices, mesh.faces)
-    assert found.tolist() == [255] * 4 + [0, 0, 1, 1, 2, 2, 3, 3]
-    inside = label_points(parts, mesh.vertices[mesh.faces].mean(axis=1))
-    np.testing.assert_array_equal(inside, found)
-    none = PartCloud(np.zeros((0, 3)), np.zeros(0, np.uint8), ())
-    assert label_points(none, points).tolist() == [255] * 2000
-    assert label_faces(none, mesh.vertices, mesh.faces).tolist() == [255] * 12
-    assert label_faces(parts, mesh.vertices, mesh.faces[:0]).shape == (0,)
+    vertices, faces = np.eye(3), np.array([[0, 1, 2]])
+    unknown = PartCloud(vertices, np.full(3, 255, np.uint8), ("a",))
+    for parts in (unknown, PartCloud(np.zeros((0, 3)), np.zeros(0, np.uint8), ())):
+        assert label_points(parts, vertices).tolist() == [255] * 3
+        assert label_faces(parts, vertices, faces).tolist() == [255]
 
 
 # --- Through ShapeNet to a prepared set ---------------------------------------------------------
@@ -156,37 +121,30 @@ def prepared_from(root, category, parts_root):
 
 
 def test_a_prepared_set_has_the_annotated_parts(tmp_path):
-    parts_root = write(tmp_path / "parts", tree("chair", range(2)))
-    shapes = {f"m{k}": model("chair", k) for k in range(3)}
+    parts_root = write_folder(tmp_path / "parts", tree("chair", range(2)))
+    shapes = {f"m{k}": shape_of("chair", k) for k in range(3)}
     files = {f"{CHAIR}/{name}/models/model_normalized.obj": obj(s[0]) for name, s in shapes.items()}
-    prepared = prepared_from(write(tmp_path / "v2", files), "chair", parts_root)
+    prepared = prepared_from(write_folder(tmp_path / "v2", files), "chair", parts_root)
     assert prepared.warnings == {
         "m2": ["part annotation absent or doubtful: it has no part annotation"]
     }
     for row, (mesh, truth, _) in enumerate(shapes.values()):
-        got, points = prepared.mesh(row), prepared.point_parts(row)
+        found, points = prepared.mesh(row), prepared.point_parts(row)
         if row == 2:
-            assert set(got.face_parts) == set(points) == {255}
+            assert set(found.face_parts) == set(points) == {255}
             continue
         wanted = np.array([prepared.part_names.index(f"part {k + 1}") for k in range(4)])[truth]
-        assert covered(mesh, got.face_parts, wanted) > 0.95
-        shares = [np.mean(points == part) for part in range(len(prepared.part_names))]
-        expected = [area(mesh)[wanted == p].sum() / area(mesh).sum() for p in range(len(shares))]
-        np.testing.assert_allclose(shares, expected, atol=0.08)
+        assert covered(mesh, found.face_parts, wanted) > 0.95
+        shares = np.bincount(points, minlength=4) / len(points)
+        areas = np.bincount(wanted, face_areas(mesh), minlength=4)
+        np.testing.assert_allclose(shares, areas / areas.sum(), atol=0.08)
 
 
 def test_categories_without_annotation_are_prepared_without_parts(tmp_path):
     """Of ShapeNet's 57 categories 16 are annotated; a study of 13 must not stop at the others."""
-    files = {f"{SYNSETS['table']}/a/model.obj": obj(model("table", 0)[0])}
-    root = write(tmp_path / "v1", files)
-    parts_root = write(tmp_path / "parts", tree("chair", range(1)))
+    files = {f"{SYNSETS['table']}/a/model.obj": obj(shape_of("table", 0)[0])}
+    root = write_folder(tmp_path / "v1", files)
+    parts_root = write_folder(tmp_path / "parts", tree("chair", range(1)))
     assert prepared_from(root, "table", parts_root).part_names == ()
     with pytest.raises(DataError, match=r"none at all: set data\.parts_root"):
         prepared_from(root, "table", tmp_path)
-
-
-def test_parts_have_different_colours_and_unknown_ones_are_grey():
-    colors = part_colors(np.arange(256, dtype=np.uint8))
-    assert len(np.unique(colors[: len(PART_COLORS)], axis=0)) == len(PART_COLORS)
-    np.testing.assert_array_equal(colors[len(PART_COLORS)], colors[0])
-    assert len(set(colors[UNKNOWN_PART, :3])) == 1

@@ -4,16 +4,8 @@ import zipfile
 import numpy as np
 import pytest
 from PIL import Image
-from shapenet_tree import (
-    BAD,
-    CHAIR,
-    LAYOUTS,
-    bad_models,
-    good_models,
-    png,
-    write_folder,
-    write_zips,
-)
+from shapenet_tree import BAD, CHAIR, GOOD, bad_models, good_models, write_folder, write_zips
+from trees import png
 
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.r2n2 import R2n2Images
@@ -23,29 +15,22 @@ from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
-GOOD = ["nomtl", "plain", "textured", "windows"]
 
-
-@pytest.fixture(params=["v1", "v2"])
-def layout(request):
-    return request.param
-
-
-@pytest.fixture(params=["folder", "zip", "zip without the synset's folder", "one level down"])
-def tree(request, layout, tmp_path):
+@pytest.mark.parametrize(
+    ("layout", "kept"),
+    [("v1", "folder"), ("v1", "zip"), ("v2", "zip without the synset"), ("v2", "one level down")],
+)
+def test_good_shapes_come_through_and_bad_ones_are_named(tmp_path, layout, kept):
     files = good_models(layout) | bad_models(layout)
-    if request.param == "one level down":
-        write_folder(tmp_path / f"ShapeNetCore.{layout}", files)
-    elif request.param == "folder":
-        write_folder(tmp_path, files)
+    if kept.startswith("zip"):
+        write_zips(tmp_path, files, prefix=kept == "zip")
     else:
-        write_zips(tmp_path, files, prefix=request.param == "zip")
-    return ShapeNetSource(tmp_path)
-
-
-def test_good_models_come_through_and_bad_ones_are_named(tree, layout):
-    assert tree.shape_ids("chair") == sorted([*GOOD, *BAD])
-    meshes = {name: tree.load("chair", name).mesh for name in GOOD}
+        write_folder(tmp_path / ("" if kept == "folder" else f"ShapeNetCore.{layout}"), files)
+    source = ShapeNetSource(tmp_path)
+    assert source.categories() == ["chair"]
+    assert source.shape_ids("chair") == sorted([*GOOD, *BAD])
+    source = pickle.loads(pickle.dumps(source))
+    meshes = {name: source.load("chair", name).mesh for name in GOOD}
     assert all(len(mesh.faces) > 10 for mesh in meshes.values())
     assert meshes["plain"].textures == ()
     assert len(np.unique(meshes["plain"].face_colors, axis=0)) > 1
@@ -53,48 +38,34 @@ def test_good_models_come_through_and_bad_ones_are_named(tree, layout):
     assert meshes["windows"].textures[0][0, 0].tolist() == [30, 200, 30, 255]
     for name, (_, reason) in BAD.items():
         with pytest.raises(RejectedShapeError, match=reason):
-            tree.load("chair", name)
-    assert tree.fingerprint("chair")["version"] == int(layout[1])
+            source.load("chair", name)
+    assert source.fingerprint("chair")["version"] == int(layout[1])
 
 
-def test_it_does_not_matter_how_the_files_are_kept(layout, tmp_path):
-    files = good_models(layout)
-    a = ShapeNetSource(write_folder(tmp_path / "a", files))
-    b = ShapeNetSource(write_zips(tmp_path / "b", files))
-    assert a.fingerprint("chair") == b.fingerprint("chair")
-    for name in GOOD:
-        x, y = a.load("chair", name).mesh, b.load("chair", name).mesh
-        np.testing.assert_array_equal(x.vertices, y.vertices)
-        np.testing.assert_array_equal(x.face_colors, y.face_colors)
+def test_the_fingerprint_follows_the_files_and_not_how_they_are_kept(tmp_path):
+    files = good_models("v1")
+    source = ShapeNetSource(write_folder(tmp_path / "a", files))
+    write_folder(tmp_path / "a", {f"{CHAIR}/{path}": b"?" for path in (".x", "plain/.x")})
+    packed = ShapeNetSource(write_zips(tmp_path / "b", files))
+    seen = [source.fingerprint("chair")]
+    assert packed.fingerprint("chair") == seen[0]
     changes = [{path: files[path] + b"#"} for path in files if "textured" in path]
-    changes.append({f"{CHAIR}/nomtl/{LAYOUTS[layout].rpartition('/')[2]}.mtl": b"Kd 1 0 0"})
-    seen = [a.fingerprint("chair")]
+    changes.append({f"{CHAIR}/nomtl/model.mtl": b"Kd 1 0 0"})
     for k, change in enumerate(changes):
         changed = ShapeNetSource(write_folder(tmp_path / f"changed{k}", files | change))
         seen.append(changed.fingerprint("chair"))
     assert len(seen) == 5, "mesh, materials, a texture, and materials that were absent"
     assert all(seen.count(one) == 1 for one in seen)
-    for path in (".DS_Store", "plain/.DS_Store"):
-        write_folder(tmp_path / "a", {f"{CHAIR}/{path}": b"?"})
-    assert a.fingerprint("chair") == b.fingerprint("chair")
 
 
-def test_workers_can_hold_it(tree):
-    tree.shape_ids("chair")
-    copy = pickle.loads(pickle.dumps(tree))
-    assert len(copy.load("chair", "plain").mesh.faces) > 10
-
-
-def test_nothing_outside_of_an_archive_or_a_model_is_read(tmp_path):
+def test_nothing_outside_of_an_archive_or_a_shape_is_read(tmp_path):
     files = good_models("v1")
     (tmp_path / "secret.mtl").write_text("newmtl m0\nKd 1 0 0\n")
     write_zips(tmp_path / "root", files)
     with zipfile.ZipFile(tmp_path / "root" / f"{CHAIR}.zip", "a") as archive:
         obj = "mtllib ../../secret.mtl\n" + files[f"{CHAIR}/plain/model.obj"].decode()
-        archive.writestr(f"{CHAIR}/sly/model.obj", obj)
-        archive.writestr(f"{CHAIR}/../evil/model.obj", obj)
-        archive.writestr("/absolute/model.obj", obj)
-        archive.writestr(f"{CHAIR}\\windows\\model.obj", obj)
+        for path in ("sly", "../evil", "/absolute", "\\windows\\"):
+            archive.writestr(f"{'' if path[0] == '/' else CHAIR + '/'}{path}/model.obj", obj)
     source = ShapeNetSource(tmp_path / "root")
     assert source.shape_ids("chair") == sorted([*GOOD, "sly"])
     colors = source.load("chair", "sly").mesh.face_colors
@@ -111,12 +82,12 @@ def test_loops_of_links_end(tmp_path):
         source.load("chair", "round")
 
 
-@pytest.mark.parametrize("keep", [0, 10, 0.5, 0.9])
-def test_a_damaged_archive_is_named(tmp_path, keep):
+@pytest.mark.parametrize("share", [0, 0.5])
+def test_a_damaged_archive_is_named(tmp_path, share):
     write_zips(tmp_path, good_models("v1"))
     archive = tmp_path / f"{CHAIR}.zip"
     data = archive.read_bytes()
-    archive.write_bytes(data[: keep if keep > 1 else int(keep * len(data))])
+    archive.write_bytes(data[: int(share * len(data))])
     with pytest.raises(DataError, match=rf"{CHAIR}\.zip is damaged or incomplete"):
         ShapeNetSource(tmp_path).shape_ids("chair")
 
@@ -149,48 +120,65 @@ def test_what_is_missing_is_said(tmp_path):
 
 # --- 3D-R2N2's renderings -----------------------------------------------------------------------
 
+METADATA = [(15.0 * k, 25.0 + k / 10, 0.0, 0.7 + k / 100, 25.0) for k in range(24)]
+
 
 @pytest.fixture
-def renderings(tmp_path):
-    """Renderings of `plain`: a red square on nothing, in view 3 a green one."""
+def rendered(tmp_path):
+    """The folder of renderings of `plain`: a red square on nothing, in view 3 a green one."""
+    folder = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering"
+    folder.mkdir(parents=True)
     for view in range(24):
         picture = np.zeros((137, 137, 4), np.uint8)
         picture[40:97, 40:97] = (30, 200, 30, 255) if view == 3 else (200, 30, 30, 255)
-        file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / f"{view:02d}.png"
-        file.parent.mkdir(parents=True, exist_ok=True)
-        Image.fromarray(picture).save(file)
-    return R2n2Images(tmp_path)
+        Image.fromarray(picture).save(folder / f"{view:02d}.png")
+    return folder
 
 
-def test_renderings_are_fitted_and_not_distorted(renderings, tmp_path):
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
-    view = RenderSettings(height=48, width=64, samples=1)
-    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
+@pytest.fixture
+def source(rendered, tmp_path):
+    return ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
+
+
+def write_metadata(folder, rows=METADATA):
+    text = "\n".join(" ".join(map(str, row)) for row in rows) + "\n"
+    (folder / "rendering_metadata.txt").write_text(text)
+
+
+def prepare(source, root, height=48, width=64):
+    view = RenderSettings(height=height, width=width, samples=1)
+    return Preparation(source, "chair", 32, view, root, workers=1, progress=False).run()
+
+
+def test_renderings_are_fitted_and_not_distorted(source, tmp_path):
+    prepared = prepare(source, tmp_path)
+    assert prepared.ids == ("plain",)
+    assert prepared.image_shape == (24, 48, 64, 4)
+    assert len(prepared.rejected) == 3
     images = np.stack([prepared.image(0, k) for k in range(24)])
     assert images[3, 24, 32].tolist() == [30, 200, 30, 255]
     assert images[4, 24, 32].tolist() == [200, 30, 30, 255]
     assert images[0, 0, 0].tolist() == images[0, 24, 9].tolist() == [255, 255, 255, 0]
     covered = images[0, ..., 3] > 127
     assert np.ptp(covered.any(0).nonzero()[0]) == np.ptp(covered.any(1).nonzero()[0])
-    assert source.fingerprint("chair") != ShapeNetSource(tmp_path / "v1").fingerprint("chair")
 
 
-def test_the_fingerprint_follows_renderings_and_their_cameras(renderings, tmp_path):
-    folder = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering"
-    seen = [renderings.fingerprint("chair")]
-    write_metadata(tmp_path)
-    seen.append(renderings.fingerprint("chair"))
-    (folder / "07.png").write_bytes(png()[:-30])
-    seen.append(renderings.fingerprint("chair"))
-    (folder / "07.png").unlink()
-    seen.append(renderings.fingerprint("chair"))
+def test_the_fingerprint_follows_renderings_and_their_cameras(rendered, tmp_path):
+    images = R2n2Images(tmp_path)
+    seen = [images.fingerprint("chair")]
+    for change in (
+        lambda: write_metadata(rendered),
+        lambda: (rendered / "07.png").write_bytes(png()),
+        lambda: (rendered / "07.png").unlink(),
+    ):
+        change()
+        seen.append(images.fingerprint("chair"))
     assert all(seen.count(one) == 1 for one in seen)
 
 
 @pytest.mark.parametrize("content", [None, png()[:-30], b"GIF89a" + bytes(50)])
-def test_renderings_that_are_missing_or_damaged(renderings, tmp_path, content):
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
-    file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / "07.png"
+def test_renderings_that_are_missing_or_damaged(source, rendered, content):
+    file = rendered / "07.png"
     file.unlink() if content is None else file.write_bytes(content)
     with pytest.raises(RejectedShapeError, match=r"rendering/07\.png"):
         source.load("chair", "plain")
@@ -198,7 +186,7 @@ def test_renderings_that_are_missing_or_damaged(renderings, tmp_path, content):
         source.load("chair", "textured")
 
 
-def test_renderings_of_version_1_are_not_mixed_with_version_2(renderings, tmp_path):
+def test_renderings_of_version_1_are_not_mixed_with_version_2(rendered, tmp_path):
     root = write_folder(tmp_path / "v2", good_models("v2"))
     with pytest.raises(DataError, match=r"3D-R2N2's renderings are of v1.*data\.mix_versions=true"):
         ShapeNetSource(root, "r2n2", tmp_path).shape_ids("chair")
@@ -213,15 +201,6 @@ def test_renderings_that_are_not_there(tmp_path):
         source.fingerprint("chair")
 
 
-def test_preparation_takes_the_renderings(renderings, tmp_path):
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
-    view = RenderSettings(height=48, width=64, samples=1)
-    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
-    assert prepared.ids == ("plain",)
-    assert (len(prepared), *prepared.image_shape) == (1, 24, 48, 64, 4)
-    assert len(prepared.rejected) == 3
-
-
 # --- frames and cameras -------------------------------------------------------------------------
 
 
@@ -229,21 +208,12 @@ def test_shapes_of_both_versions_face_the_same_way(tmp_path):
     """v1 faces +x, v2 faces -z: what points to the front does so afterwards in both."""
     arrow = "v {0} 0 {1}\nv -0.1 0.1 -0.1\nv 0.1 0.2 0.1\nf 1 2 3\n"
     files = {
-        "v1": {f"{CHAIR}/a/model.obj": arrow.format(1, 0).encode()},
-        "v2": {f"{CHAIR}/a/models/model_normalized.obj": arrow.format(0, -1).encode()},
+        "v1": {f"{CHAIR}/a/model.obj": arrow.format(1, 0)},
+        "v2": {f"{CHAIR}/a/models/model_normalized.obj": arrow.format(0, -1)},
     }
     for version, content in files.items():
         source = ShapeNetSource(write_folder(tmp_path / version, content))
         np.testing.assert_allclose(source.load("chair", "a").mesh.vertices[0], [0, 0, -1])
-
-
-METADATA = [(15.0 * k, 25.0 + k / 10, 0.0, 0.7 + k / 100, 25.0) for k in range(24)]
-
-
-def write_metadata(tmp_path, rows=METADATA):
-    file = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering" / "rendering_metadata.txt"
-    file.write_text("\n".join(" ".join(map(str, row)) for row in rows) + "\n")
-    return file
 
 
 def seen_by_3d_r2n2(points, azimuth, elevation, ratio):
@@ -263,13 +233,13 @@ def seen_by_3d_r2n2(points, azimuth, elevation, ratio):
 
 
 @pytest.mark.parametrize(("height", "width"), [(48, 64), (64, 48)])
-def test_cameras_of_renderings_are_those_of_their_metadata(renderings, tmp_path, height, width):
-    write_metadata(tmp_path)
-    root = write_folder(tmp_path / "v1", good_models("v1"))
-    view = RenderSettings(height=height, width=width, samples=1)
-    source = ShapeNetSource(root, "r2n2", tmp_path)
-    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
-    raw = ShapeNetSource(root).load("chair", "plain").mesh.vertices @ turned_back()
+def test_cameras_of_renderings_are_those_of_their_metadata(
+    source, rendered, tmp_path, height, width
+):
+    write_metadata(rendered)
+    prepared = prepare(source, tmp_path, height, width)
+    turned_back = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0.0]])  # -z becomes v1's +x
+    raw = ShapeNetSource(tmp_path / "v1").load("chair", "plain").mesh.vertices @ turned_back
     scale = min(height, width) / 137
     margin = np.array([width - 137 * scale, height - 137 * scale]) / 2
     assert np.abs(raw.mean(0)).max() > 1e-3, "and the shape is not centred"
@@ -279,42 +249,33 @@ def test_cameras_of_renderings_are_those_of_their_metadata(renderings, tmp_path,
         np.testing.assert_allclose(pixels, expected, atol=1e-3)
 
 
-def turned_back():
-    """What brings the project's frame, rows of points, back to v1's: -z becomes +x."""
-    return np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0.0]])
-
-
 @pytest.mark.parametrize(
     ("rows", "reason"),
     [
-        (None, "cannot be read"),
+        (None, "not found"),
         (METADATA[:23], "not 24 lines of five numbers"),
-        ([*METADATA[:23], (1, 2, 3)], "not 24 lines of five numbers"),
         ([*METADATA[:23], (1, 2, "nan", 1, 25)], "not 24 lines of five numbers"),
         ([*METADATA[:23], ("x", 2, 0, 1, 25)], "cannot be read"),
         ([*METADATA[:23], (1, 2, 30, 1, 25)], "turned cameras"),
     ],
 )
-def test_images_are_good_without_their_cameras(renderings, tmp_path, rows, reason):
+def test_images_are_good_without_their_cameras(source, rendered, rows, reason):
     if rows is not None:
-        write_metadata(tmp_path, rows)
-    source = ShapeNetSource(write_folder(tmp_path / "v1", good_models("v1")), "r2n2", tmp_path)
+        write_metadata(rendered, rows)
     shape = source.load("chair", "plain")
     assert shape.cameras is None
     assert len(shape.images) == 24
     assert reason in shape.warning
-    view = RenderSettings(height=48, width=64, samples=1)
-    prepared = Preparation(source, "chair", 32, view, tmp_path, workers=1, progress=False).run()
-    assert prepared.camera(0, 5) == Camera()
 
 
-def test_an_image_of_another_shape_is_noticed(renderings, tmp_path):
-    write_metadata(tmp_path)
-    root = write_folder(tmp_path / "v1", good_models("v1"))
-    source = ShapeNetSource(root, "r2n2", tmp_path)
-    assert "silhouettes agree to 0." in source.load("chair", "plain").warning
+def test_shapes_without_cameras_have_one_that_frames_them(source, tmp_path):
+    assert prepare(source, tmp_path).camera(0, 5) == Camera()
+
+
+def test_an_image_of_another_shape_is_noticed(source, rendered):
+    write_metadata(rendered)
     shape = source.load("chair", "plain")
-    folder = tmp_path / "ShapeNetRendering" / CHAIR / "plain" / "rendering"
+    assert "silhouettes agree to 0." in shape.warning
     own = render(shape.mesh, shape.cameras[0], height=137, width=137)
-    Image.fromarray(own).save(folder / "00.png")
+    Image.fromarray(own).save(rendered / "00.png")
     assert source.load("chair", "plain").warning == ""

@@ -22,7 +22,7 @@ from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import grid, text_width
-from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
+from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
 SHAPENET = "1a6f615e8b1b5ae4dbbc9440457e303e"
@@ -61,7 +61,7 @@ def soup(points):
 @pytest.mark.parametrize("azimuth", [0, 230])
 @pytest.mark.parametrize("size", [(96, 128), (160, 100)])
 @pytest.mark.parametrize(
-    "camera", [Camera(), *RenderSettings(camera=CameraModel.authors).cameras()]
+    "camera", [Camera(), *RenderSettings(camera="authors").cameras()]
 )
 def test_the_scale_is_the_largest_that_fits(azimuth, size, camera):
     points = np.random.default_rng(azimuth).normal(size=(9, 3)) + [0.3, -0.5, 0.2]

@@ -1,14 +1,12 @@
 """How shapes are kept on disk: small, nearly exact, and quick to get back.
 
 Images are compressed one by one, a mesh as one block. Coordinates of clouds are rounded to 1/65534
-of the bounding box's diagonal.
-Textures are WebP pictures; all else is exact to the float32.
+of the bounding box's diagonal. Textures are WebP pictures; all else is exact to the float32.
 """
 
 from __future__ import annotations
 
 import io
-import struct
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -22,19 +20,12 @@ from PIL import Image
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.imaging.camera import Camera
 
-# What zipfile, zlib, struct, numpy and Pillow raise on damaged bytes.
-_DAMAGED = (
-    *(OSError, ValueError, LookupError, ArithmeticError, EOFError, MemoryError, RuntimeError),
-    *(SyntaxError, struct.error, zipfile.BadZipFile, zlib.error, Image.DecompressionBombError),
-)
-
 POINT_STEP = 1 / 65534
 """What one unit of a packed coordinate is, in diagonals; half of it is the most that is lost."""
 UV_STEP = 1 / 4096
 """What one unit of a packed texture coordinate is, in widths or heights of the texture."""
 _MAX_UV = 2**30 - 1  # so that differences are within 32 bits
 _QUALITY = 90  # of textures, of 100
-_MAX_TEXELS = 1 << 26  # of a mesh; decoding takes four bytes for each
 
 
 def pack_points(points: NDArray[np.floating]) -> NDArray[np.int16]:
@@ -51,30 +42,21 @@ def unpack_points(packed: NDArray[np.int16]) -> NDArray[np.float32]:
     return packed.astype(np.float32) * np.float32(POINT_STEP)
 
 
-def pack_image(image: NDArray[np.uint8]) -> bytes:
-    """Compress one image, (H, W, 4) uint8."""
+def pack_image(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Compress one image, (H, W, 4), to its bytes."""
     # Rendered images are mostly background: PNG's filters make them larger and slower to read.
-    return zlib.compress(image.tobytes(), 6)
+    return np.frombuffer(zlib.compress(image.tobytes(), 6), np.uint8)
 
 
-def unpack_image(packed: bytes | memoryview, shape: tuple[int, ...]) -> NDArray[np.uint8]:
-    """Return an image of a known shape (H, W, 4).
-
-    Raises:
-        ValueError: the bytes are damaged.
-    """
-    try:
-        return np.frombuffer(zlib.decompress(packed), np.uint8).reshape(shape)
-    except zlib.error as error:
-        raise ValueError(str(error)) from None
+def unpack_image(packed: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[np.uint8]:
+    """Return an image of a known shape (H, W, 4)."""
+    return np.frombuffer(zlib.decompress(packed.data), np.uint8).reshape(shape)
 
 
 def pack_cameras(cameras: Sequence[Camera] | None, views: int) -> NDArray[np.float64]:
-    """Return one row per image, (views, 7): angles, distance, field of view and target.
+    """Return a row for each of so many images, (views, 7): angles, distance, lens and target.
 
-    Args:
-        cameras: of the images; None where nobody knows them, for rows of NaN.
-        views: how many images there are.
+    Where nobody knows the cameras, rows are NaN.
     """
     if cameras is None:
         return np.full((views, 7), np.nan)
@@ -122,20 +104,18 @@ def unpack_mesh(packed: bytes) -> tuple[Mesh, NDArray[np.uint8]]:
     """
     try:
         with np.load(io.BytesIO(packed), allow_pickle=False) as arrays:
-            steps = _values(arrays["faces"], np.dtype(np.int32))
+            steps = _values(arrays["faces"], np.int32)
             mesh = Mesh(
-                vertices=_values(arrays["vertices"], np.dtype(np.float32))
-                .reshape(-1, 3)
-                .astype(np.float64),
+                vertices=_values(arrays["vertices"], np.float32).astype(np.float64),
                 faces=np.cumsum(steps, dtype=np.int64).reshape(-1, 3),
-                face_colors=_values(arrays["face_colors"], np.dtype(np.uint8)).reshape(-1, 4),
+                face_colors=_values(arrays["face_colors"], np.uint8),
                 face_parts=arrays["face_parts"],
                 part_names=tuple(arrays["part_names"].tolist()),
             )
             if "textures" in arrays:
                 mesh = _with_textures(mesh, arrays)
             return mesh, arrays["point_parts"]
-    except _DAMAGED as error:
+    except (OSError, LookupError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise ValueError(f"{type(error).__name__}: {error}") from None
 
 
@@ -163,26 +143,18 @@ def _packed_textures(mesh: Mesh) -> dict[str, Any]:
 
 
 def _with_textures(mesh: Mesh, arrays: Mapping[str, NDArray]) -> Mesh:
-    """Return a mesh with the textures of `_packed_textures`."""
-    ends = np.cumsum(arrays["texture_sizes"])
-    pictures = [
-        Image.open(io.BytesIO(p.tobytes()), formats=("WEBP",))
-        for p in np.split(arrays["textures"], ends)[:-1]
-    ]
-    if sum(picture.width * picture.height for picture in pictures) > _MAX_TEXELS:
-        raise ValueError(f"its textures have more than {_MAX_TEXELS:,} texels")
+    """Return a mesh with the textures of `_packed_textures`; Pillow refuses giant ones."""
+    pictures = np.split(arrays["textures"], np.cumsum(arrays["texture_sizes"]))[:-1]
+    textures = [Image.open(io.BytesIO(p.tobytes()), formats=("WEBP",)) for p in pictures]
     face_textures = arrays["face_textures"]
-    if face_textures.max(initial=-1) >= len(pictures):
-        raise ValueError(f"a face has texture {face_textures.max()} of {len(pictures)}")
     textured = face_textures >= 0
-    vertex_uvs, differences = (
-        _values(arrays[name], np.dtype(np.int32)) for name in ("vertex_uvs", "uv_differences")
-    )
+    differences = _values(arrays["uv_differences"], np.int32).reshape(-1, 3, 2)
     uvs = np.zeros((len(mesh.faces), 3, 2), np.float32)
-    uvs[textured] = UV_STEP * (vertex_uvs[mesh.faces[textured]] + differences.reshape(-1, 3, 2))
+    vertex_uvs = _values(arrays["vertex_uvs"], np.int32)
+    uvs[textured] = UV_STEP * (vertex_uvs[mesh.faces[textured]] + differences)
     return replace(
         mesh,
-        textures=tuple(np.array(picture.convert("RGBA")) for picture in pictures),
+        textures=tuple(np.array(texture.convert("RGBA")) for texture in textures),
         face_textures=face_textures,
         face_uvs=uvs,
     )
@@ -196,12 +168,11 @@ def _webp(texture: NDArray[np.uint8]) -> bytes:
 
 
 def _planes(values: NDArray[np.generic]) -> NDArray[np.uint8]:
-    """Return values as bytes, all first bytes before all second ones: alike stands by alike."""
+    """Return values as bytes, all first bytes before all second ones: it compresses better."""
     columns = np.ascontiguousarray(values.T if values.ndim > 1 else values[None])
     return np.stack([c.view(np.uint8).reshape(len(c), -1).T for c in columns])
 
 
-def _values(planes: NDArray[np.uint8], dtype: np.dtype) -> NDArray:
-    """Undo `_planes`; values of several columns come back column after column, transposed."""
-    columns = [np.ascontiguousarray(p.T).view(dtype)[:, 0] for p in planes]
-    return np.stack(columns, axis=1)
+def _values(planes: NDArray[np.uint8], kind: type[np.generic]) -> NDArray:
+    """Undo `_planes`: return values, (rows, columns)."""
+    return np.ascontiguousarray(planes.transpose(2, 0, 1)).view(kind)[..., 0]

@@ -19,8 +19,8 @@ def label_points(parts: PartCloud, points: Points) -> NDArray[np.uint8]:
     """Return the label of the annotated point nearest to each point.
 
     Args:
-        parts: annotated points, in the frame of the mesh as its source gives it.
-        points: (N, 3), in the same frame.
+        parts: annotated points.
+        points: (N, 3), in their frame.
 
     Returns:
         (N,) uint8 index into `parts.names`, 255 where that is not known.
@@ -31,21 +31,11 @@ def label_points(parts: PartCloud, points: Points) -> NDArray[np.uint8]:
 
 
 def label_faces(parts: PartCloud, vertices: Points, faces: NDArray[np.int64]) -> NDArray[np.uint8]:
-    """Return the label that covers most of each face.
+    """Return the label that covers most of each face (F, 3), (F,) uint8 as `label_points` does.
 
     A face asks the nearest annotated point at its centroid and at points drawn evenly over the
     surface, so that large and long faces are not labelled by what happens to be near their middle.
-
-    Args:
-        parts: annotated points, in the frame of the mesh as its source gives it.
-        vertices: (V, 3), in the same frame.
-        faces: (F, 3) vertex indices.
-
-    Returns:
-        (F,) uint8 index into `parts.names`, 255 where that is not known.
     """
-    if len(parts.points) == 0 or len(faces) == 0:
-        return np.full(len(faces), UNKNOWN_PART, np.uint8)
     drawn, face = sample_surface(vertices, faces, _PLACES, np.random.default_rng(0))
     face = np.concatenate([np.arange(len(faces)), face])
     votes = label_points(parts, np.concatenate([vertices[faces].mean(axis=1), drawn]))

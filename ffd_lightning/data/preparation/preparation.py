@@ -29,8 +29,9 @@ from ffd_lightning.data.preparation.prepared import (
     MANIFEST,
     PreparedSet,
     digest_of,
+    without_file,
 )
-from ffd_lightning.data.preparation.prepared_shape import Failure, Recipe, is_done, shape_file
+from ffd_lightning.data.preparation.prepared_shape import Failure, ShapeMaker, shape_file
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError, DataError
@@ -58,7 +59,7 @@ class Preparation:
         limit: take so many shapes at most, evenly spread over their ids.
         workers: processes, 0 for one per core.
         timeout: seconds after which a shape is given up: it is left out.
-        progress: show on stderr how far it is.
+        progress: show on stderr how far it is, and what the set holds in a contact sheet.
     """
 
     source: Source
@@ -79,20 +80,19 @@ class Preparation:
     def shape_ids(self) -> list[str]:
         """The ids of the shapes to prepare, sorted."""
         ids = self.source.shape_ids(self.category)
-        if self.limit is None or not isinstance(ids, list):
-            return ids
-        count = min(self.limit, len(ids))
+        if len(set(ids)) != len(ids):
+            name = type(self.source).__name__
+            raise ConfigError(f"shape_ids of {name} must give a list of ids, each of them once")
+        count = len(ids) if self.limit is None else min(self.limit, len(ids))
         return [ids[k * len(ids) // count] for k in range(count)]
 
     @cached_property
     def settings(self) -> dict[str, object]:
         """What decides the set, JSON-able."""
-        fingerprint = self.source.fingerprint(self.category)
-        if self.limit is not None and isinstance(fingerprint, dict):
-            fingerprint = {**fingerprint, "limit": self.limit}
+        limit = {} if self.limit is None else {"limit": self.limit}
         return {
             "format": FORMAT_VERSION,
-            "source": fingerprint,
+            "source": {**self.source.fingerprint(self.category), **limit},
             "category": self.category,
             "num_points": self.num_points,
             "render": asdict(self.render),
@@ -113,16 +113,12 @@ class Preparation:
         return self._folder(self.settings)
 
     def _folder(self, settings: dict[str, object]) -> Path:
-        fingerprint = settings["source"]
         try:
-            if not isinstance(fingerprint, dict):
-                raise TypeError(f"it is a {type(fingerprint).__name__}")
             canonical = json.dumps(settings, sort_keys=True, separators=(",", ":"))
         except (TypeError, ValueError) as error:
-            raise ConfigError(
-                f"the fingerprint of {type(self.source).__name__} must be a dict that JSON can "
-                f"hold: {error}"
-            ) from None
+            name = type(self.source).__name__
+            message = f"the fingerprint of {name} must be what JSON can hold: {error}"
+            raise ConfigError(message) from None
         key = hashlib.sha256(canonical.encode()).hexdigest()[:12]
         return Path(self.root) / "prepared" / f"{self.category}-{key}"
 
@@ -136,88 +132,68 @@ class Preparation:
         if self._missing() == []:
             return PreparedSet.open(self.target)
         ids = self._ids()
-        with self._disk_errors(), _locked(self._whole):
-            missing = self._missing()
-            if missing is None:
-                self._make_set(ids)
-            elif missing:  # somebody removed what was damaged
-                failures = self._make(missing, self.target)
-                if failures:
+        try:
+            self.target.parent.mkdir(parents=True, exist_ok=True)
+            with _locked(self._whole):
+                missing = self._missing()
+                if missing is None:
+                    self._make_set(ids)
+                elif failures := self._make(missing, self.target):
                     raise DataError(f"{self.target} cannot be mended: {_some(failures)}")
+        except OSError as error:
+            raise DataError(
+                f"cannot prepare {self.target}: {error}. Free some space there or choose another "
+                "folder (paths.data=DIR); the same command resumes with the shapes that are left"
+            ) from error
         prepared = PreparedSet.open(self.target)
-        if missing is None:
+        if missing is None and self.progress:
             lines = [*describe(prepared), write_sheet(prepared, sheet_of(prepared.path))]
             print("\n".join(lines), file=sys.stderr)
         return prepared
 
-    def try_some(self, ids: Sequence[str]) -> tuple[PreparedSet | None, dict[str, str]]:
-        """Prepare some shapes into a set of their own, below `root`.
-
-        Args:
-            ids: of the shapes.
-
-        Returns:
-            The set, None where all are rejected; and why shapes are not in it.
-        """
-        folder = Path(self.root) / f"{self.category}-trial"
-        folder.mkdir()
-        failures = self._make(ids, folder)
-        reasons = {i: failures[i].reason for i in ids if i in failures}
-        if len(reasons) == len(ids):
-            return None, reasons
-        _write_manifest(folder, ids, reasons, self.settings)
-        return PreparedSet.open(folder), reasons
-
     def _missing(self) -> list[str] | None:
-        """Return the shapes whose files are missing from the set, None where there is no set."""
+        """Return the shapes whose files somebody removed from the set, None if there is no set."""
         if not self.target.exists():
             return None
         try:
-            manifest = json.loads((self.target / MANIFEST).read_bytes())
-            there = {path.name for path in self.target.iterdir()}
-            return [i for i in manifest["ids"] if shape_file(self.target, i).name not in there]
+            return without_file(self.target, json.loads((self.target / MANIFEST).read_bytes()))
         except (OSError, ValueError, TypeError, KeyError):
             return []  # it is damaged, and opening it says so
 
     def _ids(self) -> list[str]:
+        """Return the shapes to prepare, if workers can be given the source."""
         if getattr(multiprocessing.current_process(), "_inheriting", False):
             # A worker that is still importing the script would wait for the lock its parent holds.
             raise RuntimeError('data is prepared outside of `if __name__ == "__main__":`')
-        name, ids = type(self.source).__name__, self.shape_ids
-        if not isinstance(ids, list) or len(set(ids)) != len(ids):
-            raise ConfigError(f"shape_ids of {name} must give a list of ids, each of them once")
         try:
             pickle.dumps(self.source)
         except Exception as error:
             raise ConfigError(
-                f"{name} cannot be sent to the processes that prepare its shapes: its class must "
-                f"be importable, and what it holds picklable ({type(error).__name__}: {error})"
+                f"{type(self.source).__name__} cannot be sent to the processes that prepare its "
+                "shapes: its class must be importable, and what it holds picklable "
+                f"({type(error).__name__}: {error})"
             ) from None
-        return ids
+        return self.shape_ids
 
     def _make(self, ids: Sequence[str], folder: Path) -> dict[str, Failure]:
         """Make the shapes that are not done yet, and return why others cannot be; under the lock.
 
         What failed in an earlier call is tried again: its cause may have been mended.
         """
-        recipe = Recipe(self.source, self.category, self.num_points, self.render, folder)
-        todo = [i for i in ids if not is_done(recipe, i)]
+        maker = ShapeMaker(self.source, self.category, self.num_points, self.render, folder)
+        todo = [i for i in ids if not maker.is_done(i)]
         done = len(ids) - len(todo)
         if self.progress:
             resumed = f" ({done} are done already)" if done else ""
-            print(
-                f"preparing {len(ids)} shapes of {self.category} in {self.target}{resumed}",
-                file=sys.stderr,
-            )
+            line = f"preparing {len(ids)} shapes of {self.category} in {self.target}{resumed}"
+            print(line, file=sys.stderr)
         try:
             with CountProgress(self.category, len(ids), done, self.progress) as bar:
                 workers = self.workers or available_cores()
-                return make_shapes(recipe, todo, workers, self.timeout, bar.advance)
+                return make_shapes(maker, todo, workers, self.timeout, bar.advance)
         except KeyboardInterrupt:
-            print(
-                "preparation interrupted: the same command resumes with the shapes that are left",
-                file=sys.stderr,
-            )
+            line = "preparation interrupted: the same command resumes with the shapes that are left"
+            print(line, file=sys.stderr)
             raise
 
     def _make_set(self, ids: list[str]) -> None:
@@ -231,31 +207,19 @@ class Preparation:
                 f"({_some(unread)}). The others are done: the same command tries these "
                 "again. A source of your own raises RejectedShapeError for what cannot be used"
             )
-        good = [i for i in ids if i not in failures]
-        if not good:
+        wanted = {shape_file(folder, i).name for i in ids if i not in failures}
+        if not wanted:
             found = f"all {len(ids)} are rejected ({_some(failures)})" if ids else "there are none"
             raise DataError(f"no usable shape of {self.category}: {found}")
-        settings = self.settings
-        if any(failure.kind == "given up" for failure in failures.values()):
-            settings = {**settings, "timeout": float(self.timeout)}
-        wanted = {shape_file(folder, shape_id).name for shape_id in good}
         for path in folder.iterdir():  # what kills left behind
             if path.name not in wanted:
                 path.unlink()
+        settings = self.settings
+        if any(failure.kind == "given up" for failure in failures.values()):
+            settings = {**settings, "timeout": float(self.timeout)}
         reasons = {i: failures[i].reason for i in ids if i in failures}
         _write_manifest(folder, ids, reasons, settings)
         folder.rename(self._folder(settings))
-
-    @contextmanager
-    def _disk_errors(self) -> Iterator[None]:
-        try:
-            self.target.parent.mkdir(parents=True, exist_ok=True)
-            yield
-        except OSError as error:
-            raise DataError(
-                f"cannot prepare {self.target}: {error}. Free some space there or choose another "
-                "folder (paths.data=DIR); the same command resumes with the shapes that are left"
-            ) from error
 
 
 @contextmanager
@@ -279,20 +243,10 @@ def _some(failures: Mapping[str, Failure]) -> str:
 
 
 def _write_manifest(
-    folder: Path, ids: Sequence[str], reasons: Mapping[str, str], settings: Mapping[str, Any]
+    folder: Path, ids: Sequence[str], rejected: Mapping[str, str], settings: Mapping[str, Any]
 ) -> None:
-    """Write what is known of all shapes together.
-
-    Args:
-        folder: where their files are.
-        ids: the shapes that were tried, in the order of the set.
-        reasons: why shapes are not in it, by id.
-        settings: what decides the set.
-
-    Raises:
-        DataError: shapes have other numbers of views.
-    """
-    good = [i for i in ids if i not in reasons]
+    """Write what is known of all shapes together: those tried, and why some were rejected."""
+    good = [i for i in ids if i not in rejected]
     families, warnings, image_shape = [], {}, None
     part_names: dict[str, None] = {}
     for shape_id in good:
@@ -322,7 +276,7 @@ def _write_manifest(
         "part_names": list(part_names),
         "ids": good,
         "families": families,
-        "rejected": reasons,
+        "rejected": rejected,
         "warnings": warnings,
     }
     write_atomic(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n")

@@ -6,11 +6,9 @@ import hashlib
 import json
 import zipfile
 import zlib
-from bisect import bisect_right
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -32,18 +30,14 @@ MANIFEST = "manifest.json"
 FORMAT_VERSION = 4
 """Goes up when the same settings give another set, so that prepared data is built anew."""
 
-_DAMAGED = (
-    *(zipfile.BadZipFile, zlib.error, EOFError, ValueError, KeyError),
-    *(NotImplementedError, RuntimeError),
-)  # what zipfile, zlib and numpy raise on damaged bytes
-
 
 @dataclass(frozen=True)
 class PreparedSet:
     """One category or several, ready for training; immutable on disk.
 
     Rows count the shapes of all categories, one after the other. Where there are several, a shape's
-    id is `<category>/<its own>`.
+    id is `<category>/<its own>`. All that reads a shape's file raises a DataError that names it
+    where it is damaged.
 
     Attributes:
         paths: the folder of each category.
@@ -81,11 +75,7 @@ class PreparedSet:
         return cls.open(*(path for each in sets for path in each.paths))
 
     def without(self, exclude: Collection[str]) -> PreparedSet:
-        """Return the set without some shapes; nothing is copied.
-
-        Args:
-            exclude: their ids.
-        """
+        """Return the set without the shapes of some ids; nothing is copied."""
         left_out, all_ids = set(exclude), self.whole.ids
         taken = range(len(all_ids)) if self.taken is None else self.taken
         return replace(self, taken=tuple(row for row in taken if all_ids[row] not in left_out))
@@ -122,12 +112,12 @@ class PreparedSet:
     @cached_property
     def ids(self) -> tuple[str, ...]:
         """The shapes' ids, sorted within each category."""
-        return self._of([self._name(k, i) for k, m in enumerate(self.manifests) for i in m["ids"]])
+        return tuple(self._name(k, self.manifests[k]["ids"][place]) for k, place in self._entries)
 
     @cached_property
     def families(self) -> tuple[str, ...]:
         """The structural family of each shape, "" where unknown."""
-        return self._of([family for m in self.manifests for family in m["families"]])
+        return tuple(self.manifests[k]["families"][place] for k, place in self._entries)
 
     @cached_property
     def part_names(self) -> tuple[str, ...]:
@@ -160,54 +150,30 @@ class PreparedSet:
 
     def category(self, row: int) -> str:
         """Return the category of a shape."""
-        return self.categories[self._place(row)[0]]
+        return self.categories[self._entries[row][0]]
 
     def part_names_of(self, row: int) -> tuple[str, ...]:
         """Return the names of the parts that shapes of a shape's category have."""
-        return tuple(self.manifests[self._place(row)[0]]["part_names"])
+        return tuple(self.manifests[self._entries[row][0]]["part_names"])
 
     def packed_cloud(self, row: int) -> NDArray[np.int16]:
         """Return a shape's surface samples, (N, 3), in units of `packing.POINT_STEP`."""
-        (points,) = self._read(row, "points")
-        return points
+        return self._read(row, "points")
 
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
         """Return a shape's surface samples, (N, 3), in its frame: bounding-box diagonal 1.
 
-        Args:
-            row: of the shape.
-            count: only the first so many, which cover the surface too: their order is random.
-
-        Raises:
-            DataError: its file is damaged.
+        The first `count` alone cover the surface too: their order is random.
         """
         return unpack_points(self.packed_cloud(row)[:count])
 
     def image(self, row: int, view: int = 0) -> NDArray[np.uint8]:
-        """Return one image of a shape, (H, W, 4) uint8: RGB over white and object mask.
-
-        Args:
-            row: of the shape.
-            view: which of its images.
-
-        Raises:
-            DataError: its file is damaged.
-        """
-        (packed,) = self._read(row, f"image_{view}")
-        try:
-            return unpack_image(packed.data, self.image_shape[1:])
-        except ValueError as error:
-            raise self._damaged(row, error) from None
+        """Return one image of a shape, (H, W, 4) uint8: RGB over white and object mask."""
+        return unpack_image(self._read(row, f"image_{view}"), self.image_shape[1:])
 
     def camera(self, row: int, view: int = 0) -> Camera:
-        """Return the camera that took an image; where nobody knows it, one that frames the shape.
-
-        Args:
-            row: of the shape.
-            view: which of its images.
-        """
-        (cameras,) = self._read(row, "cameras")
-        return unpack_camera(cameras[view])
+        """Return the camera that took an image; where it is unknown, one that frames the shape."""
+        return unpack_camera(self._read(row, "cameras")[view])
 
     def spread_views(
         self, rows: Sequence[int] | NDArray[np.int64], count: int
@@ -215,55 +181,42 @@ class PreparedSet:
         """Return row and view of one image each of at most `count` shapes, spread over `rows`.
 
         Views take turns.
-
-        Args:
-            rows: of the shapes to choose from, one or more.
-            count: at most so many.
         """
         places = np.linspace(0, len(rows) - 1, min(len(rows), count)).astype(int)
-        views = self.image_shape[0]
-        return [(int(rows[place]), k % views) for k, place in enumerate(places)]
+        return [(int(rows[place]), k % self.image_shape[0]) for k, place in enumerate(places)]
 
     def mesh(self, row: int) -> Mesh:
-        """Return a shape's normalised mesh; its textures are smaller than the source's.
-
-        Raises:
-            DataError: its file is damaged.
-        """
+        """Return a shape's normalised mesh; its textures are smaller than the source's."""
         return self._mesh(row)[0]
 
     def point_parts(self, row: int) -> NDArray[np.uint8] | None:
         """Return the parts of a cloud's points, (N,) index into `part_names`, 255 unknown.
 
         None where the set has no parts at all.
-
-        Raises:
-            DataError: its file is damaged.
         """
         return self._mesh(row)[1] if self.part_names else None
 
     def index(self, shape_id: str) -> int:
-        """Return the row of a shape.
-
-        Raises:
-            DataError: no such shape.
-        """
+        """Return the row of a shape; a DataError where there is none of this id."""
         try:
             return self._rows[shape_id]
         except KeyError:
             raise DataError(f"{self.path} holds no shape {shape_id!r}") from None
 
+    def file(self, row: int) -> Path:
+        """Return the file of a shape."""
+        member, place = self._entries[row]
+        return shape_file(self.paths[member], self.manifests[member]["ids"][place])
+
+    @cached_property
+    def _entries(self) -> list[tuple[int, int]]:
+        """Of each row the number of the folder that has it, and its place in the manifest."""
+        every = [(k, place) for k, m in enumerate(self.manifests) for place in range(len(m["ids"]))]
+        return every if self.taken is None else [every[row] for row in self.taken]
+
     @cached_property
     def _rows(self) -> dict[str, int]:
         return {shape_id: row for row, shape_id in enumerate(self.ids)}
-
-    @cached_property
-    def _starts(self) -> list[int]:
-        return list(accumulate((len(m["ids"]) for m in self.manifests), initial=0))
-
-    def _of(self, values: list[str]) -> tuple[str, ...]:
-        """Return what belongs to this set's shapes, of what belongs to all in the folders."""
-        return tuple(values) if self.taken is None else tuple(values[row] for row in self.taken)
 
     def _name(self, member: int, shape_id: str) -> str:
         return shape_id if len(self.paths) == 1 else f"{self.categories[member]}/{shape_id}"
@@ -275,36 +228,22 @@ class PreparedSet:
             for shape_id, value in manifest[key].items()
         }
 
-    def _place(self, row: int) -> tuple[int, str]:
-        """Return the number of the folder that has a row, and the shape's own id."""
-        if not 0 <= row < len(self):
-            raise IndexError(row)
-        row = row if self.taken is None else self.taken[row]
-        member = bisect_right(self._starts, row) - 1
-        return member, self.manifests[member]["ids"][row - self._starts[member]]
-
-    def file(self, row: int) -> Path:
-        """Return the file of a shape."""
-        member, shape_id = self._place(row)
-        return shape_file(self.paths[member], shape_id)
-
-    def _read(self, row: int, *names: str) -> list[NDArray[Any]]:
-        """Return arrays of a shape's file; zip's own checksums tell whether they are whole."""
+    def _read(self, row: int, name: str) -> NDArray[Any]:
+        """Return an array of a shape's file; zip's own checksums tell whether it is whole."""
         try:
             with np.load(self.file(row), allow_pickle=False) as arrays:
-                return [arrays[name] for name in names]
-        except (*_DAMAGED, OSError) as error:
+                return np.asarray(arrays[name])
+        except (
+            *(OSError, zipfile.BadZipFile, zlib.error, EOFError),
+            *(ValueError, KeyError, NotImplementedError),
+        ) as error:
             if is_of_machine(error) and not isinstance(error, FileNotFoundError):
                 raise
-            raise self._damaged(row, error) from None
+            raise damaged(self.file(row), error, self.category(row)) from None
 
     def _mesh(self, row: int) -> tuple[Mesh, NDArray[np.uint8]]:
         """Return a mesh and its points' parts, (N,), numbered as the set numbers them."""
-        (packed,) = self._read(row, "mesh")
-        try:
-            mesh, point_parts = unpack_mesh(packed.tobytes())
-        except ValueError as error:
-            raise self._damaged(row, error) from None
+        mesh, point_parts = unpack_mesh(self._read(row, "mesh").tobytes())
         if not self.part_names_of(row):
             return replace(mesh, face_parts=None), np.full_like(point_parts, UNKNOWN_PART)
         table = np.full(256, UNKNOWN_PART, np.uint8)
@@ -313,21 +252,12 @@ class PreparedSet:
         mesh = replace(mesh, face_parts=table[mesh.face_parts], part_names=self.part_names)
         return mesh, table[point_parts]
 
-    def _damaged(self, row: int, why: Exception) -> DataError:
-        reason = f"{type(why).__name__}: {why}"
-        return damaged(self.file(row), reason, self.category(row))
 
-
-def damaged(file: Path, why: str, category: str = "NAME") -> DataError:
-    """Return the error for a file that is not as it was written.
-
-    Args:
-        file: that is damaged.
-        why: in words.
-        category: of the set.
-    """
+def damaged(file: Path, why: Exception | str, category: str = "NAME") -> DataError:
+    """Return the error for a file of a category's set that is not as it was written."""
+    reason = why if isinstance(why, str) else f"{type(why).__name__}: {why}"
     return DataError(
-        f"{file} is damaged ({why}): delete it and run the same command again, or ffd prepare "
+        f"{file} is damaged ({reason}): delete it and run the same command again, or ffd prepare "
         f"category={category} with the data settings of the run"
     )
 
@@ -348,9 +278,14 @@ def _read_manifest(folder: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise DataError(f"{folder} is not a prepared set: it has no {MANIFEST}") from None
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise damaged(file, f"{type(error).__name__}: {error}") from None
-    there = {path.name for path in folder.iterdir()}
-    for shape_id in manifest["ids"]:
-        if (missing := shape_file(folder, shape_id)).name not in there:
-            raise damaged(missing, "it is missing", manifest["settings"]["category"])
+        raise damaged(file, error) from None
+    if missing := without_file(folder, manifest):
+        category = manifest["settings"]["category"]
+        raise damaged(shape_file(folder, missing[0]), "it is missing", category)
     return manifest
+
+
+def without_file(folder: Path, manifest: Mapping[str, Any]) -> list[str]:
+    """Return the ids in a set's manifest of which there is no file in its folder."""
+    there = {path.name for path in folder.iterdir()}
+    return [i for i in manifest["ids"] if shape_file(folder, i).name not in there]

@@ -20,14 +20,8 @@ from ffd_lightning.data.preparation.packing import (
     pack_points,
 )
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
-from ffd_lightning.data.preparation.texture_reduction import shrink_textures
 from ffd_lightning.data.source import Source, SourceShape
-from ffd_lightning.errors import (
-    RejectedShapeError,
-    UserError,
-    explain_unforeseen,
-    is_of_machine,
-)
+from ffd_lightning.errors import RejectedShapeError, UserError, explain_unforeseen, is_of_machine
 from ffd_lightning.files import atomic_file
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, bounding_box, mean_colors, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
@@ -38,7 +32,8 @@ from ffd_lightning.imaging.rendering import render
 
 NEARLY_WHITE = 225.0
 """Mean brightness of the pixels a shape covers, of 255, above which it is hard to see on white."""
-
+MAX_TEXELS = 256 * 256
+"""Of a shape's textures together, but that each has one at least."""
 _DIVISIONS = 7  # of a face's edges, where its texture is averaged
 
 
@@ -48,8 +43,22 @@ def shape_file(folder: Path, shape_id: str) -> Path:
 
 
 @dataclass(frozen=True)
-class Recipe:
-    """What is made of each shape of a category, and the folder it goes to."""
+class Failure:
+    """Why a shape was not made.
+
+    Attributes:
+        kind: "rejected": it cannot be used; "given up": it took too much time or memory; "unread":
+            the disk or the network failed, so that nothing is known of it.
+        reason: a line of text.
+    """
+
+    kind: Literal["rejected", "given up", "unread"]
+    reason: str
+
+
+@dataclass(frozen=True)
+class ShapeMaker:
+    """Makes the files of a category's shapes in a folder."""
 
     source: Source
     category: str
@@ -57,126 +66,114 @@ class Recipe:
     render: RenderSettings
     folder: Path
 
-    def file(self, shape_id: str) -> Path:
-        """Return where a finished shape goes."""
-        return shape_file(self.folder, shape_id)
+    def make(self, shape_id: str) -> Failure | None:
+        """Make one shape's file, or return why it cannot be made.
 
+        An error that nobody foresaw rejects the shape too, with the place in the code where it
+        arose: one odd shape must not end hours of work.
 
-@dataclass(frozen=True)
-class Failure:
-    """Why a shape was not made.
+        Raises:
+            UserError: no shape of the source can be loaded.
+            OSError: the file cannot be written.
+        """
+        try:
+            arrays = self.arrays(shape_id)
+        except UserError:
+            raise
+        except RejectedShapeError as error:
+            return Failure("rejected", " ".join(str(error).split()))
+        except Exception as error:
+            kind: Literal["rejected", "given up", "unread"] = "rejected"
+            if is_of_machine(error):
+                kind = "unread" if isinstance(error, OSError) else "given up"
+            return Failure(kind, " ".join(explain_unforeseen(error).split()))
+        # Not durable: `is_done` sees a file that a power cut broke.
+        with atomic_file(shape_file(self.folder, shape_id), durable=False) as file:
+            np.savez(file, **arrays)
+        return None
 
-    Attributes:
-        kind: "rejected": it cannot be used; "given up": it took too much time or memory; "unread":
-            the disk or the network failed, so that nothing can be said of it.
-        reason: in words, in one line.
-    """
-
-    kind: Literal["rejected", "given up", "unread"]
-    reason: str
-
-
-def compute_shape(recipe: Recipe, shape_id: str) -> dict[str, Any] | Failure:
-    """Load, normalise, sample and render one shape.
-
-    An error that nobody foresaw rejects the model too, with the place in the code where it arose:
-    one odd shape must not end hours of work.
-
-    Args:
-        recipe: what to make.
-        shape_id: of the shape.
-
-    Returns:
-        What its file holds, or why it cannot be made.
-
-    Raises:
-        UserError: what no shape of the source can be loaded for.
-    """
-    try:
-        return _arrays(recipe, shape_id)
-    except UserError:
-        raise
-    except RejectedShapeError as error:
-        return Failure("rejected", " ".join(str(error).split()))
-    except Exception as error:
-        kind: Literal["rejected", "given up", "unread"] = "rejected"
-        if is_of_machine(error):
-            kind = "unread" if isinstance(error, OSError) else "given up"
-        return Failure(kind, " ".join(explain_unforeseen(error).split()))
-
-
-def write_shape(recipe: Recipe, shape_id: str, arrays: dict[str, Any]) -> None:
-    """Write one shape's file.
-
-    Raises:
-        OSError: it cannot be written.
-    """
-    # Not durable: `is_done` sees a file that a power cut broke.
-    with atomic_file(recipe.file(shape_id), durable=False) as file:
-        np.savez(file, **arrays)
-
-
-def is_done(recipe: Recipe, shape_id: str) -> bool:
-    """Return whether a shape's file is there and whole; remove a broken one."""
-    file = recipe.file(shape_id)
-    try:
-        with zipfile.ZipFile(file) as archive:
-            if "warning.npy" in archive.namelist() and archive.testzip() is None:
-                return True
-    except FileNotFoundError:
+    def is_done(self, shape_id: str) -> bool:
+        """Return whether a shape's file is there and whole; remove a broken one."""
+        file = shape_file(self.folder, shape_id)
+        try:
+            with zipfile.ZipFile(file) as archive:
+                if "warning.npy" in archive.namelist() and archive.testzip() is None:
+                    return True
+        except FileNotFoundError:
+            return False
+        except (zipfile.BadZipFile, EOFError, NotImplementedError):
+            pass
+        file.unlink()
         return False
-    except (zipfile.BadZipFile, EOFError, NotImplementedError):
-        pass
-    file.unlink()
-    return False
+
+    def arrays(self, shape_id: str) -> dict[str, Any]:
+        """Load, normalise, sample and render one shape; return what its file holds."""
+        loaded = self.source.load(self.category, shape_id)
+        if not isinstance(loaded, SourceShape):
+            kind = type(loaded).__name__
+            raise RejectedShapeError(f"its source gives a {kind}, not a SourceShape")
+        shape = _normalized(loaded)
+        mesh = shape.mesh
+        # The id alone decides the draw, so that no shape's sample depends on the others.
+        key = hashlib.sha256(f"{self.category}/{shape_id}".encode()).digest()
+        points, face_ids = sample_stratified(
+            mesh.vertices, mesh.faces, self.num_points, np.random.default_rng(list(key))
+        )
+        cameras: Sequence[Camera] | None
+        if shape.images is None:
+            cameras = self.render.cameras(f"{self.category}/{shape_id}")
+            images = self._rendered(mesh, cameras)
+        else:
+            images, cameras = _fitted(shape, self.render.height, self.render.width)
+        if shape.parts is not None:
+            face_parts = label_faces(shape.parts, mesh.vertices, mesh.faces)
+            point_parts = label_points(shape.parts, points.astype(np.float64))
+            mesh = replace(mesh, face_parts=face_parts, part_names=shape.parts.names)
+        elif mesh.face_parts is not None:
+            point_parts = mesh.face_parts[face_ids]
+        else:
+            point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
+        # Colours of the textures as they came, then textures as they are kept.
+        mesh = shrink_textures(replace(mesh, face_colors=mean_colors(mesh, _DIVISIONS)))
+        return {
+            **{f"image_{view}": pack_image(image) for view, image in enumerate(images)},
+            "image_shape": np.array(images.shape),
+            "cameras": pack_cameras(cameras, len(images)),
+            "points": pack_points(points),
+            "mesh": np.frombuffer(pack_mesh(mesh, point_parts), np.uint8),
+            "family": np.str_(shape.family),
+            "part_names": np.array(mesh.part_names, dtype=np.str_),
+            "warning": np.str_("\n".join(_warnings(shape, images))),
+        }
+
+    def _rendered(self, mesh: Mesh, cameras: Sequence[Camera]) -> NDArray[np.uint8]:
+        """Return a mesh's images, (views, H, W, 4)."""
+        to = self.render
+        size = {"height": to.height, "width": to.width, "samples": to.samples}
+        return np.stack([render(mesh, camera, **size) for camera in cameras])
 
 
-def _arrays(recipe: Recipe, shape_id: str) -> dict[str, Any]:
-    """Load, normalise, sample and render one shape; return what its file holds."""
-    loaded = recipe.source.load(recipe.category, shape_id)
-    if not isinstance(loaded, SourceShape):
-        raise RejectedShapeError(f"its source gives a {type(loaded).__name__}, not a SourceShape")
-    model = _normalized(loaded)
-    mesh = model.mesh
-    # The id alone decides the draw, so that no shape's sample depends on the others.
-    key = hashlib.sha256(f"{recipe.category}/{shape_id}".encode()).digest()
-    points, face_ids = sample_stratified(
-        mesh.vertices, mesh.faces, recipe.num_points, np.random.default_rng(list(key))
-    )
-    if model.images is None:
-        cameras: Sequence[Camera] | None = recipe.render.cameras(f"{recipe.category}/{shape_id}")
-        images = _rendered(mesh, recipe.render, cameras or ())
-    else:
-        images, cameras = _fitted(model, recipe.render.height, recipe.render.width)
-    packed = [pack_image(image) for image in images]
-    if model.parts is not None:
-        face_parts = label_faces(model.parts, mesh.vertices, mesh.faces)
-        point_parts = label_points(model.parts, points.astype(np.float64))
-        mesh = replace(mesh, face_parts=face_parts, part_names=model.parts.names)
-    elif mesh.face_parts is not None:
-        point_parts = mesh.face_parts[face_ids]
-    else:
-        point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
-    # Colours of the textures as they came, then textures as they are kept.
-    mesh = shrink_textures(replace(mesh, face_colors=mean_colors(mesh, _DIVISIONS)))
-    return {
-        **{f"image_{view}": np.frombuffer(p, np.uint8) for view, p in enumerate(packed)},
-        "image_shape": np.array(images.shape),
-        "cameras": pack_cameras(cameras, len(images)),
-        "points": pack_points(points),
-        "mesh": np.frombuffer(pack_mesh(mesh, point_parts), np.uint8),
-        "family": np.str_(model.family),
-        "part_names": np.array(mesh.part_names, dtype=np.str_),
-        "warning": np.str_("\n".join(_warnings(model, images))),
-    }
+def shrink_textures(mesh: Mesh) -> Mesh:
+    """Return a mesh with textures of few texels, all shrunk alike, and none that no face has."""
+    if mesh.face_textures is None or mesh.face_uvs is None:
+        return mesh
+    used, numbers = np.unique(mesh.face_textures, return_inverse=True)
+    if used[-1] < 0:
+        return mesh.without_textures()
+    textures = [mesh.textures[index] for index in used[used >= 0]]
+    scale = min(1.0, np.sqrt(MAX_TEXELS / sum(t.shape[0] * t.shape[1] for t in textures)))
+    small = []
+    for texture in textures:
+        width, height = (max(1, int(side * scale)) for side in (texture.shape[1], texture.shape[0]))
+        picture = Image.fromarray(np.ascontiguousarray(texture))
+        small.append(np.array(picture.resize((width, height), Image.Resampling.BOX)))
+    face_textures = (numbers.reshape(-1) - int(used[0] < 0)).astype(np.int16)
+    return replace(mesh, textures=tuple(small), face_textures=face_textures)
 
 
-def _warnings(model: SourceShape, images: NDArray[np.uint8]) -> list[str]:
-    """Return what is wrong with a shape, and whether it hardly shows in its images, a line each.
-
-    A warning is "what: details", as `SourceShape` has it.
-    """
-    lines = [" ".join(line.split()) for line in model.warning.splitlines() if line.strip()]
+def _warnings(shape: SourceShape, images: NDArray[np.uint8]) -> list[str]:
+    """Return what is wrong with a shape, and whether it hardly shows in its images."""
+    lines = [" ".join(line.split()) for line in shape.warning.splitlines() if line.strip()]
     covered = images[images[..., 3] > 127, :3]
     brightness = float(covered.mean()) if len(covered) else 0.0
     if brightness > NEARLY_WHITE:
@@ -184,43 +181,32 @@ def _warnings(model: SourceShape, images: NDArray[np.uint8]) -> list[str]:
     return lines
 
 
-def _normalized(model: SourceShape) -> SourceShape:
+def _normalized(shape: SourceShape) -> SourceShape:
     """Return a shape whose mesh has box diagonal 1; annotated points and cameras move along."""
-    mesh, parts, cameras = model.mesh, model.parts, model.cameras
+    mesh, parts, cameras = shape.mesh, shape.parts, shape.cameras
     center, diagonal = bounding_box(mesh.vertices, mesh.faces)
     if parts is not None:
         parts = replace(parts, points=(parts.points - center) / diagonal)
     if cameras is not None:
         cameras = tuple(camera.moved(center, 1 / diagonal) for camera in cameras)
-    vertices = normalize(mesh.vertices, mesh.faces)
-    return replace(model, mesh=mesh.with_vertices(vertices), parts=parts, cameras=cameras)
+    mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
+    return replace(shape, mesh=mesh, parts=parts, cameras=cameras)
 
 
 def _fitted(
-    model: SourceShape, height: int, width: int
+    shape: SourceShape, height: int, width: int
 ) -> tuple[NDArray[np.uint8], Sequence[Camera] | None]:
     """Return a source's own images, (views, H, W, 4), and cameras that see what is round them."""
-    pictures, cameras = list(model.images or ()), model.cameras
-    for picture in pictures:
-        if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 4:
-            raise RejectedShapeError(
-                f"its source gives an image {picture.dtype} {picture.shape}, not uint8 (H, W, 4)"
-            )
-    if not pictures or (cameras is not None and len(cameras) != len(pictures)):
-        count = "no" if cameras is None else str(len(cameras))
-        raise RejectedShapeError(f"its source gives {len(pictures)} images of {count} cameras")
+    pictures, cameras = list(shape.images or ()), shape.cameras
+    right = [p.dtype == np.uint8 and p.ndim == 3 and p.shape[2] == 4 for p in pictures]
+    if not (pictures and all(right) and len(cameras or pictures) == len(pictures)):
+        raise RejectedShapeError(
+            "its source must give images uint8 (H, W, 4), and as many cameras or none; it gives "
+            f"{[(p.dtype.name, p.shape) for p in pictures]} and {len(cameras or ())} cameras"
+        )
     if cameras is not None:
         cameras = [
             camera.widened(height / min(height, width * picture.shape[0] / picture.shape[1]))
             for camera, picture in zip(cameras, pictures, strict=True)
         ]
     return np.stack([fit_picture(Image.fromarray(p), height, width) for p in pictures]), cameras
-
-
-def _rendered(mesh: Mesh, views: RenderSettings, cameras: Sequence[Camera]) -> NDArray[np.uint8]:
-    """Return a mesh's images, (views, H, W, 4)."""
-    images = [
-        render(mesh, camera, height=views.height, width=views.width, samples=views.samples)
-        for camera in cameras
-    ]
-    return np.stack(images)

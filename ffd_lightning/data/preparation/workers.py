@@ -13,20 +13,14 @@ from contextlib import contextmanager
 
 from pebble import ProcessExpired, ProcessPool
 
-from ffd_lightning.data.preparation.prepared_shape import (
-    Failure,
-    Recipe,
-    compute_shape,
-    is_done,
-    write_shape,
-)
+from ffd_lightning.data.preparation.prepared_shape import Failure, ShapeMaker
 from ffd_lightning.errors import DataError
 
 _ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def make_shapes(
-    recipe: Recipe,
+    maker: ShapeMaker,
     ids: Sequence[str],
     workers: int,
     timeout: float,
@@ -35,7 +29,7 @@ def make_shapes(
     """Make shapes in worker processes; one that takes too long, or kills its process, is given up.
 
     Args:
-        recipe: what to make, and where to.
+        maker: what makes one.
         ids: the shapes.
         workers: at most so many processes.
         timeout: seconds after which a shape is given up.
@@ -54,7 +48,7 @@ def make_shapes(
     # spawn: a fork would copy the locks that threads of torch and of the bar may hold.
     context = multiprocessing.get_context("spawn")
     with _plain_processes():
-        pool = ProcessPool(min(workers, len(ids)), 0, _start_worker, (recipe,), context)
+        pool = ProcessPool(min(workers, len(ids)), 0, _start_worker, (maker,), context)
         try:
             with _no_ctrl_c():  # what starts workers is started here
                 started = pool.schedule(os.getpid)
@@ -70,8 +64,8 @@ def make_shapes(
                     failure = Failure("given up", why)
                 except ProcessExpired:
                     failure = Failure("given up", "its worker process died (out of memory?)")
-                # The clock may strike after the file is there, and before that is told.
-                if failure is not None and not is_done(recipe, shape_id):
+                # Time may run out after the file is there, and before the result is sent.
+                if failure is not None and not maker.is_done(shape_id):
                     failures[shape_id] = failure
                 advance()
         except BrokenProcessPool:
@@ -115,24 +109,21 @@ def _plain_processes() -> Iterator[None]:
     try:
         yield
     finally:
-        if method is not None:
-            multiprocessing.set_start_method(method, force=True)
+        multiprocessing.set_start_method(method, force=True)
         for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
+            os.environ.pop(name)
+            os.environ.update({} if value is None else {name: value})
 
 
 # --- in a worker process ------------------------------------------------------------------------
 
-_recipe: Recipe | None = None
+_maker: ShapeMaker | None = None
 
 
-def _start_worker(recipe: Recipe) -> None:
-    """Keep the recipe, and end when the parent is gone, also from within a shape."""
-    global _recipe
-    _recipe = recipe
+def _start_worker(maker: ShapeMaker) -> None:
+    """Keep the maker, and end when the parent is gone, also from within a shape."""
+    global _maker
+    _maker = maker
     parent = multiprocessing.parent_process()
     assert parent is not None
 
@@ -144,9 +135,5 @@ def _start_worker(recipe: Recipe) -> None:
 
 
 def _work(shape_id: str) -> Failure | None:
-    assert _recipe is not None
-    made = compute_shape(_recipe, shape_id)
-    if isinstance(made, Failure):
-        return made
-    write_shape(_recipe, shape_id, made)
-    return None
+    assert _maker is not None
+    return _maker.make(shape_id)

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import functools
+import hashlib
 import os
 import zipfile
 import zlib
+from collections.abc import Iterable
 from pathlib import Path, PurePath, PurePosixPath
 
-from ffd_lightning.data.reading.mesh_file import MAX_BYTES, read_file
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import DataError, RejectedShapeError
 
 
 def is_hidden(name: str) -> bool:
-    """Return whether files of this name are the system's, not the user's: ".DS_Store", say.
-
-    `__MACOSX` is what archives hold that were packed on a Mac.
-    """
+    """Return whether files of this name are the system's: `.DS_Store`, or a Mac's `__MACOSX`."""
     return name.startswith(".") or name == "__MACOSX"
 
 
@@ -25,30 +23,34 @@ def files_below(top: Path) -> dict[PurePath, os.stat_result]:
 
     Links to folders are not followed, and the system's own files passed over. Of a file it is that
     file, by the path `.`.
-
-    Raises:
-        OSError: a folder cannot be read.
     """
     if not top.is_dir():
         return {PurePath(): top.stat()} if top.is_file() else {}
-    found = {}
-
-    def look(folder: str, path: PurePath) -> None:
-        with os.scandir(folder) as entries:
+    found, folders = {}, [PurePath()]
+    for folder in folders:  # which grow meanwhile
+        with os.scandir(top / folder) as entries:
             for entry in entries:
                 if is_hidden(entry.name):
                     continue
                 if entry.is_dir(follow_symlinks=False):
-                    look(entry.path, path / entry.name)
+                    folders.append(folder / entry.name)
                 elif entry.is_file():
-                    found[path / entry.name] = entry.stat()
-
-    look(os.fspath(top), PurePath())
+                    found[folder / entry.name] = entry.stat()
     return dict(sorted(found.items()))
+
+
+def digest_of_files(facts: Iterable[tuple[str, object]]) -> str:
+    """Return a sha256, in hexadecimal, of files' names and what is known of each."""
+    digest = hashlib.sha256()
+    for name, fact in facts:
+        digest.update(os.fsencode(f"{name}\0{fact}\n"))
+    return digest.hexdigest()
 
 
 class Tree:
     """The files of a folder or of a zip archive, by their paths in it.
+
+    Where an archive holds a folder of its own name, paths are below that.
 
     Args:
         place: the folder, or an archive `*.zip`.
@@ -70,30 +72,25 @@ class Tree:
             path = PurePosixPath(info.filename)
             safe = not path.is_absolute() and ".." not in path.parts and "\\" not in info.filename
             if safe and not info.is_dir() and not any(map(is_hidden, path.parts)):
-                found[PurePath(path)] = info.file_size
+                below = path.parts[path.parts[0] == self.place.stem :]
+                found[PurePath(*below)] = info.file_size
         return dict(sorted(found.items()))
 
     def read(self, path: PurePath) -> bytes:
         """Return a file's content.
 
         Raises:
-            RejectedShapeError: it is larger than 2 GB.
-            OSError: it is damaged or encrypted; with a number, as all of the system's, where the
-                disk failed.
+            RejectedShapeError: it is damaged or encrypted.
+            OSError: the disk failed.
         """
         if not self.packed:
-            return read_file(self.place / path)
-        archive = _opened(self.place)
+            return (self.place / path).read_bytes()
+        archive, name = _opened(self.place), path.as_posix()
         try:
-            info = archive.getinfo(path.as_posix())
-            if info.file_size > MAX_BYTES:
-                raise OSError(f"it unpacks to {info.file_size / 1e9:.1f} GB")
-            return archive.read(info)
-        except (
-            *(zipfile.BadZipFile, zlib.error, EOFError),
-            *(RuntimeError, NotImplementedError, KeyError),
-        ) as error:
-            raise OSError(f"{path.name} in {self.place.name}: {error}") from error
+            return archive.read(name if name in archive.NameToInfo else f"{self.place.stem}/{name}")
+        except (zipfile.BadZipFile, zlib.error, EOFError, KeyError, RuntimeError) as error:
+            reason = f"{path.name} cannot be read from {self.place.name} ({error})"
+            raise RejectedShapeError(reason) from error
 
 
 @functools.lru_cache(maxsize=16)
@@ -104,6 +101,5 @@ def _opened(place: Path) -> zipfile.ZipFile:
     except OSError as error:
         raise DataError(f"the archive {place} cannot be read ({error})") from None
     except zipfile.BadZipFile as error:
-        raise DataError(
-            f"the archive {place} is damaged or incomplete ({error}): get it again"
-        ) from None
+        message = f"the archive {place} is damaged or incomplete ({error}): get it again"
+        raise DataError(message) from None

@@ -10,13 +10,15 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.errors import is_bug
 from ffd_lightning.imaging.photos import to_rgba
+
+UNDECODABLE = "textures cannot be decoded"
+"""The kind of warning about textures that are no pictures, or damaged ones."""
 
 _REFUSED = ("EPS", "IPTC")  # Pillow runs Ghostscript on PostScript, and IPTC may hold some
 _MAX_TEXTURE = 1024
 _NO_COLOR = np.array([178, 178, 178, 255], np.uint8)
-_WHITE = np.full(4, 255, np.uint8)
+_OPAQUE = np.full(4, 255, np.uint8)
 
 Color = NDArray[np.uint8]
 
@@ -34,23 +36,24 @@ ABSENT = _absent()
 class Textures:
     """The textures of one shape, each picture kept once per tint.
 
+    Args:
+        undecodable: where the names of those that cannot be decoded are added.
+
     Attributes:
         images: RGBA, (h, w, 4) uint8 each.
         means: the mean colour of each, (4,) uint8.
-        undecodable: names of those that could not be decoded.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, undecodable: dict[str, None]) -> None:
         self.images: list[NDArray[np.uint8]] = []
         self.means: list[Color] = []
-        self.undecodable: list[str] = []
+        self._undecodable = undecodable
         self._known: dict[tuple[object, bytes, float | None], int] = {}
 
     def add(self, image: Image.Image, tint: Color, cutoff: float | None) -> int:
         """Return the index of `image` times `tint`, -1 if it cannot be decoded.
 
-        Where `cutoff` is given, alpha becomes all or nothing about it; alpha that is zero
-        everywhere is an exporter's slip and means opaque.
+        Where `cutoff` is given, alpha becomes all or nothing about it.
         """
         name = image.info.get("file_path")
         key = (name or id(image), tint.tobytes(), cutoff)
@@ -61,17 +64,12 @@ class Textures:
                     raise OSError("it may hold a program")
                 small = to_rgba(image)
                 small.thumbnail((_MAX_TEXTURE, _MAX_TEXTURE))
-                decoded = np.array(small)
-            except Exception as error:  # Pillow raises many kinds on damaged images
-                if is_bug(error):
-                    raise
-                self.undecodable.append(
-                    str(name or "one without a name").replace("\\", "/").rpartition("/")[2]
-                )
+            except Exception:  # Pillow raises many kinds on damaged images
+                what = str(name or "one without a name").replace("\\", "/").rpartition("/")[2]
+                self._undecodable[what] = None
                 return -1
-            if decoded[..., 3].max() == 0:
-                decoded[..., 3] = 255
-            pixels = np.round(decoded * (tint / 255.0)).astype(np.uint8)
+            pixels = _opaque_if_unseen(np.array(small))
+            pixels = np.round(pixels * (tint / 255.0)).astype(np.uint8)
             if cutoff is not None:
                 pixels[..., 3] = np.where(pixels[..., 3] >= 255 * cutoff, 255, 0)
             self._known[key] = len(self.images)
@@ -98,7 +96,7 @@ def face_colors(
     index, uvs = np.full(len(faces), -1, np.int16), np.zeros((len(faces), 3, 2), np.float32)
     if isinstance(visual, trimesh.visual.ColorVisuals):
         if visual.kind == "face" and len(visual.face_colors) == len(faces):
-            colors = _opaque_if_unseen(np.asarray(visual.face_colors))
+            colors = _opaque_if_unseen(np.array(visual.face_colors))
         elif visual.kind == "vertex" and len(visual.vertex_colors) == len(geometry.vertices):
             colors = _opaque_if_unseen(_mean_colors(visual.vertex_colors, faces))
         return colors, index, uvs
@@ -120,9 +118,8 @@ def face_colors(
 
 def _fits(values: NDArray[Any] | None, geometry: trimesh.Trimesh, columns: int) -> bool:
     """Return whether there are at least so many values of each vertex."""
-    if values is None or np.ndim(values) != 2:
-        return False
-    return len(values) == len(geometry.vertices) and np.shape(values)[1] >= columns
+    shape = np.shape(() if values is None else values)
+    return len(shape) == 2 and shape[0] == len(geometry.vertices) and shape[1] >= columns
 
 
 def _mean_colors(vertex_colors: Color, faces: NDArray[np.int64]) -> Color:
@@ -131,48 +128,42 @@ def _mean_colors(vertex_colors: Color, faces: NDArray[np.int64]) -> Color:
 
 
 def _opaque_if_unseen(colors: Color) -> Color:
-    """Make colours opaque if all of them have alpha 0, which is an exporter's slip."""
-    colors = colors.copy()
-    if colors[:, 3].max() == 0:
-        colors[:, 3] = 255
+    """Make colours opaque, in place, if all have alpha 0, which is an exporter's slip."""
+    if colors[..., 3].max() == 0:
+        colors[..., 3] = 255
     return colors
 
 
 def _material(material: Any) -> tuple[Color, Image.Image | None, Color, float | None]:
     """Return a material's colour without texture, the texture, its tint, and where alpha is cut."""
+    cutoff = None
     if isinstance(material, trimesh.visual.material.PBRMaterial):
-        color = _WHITE.copy()
+        color = _OPAQUE.copy()
         if material.baseColorFactor is not None:
             # The factor is linear light; the product of encoded values is close to the encoded
             # product, so the encoded factor tints the texture as well.
             color = np.array(material.baseColorFactor, np.uint8)
             encoded = trimesh.visual.color.linear_to_srgb(color[:3] / 255.0)
             color[:3] = np.round(255 * np.clip(encoded, 0, 1))
-        cutoff = None
         if material.alphaMode == "MASK":
             cutoff = 0.5 if material.alphaCutoff is None else float(material.alphaCutoff)
         elif material.alphaMode != "BLEND":
             cutoff = 0.0  # opaque, whatever the alpha
         if cutoff is not None:
             color[3] = 255
-        image = material.baseColorTexture
-        if not isinstance(image, Image.Image):
-            return color, None, color, cutoff
-        grey = np.round(_NO_COLOR * (color / 255.0)).astype(np.uint8)
-        return grey, None if _is_absent(image) else image, color, cutoff
-    options = getattr(material, "kwargs", {})
-    image = material.image
-    if getattr(image, "format", None) is None:
-        image = None  # not from a file: the placeholder that trimesh puts beside UVs
-    known = "kd" in options and image is None
-    color = np.array(material.diffuse, np.uint8) if known else _NO_COLOR.copy()
-    color[3] = round(255 * _mtl_alpha(options))
-    tint = np.array([255, 255, 255, color[3]], np.uint8)
-    return color, None if image is None or _is_absent(image) else image, tint, None
-
-
-def _is_absent(image: Image.Image) -> bool:
-    return image.info.get("comment") == b"absent"
+        image, tint = material.baseColorTexture, color
+        if isinstance(image, Image.Image):
+            color = np.round(_NO_COLOR * (tint / 255.0)).astype(np.uint8)
+    else:
+        options, image = getattr(material, "kwargs", {}), material.image
+        if getattr(image, "format", None) is None:
+            image = None  # not from a file: the placeholder that trimesh puts beside UVs
+        known = "kd" in options and image is None
+        color = np.array(material.diffuse, np.uint8) if known else _NO_COLOR.copy()
+        color[3] = round(255 * _mtl_alpha(options))
+        tint = np.array([255, 255, 255, color[3]], np.uint8)
+    there = isinstance(image, Image.Image) and image.info.get("comment") != b"absent"
+    return color, image if there else None, tint, cutoff
 
 
 def _mtl_alpha(options: dict[str, Any]) -> float:

@@ -14,55 +14,38 @@ import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from itertools import count
+from itertools import count, takewhile
 from pathlib import Path, PurePath
 from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 from PIL import Image
 from trimesh.resolvers import Resolver
 
-from ffd_lightning.data.reading.materials import ABSENT, Textures, face_colors
+from ffd_lightning.data.reading.materials import ABSENT, UNDECODABLE, Textures, face_colors
 from ffd_lightning.errors import RejectedShapeError, is_bug, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
 
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
 """Formats that can be read, the best at carrying colours first."""
-MAX_BYTES = 1 << 31
-"""Of one file; reading a mesh takes several times its size in memory."""
 
-_NAMED = 5  # files and materials that a note names; a shape may lack hundreds
-_UNSUPPORTED = {
-    rb"KHR_draco_mesh_compression": "is compressed by Draco",
-    rb'"sparse"\s*:': "stores geometry in sparse accessors",
-}  # of which trimesh makes nothing, or something else
+_NO_LIBRARY = "material files are absent"
+_NO_TEXTURE = "textures that the materials name are absent"
+_NAMED = 5  # files that a warning names; a shape may lack hundreds
+_UNSUPPORTED = re.compile(rb'KHR_draco_mesh_compression|"sparse"\s*:')  # of glTF, by trimesh
 
-Read = Callable[[PurePath], bytes]
-
-
-def read_file(path: PurePath) -> bytes:
-    """Return the content of a file in a folder.
-
-    Raises:
-        RejectedShapeError: it is larger than 2 GB.
-        OSError: it cannot be read.
-    """
-    if Path(path).stat().st_size > MAX_BYTES:
-        raise RejectedShapeError(f"{path.name} is larger than {MAX_BYTES / 1e9:.1f} GB")
-    return Path(path).read_bytes()
+Problems = dict[str, dict[str, None]]
+Read = Callable[[Any], bytes]
 
 
 def read_mesh(
-    path: PurePath, side_files: Iterable[PurePath] = (), read: Read = read_file
+    path: PurePath, side_files: Iterable[PurePath] = (), read: Read = Path.read_bytes
 ) -> tuple[Mesh, tuple[str, ...]]:
     """Read a mesh with its colours and textures, and say what of its materials could not be had.
 
-    Convention:
-        Coordinates are taken as they are, y up: OBJ and glTF say so; PLY, OFF and STL have no
-        rule.
+    Coordinates are taken as they are: OBJ and glTF are y up; PLY, OFF and STL have no rule.
 
     Args:
         path: the mesh file; its extension is one of `EXTENSIONS`, in any case.
@@ -70,35 +53,38 @@ def read_mesh(
         read: returns a file's content.
 
     Returns:
-        The mesh without faces that are degenerate, not finite or point to no vertex; and a note
-        "what: which" for each kind of fault, absent textures, say.
+        The mesh without faces that are degenerate, not finite or point to no vertex; and a warning
+        "what: which" for each kind of problem, absent textures, say.
 
     Raises:
         RejectedShapeError: the file is damaged or has no surface; the message is the reason.
         OSError, MemoryError: of the system, see `errors.is_of_machine`.
     """
     kind = path.suffix.lower().lstrip(".")
-    files, textures = SideFiles(side_files, read, kind == "obj"), Textures()
-    try:
-        data = _mended(read(path), kind, path.name)
-        with np.errstate(all="ignore"), _quiet():
-            scene = trimesh.load_scene(
-                io.BytesIO(data), file_type=kind, resolver=files, process=False
-            )
-            mesh = _merge(path.name, scene, textures)
-        if files.failure is not None:
-            raise files.failure
-        return mesh, _notes(files, textures, data if kind == "obj" else b"")
-    except Exception as error:  # trimesh meets anything in a damaged file
-        if files.failure is not None:
-            raise files.failure from None
-        if isinstance(error, RejectedShapeError) or is_bug(error) or is_of_machine(error):
-            raise
-        reason = " ".join(str(error).split())[:200]
-        if isinstance(error, ImportError):  # trimesh reaches for a decoder of unknown text
-            reason = "its content is not of this format"
-        message = f"{path.name} cannot be read ({type(error).__name__}: {reason})"
-        raise RejectedShapeError(message) from error
+    problems: Problems = {_NO_LIBRARY: {}, _NO_TEXTURE: {}, UNDECODABLE: {}}
+    files = SideFiles(side_files, read, problems)
+    content = read(path)
+    with np.errstate(all="ignore"), _quiet():
+        try:
+            data = io.BytesIO(_mended(content, kind, path.name))
+            scene = trimesh.load_scene(data, file_type=kind, resolver=files, process=False)
+            mesh = _merge(path.name, scene, Textures(problems[UNDECODABLE]))
+        except Exception as error:  # trimesh meets anything in a damaged file
+            if isinstance(error, RejectedShapeError | MemoryError) or is_bug(error):
+                raise
+            reason = " ".join(str(error).split())[:200]
+            if isinstance(error, ImportError):  # trimesh reaches for a decoder of unknown text
+                reason = "its content is not of this format"
+            message = f"{path.name} cannot be read ({type(error).__name__}: {reason})"
+            raise (files.failure or RejectedShapeError(message)) from error
+    if files.failure is not None:
+        raise files.failure
+    return mesh, tuple(_said(what, list(which)) for what, which in problems.items() if which)
+
+
+def _said(what: str, which: Sequence[str]) -> str:
+    more = f" and {len(which) - _NAMED} more" if len(which) > _NAMED else ""
+    return f"{what}: {', '.join(which[:_NAMED])}{more}"
 
 
 @contextmanager
@@ -123,19 +109,18 @@ class SideFiles(Resolver):
     taken, then the first. Textures that are absent or no pictures are given as `ABSENT`, since
     trimesh would forget that a material has one.
 
+    Args:
+        files: that belong to the mesh.
+        read: returns a file's content.
+        problems: where the names of files are added that cannot be had, by kind of problem.
+
     Attributes:
-        missing: the base names that were asked for in vain.
-        undecodable: names of textures that are no pictures.
-        libraries: the contents of the material libraries that were read.
         failure: of the system, over a file that is there: trimesh passes over errors of any kind.
     """
 
-    def __init__(self, files: Iterable[PurePath], read: Read, obj: bool) -> None:
-        self.missing: list[str] = []
-        self.undecodable: list[str] = []
-        self.libraries: list[bytes] = []
+    def __init__(self, files: Iterable[PurePath], read: Read, problems: Problems) -> None:
         self.failure: Exception | None = None
-        self._read, self._obj, self._parts = read, obj, count()
+        self._read, self._problems, self._parts = read, problems, count()
         self._files: dict[str, list[PurePath]] = {}
         self._contents: dict[PurePath, bytes] = {}
         for file in sorted(files, key=lambda f: (len(f.parts), str(f))):
@@ -147,12 +132,7 @@ class SideFiles(Resolver):
         return f"part{next(self._parts)}"
 
     def get(self, key: str) -> bytes:
-        """Return the content of the file meant by `key`.
-
-        Raises:
-            FileNotFoundError: the shape has no such file.
-            OSError, MemoryError: the file cannot be read.
-        """
+        """Return the content of the file meant by `key`; a FileNotFoundError if there is none."""
         words = unquote(key).replace("\\", "/").strip().strip('"').casefold().split()
         # A name may hold spaces and may follow options: try all of it, then less and less.
         for start in range(len(words)):
@@ -160,8 +140,9 @@ class SideFiles(Resolver):
             if namesakes := self._files.get(parts[-1]):
                 return self._content(max(namesakes, key=lambda f: _common_end(f, parts)))
         name = key.replace("\\", "/").strip().strip('"').rpartition("/")[2]
-        self.missing.append(name)
-        if self._is_texture(PurePath(name)):
+        kind = _NO_LIBRARY if name.lower().endswith(".mtl") else _NO_TEXTURE
+        self._problems[kind][name] = None
+        if _is_texture(name):
             return ABSENT
         raise FileNotFoundError(key)
 
@@ -174,16 +155,15 @@ class SideFiles(Resolver):
                     self.failure = error
                 raise
             if file.suffix.lower() == ".mtl":
-                self.libraries.append(data := _as_utf8(data))
-            elif self._is_texture(file) and not _is_picture(data):
-                self.undecodable.append(file.name)
-                data = ABSENT
+                data = _as_utf8(data)
+            elif _is_texture(file.name):
+                try:
+                    Image.open(io.BytesIO(data))  # its header; the rest is read when it is used
+                except Exception:  # Pillow raises many kinds on damaged images
+                    self._problems[UNDECODABLE][file.name] = None
+                    data = ABSENT
             self._contents[file] = data
         return self._contents[file]
-
-    def _is_texture(self, file: PurePath) -> bool:
-        suffix = file.suffix.lower()
-        return suffix != ".mtl" if self._obj else suffix in Image.registered_extensions()
 
     def write(self, name: str, data: Any) -> None:
         """Refuse: shapes are only read."""
@@ -198,43 +178,14 @@ class SideFiles(Resolver):
         return list(self._files)
 
 
+def _is_texture(name: str) -> bool:
+    return PurePath(name).suffix.lower() in Image.registered_extensions()
+
+
 def _common_end(file: PurePath, parts: Sequence[str]) -> int:
-    """Return how many trailing components two paths share."""
-    pairs = list(zip(reversed(file.parts), reversed(parts), strict=False))
-    return next((k for k, (a, b) in enumerate(pairs) if a.casefold() != b), len(pairs))
-
-
-def _is_picture(data: bytes) -> bool:
-    """Return whether a picture's header can be read; what follows it is seen when it is used."""
-    try:
-        with Image.open(io.BytesIO(data)):
-            return True
-    except Exception:  # Pillow raises many kinds on damaged images
-        return False
-
-
-def _notes(files: SideFiles, textures: Textures, obj: bytes) -> tuple[str, ...]:
-    """Return what a user should know of a mesh's materials, a note a kind."""
-    absent = dict.fromkeys(files.missing)
-    libraries = [name for name in absent if name.lower().endswith(".mtl")]
-    used = re.findall(rb"(?m)^usemtl[ \t]+(\S.*)$", obj)
-    defined = re.findall(rb"(?im)^[ \t]*newmtl[ \t]+(\S.*)$", b"\n".join(files.libraries))
-    nowhere = {b" ".join(name.split()) for name in used}
-    nowhere -= {b" ".join(name.split()) for name in defined}
-    kinds = {
-        "material files are absent": libraries,
-        "textures that the materials name are absent": [n for n in absent if n not in libraries],
-        "textures cannot be decoded": list(dict.fromkeys(files.undecodable + textures.undecodable)),
-        "materials are defined nowhere": sorted(n.decode("utf-8", "replace") for n in nowhere),
-    }
-    if libraries:
-        del kinds["materials are defined nowhere"]
-    return tuple(
-        f"{kind}: {', '.join(which[:_NAMED])}"
-        + (f" and {len(which) - _NAMED} more" if len(which) > _NAMED else "")
-        for kind, which in kinds.items()
-        if which
-    )
+    """Return how many trailing components a path shares with another, in lower case."""
+    pairs = zip(reversed(file.parts), reversed(parts), strict=False)
+    return len(list(takewhile(lambda pair: pair[0].casefold() == pair[1], pairs)))
 
 
 # --- text that trimesh would misread --------------------------------------------------------------
@@ -244,10 +195,8 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
     """Return a mesh file's content in the form that trimesh reads rightly."""
     if not data or data.isspace():
         raise RejectedShapeError(f"{name} is empty")
-    if kind in ("glb", "gltf"):
-        for mark, why in _UNSUPPORTED.items():
-            if re.search(mark, data):
-                raise RejectedShapeError(f"{name} {why}, which is not supported: export it without")
+    if kind in ("glb", "gltf") and (found := _UNSUPPORTED.search(data)):
+        raise RejectedShapeError(f"{name} has {found[0].decode()}, which is not supported")
     if kind in ("obj", "off") or (kind == "stl" and b"endfacet" in data):
         data = _as_utf8(data)
     if kind == "ply" and not data[: (end := data.find(b"end_header"))].isascii():
@@ -258,9 +207,7 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
 
 
 def _as_utf8(data: bytes) -> bytes:
-    """Return text in UTF-8, whatever it was in: older exporters write the system's encoding."""
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        return data.decode("utf-16", "replace").encode()
+    """Return text in UTF-8: older exporters write the system's encoding."""
     try:
         return data.decode("utf-8-sig").encode()
     except UnicodeDecodeError:
@@ -296,11 +243,9 @@ def _check_off(data: bytes, name: str) -> None:
     header = re.fullmatch(rb"(?:ST)?C?N?OFF\s*((?:\d+\s*)*)", rows[0]) if rows else None
     if header is None:
         raise RejectedShapeError(f"{name} is not of a kind of OFF that can be read")
-    counts, start = header[1].split(), 1
-    while len(counts) < 2 and start < len(rows):
-        counts, start = counts + rows[start].split(), start + 1
-    promised, there = sum(map(int, counts[:2])), len(rows) - start
-    if len(counts) < 2 or there < promised:
+    counts = header[1].split() or rows[1].split()
+    promised, there = sum(map(int, counts[:2])), len(rows) - (1 if header[1] else 2)
+    if there < promised:
         raise RejectedShapeError(
             f"{name} is incomplete: it has {there:,} of {promised:,} vertices and faces"
         )
@@ -336,23 +281,14 @@ def _merge(name: str, scene: trimesh.Scene, textures: Textures) -> Mesh:
     keep = np.asarray(np.isfinite(area) & (area > 0))
     if not keep.any():
         raise RejectedShapeError(f"{name} has no face with a finite area above zero")
-    seen, triangles = _compact(triangles[keep], len(corners))
+    used, triangles = np.unique(triangles[keep], return_inverse=True)
     texture = np.concatenate(face_textures)[keep]
     textured = bool((texture >= 0).any())
     return Mesh(
-        vertices=corners[seen],
-        faces=triangles,
+        vertices=corners[used],
+        faces=triangles.reshape(-1, 3),
         face_colors=np.concatenate(colors)[keep],
         textures=tuple(textures.images) if textured else (),
         face_textures=texture if textured else None,
         face_uvs=np.concatenate(uvs)[keep] if textured else None,
     )
-
-
-def _compact(
-    faces: NDArray[np.int64], num_vertices: int
-) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-    """Return which vertices (V,) faces (F, 3) use, and the faces in terms of those."""
-    seen = np.zeros(num_vertices, np.bool_)
-    seen[faces] = True
-    return seen, (np.cumsum(seen) - 1)[faces]

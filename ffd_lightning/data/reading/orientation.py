@@ -18,20 +18,12 @@ _QUARTERS = {0.0: (1.0, 0.0), 90.0: (0.0, 1.0), 180.0: (-1.0, 0.0), 270.0: (0.0,
 
 
 def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
-    """Turn points, or directions, until they are y up and face -z.
+    """Turn points (..., 3), or directions, until they are y up and face -z.
 
     Convention:
         With z up, (x, y, z) becomes (x, z, -y): what faces +y then faces -z. After that all is
-        rotated by `yaw` about +y, anticlockwise seen from above: 90 turns what faces -z to -x.
-        Quarter turns are exact.
-
-    Args:
-        points: (..., 3) positions.
-        up: the axis that points up in them.
-        yaw: degrees.
-
-    Returns:
-        (..., 3) float64.
+        rotated by `yaw` degrees about +y, anticlockwise seen from above: 90 turns what faces -z to
+        -x. Quarter turns are exact.
 
     >>> turn([0, 0, -1], "y", 90).tolist()
     [-1.0, 0.0, 0.0]
@@ -45,11 +37,7 @@ def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
 
 
 def check_orientation(up: str, yaw: float) -> None:
-    """Check the settings of a source that turns its meshes.
-
-    Raises:
-        ValueError: there is no such axis or angle.
-    """
+    """Check the settings of a source that turns its meshes; a ValueError names the wrong one."""
     if up not in get_args(Up):
         raise ValueError(f"up={up} must be one of {', '.join(get_args(Up))}")
     if not math.isfinite(yaw):

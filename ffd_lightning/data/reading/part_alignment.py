@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.errors import RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.normalization import bounding_box
 from ffd_lightning.geometry.sampling import sample_surface
 
 MAX_RMS = 0.035
@@ -32,8 +32,6 @@ _TURNS = np.array(
 _SURFACE_POINTS = 16384
 _PROBES = 4096  # points of either side that distances are measured at
 
-Points = NDArray[np.float64]
-
 
 def align(parts: PartCloud, mesh: Mesh, rng: np.random.Generator) -> PartCloud:
     """Carry annotated points into the frame of the mesh they belong to.
@@ -48,17 +46,19 @@ def align(parts: PartCloud, mesh: Mesh, rng: np.random.Generator) -> PartCloud:
 
     Raises:
         RejectedShapeError: it does not fit; the message is the reason.
+        ValueError: the annotation or the mesh has no extent.
     """
-    center, size = _box(mesh.vertices[mesh.faces].reshape(-1, 3))
-    own_center, own_size = _box(parts.points)
-    if not (0 < own_size < np.inf and 0 < size < np.inf):
-        raise RejectedShapeError("its part annotation or its mesh has no extent")
+    center, size = bounding_box(mesh.vertices, mesh.faces)
+    own_center, own_size = bounding_box(parts.points)
     # From here on in units of the diagonal, about the middle of the box.
     surface = sample_surface((mesh.vertices - center) / size, mesh.faces, _SURFACE_POINTS, rng)[0]
     tree = cKDTree(surface)
     turned = (parts.points - own_center) / own_size @ _TURNS.transpose(0, 2, 1)
-    probes = slice(None, None, -(-len(parts.points) // _PROBES))
-    distances = [_distance(tree, surface[:_PROBES], points[probes]) for points in turned]
+    distances = []
+    for points in turned[:, :: -(-len(parts.points) // _PROBES)]:
+        # One way is not enough: the annotation of a table lies close to many a chair.
+        there, back = tree.query(points)[0], cKDTree(points).query(surface[:_PROBES])[0]
+        distances.append(float(np.sqrt((np.mean(there**2) + np.mean(back**2)) / 2)))
     best = 0 if distances[0] <= (1 + _TIE) * min(distances) else int(np.argmin(distances))
     if not distances[best] <= MAX_RMS:
         raise RejectedShapeError(
@@ -66,19 +66,3 @@ def align(parts: PartCloud, mesh: Mesh, rng: np.random.Generator) -> PartCloud:
             f"(rms distance {distances[best]:.3f} of the diagonal)"
         )
     return replace(parts, points=turned[best] * size + center)
-
-
-def _distance(tree: cKDTree, surface: NDArray[np.floating], points: Points) -> float:
-    """Return the symmetric root mean square distance of two clouds, `tree` being of the first.
-
-    One way is not enough: the annotation of a table lies close to many a chair.
-    """
-    there, back = tree.query(points)[0], cKDTree(points).query(surface)[0]
-    return float(np.sqrt((np.mean(there**2) + np.mean(back**2)) / 2))
-
-
-def _box(points: Points) -> tuple[Points, float]:
-    """Return the middle, (3,), and the diagonal of the box around points."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    with np.errstate(over="ignore", invalid="ignore"):
-        return (low + high) / 2, float(np.linalg.norm(high - low))

@@ -9,8 +9,6 @@ less than what the project's would be for shapes left as they are).
 
 from __future__ import annotations
 
-import hashlib
-import io
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,8 +18,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.reading.files import files_below
-from ffd_lightning.errors import DataError, RejectedShapeError, is_bug, is_of_machine
+from ffd_lightning.data.reading.files import digest_of_files, files_below
+from ffd_lightning.errors import DataError, RejectedShapeError, is_of_machine
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import BLENDER_LENS, Camera, vertical_field_of_view
 from ffd_lightning.imaging.rendering import render
@@ -31,7 +29,6 @@ _METADATA = "rendering_metadata.txt"
 _FARTHEST = 1.75  # of their cameras
 _AGREES = 0.5  # intersection over union; a real shape's is 0.93, another turn's mostly below
 _FOLDER = "ShapeNetRendering"
-_MAX_PIXELS = 4096 * 4096  # they have 137 x 137
 
 
 @dataclass(frozen=True)
@@ -52,20 +49,18 @@ class R2n2Images:
     def synsets(self) -> set[str]:
         """Return the categories of which there are renderings: 3D-R2N2 has 13 of ShapeNet's 57."""
         for top in (self.root / _FOLDER, self.root):
-            folders = top.iterdir() if top.is_dir() else ()
-            found = {f.name for f in folders if next(f.glob("*/rendering"), None) is not None}
-            if found:
-                return found
+            folders = [f for f in top.glob("*") if next(f.glob("*/rendering"), None) is not None]
+            if folders:
+                return {folder.name for folder in folders}
         return set()
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return a hash over sizes of images and camera files."""
-        digest, top = hashlib.sha256(), self._folder(category)
+        facts, top = [], self._folder(category)
         for shape_id in sorted(self.ids(category)):
-            found = files_below(top / shape_id / "rendering")
-            sizes = [(path.as_posix(), stat.st_size) for path, stat in found.items()]
-            digest.update(f"{shape_id}\0{sizes}\n".encode())
-        return {"source": "r2n2", "sha256": digest.hexdigest()}
+            found = files_below(top / shape_id / "rendering").items()
+            facts.append((shape_id, [(path.as_posix(), stat.st_size) for path, stat in found]))
+        return {"source": "r2n2", "sha256": digest_of_files(facts)}
 
     def read(self, category: str, shape_id: str) -> list[NDArray[np.uint8]]:
         """Return a shape's 24 images, (137, 137, 4) each.
@@ -73,23 +68,19 @@ class R2n2Images:
         Raises:
             RejectedShapeError: one is missing or damaged; the message names it.
         """
-        folder = self._folder(category) / shape_id / "rendering"
-        images = []
+        folder, images = self._folder(category) / shape_id / "rendering", []
         for view in range(VIEWS):
-            name = f"rendering/{view:02d}.png"
+            file = folder / f"{view:02d}.png"
             try:
-                data = (folder / f"{view:02d}.png").read_bytes()
-                with Image.open(io.BytesIO(data), formats=["PNG"]) as picture:
-                    if picture.width * picture.height > _MAX_PIXELS:
-                        raise ValueError(f"it has {picture.width} x {picture.height} pixels")
+                with Image.open(file, formats=["PNG"]) as picture:
                     images.append(np.asarray(picture.convert("RGBA")))
             except FileNotFoundError:
-                raise RejectedShapeError(f"it has no {name}") from None
+                raise RejectedShapeError(f"it has no rendering/{file.name}") from None
             except Exception as error:  # Pillow meets anything in a damaged file
-                if is_bug(error) or is_of_machine(error):
+                if is_of_machine(error):
                     raise
-                reason = f"{type(error).__name__}: {error}"
-                raise RejectedShapeError(f"{name} cannot be read ({reason})") from error
+                reason = f"rendering/{file.name} cannot be read ({error})"
+                raise RejectedShapeError(reason) from error
         return images
 
     def cameras(self, category: str, shape_id: str) -> tuple[tuple[Camera, ...] | None, str]:
@@ -98,23 +89,19 @@ class R2n2Images:
         What cannot be used gives no cameras and the reason, never an error: the images are good
         without them.
         """
-        file = self._folder(category) / shape_id / "rendering" / _METADATA
         try:
-            lines = file.read_text(encoding="utf-8-sig").split("\n")
-            numbers = [[float(word) for word in line.split()] for line in lines if line.strip()]
+            file = self._folder(category) / shape_id / "rendering" / _METADATA
+            rows = np.loadtxt(file, encoding="utf-8-sig", comments=None, ndmin=2)
+            if rows.shape != (VIEWS, 5) or not (np.isfinite(rows).all() and (rows[:, 3] > 0).all()):
+                raise ValueError(f"not {VIEWS} lines of five numbers")
+            if rows[:, 2].any():
+                raise ValueError("turned cameras")
         except (FileNotFoundError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            return None, f"its cameras are not known: {_METADATA} cannot be read ({reason})"
-        known = len(numbers) == VIEWS and all(
-            len(row) == 5 and np.isfinite(row).all() and row[3] > 0 for row in numbers
-        )
-        if not known or any(row[2] for row in numbers):
-            what = "turned cameras" if known else f"not {VIEWS} lines of five numbers"
-            return None, f"its cameras are not known: {_METADATA} has {what}"
+            return None, f"its cameras are not known: {_METADATA} cannot be read ({error})"
         lens = vertical_field_of_view(*BLENDER_LENS, 1, 1)
         return tuple(
             Camera(azimuth % 360, elevation, _FARTHEST * ratio, lens)
-            for azimuth, elevation, _, ratio, _ in numbers
+            for azimuth, elevation, _, ratio, _ in rows.tolist()
         ), ""
 
     def _folder(self, category: str) -> Path:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from dataclasses import replace
 from pathlib import Path, PurePath
 from typing import Literal, NamedTuple
 
-from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.reading.files import Tree
+from ffd_lightning.data.categories import SYNSETS, listed, name_of
+from ffd_lightning.data.reading.files import Tree, digest_of_files, is_hidden
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.data.reading.orientation import orient
 from ffd_lightning.data.source import Source, SourceShape
@@ -26,18 +25,13 @@ _BELOW = ("", "ShapeNetCore.v1", "ShapeNetCore.v2")
 _SYNSET = re.compile(r"\d{8}")
 
 
-class Category(NamedTuple):
-    """One category's shapes, wherever they are.
+class _Category(NamedTuple):
+    """One category's shapes, of a version of ShapeNetCore.
 
-    Attributes:
-        tree: its folder or archive.
-        top: what stands before a shape's folder in the tree's paths.
-        files: the sizes of each shape's files in bytes, by id and by path below the shape's folder.
-        version: of ShapeNetCore.
+    Files have their sizes in bytes, by the shape's id and by the path below the shape's folder.
     """
 
     tree: Tree
-    top: PurePath
     files: dict[str, dict[PurePath, int]]
     version: int
 
@@ -81,7 +75,7 @@ class ShapeNetSource(Source):
         self.mix_versions = mix_versions
         self.parts = None if parts_root is None else PartAnnotations(Path(parts_root))
         self.own_images = self.images is not None  # type: ignore[misc]
-        self._categories: dict[str, Category] = {}
+        self._categories: dict[str, _Category] = {}
 
     def categories(self) -> list[str]:
         """Return the categories that are there: by name where they have one, else by synset.
@@ -89,25 +83,13 @@ class ShapeNetSource(Source):
         Raises:
             DataError: renderings are asked for, and there are none of any category.
         """
-        names = {synset: name for name, synset in SYNSETS.items()}
-        found = set(self.synsets())
+        found = set(self._places())
         if self.images is not None and found:
             rendered = found & self.images.synsets()
             if not rendered:
                 self.images.ids(min(found))  # raises: the folder is not what the user meant
             found = rendered
-        return sorted(names.get(synset, synset) for synset in found)
-
-    def rejected(self, category: str) -> dict[str, str]:
-        """Return which shapes lack their mesh or image, or whose mesh is empty."""
-        _, _, files, version = self.category(category)
-        mesh = MESHES[version]
-        found = {i: f"it has no {mesh}" for i in files if mesh not in files[i]}
-        found |= {i: f"its {mesh} is empty" for i in files if files[i].get(mesh) == 0}
-        if self.images is not None:
-            rendered = self.images.ids(category)
-            found |= {i: "it has no rendering" for i in files if i not in rendered}
-        return found
+        return sorted(map(name_of, found))
 
     def shape_ids(self, category: str) -> list[str]:
         """Return the ids of all shapes of `category`, sorted.
@@ -116,30 +98,40 @@ class ShapeNetSource(Source):
             DataError: no such category; the message lists those that are there.
         """
         self._categories.pop(category, None)
-        return sorted(self.category(category).files)
+        return sorted(self._category(category).files)
+
+    def rejected(self, category: str) -> dict[str, str]:
+        """Return which shapes lack their mesh or image, or whose mesh is empty."""
+        _, files, version = self._category(category)
+        mesh = MESHES[version]
+        found = {i: f"it has no {mesh}" for i in files if mesh not in files[i]}
+        found |= {i: f"its {mesh} is empty" for i in files if files[i].get(mesh) == 0}
+        if self.images is not None:
+            rendered = self.images.ids(category)
+            found |= {i: "it has no rendering" for i in files if i not in rendered}
+        return found
 
     def load(self, category: str, shape_id: str) -> SourceShape:
         """Return one shape; see `Source.load`."""
-        tree, top, files, version = self.category(category)
-        own = [top / shape_id / path for path in files.get(shape_id, {})]
-        mesh_file = top / shape_id / MESHES[version]
-        if mesh_file not in own:
+        tree, files, version = self._category(category)
+        folder, own = PurePath(shape_id), files.get(shape_id, {})
+        if MESHES[version] not in own:
             raise RejectedShapeError(f"it has no {MESHES[version]}")
-        read, notes = read_mesh(mesh_file, own, tree.read)
-        shape = SourceShape(orient(read, "y", _YAW[version])).warned(*notes)
+        side_files = [folder / path for path in own]
+        mesh, warnings = read_mesh(folder / MESHES[version], side_files, tree.read)
+        shape = SourceShape(orient(mesh, "y", _YAW[version])).warned(*warnings)
         if self.images is not None:
             images = self.images.read(category, shape_id)
             cameras, warning = self.images.cameras(category, shape_id)
             if cameras is not None:
                 warning = mismatch(images[0], cameras[0], shape.mesh)
             shape = replace(shape, images=images, cameras=cameras).warned(warning)
-        annotations = self._annotations(category)
-        if annotations is None:
-            return shape
-        parts, warning = annotations.read(category, shape_id, shape.mesh)
-        if warning:
-            warning = f"part annotation absent or doubtful: {warning}"
-        return replace(shape, parts=parts).warned(warning)
+        if annotations := self._annotations(category):
+            parts, warning = annotations.read(category, shape_id, shape.mesh)
+            if warning:
+                warning = f"part annotation absent or doubtful: {warning}"
+            shape = replace(shape, parts=parts).warned(warning)
+        return shape
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return version and a hash over names and sizes of all files: meshes, materials, textures.
@@ -148,32 +140,38 @@ class ShapeNetSource(Source):
         so that its files are added or replaced, but not edited, and their times say nothing.
         """
         self._categories.pop(category, None)
-        _, _, files, version = self.category(category)
+        _, files, version = self._category(category)
         annotations = self._annotations(category)
-        digest = hashlib.sha256()
-        for shape_id in sorted(files):
-            sizes = [(path.as_posix(), size) for path, size in sorted(files[shape_id].items())]
-            digest.update(f"{shape_id}\0{sizes}\n".encode())
+        facts = [
+            (shape_id, [(path.as_posix(), size) for path, size in sorted(own.items())])
+            for shape_id, own in sorted(files.items())
+        ]
         return {
             "source": "shapenet",
             "loader": _LOADER_VERSION,
             "version": version,
-            "sha256": digest.hexdigest(),
+            "sha256": digest_of_files(facts),
             "images": "own" if self.images is None else self.images.fingerprint(category),
             "parts": "none" if annotations is None else annotations.fingerprint(category),
         }
 
-    def category(self, name: str) -> Category:
-        """Return a category's shapes, and of which version they are, as found when first asked.
+    def _category(self, name: str) -> _Category:
+        """Return a category's shapes, as found when first asked for.
 
         Raises:
             DataError: no such category, or its shapes are of neither version.
         """
         if name not in self._categories:
-            synset = SYNSETS.get(name, name)
-            places = self.synsets()
+            synset, places = SYNSETS.get(name, name), self._places()
+            if not places:
+                raise DataError(
+                    f"{self.root} is not ShapeNetCore: neither it nor ShapeNetCore.v1 or .v2 in it "
+                    "has folders <synset> or archives <synset>.zip; set data.root to the folder "
+                    "that does"
+                )
             if synset not in places:
-                raise DataError(self._missing(name, synset, sorted(places)))
+                there = listed(sorted(places))
+                raise DataError(f"{self.root} has no {name} ({synset}); it has: {there}")
             found = _listed(places[synset])
             if found.version != 1 and self.images is not None and not self.mix_versions:
                 raise DataError(
@@ -193,49 +191,31 @@ class ShapeNetSource(Source):
             self.parts.ids(category)  # raises: the folder is not what the user meant
         return self.parts if SYNSETS.get(category, category) in annotated else None
 
-    def synsets(self) -> dict[str, Path]:
+    def _places(self) -> dict[str, Path]:
         """Return the folder or archive of every category that is there, by synset."""
         for below in _BELOW:
-            folder = self.root / below
-            if folder.is_dir():
-                found: dict[str, Path] = {}
-                for entry in sorted(folder.iterdir(), reverse=True):  # folders after archives
-                    if _SYNSET.fullmatch(entry.name) and entry.is_dir():
-                        found[entry.name] = entry
-                    elif entry.suffix == ".zip" and _SYNSET.fullmatch(entry.stem):
-                        found[entry.stem] = entry
-                if found:
-                    return found
+            archives = {path.stem: path for path in (self.root / below).glob("*.zip")}
+            folders = {path.name: path for path in (self.root / below).glob("*") if path.is_dir()}
+            found = archives | folders
+            if places := {name: found[name] for name in found if _SYNSET.fullmatch(name)}:
+                return places
         return {}
 
-    def _missing(self, name: str, synset: str, there: list[str]) -> str:
-        if not there:
-            return (
-                f"{self.root} is not ShapeNetCore: neither it nor ShapeNetCore.v1 or .v2 in it has "
-                "folders <synset> or archives <synset>.zip; set data.root to the folder that does"
-            )
-        names = {s: n for n, s in SYNSETS.items()}
-        known = ", ".join(f"{names.get(s, 'other')} ({s})" for s in there)
-        return f"{self.root} has no {name} ({synset}); it has: {known}"
 
-
-def _listed(place: Path) -> Category:
+def _listed(place: Path) -> _Category:
     """Return what a category's folder or archive holds."""
-    tree, top = Tree(place), PurePath()
+    tree = Tree(place)
     files: dict[str, dict[PurePath, int]] = {}
-    if not tree.packed:
-        files = {p.name: {} for p in place.iterdir() if p.is_dir() and p.name[0] != "."}
-        files |= {i: dict(Tree(place / i).sizes()) for i in files}
-    else:
+    if tree.packed:
         for path, size in tree.sizes().items():
-            below = path
-            if _SYNSET.fullmatch(path.parts[0]):
-                top, below = PurePath(path.parts[0]), PurePath(*path.parts[1:])
-            if len(below.parts) > 1:
-                files.setdefault(below.parts[0], {})[PurePath(*below.parts[1:])] = size
+            if len(path.parts) > 1:
+                files.setdefault(path.parts[0], {})[PurePath(*path.parts[1:])] = size
+    else:  # a shape's folder may be a link
+        folders = [path for path in place.iterdir() if path.is_dir() and not is_hidden(path.name)]
+        files = {folder.name: Tree(folder).sizes() for folder in folders}
     counts = {v: sum(mesh in own for own in files.values()) for v, mesh in MESHES.items()}
     version = max(counts, key=lambda v: counts[v])
     if not counts[version]:
         wanted = " or ".join(f"<shape>/{mesh}" for mesh in MESHES.values())
         raise DataError(f"{place} holds {len(files)} folders, but no {wanted}")
-    return Category(tree, top, files, version)
+    return _Category(tree, files, version)

@@ -7,14 +7,13 @@ those of all 16 categories.
 from __future__ import annotations
 
 import hashlib
-import io
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ffd_lightning.data.categories import SYNSETS
-from ffd_lightning.data.reading.files import files_below
+from ffd_lightning.data.categories import SYNSETS, listed
+from ffd_lightning.data.reading.files import digest_of_files, files_below
 from ffd_lightning.data.reading.part_alignment import align
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.errors import DataError, RejectedShapeError
@@ -65,14 +64,12 @@ class PartAnnotations:
         Raises:
             DataError: the category has no annotation; the message lists those that have.
         """
-        return sorted(path.stem for path in self._sizes(category))
+        return sorted(self._sizes(category))
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return a hash over names and sizes of files; a DataError as `ids`."""
-        digest = hashlib.sha256()
-        for shape_id, size in sorted((p.stem, size) for p, size in self._sizes(category).items()):
-            digest.update(f"{shape_id}\0{size}\n".encode())
-        return {"layout": NAME, "loader": _LOADER_VERSION, "sha256": digest.hexdigest()}
+        digest = digest_of_files(sorted(self._sizes(category).items()))
+        return {"layout": NAME, "loader": _LOADER_VERSION, "sha256": digest}
 
     def read(self, category: str, shape_id: str, mesh: Mesh) -> tuple[PartCloud | None, str]:
         """Return a shape's annotation in its mesh's frame, and what is wrong with it or "".
@@ -82,12 +79,11 @@ class PartAnnotations:
         """
         synset = SYNSETS.get(category, category)
         first, count = _PARTS[synset]
-        file = Path(self._folder(synset) or self.root) / f"{shape_id}.txt"
+        file = (self._folder(synset) or self.root) / f"{shape_id}.txt"
+        if not file.is_file():
+            return None, "it has no part annotation"
         try:
-            data = file.read_bytes()
-            if not data.strip():
-                raise ValueError("it is empty")
-            table = np.loadtxt(io.BytesIO(data), np.float64, comments=None, ndmin=2)
+            table = np.loadtxt(file, np.float64, comments=None, ndmin=2)
             labels = table[:, 6] - first if table.shape[1] == 7 else np.array([np.nan])
             if not (np.isfinite(table).all() and np.isin(labels, range(count)).all()):
                 raise ValueError(f"not seven numbers a line, parts from {first} on")
@@ -95,10 +91,8 @@ class PartAnnotations:
             cloud = PartCloud(table[:, :3], labels.astype(np.uint8), names)
             key = hashlib.sha256(f"parts/{shape_id}".encode()).digest()
             return align(cloud, mesh, np.random.default_rng(list(key))), ""
-        except FileNotFoundError:
-            return None, "it has no part annotation"
         except ValueError as error:
-            return None, f"its part annotation {synset}/{file.name} cannot be read ({error})"
+            return None, f"its part annotation {synset}/{file.name} cannot be used ({error})"
         except RejectedShapeError as error:
             return None, str(error)
 
@@ -108,14 +102,14 @@ class PartAnnotations:
                 return top / synset
         return None
 
-    def _sizes(self, category: str) -> dict[Path, int]:
+    def _sizes(self, category: str) -> dict[str, int]:
+        """Return the size of each shape's file, by id."""
         synset = SYNSETS.get(category, category)
         folder = self._folder(synset)
         if folder is not None:
             found = files_below(folder).items()
-            return {Path(path): stat.st_size for path, stat in found if path.suffix == ".txt"}
-        names = {s: n for n, s in SYNSETS.items()}
-        there = ", ".join(f"{names.get(s, 'other')} ({s})" for s in self.synsets())
+            return {path.stem: stat.st_size for path, stat in found if path.suffix == ".txt"}
+        there = listed(self.synsets())
         raise DataError(
             f"no part annotation of {category} ({synset}) in {self.root}, nor in {NAME} in it; "
             + (f"it has: {there}" if there else "it has none at all: set data.parts_root")
