@@ -62,7 +62,6 @@ def _of(module: str, **classes: str) -> dict[str, str]:
     return {name: f"{module}:{target}" for name, target in classes.items()}
 
 
-_SCALED = "ffd_lightning.evaluation.protocols.scaled:ScaledProtocol"
 _SPEED = ("fused", "foreach", "capturable", "differentiable", "maximize")  # of torch's optimizers
 
 KINDS: dict[str, Kind] = {
@@ -131,11 +130,16 @@ KINDS: dict[str, Kind] = {
     ),
     "protocol": Kind(
         "how predictions are measured",
-        ("name",),
-        {
+        built_in={
             "paper": "ffd_lightning.evaluation.protocols.paper:PaperProtocol",
-            "modern": "ffd_lightning.evaluation.protocols.modern:ModernProtocol",
-            **dict.fromkeys(("pixel2mesh", "atlasnet", "mesh_rcnn", "occnet"), _SCALED),
+            **_of(
+                "ffd_lightning.evaluation.protocols.surface",
+                modern="SurfaceProtocol",
+                pixel2mesh="Pixel2Mesh",
+                atlasnet="AtlasNet",
+                mesh_rcnn="MeshRcnn",
+                occnet="OccNet",
+            ),
             "parts": "ffd_lightning.evaluation.protocols.parts:PartProtocol",
         },
     ),

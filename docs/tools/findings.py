@@ -471,7 +471,7 @@ def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str])
         cells = [regime_title(regime)]
         for measure in measures:
             table = beside(part, shape, [measure])
-            sign = -1 if part.protocol.measure(measure).higher_is_better else 1
+            sign = -1 if part.protocol.metric(measure).higher_is_better else 1
             each = table[~table["category"].str.startswith("mean of ")]
             better = (sign * each[["low", "high"]] < 0).all(axis=1).sum()
             worse = (sign * each[["low", "high"]] > 0).all(axis=1).sum()
@@ -595,7 +595,7 @@ def compare(name: str, folder: Path) -> None:
             print(f"{run}: not in the kept study")
             continue
         both = pd.concat([new.assign(setup="again", run="again"), old.assign(setup="kept")])
-        for measure in kept.protocol.measures:
+        for measure in kept.protocol.metrics:
             row = compare_runs(both, kept.protocol, measure.name, "setup").iloc[0]
             print(f"{run}: {row['statement']}")
 

@@ -133,7 +133,7 @@ class Study:
         """A row per run: what tells it apart, its mean scores, how it selects, its settings."""
         keys = ["run", "category", "regime", "templates", "seed"]
         means = self.samples.groupby(keys, sort=False).mean(numeric_only=True).reset_index()
-        main = self.protocol.main_measure.name
+        main = self.protocol.main_metric.name
         chosen = selection_table(self.samples, self.protocol, self.families, main)
         runs = means.merge(chosen.drop(columns=keys[1:]), on="run")
         return runs.join(self.settings.drop(columns=keys, errors="ignore"), on="run")

@@ -15,8 +15,8 @@ from scipy import stats
 from ffd_lightning.analysis.runs import decides, different_settings, without_seed
 from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
 REGIMES = ("b", "w", "e", "r")  # in the paper's order
@@ -259,7 +259,7 @@ class Best(NamedTuple):
         return self.category.startswith(_MEAN)
 
 
-def best(compared: pd.DataFrame, measure: Measure) -> list[Best]:
+def best(compared: pd.DataFrame, measure: Metric) -> list[Best]:
     """Rank the groups of each category, and of the mean of those that have all groups.
 
     Args:
@@ -275,7 +275,7 @@ def best(compared: pd.DataFrame, measure: Measure) -> list[Best]:
     ]
 
 
-def _best(pairs: pd.DataFrame, measure: Measure) -> Best:
+def _best(pairs: pd.DataFrame, measure: Metric) -> Best:
     """Rank the groups of one category."""
     means = dict(zip(pairs["a"], pairs["mean_a"], strict=True))
     means |= dict(zip(pairs["b"], pairs["mean_b"], strict=True))
@@ -326,7 +326,7 @@ def group_label(names: Sequence[str], values: Sequence[Any]) -> str:
     return " ".join(f"{short.get(n, f'{n}=')}{v}" for n, v in zip(names, values, strict=True))
 
 
-def _statement(row: dict[Any, Any], held: Sequence[str], judged: Measure, count: int) -> str:
+def _statement(row: dict[Any, Any], held: Sequence[str], judged: Metric, count: int) -> str:
     """Say in a sentence what a comparison shows.
 
     One group "beats" another only where both were trained several times, and every pair of their
@@ -386,22 +386,22 @@ def compare_with_retrieval(
     return compare_runs(both, protocol, measure, by="shape")
 
 
-def measure_of(column: str, protocol: ProtocolDescription) -> Measure:
+def measure_of(column: str, protocol: ProtocolDescription) -> Metric:
     """Return the measure of a protocol that a column of samples holds, of whatever shape.
 
     Raises:
         DataError: no such column.
 
-    >>> iou = Measure("iou", "of voxels", higher_is_better=True)
+    >>> iou = Metric("iou", "of voxels", higher_is_better=True)
     >>> measure_of("best_undeformed_iou", ProtocolDescription("mine", "", (iou,))) is iou
     True
     """
-    for measure in protocol.measures:
-        if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in SHAPES]:
+    for measure in protocol.metrics:
+        if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in CANDIDATES]:
             return measure
     raise DataError(
         f"{column} is no measure of protocol {protocol.name}: it has "
-        f"{', '.join(m.name for m in protocol.measures)}; for another shape with its name before "
+        f"{', '.join(m.name for m in protocol.metrics)}; for another shape with its name before "
         "it: undeformed_..."
     )
 

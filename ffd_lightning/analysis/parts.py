@@ -16,7 +16,7 @@ from ffd_lightning.analysis.selection import Families
 from ffd_lightning.analysis.table import Cell, Table
 from ffd_lightning.analysis.wording import SHAPE_TITLES
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.run_folder import RunFolder
 
 PROTOCOL = "parts"
@@ -68,7 +68,7 @@ def transfer_table(
 
     Returns:
         A row per run, category of shapes, measure and shape. Columns: `run`, `category`, `regime`,
-        `templates`, `seed`, `measure`, `shape` (a key of `references.SHAPES`, "" for the model),
+        `templates`, `seed`, `measure`, `shape` (a key of `CANDIDATES`, "" for the model),
         `num_samples` (models), `mean` with its interval `low`, `high`, and `gain` with `gain_low`,
         `gain_high`: the model's less this shape's, model by model (NaN for the model itself).
         Shares, from 0 to 1. Shapes that were not scored (`evaluation.references=false`) have no
@@ -88,7 +88,7 @@ def transfer_table(
 
 def _of_shapes(part: pd.DataFrame, measure: str) -> list[dict[str, Any]]:
     """Return a row per shape, of one run, category and measure."""
-    columns = {shape: f"{shape}_{measure}" if shape else measure for shape in SHAPES}
+    columns = {shape: f"{shape}_{measure}" if shape else measure for shape in CANDIDATES}
     columns = {shape: name for shape, name in columns.items() if name in part}
     models = part.groupby("id")[list(columns.values())].mean().dropna(axis=1, how="all").dropna()
     if models.empty:
@@ -217,7 +217,7 @@ def label_tables(samples: pd.DataFrame, families: Families, folder: Path) -> lis
 
 def _shapes_table(table: pd.DataFrame, folder: Path, title: str, note: str) -> Table:
     """Return a row per run, category and measure, a column per shape."""
-    shapes = [s for s in SHAPES if s in set(table["shape"])]
+    shapes = [s for s in CANDIDATES if s in set(table["shape"])]
     several = table["measure"].nunique() > 1
     rows = []
     for values, part in table.groupby(["run", "category", "measure"], sort=False):

@@ -31,7 +31,7 @@ from ffd_lightning.analysis.plot_layout import (
 )
 from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import regime_title
 
@@ -58,7 +58,7 @@ def cumulative_curves(
         ConfigError: the protocol has no such measure.
         DataError: the samples lack the measure, or hold values that are not finite.
     """
-    chosen = protocol.measure(measure)
+    chosen = protocol.metric(measure)
     with matplotlib.rc_context(STYLE):
         series, colors = series_of(samples)
         categories = series["category"].unique()
@@ -146,7 +146,7 @@ def template_count_curves(
         ConfigError: the protocol has no such measure.
         DataError: no run with the measure, only one T, or runs that differ in more than their seed.
     """
-    chosen = protocol.measure(measure)
+    chosen = protocol.metric(measure)
     table = runs[runs["protocol"] == protocol.name]
     table = table[table[measure].notna()] if measure in table else table[:0]
     if table.empty:
@@ -199,7 +199,7 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
     """
     table, labels = error_budget(samples, protocol), run_labels(samples, titled=True)
     with matplotlib.rc_context(STYLE):
-        title = f"What the {protocol.main_measure.title} is made of"
+        title = f"What the {protocol.main_metric.title} is made of"
         figure, (panel,) = panels_of(1, 1, 1.4 * _WIDTH, 0.34 * len(table), title)
         table = table.loc[[run for run in labels if run in table.index]]
         places, right = np.arange(len(table)), np.zeros(len(table))
@@ -218,7 +218,7 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
         panel.set_xlim(1.12 * left.min(), 1.12 * right.max())
         panel.grid(axis="y", visible=False)
         figure.legend(loc="outside lower center", ncols=len(SHARES), frameon=False)
-        panel.set_xlabel(scaled_title(protocol.main_measure))
+        panel.set_xlabel(scaled_title(protocol.main_metric))
     return figure
 
 
@@ -260,7 +260,7 @@ def _shares(samples: pd.DataFrame, run: str) -> NDArray[np.float64]:
     return np.pad(counts, (0, count - len(counts))) / counts.sum()
 
 
-def _count_lines(panel: Axes, runs: pd.DataFrame, measure: Measure, color: str) -> None:
+def _count_lines(panel: Axes, runs: pd.DataFrame, measure: Metric, color: str) -> None:
     """Draw one regime's lines into a panel."""
     for prefix, _, dash in DASHES:
         if (name := prefix + measure.name) not in runs:

@@ -26,8 +26,8 @@ from ffd_lightning.analysis.runs import (
 )
 from ffd_lightning.analysis.status import run_status
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.evaluation.protocols import ProtocolDescription
-from ffd_lightning.evaluation.references import SHAPES
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder
@@ -208,7 +208,7 @@ def _scores(run: RunFolder, state: str, protocol: ProtocolDescription) -> pd.Dat
 
 def _means(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
     """Return a row per run: means of its measures, and how it selects templates."""
-    names = [f"{s}_{m.name}" if s else m.name for s in SHAPES for m in protocol.measures]
+    names = [f"{s}_{m.name}" if s else m.name for s in CANDIDATES for m in protocol.metrics]
     groups = samples.groupby("run", sort=False)
     means = groups[[name for name in names if name in samples]].mean()
     means["effective_templates"] = [

@@ -302,7 +302,7 @@ def _read_samples(file: Path, protocol: ProtocolDescription | None) -> pd.DataFr
     samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
     if samples.empty:
         raise ValueError("no rows")
-    measures = [] if protocol is None else [measure.name for measure in protocol.measures]
+    measures = [] if protocol is None else [measure.name for measure in protocol.metrics]
     missing = [x for x in ("id", "category", "view", "template", *measures) if x not in samples]
     if missing:
         raise ValueError(f"no column {', '.join(missing)}")

@@ -65,7 +65,7 @@ def selection_table(
     """
     judged = measure_of(measure, protocol)
     require_columns(samples, ["run", "template", "family", judged.name, *_GROUP, "seed"])
-    measures = [m.name for m in protocol.measures if m.name in samples]
+    measures = [m.name for m in protocol.metrics if m.name in samples]
     rows = []
     for run, part in samples.groupby("run", sort=False):
         counts = part["template"].value_counts().to_numpy()

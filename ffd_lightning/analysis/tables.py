@@ -34,12 +34,12 @@ from ffd_lightning.analysis.selection import Families, selection_stability, sele
 from ffd_lightning.analysis.table import Cell, Table, number
 from ffd_lightning.analysis.wording import SHAPE_TITLES, scaled_title
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder
 
-FOLDED = Measure("folded", QUALITY["folded"][1], factor=QUALITY["folded"][2])
+FOLDED = Metric("folded", QUALITY["folded"][1], factor=QUALITY["folded"][2])
 """Judged beside the protocol's measures, which say nothing of how a mesh is deformed."""
 
 NOTHING = "-"
@@ -110,11 +110,11 @@ class Ranked(NamedTuple):
         return next((b for b in found if b.over_all), found[0] if len(found) == 1 else None)
 
 
-def judged(results: Results) -> list[Measure]:
+def judged(results: Results) -> list[Metric]:
     """Return the measures that settings are ranked by."""
     folded = results.samples.get("folded", pd.Series(dtype=float))
     known = len(folded) > 0 and bool(folded.notna().all())
-    return [*results.protocol.measures, *([FOLDED] if known else [])]
+    return [*results.protocol.metrics, *([FOLDED] if known else [])]
 
 
 def ranked(results: Results) -> Ranked:
@@ -133,7 +133,7 @@ def ranked(results: Results) -> Ranked:
 
 def _of_settings(results: Results) -> Ranked:
     by, measures = results.told_apart_by, judged(results)
-    protocol = replace(results.protocol, measures=tuple(measures))
+    protocol = replace(results.protocol, metrics=tuple(measures))
     scored = results.scored.assign(label=results.scored[by].apply(lambda x: group_label(by, x), 1))
     samples = results.samples.merge(scored[["run", "setup", "label"]], on="run")
     compared = {}
@@ -151,12 +151,12 @@ def _of_settings(results: Results) -> Ranked:
 
 def _beside_retrieval(results: Results) -> Ranked:
     protocol = results.protocol
-    if not all(f"feature_retrieval_{m.name}" in results.samples for m in protocol.measures):
+    if not all(f"feature_retrieval_{m.name}" in results.samples for m in protocol.metrics):
         return Ranked({}, {}, {})
     compared = {
-        m.name: compare_with_retrieval(results.samples, protocol, m.name) for m in protocol.measures
+        m.name: compare_with_retrieval(results.samples, protocol, m.name) for m in protocol.metrics
     }
-    found = {m.name: best(compared[m.name], m) for m in protocol.measures}
+    found = {m.name: best(compared[m.name], m) for m in protocol.metrics}
     return Ranked(found, compared, _RETRIEVAL)
 
 
@@ -202,7 +202,7 @@ def _verdict(found: Best) -> str:
 def pairs(results: Results, ranking: Ranked) -> list[Table]:
     """Return every two settings beside each other, a table per measure; shown differences first."""
     tables = []
-    for measure in results.protocol.measures if results.told_apart_by else ():
+    for measure in results.protocol.metrics if results.told_apart_by else ():
         if (compared := ranking.compared.get(measure.name)) is None:
             continue
         compared = compared.sort_values("shown", ascending=False, kind="stable")
@@ -226,13 +226,13 @@ def pairs(results: Results, ranking: Ranked) -> list[Table]:
 
 def score_columns(protocol: ProtocolDescription) -> list[Column]:
     """Return the columns of a table of scores."""
-    main = protocol.main_measure
-    columns = [_of_measure(m, m.name, "") for m in protocol.measures]
+    main = protocol.main_metric
+    columns = [_of_measure(m, m.name, "") for m in protocol.metrics]
     columns.append(_of_measure(main, f"undeformed_{main.name}", "undeformed "))
     return [*columns, Column("effective_templates", "effective\ntemplates")]
 
 
-def _of_measure(measure: Measure, name: str, words: str) -> Column:
+def _of_measure(measure: Metric, name: str, words: str) -> Column:
     factor = "" if measure.factor == 1 else f"\nx {measure.factor:g}"
     better = 1 if measure.higher_is_better else -1
     heading = f"{words}{measure.title} {measure.arrow}{factor}"
@@ -271,9 +271,9 @@ def scores(
         shapes: that they were measured on.
         columns: others than the scores.
     """
-    note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.measures)
+    note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
     note = f"Of the selected template, deformed. {note}. {protocol.note}." if note else ""
-    columns = columns or (score_columns(protocol) if protocol.measures else [])
+    columns = columns or (score_columns(protocol) if protocol.metrics else [])
     return _numbers(runs, columns, keys, f"Scores, protocol {protocol.name}", note, shapes)
 
 
@@ -283,7 +283,7 @@ def decomposition(
     """Return what errors are made of, None where no run has its references."""
     meanings = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
     note = f"{meanings}; regret: the selection's share of the total."
-    title = f"Error budget, {scaled_title(protocol.main_measure)}"
+    title = f"Error budget, {scaled_title(protocol.main_metric)}"
     return _known(runs, part_columns(protocol), keys, title, note)
 
 
@@ -366,7 +366,7 @@ def with_intervals(table: Table, results: Results, ranking: Ranked) -> Table:
     )
     groups = results.scored[keys].drop_duplicates().to_dict("records")
     rows = [list(row) for row in table.rows]
-    for measure in results.protocol.measures:
+    for measure in results.protocol.metrics:
         column = _of_measure(measure, measure.name, "")
         place = list(table.columns).index(column.heading)
         ends = mean_intervals(samples, measure.name, keys)
@@ -393,19 +393,19 @@ def references(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table | Non
     Of runs that have their own it is the range.
     """
     rows, told = [], []
-    for shape in SHAPES:
-        names = [f"{shape}_{m.name}" for m in protocol.measures]
+    for shape in CANDIDATES:
+        names = [f"{shape}_{m.name}" for m in protocol.metrics]
         if shape and any(name in runs and runs[name].notna().any() for name in names):
             cells = []
-            for name, measure in zip(names, protocol.measures, strict=True):
+            for name, measure in zip(names, protocol.metrics, strict=True):
                 values = runs.get(name, pd.Series(float("nan"), runs.index))
                 ends = values.groupby(runs["category"]).agg(["min", "max"]).mean()
                 low, high = (number(measure.factor * end) for end in ends)
                 missing = values.isna().all()
                 cells.append(NOTHING if missing else low if low == high else f"{low}\u2013{high}")
             rows.append([SHAPE_TITLES[shape], *cells])
-            told.append(f"{SHAPE_TITLES[shape]}: {SHAPES[shape]}")
-    head = ["", *(_of_measure(m, m.name, "").heading for m in protocol.measures)]
+            told.append(f"{SHAPE_TITLES[shape]}: {CANDIDATES[shape]}")
+    head = ["", *(_of_measure(m, m.name, "").heading for m in protocol.metrics)]
     note = f"{'; '.join(told)}."
     return (
         Table("References: what scores may be held against", head, rows, note=note)
@@ -416,7 +416,7 @@ def references(runs: pd.DataFrame, protocol: ProtocolDescription) -> Table | Non
 
 def selection(results: Results, families: Families) -> Table:
     """Return how each run selects its templates."""
-    main = results.protocol.main_measure
+    main = results.protocol.main_metric
     table = selection_table(results.samples, results.protocol, families, main.name)
     columns = {k: v for k, v in _SELECTION.items() if k in table and table[k].notna().any()}
     table = table.merge(results.table[["run", "setup"]], on="run")
@@ -437,7 +437,7 @@ def selection(results: Results, families: Families) -> Table:
     return Table(f"Template selection{same and f': {same}'}", head, rows, len(keys), note)
 
 
-def _chosen(value: float, column: str, measure: Measure) -> str:
+def _chosen(value: float, column: str, measure: Metric) -> str:
     if pd.isna(value):
         return NOTHING
     if "regret" in column:
@@ -542,12 +542,12 @@ def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[
     ]
     for protocol in dict.fromkeys(protocols):
         part = finished[[each == protocol for each in protocols]]
-        columns = [*(score_columns(protocol) if protocol.measures else [])]
+        columns = [*(score_columns(protocol) if protocol.metrics else [])]
         columns += [Column("effective_templates", "effective\ntemplates")] * (not columns)
         columns += [Column("seconds_per_step", "seconds\nper step")]
         subset = _subset(by_path[path] for path in part["run"])
         found = [scores(part, protocol, keys, shapes=subset, columns=columns)]
-        if protocol.measures:
+        if protocol.metrics:
             known, damaged = _samples(part["run"], protocol)
             told = with_parts(part, pd.concat(known), protocol) if known else part
             found += [

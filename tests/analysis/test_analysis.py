@@ -21,15 +21,15 @@ from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.commands import status
 from ffd_lightning.app.sweep_end import SweepEnd
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
 PAPER = ProtocolDescription(
     "paper",
     "1,024 points",
-    (Measure("chamfer", "squared"), Measure("emd", "exact"), Measure("iou", "32^3", True)),
+    (Metric("chamfer", "squared"), Metric("emd", "exact"), Metric("iou", "32^3", True)),
 )
-OWN = ProtocolDescription("own", "no unit", (Measure("warmth", "degrees", True, 1.0),))
+OWN = ProtocolDescription("own", "no unit", (Metric("warmth", "degrees", True, 1.0),))
 SUMMARY = {
     "chamfer": 0.0321,
     "emd": 0.552,

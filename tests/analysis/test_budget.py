@@ -65,8 +65,8 @@ def test_parts_below_zero_are_drawn_below_zero():
 
 
 def test_where_more_is_better_there_is_no_error_to_split():
-    measures = tuple(replace(m, higher_is_better=True) for m in PROTOCOL.measures)
-    better = replace(PROTOCOL, measures=measures)
+    measures = tuple(replace(m, higher_is_better=True) for m in PROTOCOL.metrics)
+    better = replace(PROTOCOL, metrics=measures)
     with pytest.raises(DataError, match="more is better"):
         error_budget(samples_of("b", (1, 2, 3, 4, 5)), better)
 

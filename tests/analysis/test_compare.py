@@ -15,9 +15,10 @@ from ffd_lightning.analysis.compare import (
     measure_of,
 )
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription, SurfaceProtocol
+from ffd_lightning.evaluation.protocols.surface import MeshRcnn
 
-PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
+PAPER = ProtocolDescription.of(PaperProtocol())
 
 
 def run_samples(scores, regime="b", *, seed=0, category="table", templates=16, **columns):
@@ -336,7 +337,7 @@ def test_what_cannot_be_compared_is_said(samples, measure, message):
 
 
 def test_measures_are_known_by_protocol_and_shape():
-    modern, mesh_rcnn = (ProtocolDescription.of(PROTOCOLS[p]) for p in ("modern", "mesh_rcnn"))
+    modern, mesh_rcnn = map(ProtocolDescription.of, (SurfaceProtocol(), MeshRcnn()))
     assert measure_of("best_deformed_emd", PAPER).name == "emd"
     assert not measure_of("chamfer", PAPER).higher_is_better
     assert measure_of("undeformed_fscore_1", modern).higher_is_better

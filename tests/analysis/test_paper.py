@@ -17,7 +17,7 @@ from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
 # Where our preset for the paper is not as the paper.
@@ -47,7 +47,7 @@ def make(tmp_path):
         place = folder.evaluation("paper")
         place.mkdir(parents=True)
         summary = dict(zip(("chamfer", "emd", "iou"), values, strict=True))
-        protocol = ProtocolDescription.of(PROTOCOLS["paper"]).to_json()
+        protocol = ProtocolDescription.of(PaperProtocol()).to_json()
         (place / "summary.json").write_text(json.dumps(summary | {"protocol": protocol}))
         return folder
 

@@ -34,7 +34,7 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import DataError, UserError
-from ffd_lightning.evaluation.protocols import Measure, PaperProtocol
+from ffd_lightning.evaluation.protocols import Metric, PaperProtocol
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.render_settings import CameraModel, RenderSettings
 from ffd_lightning.imaging.rendering import render
@@ -345,7 +345,7 @@ def test_images_are_picked_by_their_scores():
     table = pd.DataFrame({"id": list("edcba"), "view": 0, "x": [1.0, 2, 3, 4, 4]})
 
     def picked(pick, number, higher=False):
-        images = pick_images(table, Measure("x", "", higher), pick, number)
+        images = pick_images(table, Metric("x", "", higher), pick, number)
         return "".join(model for model, _ in images)
 
     assert picked("best", 2) == "ed"

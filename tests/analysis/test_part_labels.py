@@ -19,8 +19,8 @@ from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
+from ffd_lightning.evaluation.protocols import PartProtocol, ProtocolDescription
 from ffd_lightning.files import write_csv
 from ffd_lightning.run_folder import RunFolder
 
@@ -190,7 +190,7 @@ def test_what_has_to_be_evaluated_first_is_said(sweep, tmp_path):
 
 def test_runs_are_compared_by_their_labels(sweep):
     samples = load_samples(evaluated(sweep), "parts")
-    protocol = ProtocolDescription.of(PROTOCOLS["parts"])
+    protocol = ProtocolDescription.of(PartProtocol())
     row = compare_runs(samples, protocol, "part_iou").iloc[0]
     e, b = (samples[samples["regime"] == name]["part_iou"].mean() for name in "eb")
     assert row["difference"] == pytest.approx(e - b)
@@ -202,7 +202,7 @@ def test_what_is_printed(sweep, capsys):
     samples = load_samples(evaluated(sweep), "parts")
     print_labels(sweep)
     out = capsys.readouterr().out
-    shapes = [s for s in SHAPES if s != "resampled"]  # of protocols that carry points
+    shapes = [s for s in CANDIDATES if s != "resampled"]  # of protocols that carry points
     for column in [f"{shape}_part_iou".removeprefix("_") for shape in shapes]:
         assert f"{100 * samples[samples['regime'] == 'b'][column].mean():.1f}" in out, column
     for word in ("shelf", "same - other", "floor", "95% interval"):

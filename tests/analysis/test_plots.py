@@ -17,10 +17,10 @@ from ffd_lightning.analysis.plots import (
     to_svg,
 )
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
 from ffd_lightning.palette import REGIME_COLORS
 
-PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
+PAPER = ProtocolDescription.of(PaperProtocol())
 
 
 @pytest.fixture(autouse=True)

@@ -8,10 +8,10 @@ import pytest
 
 from ffd_lightning.analysis.selection import run_families, selection_stability, selection_table
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
 from ffd_lightning.run_folder import RunFolder
 
-PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
+PAPER = ProtocolDescription.of(PaperProtocol())
 
 
 def run_samples(templates, *, run="a", seed=0, regime="b", **columns):

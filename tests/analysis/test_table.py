@@ -7,7 +7,7 @@ from rich.console import Console
 
 from ffd_lightning.analysis.table import Cell, Table
 from ffd_lightning.analysis.tables import scores
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 
 NUMBERS = ["1234.5", "7.25", "0.0 ± 1"]
 TABLE = Table(
@@ -57,7 +57,7 @@ def runs(**columns):
     return pd.DataFrame(filled | {"num_samples": 9, "chamfer": [float(k) for k in range(count)]})
 
 
-PROTOCOL = ProtocolDescription("mine", "", (Measure("chamfer", "squared"),))
+PROTOCOL = ProtocolDescription("mine", "", (Metric("chamfer", "squared"),))
 KEYS = ["category", "regime", "templates", "seed"]
 
 

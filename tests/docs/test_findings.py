@@ -53,7 +53,7 @@ def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), nois
     samples = pd.concat(parts, ignore_index=True)
     runs = samples.drop_duplicates("run").set_index("run")
     settings = pd.DataFrame({"regime.name": runs["regime"]})
-    protocol = ProtocolDescription("paper", "", PaperProtocol().measures[:1])
+    protocol = ProtocolDescription("paper", "", PaperProtocol().metrics[:1])
     return Study("made", samples, pd.DataFrame(), settings, protocol, (), {})
 
 

@@ -21,10 +21,10 @@ from ffd_lightning.analysis.runs import (
 )
 from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.run_folder import RunFolder
 
 PICKS = ("spread", "best", "median", "worst", "random")
@@ -120,7 +120,7 @@ class _Scores(NamedTuple):
     @property
     def definition(self) -> str:
         """What the main measure is, with its unit and points."""
-        measure = self.protocol.main_measure
+        measure = self.protocol.main_metric
         return measure_note(measure, self.protocol)
 
 
@@ -166,7 +166,7 @@ def collect(runs: Sequence[RunFolder], choice: Choice, open_run: RunOpener) -> l
                 "pick=random or models=[ID,ID]"
             )
         else:
-            measure = scores.protocol.main_measure
+            measure = scores.protocol.main_metric
             images = pick_images(scores.table, measure, choice.pick, choice.number)
         first = first or images
         result.append(_examples(opened, images, scores))
@@ -174,7 +174,7 @@ def collect(runs: Sequence[RunFolder], choice: Choice, open_run: RunOpener) -> l
 
 
 def pick_images(
-    table: pd.DataFrame, measure: Measure, pick: str, number: int
+    table: pd.DataFrame, measure: Metric, pick: str, number: int
 ) -> list[tuple[str, int]]:
     """Return the ids and views of images, the better first, but for `worst`.
 
@@ -240,13 +240,13 @@ def _examples(
                     f"the checkpoint of {path} selects template {selected} for {image[0]}, "
                     f"samples.csv says {row['template']}: evaluate the run again (ffd evaluate)"
                 )
-            measure, definition = scores.protocol.main_measure, scores.definition
+            measure, definition = scores.protocol.main_metric, scores.definition
             score = score_text(measure, row[measure.name])
         weights, offsets = prediction.weights[k], prediction.offsets[k]
         result.append(Example(opened, samples[k], weights, offsets, score, definition))
     return result
 
 
-def score_text(measure: Measure, value: float) -> str:
+def score_text(measure: Metric, value: float) -> str:
     """Return a measure's value as people read it: "Chamfer x 1000: 83.1"."""
     return f"{scaled_title(measure)}: {measure.factor * value:.1f}"

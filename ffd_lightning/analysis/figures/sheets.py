@@ -21,10 +21,10 @@ from ffd_lightning.analysis.figures.drawing import (
 )
 from ffd_lightning.analysis.figures.examples import Example, score_text
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.candidates import Candidate
 from ffd_lightning.evaluation.figures import cloud_mesh
 from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
 from ffd_lightning.evaluation.samples import score_sample
-from ffd_lightning.evaluation.shapes import Shape
 from ffd_lightning.geometry.deformation import deform, deformation_matrix
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
@@ -127,7 +127,7 @@ def voxels(examples: Sequence[Example], size: int = SIZE) -> Sheet:
             example.name,
             template_label(example),
             "",
-            score_text(_PAPER.measures[-1], iou),
+            score_text(_PAPER.metrics[-1], iou),
             "",
         ]
         rows.append(([example.image(view), *cells], labels))
@@ -166,7 +166,7 @@ def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDI
     ranks = range(min(count, len(examples[0].weights)))
     for example in examples:
         view = example.view(size)
-        shapes: dict[str, Shape] = {str(rank): example.deformed(rank) for rank in ranks}
+        shapes: dict[str, Candidate] = {str(rank): example.deformed(rank) for rank in ranks}
         scores = score_sample(_PAPER, example.run.data.prepared, example.sample.row, shapes, 0)
         drawn = draw_row(
             [painted(example.template(rank).mesh(), TEMPLATE) for rank in ranks]
@@ -177,7 +177,7 @@ def candidates(examples: Sequence[Example], size: int = SIZE, count: int = CANDI
         above = [example.name, *(template_label(example, rank) for rank in ranks)]
         below = ["ground truth"]
         for rank in ranks:
-            shown = (_PAPER.measures[0], _PAPER.measures[-1])
+            shown = (_PAPER.metrics[0], _PAPER.metrics[-1])
             below.append("\n".join(score_text(m, scores[f"{rank}_{m.name}"]) for m in shown))
         rows.append(([example.image(view), *drawn[: len(ranks)]], above))
         rows.append((drawn[len(ranks) :], below))
@@ -238,7 +238,7 @@ def _part_iou(example: Example) -> str:
     if any((cloud.labels == UNKNOWN_PART).all() for cloud in clouds):
         return ""
     row, prepared = example.sample.row, example.run.data.prepared
-    measure = protocol.measures[0]
+    measure = protocol.metrics[0]
     value = score_sample(protocol, prepared, row, {"": shape}, 0)[measure.name]
     return score_text(measure, value)
 
@@ -251,12 +251,12 @@ def _deformed_vertices(example: Example) -> NDArray[np.float64]:
     return np.asarray(deform(matrix, bank.control_points[index].double(), offsets).numpy())
 
 
-def _cloud(shape: Shape) -> Mesh:
+def _cloud(shape: Candidate) -> Mesh:
     points = shape.labelled_points().points[:_CLOUD_POINTS]
     return cloud_mesh(points, colors=rgba([CLOUD] * len(points)))
 
 
-def _voxels(shape: Shape) -> NDArray[np.bool_]:
+def _voxels(shape: Candidate) -> NDArray[np.bool_]:
     """Return the voxels that protocol paper compares, (R, R, R)."""
     return voxelize(*shape.mesh(), _PAPER.resolution, half_size=_PAPER.half_size)
 

@@ -24,7 +24,7 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
-from ffd_lightning.evaluation.protocols import Measure
+from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
@@ -131,7 +131,7 @@ def examples(results: Results, opened: Opened, limit: int) -> dict[str, Any]:
             why = str(error)
         grids.append({"category": category, "rows": rows, "error": why})
     return {
-        "measure": results.protocol.main_measure,
+        "measure": results.protocol.main_metric,
         "grids": grids,
         "errors": [(results.name(run), why) for run, why in opened.errors.items()],
         "runs": len(opened.runs),
@@ -153,7 +153,7 @@ def _rows(
     """Return the rows of a category; their meshes are added to `meshes`."""
     # Trained together with other categories, a shape is called <category>/<id>.
     bare = samples["id"].str.removeprefix(f"{category}/")
-    chosen = choose_images(samples.assign(id=bare), results.protocol.main_measure, count)
+    chosen = choose_images(samples.assign(id=bare), results.protocol.main_metric, count)
     if not chosen:
         raise DataError("the runs share no test images")
     outputs: dict[str, list[Output]] = {}
@@ -175,7 +175,7 @@ def _rows(
 def _row(
     results: Results, rank: str, image: Input, outputs: Mapping[str, Output]
 ) -> dict[str, Any]:
-    measure = results.protocol.main_measure
+    measure = results.protocol.main_metric
     first = next(iter(outputs.values())).row
     fit = fit_of([image.truth, *(output.deformed for output in outputs.values())])
     scores = [float(output.row[measure.name]) for output in outputs.values()]
@@ -215,7 +215,7 @@ def _row(
     }
 
 
-def choose_images(samples: pd.DataFrame, measure: Measure, count: int = 4) -> dict[str, pd.Series]:
+def choose_images(samples: pd.DataFrame, measure: Metric, count: int = 4) -> dict[str, pd.Series]:
     """Return the images that are shown: the best, the median, the worst, and where runs differ.
 
     Images are ordered by the mean over the runs, of those that all runs were tested on. Of an even

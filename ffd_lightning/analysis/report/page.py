@@ -26,7 +26,7 @@ from ffd_lightning.analysis.table import Table, number
 from ffd_lightning.analysis.tables import Ranked
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.opened import RunOpener
-from ffd_lightning.evaluation.protocols import Measure
+from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.files import write_atomic
 
 _PACKAGE = "ffd_lightning.analysis.report"
@@ -135,7 +135,7 @@ def _best(results: Results, ranking: Ranked) -> Section:
 
 def _lead(results: Results, ranking: Ranked) -> str:
     """Say who is best by which measures, how many leads are shown, and of how many trainings."""
-    found = [(m, b) for m in results.protocol.measures if (b := ranking.overall(m.name))]
+    found = [(m, b) for m in results.protocol.metrics if (b := ranking.overall(m.name))]
     if not found:
         if ranking.best:
             return "Each category has its own best."
@@ -198,7 +198,7 @@ def _budget(results: Results) -> list[Section]:
         error_budget(results.samples, results.protocol)
     except DataError:  # no run has its references, or more is better
         return []
-    told = f"What the {results.protocol.main_measure.title} of each run is made of."
+    told = f"What the {results.protocol.main_metric.title} of each run is made of."
     figure = plots.budget_bars(results.samples, results.protocol)
     note = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
     blocks = [_plots([plot(figure, told, told)]), _text(f"{note}.", "note")]
@@ -206,8 +206,8 @@ def _budget(results: Results) -> list[Section]:
 
 
 def _curves(results: Results) -> Section:
-    protocol, main = results.protocol, results.protocol.main_measure
-    others = [m for m in protocol.measures if m.higher_is_better != main.higher_is_better]
+    protocol, main = results.protocol, results.protocol.main_metric
+    others = [m for m in protocol.metrics if m.higher_is_better != main.higher_is_better]
     shown = [main, *others[:1]]
     found = []
     if results.scored["templates"].nunique() > 1 and "setup" not in results.keys:
@@ -228,7 +228,7 @@ def _curves(results: Results) -> Section:
     return Section("curves", "Distribution of scores", [_plots(found)])
 
 
-def _medians(samples: pd.DataFrame, measure: Measure) -> str:
+def _medians(samples: pd.DataFrame, measure: Metric) -> str:
     """Return what a cumulative curve says, for those who do not see it."""
     labels = plots.run_labels(samples)
     medians = samples.groupby("run", sort=False)[measure.name].median()

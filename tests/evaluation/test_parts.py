@@ -1,38 +1,24 @@
+"""Part labels that templates bring along: against naive loops, and boxes whose scores are known."""
+
 import csv
-import json
-import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 
-from ffd_lightning.app.build import build_data, build_network
-from ffd_lightning.app.commands.evaluate import evaluate_run
-from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
-from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.part_transfer import (
-    known_points,
-    part_of_points,
-    part_scores,
-    transferred_parts,
-)
-from ffd_lightning.evaluation.protocols import PROTOCOLS
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES, PreparedShape, TemplateShape
+from ffd_lightning.evaluation.protocols import PartProtocol
+from ffd_lightning.evaluation.protocols.parts import known_points, part_scores, transferred_parts
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.summaries import by_category, means
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
-from ffd_lightning.run_folder import RunFolder
 
-PARTS = PROTOCOLS["parts"]
+PROTOCOL = PartProtocol()
 CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float) - 0.5
 CUBE_FACES = np.array(
     [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
@@ -74,7 +60,7 @@ class Box:
 
 def score(shape, truth):
     rng = np.random.default_rng(0)
-    return PARTS.score(shape, PARTS.truth(PreparedShape(truth, 0), rng), rng)
+    return PROTOCOL.score(shape, PROTOCOL.truth(PreparedShape(truth, 0), rng), rng)
 
 
 def test_boxes_of_two_parts_with_a_known_iou():
@@ -141,8 +127,7 @@ def test_the_same_part_may_have_another_number_elsewhere():
     points = np.random.default_rng(0).normal(size=(30, 3))
     here = PartCloud(points, (np.arange(30) % 3).astype(np.uint8), ("leg", "top", "shelf"))
     there = PartCloud(points, ((np.arange(30) + 1) % 3).astype(np.uint8), ("shelf", "leg", "top"))
-    truth = part_of_points(here)
-    assert truth[:3].tolist() == ["leg", "top", "shelf"]
+    truth = np.array(here.names)[here.labels]
     scores = part_scores(truth, transferred_parts(there, points), here.names)
     assert scores["part_accuracy"] == scores["part_iou"] == 1
 
@@ -192,164 +177,102 @@ def test_the_parts_of_a_category_among_several(prepared):
     assert "wing" in joined.part_names
 
 
-# --- whole runs ----------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def trained(tiny_config, tmp_path_factory):
-    """A run as it is after no step of training, its network, and its data."""
-    run = RunFolder(tmp_path_factory.mktemp("run"))
-    cfg = tiny_config("split.train_fraction=0.4")
-    torch.manual_seed(0)
-    network = build_network(cfg)
-    weights = {f"network.{name}": value for name, value in network.state_dict().items()}
-    run.config.write_text(to_yaml(cfg))
-    run.checkpoint.parent.mkdir()
-    data = build_data(cfg)
-    data.setup()
-    content = {"state_dict": weights, "global_step": 0, **model_entry(network, data, {})}
-    torch.save(content, run.checkpoint)
-    run.set_status("finished")
-    return run, network, data
+# --- whole evaluations ----------------------------------------------------------------------------
 
 
 @pytest.fixture
-def copy(trained, tmp_path):
-    """The run's folder, free to be written to."""
-    return RunFolder(shutil.copytree(trained[0].path, tmp_path / "run"))
+def parts(case, fits, tmp_path):
+    """Return a function that evaluates under protocol parts, and gives its rows."""
+    tested = tuple(range(6, 16))
+
+    def run(**options):
+        text = case(protocol=PROTOCOL, tested_on=tested).run(tmp_path / "run", **options)
+        return list(csv.DictReader(text.splitlines()))
+
+    run.case = case(protocol=PROTOCOL, tested_on=tested)
+    return run
 
 
-def evaluate(run, *overrides):
-    given = [f"run={run.path}", "protocol=parts", "progress_bar=false", *overrides]
-    composed = compose_config("evaluate", EvaluateConfig, given)
-    return evaluate_run(typed_config(composed, EvaluateConfig))[0]
-
-
-def written(run):
-    folder = run.evaluation("parts")
-    return list(csv.DictReader((folder / "samples.csv").read_text().splitlines())), json.loads(
-        (folder / "summary.json").read_text(), parse_constant=pytest.fail
-    )
-
-
-def test_a_run_in_numbers(copy, trained):
-    summary = evaluate(copy)
-    data = trained[2]
-    rows, content = written(copy)
-    assert [row["id"] for row in rows] == list(data.split.test)
+def test_rows_have_the_parts_that_the_truth_has(parts, prepared):
+    rows = parts()
     for row in rows:
-        parts = data.prepared.point_parts(data.prepared.index(row["id"]))[:128]
-        there = {data.prepared.part_names[k] for k in parts}
-        for shape in (s for s in SHAPES if s != "resampled"):  # of protocols that carry points
-            prefix = f"{shape}_" if shape else ""
-            named = {p for p in data.prepared.part_names if row.get(f"{prefix}part_iou_{p}")}
+        there = {
+            prepared.part_names[k] for k in prepared.point_parts(prepared.index(row["id"]))[:128]
+        }
+        for candidate in (
+            c for c in CANDIDATES if c != "resampled"
+        ):  # of protocols that carry points
+            prefix = f"{candidate}_" if candidate else ""
+            named = {p for p in prepared.part_names if row.get(f"{prefix}part_iou_{p}")}
             assert named == there, "empty where the query has no such part"
-    for name in ("part_iou", "undeformed_part_accuracy", "part_iou_shelf", "floor_part_iou_leg"):
-        values = [float(row[name]) for row in rows if row[name]]
-        assert summary[name] == content[name] == pytest.approx(np.mean(values))
-        assert content["category_mean"][name] == pytest.approx(summary[name])
     assert 0 < len([row for row in rows if not row["part_iou_shelf"]]) < len(rows)
-    assert summary["floor_part_iou"] > summary["retrieval_part_iou"] > summary["part_iou"]
-    assert evaluate(copy) == summary, "read back"
+    floor, retrieval = (
+        np.mean([float(row[f"{name}_part_iou"]) for row in rows]) for name in ("floor", "retrieval")
+    )
+    assert floor > retrieval
 
 
-def test_a_sample_again_by_hand(copy, trained):
-    evaluate(copy, "evaluation.references=false")
-    rows, _ = written(copy)
-    _, network, data = trained
+def test_a_sample_again_by_hand(parts, prepared):
+    rows, evaluated = parts(references=False), parts.case.evaluated
+    bank, names = evaluated.bank, np.array(prepared.part_names)
     for row in rows[:2]:
-        place, t = data.prepared.index(row["id"]), data.bank.ids.index(row["template"])
-        offsets = predict(network, data.prepared, [Sample(place)]).offsets[0, t]
-        moved = (data.bank.deformation_matrix[t] @ (data.bank.control_points[t] + offsets)).numpy()
-        names = np.array(data.prepared.part_names)
-        source = PartCloud(moved[128:], data.bank.point_parts[t][128:], tuple(names))
-        found = naive_parts(source, data.prepared.cloud(place)[:128].astype(float))
-        truth = names[data.prepared.point_parts(place)[:128]].tolist()
+        place, t = prepared.index(row["id"]), bank.ids.index(row["template"])
+        offsets = predict(evaluated.network, prepared, [Sample(place)]).offsets[0, t]
+        moved = (bank.deformation_matrix[t] @ (bank.control_points[t] + offsets)).numpy()
+        source = PartCloud(moved[128:], bank.point_parts[t][128:], tuple(names))
+        given = naive_parts(source, prepared.cloud(place)[:128].astype(float))
+        truth = names[prepared.point_parts(place)[:128]].tolist()
         ious = []
-        for part in sorted({*truth, *found}):
-            pairs = [(a == part, b == part) for a, b in zip(truth, found, strict=True)]
+        for part in sorted({*truth, *given}):
+            pairs = [(a == part, b == part) for a, b in zip(truth, given, strict=True)]
             ious.append(sum(a and b for a, b in pairs) / sum(a or b for a, b in pairs))
         assert float(row["part_iou"]) == pytest.approx(np.mean(ious))
-        right = np.mean([a == b for a, b in zip(truth, found, strict=True)])
+        right = np.mean([a == b for a, b in zip(truth, given, strict=True)])
         assert float(row["part_accuracy"]) == pytest.approx(right)
 
 
-def test_an_evaluation_that_was_cut_off_goes_on(copy, monkeypatch):
-    evaluate(copy)
-    files = [copy.evaluation("parts") / name for name in ("samples.csv", "summary.json")]
-    expected = [file.read_text() for file in files]
-    shutil.rmtree(copy.evaluation("parts"))
-    scored, score_shapes = [], evaluator.score_shapes
-
-    def cut_off(*arguments):
-        scored.append(arguments)
-        if len(scored) == 4:
-            raise KeyboardInterrupt
-        return score_shapes(*arguments)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(evaluator, "score_shapes", cut_off)
-        with pytest.raises(KeyboardInterrupt):
-            evaluate(copy, "evaluation.workers=1")
-    done = len((copy.evaluation("parts") / "samples.partial").read_text().splitlines()) - 1
-    assert done == 3
-    evaluate(copy, "evaluation.workers=2")
-    assert [file.read_text() for file in files] == expected
-
-
-def unlabelled(monkeypatch, ids=None):
-    """Let shapes (all of them for None) have no part labels."""
+@pytest.fixture
+def unlabelled(monkeypatch):
+    """Return a function that lets shapes have no part labels."""
     point_parts = PreparedSet.point_parts
 
-    def patched(self, row):
-        parts = point_parts(self, row)
-        if ids is None:
-            return None
-        return np.full_like(parts, UNKNOWN_PART) if self.ids[row] in ids else parts
+    def without(ids):
+        def patched(self, row):
+            found = point_parts(self, row)
+            return np.full_like(found, UNKNOWN_PART) if self.ids[row] in ids else found
 
-    monkeypatch.setattr(PreparedSet, "point_parts", patched)
+        monkeypatch.setattr(PreparedSet, "point_parts", patched)
+
+    return without
 
 
-def test_data_without_labels_is_said_before_anything_is_done(copy, monkeypatch):
-    unlabelled(monkeypatch)
+def test_data_without_labels_is_said_before_anything_is_done(
+    parts, unlabelled, prepared, monkeypatch, caplog
+):
+    predict = evaluator.predict
     monkeypatch.setattr(evaluator, "predict", None)
-    with pytest.raises(DataError, match=r"no test shape of .*data.parts_root=.*another protocol"):
-        evaluate(copy)
-    assert not copy.evaluation("parts").exists()
-
-
-def test_templates_or_training_models_without_labels(copy, trained, monkeypatch, caplog):
-    data = trained[2]
-    with pytest.MonkeyPatch.context() as patch:
-        unlabelled(patch, data.bank.ids)
-        with pytest.raises(DataError, match="none of the templates has part labels"):
-            evaluate(copy)
-    with pytest.MonkeyPatch.context() as patch:
-        unlabelled(patch, data.split.train)
-        with pytest.raises(DataError, match=r"no training shape .* evaluation\.references=false"):
-            evaluate(copy)
-        assert evaluate(copy, "evaluation.references=false")["part_iou"] > 0
-    unlabelled(monkeypatch, data.bank.ids[:1])
-    summary = evaluate(copy)
+    for rows, message in (
+        (range(24), r"no test shape of .*data.parts_root=.*another protocol"),
+        (range(2), "none of the templates has part labels"),
+        (range(2, 6), r"no training shape .* evaluation\.references=false"),
+    ):
+        unlabelled([prepared.ids[k] for k in rows])
+        with pytest.raises(DataError, match=message):
+            parts()
+    monkeypatch.setattr(evaluator, "predict", predict)
+    unlabelled(prepared.ids[:1])
+    rows = parts()
     assert "1 of 2 templates have no part labels, so all" in caplog.text
-    assert data.bank.ids[0] in caplog.text
-    rows = written(copy)[0]
     for row in rows:
-        assert (float(row["part_iou"]) == 0) == (row["template"] == data.bank.ids[0])
-    assert 0 in [float(row["best_undeformed_part_iou"]) for row in rows]
-    assert summary["best_undeformed_part_iou"] > 0
+        assert (float(row["part_iou"]) == 0) == (row["template"] == prepared.ids[0])
 
 
-def test_models_without_labels_are_left_out(copy, trained, monkeypatch):
-    data = trained[2]
-    evaluate(copy)
-    before = {row["id"]: row for row in written(copy)[0]}
-    gone = data.split.test[:2]
-    unlabelled(monkeypatch, {*gone, *data.split.train[::2]})
-    summary = evaluate(copy, "restart=true")
-    rows, _ = written(copy)
-    assert [row["id"] for row in rows] == [i for i in data.split.test if i not in gone]
-    assert summary["num_samples"] == len(rows) < len(before)
+def test_shapes_without_labels_are_left_out(parts, unlabelled, prepared):
+    before = {row["id"]: row for row in parts()}
+    gone = [prepared.ids[k] for k in (6, 9, 2)]
+    unlabelled(gone)
+    rows = parts(restart=True)
+    assert [row["id"] for row in rows] == [name for name in before if name not in gone]
     assert all(row["part_iou"] == before[row["id"]]["part_iou"] for row in rows)
     assert min(float(row["retrieval_part_accuracy"]) for row in rows) > 0, "others are retrieved"
 
