@@ -216,8 +216,8 @@ def build_protocol(chosen: Component) -> Protocol:
     protocol = chosen.build()
     if not isinstance(protocol, Protocol):
         raise ConfigError(
-            f"protocol={chosen.name} gives a {type(protocol).__name__}, which does not inherit "
-            "from ffd_lightning.Protocol: let its class do so"
+            f"protocol={chosen.name} gives a {type(protocol).__name__}, not a Protocol: let its "
+            "class inherit from ffd_lightning.Protocol"
         )
     if not protocol.metrics:
         raise ConfigError(f"protocol={chosen.name} has no metrics: it needs one at least")

@@ -58,14 +58,9 @@ _AT_ONCE = 4096  # images
 
 @dataclass(frozen=True)
 class EvaluatedNetwork:
-    """What is evaluated.
+    """A network on the device to use, its templates, and the shapes that it was trained on.
 
-    Attributes:
-        network: on the device to use.
-        bank: its templates.
-        trained_on: the shapes of its training.
-        tested_on: the shapes to test on.
-        step: of the training that its weights are from, for the record.
+    It is tested on `tested_on`; its weights are from a step of the training, for the record.
     """
 
     network: TemplateFfdNetwork
@@ -104,13 +99,7 @@ def evaluate(
 ) -> dict[str, float]:
     """Score a network on its test shapes; resume where an earlier attempt stopped.
 
-    Writes `samples.csv`, `summary.json` and `template_ranking.csv`.
-
-    Args:
-        evaluated: what is evaluated.
-        protocol: how it is measured.
-        folder: where to write.
-        options: see there.
+    Writes `samples.csv`, `summary.json` and `template_ranking.csv` into a folder.
 
     Returns:
         The summary: means over all samples, and how templates were selected. Read back where the
@@ -130,9 +119,7 @@ def evaluate(
     evaluated = with_labels(evaluated, protocol, options.references)
     with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
         partial, key = folder / "samples.partial", _digest(settings)
-        if options.restart:
-            partial.unlink(missing_ok=True)
-        with Journal(partial, key) as journal:
+        with Journal(partial, key, options.restart) as journal:
             table, prediction = _score(evaluated, protocol, journal, settings, folder, options)
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
@@ -268,21 +255,18 @@ def _reference_rows(
     place = shared if shared is not None and os.access(shared.parent, os.W_OK) else folder
     place.mkdir(exist_ok=True)
     file = place / f"references-{key[:20]}.jsonl"
-    with FileLock(file.with_suffix(".lock")):
-        if options.restart:
-            file.unlink(missing_ok=True)
-        with Journal(file, key) as journal:
-            if not samples.keys() <= journal.rows.keys():
-                free = NetworkFree(bank, evaluated.trained_on, options.seed)
-
-                def score(sample: Sample) -> Row:
-                    candidates = free.candidates(prepared, sample.row)
-                    scores = score_sample(protocol, prepared, sample.row, candidates, options.seed)
-                    return {"id": prepared.ids[sample.row], "view": 0, **scores}
-
-                how = options.workers, options.progress
-                score_all(score, samples, journal, *how, "references")
+    with FileLock(file.with_suffix(".lock")), Journal(file, key, options.restart) as journal:
+        if samples.keys() <= journal.rows.keys():
             return {name: journal.rows[name, 0] for name, _ in samples}
+        free = NetworkFree(bank, evaluated.trained_on, options.seed)
+
+        def score(sample: Sample) -> Row:
+            candidates = free.candidates(prepared, sample.row)
+            scores = score_sample(protocol, prepared, sample.row, candidates, options.seed)
+            return {"id": prepared.ids[sample.row], "view": 0, **scores}
+
+        how = options.workers, options.progress, "references"
+        return {row["id"]: row for row in score_all(score, samples, journal, *how)}
 
 
 def bank_digest(bank: TemplateBank) -> str:

@@ -218,12 +218,13 @@ class Journal:
     Args:
         path: of the file.
         key: decides the rows; a file of another key is begun anew.
+        restart: begin anew in any case.
     """
 
-    def __init__(self, path: Path, key: str) -> None:
+    def __init__(self, path: Path, key: str, restart: bool = False) -> None:
         self.rows: dict[tuple[str, int], Row] = {}
         lines = path.read_text("utf-8", "replace").splitlines() if path.exists() else []
-        if lines and lines[0] == json.dumps({"key": key}):
+        if lines and lines[0] == json.dumps({"key": key}) and not restart:
             for line in lines[1:]:
                 try:
                     row = json.loads(line)

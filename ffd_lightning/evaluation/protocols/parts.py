@@ -25,9 +25,7 @@ from ffd_lightning.geometry.mesh import UNKNOWN_PART
 
 log = logging.getLogger(__name__)
 
-Names = NDArray[np.str_]
-NO_PART = ""
-"""The part of a point for which there is no label to take."""
+Names = NDArray[np.str_]  # of parts; "" where there is no label to take
 
 _WAY_OUT = (
     "train on data with labels (the embedded data has them, ShapeNet's shapes get them with "
@@ -82,13 +80,13 @@ def transferred_parts(source: PartCloud, points: NDArray[np.float64]) -> Names:
     """Return for each point, (P, 3), the part of the nearest point of a source, (P,) names.
 
     Points of the source whose part is not known have no label to give: the nearest of the others
-    gives its own. Where no part of the source is known, it is `NO_PART`.
+    gives its own. Where no part of the source is known, it is "".
     """
     return _names(source, label_points(known_points(source), points))
 
 
 def _names(cloud: PartCloud, labels: NDArray[np.uint8]) -> Names:
-    return np.array((*cloud.names, NO_PART))[np.minimum(labels, len(cloud.names))]
+    return np.array((*cloud.names, ""))[np.minimum(labels, len(cloud.names))]
 
 
 def part_scores(truth: Names, transferred: Names, category: Sequence[str]) -> dict[str, float]:
@@ -99,7 +97,7 @@ def part_scores(truth: Names, transferred: Names, category: Sequence[str]) -> di
 
     Args:
         truth: names of the points' parts, (P,), P > 0.
-        transferred: names that they were given, (P,); `NO_PART` is always wrong.
+        transferred: names that they were given, (P,); "" is always wrong.
         category: names of all parts that shapes of this category can have.
 
     Returns:
@@ -118,7 +116,7 @@ def part_scores(truth: Names, transferred: Names, category: Sequence[str]) -> di
     for part in dict.fromkeys([*category, *truth.tolist(), *transferred.tolist()]):
         belong, taken = truth == part, transferred == part
         union = int((belong | taken).sum())
-        if union and part != NO_PART:
+        if union and part:
             ious[part] = float((belong & taken).sum() / union)
     return {
         "part_iou": float(np.mean(list(ious.values()))),
