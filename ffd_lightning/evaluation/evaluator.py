@@ -58,9 +58,14 @@ _AT_ONCE = 4096  # images
 
 @dataclass(frozen=True)
 class EvaluatedNetwork:
-    """A network on the device to use, its templates, and the shapes that it was trained on.
+    """A network, and what it is evaluated with.
 
-    It is tested on `tested_on`; its weights are from a step of the training, for the record.
+    Attributes:
+        network: on the device to use.
+        bank: its templates.
+        trained_on: the shapes of its training.
+        tested_on: the shapes to test on.
+        step: of the training that its weights are from, for the record.
     """
 
     network: TemplateFfdNetwork
@@ -112,8 +117,7 @@ def evaluate(
             and the protocol needs them.
     """
     settings = _settings(evaluated, protocol, options)
-    description = ProtocolDescription.of(protocol)
-    finished = _read_summary(folder, settings, description)
+    finished = _read_summary(folder, settings)
     if finished is not None and not options.restart:
         return finished
     evaluated = with_labels(evaluated, protocol, options.references)
@@ -128,7 +132,7 @@ def evaluate(
         content = {
             **summary,
             **by_category(table),
-            "protocol": description.to_json(),
+            "protocol": ProtocolDescription.of(protocol).to_json(),
             "definitions": {m.name: m.definition for m in protocol.metrics} | CANDIDATES,
             "unit": protocol.note,
             "step": evaluated.step,
@@ -306,21 +310,17 @@ def rank_templates(
     return template_ranking(bank, counts, weights / len(samples))
 
 
-def _read_summary(
-    folder: Path, settings: Mapping[str, Any], description: ProtocolDescription
-) -> dict[str, float] | None:
+def _read_summary(folder: Path, settings: Mapping[str, Any]) -> dict[str, float] | None:
     """Return the numbers of a finished evaluation of these settings, None if there is none.
 
-    One with references holds what one without them does, and more. One that describes its protocol
-    in other words is none.
+    One with references holds what one without them does, and more.
     """
     try:
         content = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         there = dict(content["settings"])
         if settings["trained_on"] is None:  # no references are asked for
             there["trained_on"] = None
-        same = ProtocolDescription.from_json(content["protocol"]) == description
-        if there == settings and same and all((folder / name).is_file() for name in TABLES):
+        if there == settings and all((folder / name).is_file() for name in TABLES):
             return {name: value for name, value in content.items() if isinstance(value, float)}
     except (OSError, ValueError, KeyError, TypeError):
         pass

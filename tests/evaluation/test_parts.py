@@ -11,11 +11,10 @@ from ffd_lightning.data.source import PartCloud
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.candidates import CANDIDATES, PreparedShape, TemplateShape
+from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.protocols import PartProtocol
 from ffd_lightning.evaluation.protocols.parts import known_points, part_scores, transferred_parts
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.evaluation.summaries import by_category, means
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 
 PROTOCOL = PartProtocol()
@@ -146,10 +145,6 @@ def test_parts_that_are_absent():
             "part_iou_leg": 1.0,
         }
     )
-    of_another_category = np.array(["top"] * 5 + ["wing"] + ["leg"] * 4)
-    scores = part_scores(truth, of_another_category, category)
-    assert scores["part_iou"] == pytest.approx((5 / 6 + 1 + 0) / 3)
-    assert scores["shapenet_part_iou"] == pytest.approx((5 / 6 + 1 + 1 + 1) / 4)
     nothing = part_scores(truth, np.full(10, ""), category)
     assert nothing["part_iou"] == nothing["part_accuracy"] == nothing["part_iou_leg"] == 0
 
@@ -166,17 +161,6 @@ def test_points_of_unknown_parts_are_neither_asked_nor_do_they_answer():
     assert scores["part_iou"] == pytest.approx(low / 2)
 
 
-def test_the_parts_of_a_category_among_several(prepared):
-    (own,) = prepared.manifests
-    settings = {**own["settings"], "category": "plane"}
-    plane = {**own, "settings": settings, "part_names": [*prepared.part_names, "wing"]}
-    other = PreparedSet(prepared.paths, (plane,))
-    joined = PreparedSet(prepared.paths * 2, (own, plane))
-    assert PreparedShape(joined, 0).category_parts == prepared.part_names
-    assert PreparedShape(joined, len(prepared)).category_parts == other.part_names
-    assert "wing" in joined.part_names
-
-
 # --- whole evaluations ----------------------------------------------------------------------------
 
 
@@ -191,25 +175,6 @@ def parts(case, fits, tmp_path):
 
     run.case = case(protocol=PROTOCOL, tested_on=tested)
     return run
-
-
-def test_rows_have_the_parts_that_the_truth_has(parts, prepared):
-    rows = parts()
-    for row in rows:
-        there = {
-            prepared.part_names[k] for k in prepared.point_parts(prepared.index(row["id"]))[:128]
-        }
-        for candidate in (
-            c for c in CANDIDATES if c != "resampled"
-        ):  # of protocols that carry points
-            prefix = f"{candidate}_" if candidate else ""
-            named = {p for p in prepared.part_names if row.get(f"{prefix}part_iou_{p}")}
-            assert named == there, "empty where the query has no such part"
-    assert 0 < len([row for row in rows if not row["part_iou_shelf"]]) < len(rows)
-    floor, retrieval = (
-        np.mean([float(row[f"{name}_part_iou"]) for row in rows]) for name in ("floor", "retrieval")
-    )
-    assert floor > retrieval
 
 
 def test_a_sample_again_by_hand(parts, prepared):
@@ -275,12 +240,3 @@ def test_shapes_without_labels_are_left_out(parts, unlabelled, prepared):
     assert [row["id"] for row in rows] == [name for name in before if name not in gone]
     assert all(row["part_iou"] == before[row["id"]]["part_iou"] for row in rows)
     assert min(float(row["retrieval_part_accuracy"]) for row in rows) > 0, "others are retrieved"
-
-
-def test_means_are_over_the_rows_that_have_a_number():
-    rows = [
-        {"id": "a", "category": "sofa", "iou": 0.0, "iou_seat": 0.5, "iou_wing": None},
-        {"id": "b", "category": "car", "iou": 0.5, "iou_seat": None, "iou_wing": None},
-    ]
-    assert means(rows) == {"iou": 0.25, "iou_seat": 0.5}, "no number is no column, and never NaN"
-    assert by_category(rows)["category_mean"] == {"iou": 0.25, "iou_seat": 0.5}

@@ -139,15 +139,5 @@ def test_an_evaluation_that_was_cut_off_goes_on(case, runs, shared, fits, monkey
     assert case().run(next(runs), shared) == expected
 
 
-def test_a_damaged_file_is_mended(case, runs, shared, fits):
-    expected = case().run(next(runs), shared)
-    (file,) = shared.glob("*.jsonl")
-    good = file.read_bytes()
-    file.write_bytes(good[: len(good) // 2] + b"\xff\n")
-    assert case().run(next(runs), shared) == expected
-    assert 3 < len(fits) <= 6
-    assert sorted(file.read_bytes().splitlines()) == sorted(good.splitlines())
-
-
 def test_where_nothing_can_be_shared_all_is_computed(case, runs, tmp_path, fits):
     assert case().run(next(runs), tmp_path / "absent" / "references") == case().run(next(runs))
