@@ -18,10 +18,10 @@ from benchmarks.timing import Row, compete, seconds_of
 from benchmarks.training_step import build
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.procedural import ProceduralSource
+from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.protocols import PaperProtocol
-from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.imaging.render_settings import RenderSettings
-from ffd_lightning.metrics import earth_movers_distance
+from ffd_lightning.metrics.emd import earth_movers_distance
 from ffd_lightning.parallel import available_cores, in_threads
 
 _FIRST_STEP = """

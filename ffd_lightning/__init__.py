@@ -17,9 +17,8 @@ _NAMES = {
     "FfdPrediction": "nn.network",
     "ImageEncoder": "nn.encoders.base",
     "Lattice": "geometry.ffd",
-    "EvaluationProtocol": "evaluation.protocols.base",
-    "Measure": "evaluation.protocols.base",
     "Mesh": "geometry.mesh",
+    "Metric": "evaluation.protocols.base",
     "Objective": "losses.objective",
     "Predictor": "inference.predictor",
     "PreparedSet": "data.preparation.prepared",
@@ -30,8 +29,9 @@ _NAMES = {
     "Teaching": "losses.selection",
     "TemplateBank": "data.templates.bank",
     "TemplateFfdNetwork": "nn.network",
-    "PreparedShape": "evaluation.shapes",
-    "Shape": "evaluation.shapes",
+    "Candidate": "evaluation.candidates",
+    "PreparedShape": "evaluation.candidates",
+    "Protocol": "evaluation.protocols.base",
     "Source": "data.source",
     "chamfer_distance": "geometry.chamfer",
     "deform": "geometry.ffd",
@@ -65,10 +65,10 @@ if TYPE_CHECKING:
     from ffd_lightning.data.source import SourceShape as SourceShape
     from ffd_lightning.data.splits import SplitInput as SplitInput
     from ffd_lightning.data.templates.bank import TemplateBank as TemplateBank
-    from ffd_lightning.evaluation.protocols.base import EvaluationProtocol as EvaluationProtocol
-    from ffd_lightning.evaluation.protocols.base import Measure as Measure
-    from ffd_lightning.evaluation.shapes import PreparedShape as PreparedShape
-    from ffd_lightning.evaluation.shapes import Shape as Shape
+    from ffd_lightning.evaluation.candidates import Candidate as Candidate
+    from ffd_lightning.evaluation.candidates import PreparedShape as PreparedShape
+    from ffd_lightning.evaluation.protocols.base import Metric as Metric
+    from ffd_lightning.evaluation.protocols.base import Protocol as Protocol
     from ffd_lightning.geometry.chamfer import chamfer_distance as chamfer_distance
     from ffd_lightning.geometry.ffd import Lattice as Lattice
     from ffd_lightning.geometry.ffd import deform as deform

@@ -115,13 +115,11 @@ KINDS: dict[str, Kind] = {
     ),
     "protocol": Kind(
         "how predictions are measured",
-        ("name",),
+        (),
         _of("evaluation.protocols.paper", paper="PaperProtocol")
-        | _of("evaluation.protocols.modern", modern="ModernProtocol")
-        | dict.fromkeys(
-            ("pixel2mesh", "atlasnet", "mesh_rcnn", "occnet"),
-            f"{OWN}.evaluation.protocols.scaled:ScaledProtocol",
-        )
+        | _of("evaluation.protocols.surface", modern="SurfaceProtocol", pixel2mesh="Pixel2Mesh")
+        | _of("evaluation.protocols.surface", atlasnet="AtlasNet", mesh_rcnn="MeshRcnn")
+        | _of("evaluation.protocols.surface", occnet="OccNet")
         | _of("evaluation.protocols.parts", parts="PartProtocol"),
     ),
     "optimizer": Kind("moves the weights", ("params", "lr", *_SPEED), _OPTIMIZERS),

@@ -370,7 +370,7 @@ def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str])
         cells = [regime_title(regime)]
         for measure in measures:
             table = beside(part, shape, [measure])
-            sign = -1 if part.protocol.measure(measure).higher_is_better else 1
+            sign = -1 if part.protocol.metric(measure).higher_is_better else 1
             each = table[~table["category"].map(is_mean)]
             better = (sign * each[["low", "high"]] < 0).all(axis=1).sum()
             worse = (sign * each[["low", "high"]] > 0).all(axis=1).sum()
@@ -593,7 +593,7 @@ def compare(name: str, folder: Path) -> None:
             print(f"{run}: not in the kept study")
             continue
         both = pd.concat([new.assign(label="again", run="again"), old.assign(label="kept")])
-        for measure in kept.protocol.measures:
+        for measure in kept.protocol.metrics:
             part = replace(kept, samples=both)
             table = comparison.compare(part, measure.name, "label", held=())
             print(f"{run}: {table['statement'].iloc[0]}")

@@ -12,7 +12,7 @@ from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.palette import COLORS
 
-_MEASURES = PaperProtocol().measures
+_MEASURES = PaperProtocol().metrics
 
 
 def draw(table: pd.DataFrame) -> Figure:

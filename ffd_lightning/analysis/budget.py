@@ -63,7 +63,7 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
     Raises:
         DataError: no run has the references, or of the main measure more is better.
     """
-    measure = protocol.main_measure
+    measure = protocol.main_metric
     if measure.higher_is_better:
         raise DataError(
             f"no error to split: of {measure.title}, what protocol {protocol.name} measures, more "

@@ -16,8 +16,8 @@ from ffd_lightning.analysis.naming import SETTING, name_of
 from ffd_lightning.analysis.results import Results, deciding_settings
 from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.palette import REGIME_COLORS
 
 RESAMPLES = 10_000
@@ -223,7 +223,7 @@ def _numbers(pairs: Sequence[_Pair]) -> dict[str, Any]:
     }
 
 
-def _statement(row: dict[Any, Any], held: Sequence[str], metric: Measure) -> str:
+def _statement(row: dict[Any, Any], held: Sequence[str], metric: Metric) -> str:
     """Say in a sentence what a comparison shows.
 
     One group "beats" another only where both were trained several times, and every pair of their
@@ -272,7 +272,7 @@ def compare_with(results: Results, measure: str, shape: str) -> pd.DataFrame:
     Args:
         results: of the runs.
         measure: of the protocol.
-        shape: the other shape, of `references.SHAPES`.
+        shape: the other shape, of `references.CANDIDATES`.
 
     Returns:
         As `compare` gives it: `a` is the network, `b` the shape, for each setting.
@@ -316,7 +316,7 @@ class Best(NamedTuple):
         return int(min(self.lead["seeds_a"], self.lead["seeds_b"]))
 
 
-def best(compared: pd.DataFrame, measure: Measure) -> list[Best]:
+def best(compared: pd.DataFrame, measure: Metric) -> list[Best]:
     """Rank the groups of each category, and of the mean of those that have all groups.
 
     Args:
@@ -343,22 +343,22 @@ def best(compared: pd.DataFrame, measure: Measure) -> list[Best]:
     return found
 
 
-def measure_of(column: str, protocol: ProtocolDescription) -> Measure:
+def measure_of(column: str, protocol: ProtocolDescription) -> Metric:
     """Return the measure of a protocol that a column of samples holds, of whatever shape.
 
     Raises:
         DataError: no such column.
 
-    >>> iou = Measure("iou", "of voxels", higher_is_better=True)
+    >>> iou = Metric("iou", "of voxels", higher_is_better=True)
     >>> measure_of("best_undeformed_iou", ProtocolDescription("mine", "", (iou,))) is iou
     True
     """
-    for measure in protocol.measures:
-        if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in SHAPES]:
+    for measure in protocol.metrics:
+        if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in CANDIDATES]:
             return measure
     raise DataError(
         f"{column} is no measure of protocol {protocol.name}: it has "
-        f"{', '.join(m.name for m in protocol.measures)}; for another shape with its name before "
+        f"{', '.join(m.name for m in protocol.metrics)}; for another shape with its name before "
         "it: undeformed_..."
     )
 

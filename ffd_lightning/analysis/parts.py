@@ -13,7 +13,7 @@ from ffd_lightning.analysis.compare import interval, require_columns
 from ffd_lightning.analysis.results import Families, Results
 from ffd_lightning.analysis.table import Cell, Table
 from ffd_lightning.analysis.wording import SHAPE_TITLES
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
 
 PROTOCOL = "parts"
 FEWEST = 6
@@ -46,7 +46,7 @@ def transfer_table(
 
     Returns:
         A row per run, category of shapes, measure and shape. Columns: `run`, `category`, `regime`,
-        `templates`, `seed`, `measure`, `shape` (a key of `references.SHAPES`, "" for the network),
+        `templates`, `seed`, `measure`, `shape` (a key of `references.CANDIDATES`, "" for the network),
         `num_samples` (test shapes), `mean` with its interval `low`, `high`, and `gain` with
         `gain_low`, `gain_high`: the network's less this shape's, one by one (NaN for the network
         itself). Shares, from 0 to 1. What was not scored (`evaluation.references=false`) has no
@@ -58,7 +58,7 @@ def transfer_table(
     rows = []
     for measure in [measures] if isinstance(measures, str) else measures:
         require_columns(samples, [measure])
-        columns = {shape: f"{shape}_{measure}" if shape else measure for shape in SHAPES}
+        columns = {shape: f"{shape}_{measure}" if shape else measure for shape in CANDIDATES}
         columns = {shape: name for shape, name in columns.items() if name in samples}
         for values, part in samples.groupby(_RUN, sort=False):
             scores = part.groupby("id")[list(columns.values())].mean()
@@ -138,7 +138,7 @@ def label_tables(results: Results) -> list[Table]:
         (part_columns(samples), "IoU x 100 of single parts", "the test shapes that have it"),
     ):
         table = transfer_table(samples, measures)
-        shapes = [shape for shape in SHAPES if shape in set(table["shape"])]
+        shapes = [shape for shape in CANDIDATES if shape in set(table["shape"])]
         rows = []
         for values, part in table.groupby(["run", "category", "measure"], sort=False):
             by_shape = part.set_index("shape").to_dict("index")

@@ -112,7 +112,7 @@ def cumulative_curves(
         ConfigError: the protocol has no such measure.
         DataError: the samples lack the measure.
     """
-    metric = protocol.measure(measure)
+    metric = protocol.metric(measure)
     if measure not in samples:
         raise DataError(
             f"the samples hold no {measure}: they have {', '.join(samples)}; evaluate the runs "
@@ -198,7 +198,7 @@ def template_count_curves(
         ConfigError: the protocol has no such measure.
         DataError: no run with the measure, or only one T.
     """
-    metric = protocol.measure(measure)
+    metric = protocol.metric(measure)
     table = runs[runs[measure].notna()] if measure in runs else runs[:0]
     if table["templates"].nunique() < 2:
         raise DataError(
@@ -265,7 +265,7 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
     """
     table, labels = error_budget(samples, protocol), run_labels(samples, titled=True)
     table = table.loc[[run for run in labels if run in table.index]]
-    title = f"What the {protocol.main_measure.title} is made of"
+    title = f"What the {protocol.main_metric.title} is made of"
     with _styled(1, 1.4 * _WIDTH, 0.34 * len(table), title) as (figure, (panel,)):
         places = np.arange(len(table))
         left, right = np.zeros((2, len(table)))
@@ -283,7 +283,7 @@ def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
         panel.set_xlim(1.12 * left.min(), 1.12 * right.max())
         panel.grid(axis="y", visible=False)
         figure.legend(loc="outside lower center", ncols=len(SHARES), frameon=False)
-        panel.set_xlabel(scaled_title(protocol.main_measure))
+        panel.set_xlabel(scaled_title(protocol.main_metric))
     return figure
 
 

@@ -409,7 +409,7 @@ def read_samples(
         DataError: it is damaged, or lacks what all have.
     """
     file = run.evaluation(protocol.name, subset) / "samples.csv"
-    measures = [measure.name for measure in protocol.measures]
+    measures = [measure.name for measure in protocol.metrics]
     try:
         samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
         needed = ("id", "category", "view", "template", *measures)

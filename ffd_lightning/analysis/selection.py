@@ -51,7 +51,7 @@ def selection_table(results: Results, measure: str | None = None) -> pd.DataFram
         DataError: a column is missing, or a selected template that the run's families lack.
     """
     protocol = results.protocol
-    judged = protocol.measure(measure) if measure else protocol.main_measure
+    judged = protocol.metric(measure) if measure else protocol.main_metric
     require_columns(results.samples, ["template", "family", judged.name])
     sign = 1 if judged.higher_is_better else -1
     rows = []
@@ -75,7 +75,7 @@ def selection_table(results: Results, measure: str | None = None) -> pd.DataFram
                 row[f"{shape}regret"] = float(gain.mean() * sign)
                 # Equal in all measures, it is the same template.
                 same = [
-                    part[f"{shape}{m.name}"] == part[f"{best}{m.name}"] for m in protocol.measures
+                    part[f"{shape}{m.name}"] == part[f"{best}{m.name}"] for m in protocol.metrics
                 ]
                 row[f"{shape}best_share"] = float(np.mean(np.all(same, 0)))
         rows.append(row | _family_numbers(part, results.families.get(str(run), {})))

@@ -19,12 +19,12 @@ from ffd_lightning.analysis.selection import selection_stability, selection_tabl
 from ffd_lightning.analysis.table import Cell, Table, number
 from ffd_lightning.analysis.wording import SHAPE_TITLES, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import Measure
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
+from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.palette import REGIME_COLORS, regime_title
 from ffd_lightning.run_folder import RunFolder
 
-FOLDED = Measure("folded", QUALITY["folded"][1], factor=QUALITY["folded"][2])
+FOLDED = Metric("folded", QUALITY["folded"][1], factor=QUALITY["folded"][2])
 """Judged beside the protocol's measures, which say nothing of how a mesh is deformed."""
 
 NOTHING = "-"
@@ -98,11 +98,11 @@ class Ranked(NamedTuple):
         return means[0] if means else found[0] if len(found) == 1 else None
 
 
-def judged(results: Results) -> list[Measure]:
+def judged(results: Results) -> list[Metric]:
     """Return the measures that settings are ranked by."""
     folded = results.samples.get("folded", pd.Series(dtype=float))
     known = len(folded) > 0 and bool(folded.notna().all())
-    return [*results.protocol.measures, *([FOLDED] if known else [])]
+    return [*results.protocol.metrics, *([FOLDED] if known else [])]
 
 
 def ranked(results: Results) -> Ranked:
@@ -115,7 +115,7 @@ def ranked(results: Results) -> Ranked:
         if by and several:
             rows = results.scored.to_dict("records")
             titles = {name_of(row, by, long=False): name_of(row, by) for row in rows}
-            judge = replace(results, protocol=replace(results.protocol, measures=tuple(measures)))
+            judge = replace(results, protocol=replace(results.protocol, metrics=tuple(measures)))
             for measure in measures:
                 means = results.samples.groupby(by, sort=False)[measure.name].mean()
                 order = means.sort_values(ascending=not measure.higher_is_better, kind="stable")
@@ -123,7 +123,7 @@ def ranked(results: Results) -> Ranked:
                 kept = replace(judge, samples=results.samples[chosen])
                 compared[measure.name] = compare(kept, measure.name, by)
         else:
-            measures = list(results.protocol.measures)
+            measures = list(results.protocol.metrics)
             if not all(f"feature_retrieval_{m.name}" in results.samples for m in measures):
                 return Ranked({}, {}, {})
             for measure in measures:
@@ -165,7 +165,7 @@ def best_by_metric(results: Results, ranking: Ranked) -> Table | None:
     return Table("Best by each metric", head, rows, heads=4, note=note) if rows else None
 
 
-def _difference(row: Mapping[str, float], measure: Measure) -> str:
+def _difference(row: Mapping[str, float], measure: Metric) -> str:
     mean, low, high = (number(measure.factor * row[x]) for x in ("difference", "low", "high"))
     return f"{mean} [{low}, {high}]"
 
@@ -184,7 +184,7 @@ def _verdict(found: Best) -> str:
 def pairs(results: Results, ranking: Ranked) -> list[Table]:
     """Return every two settings beside each other, a table per measure; shown differences first."""
     tables = []
-    for measure in results.protocol.measures if ranking.titles != _RETRIEVAL else ():
+    for measure in results.protocol.metrics if ranking.titles != _RETRIEVAL else ():
         if (compared := ranking.compared.get(measure.name)) is None:
             continue
         compared = compared.sort_values("shown", ascending=False, kind="stable")
@@ -220,17 +220,17 @@ def scores(
         shapes: that they were measured on: `test` or `val`.
     """
     protocol, runs = results.protocol, results.scored
-    columns = [_of_measure(m, m.name) for m in protocol.measures]
-    main = protocol.main_measure
+    columns = [_of_measure(m, m.name) for m in protocol.metrics]
+    main = protocol.main_metric
     columns.append(_of_measure(main, f"undeformed_{main.name}", "undeformed "))
     columns.append(Column("effective_templates", "effective\ntemplates"))
     if "seed" in by:
         columns.append(Column("seconds_per_step", "seconds\nper step"))
     notes: dict[str, list[tuple[str, bool]]] = {}
     if ranking is not None:
-        for column, measure in zip(columns, protocol.measures, strict=False):
+        for column, measure in zip(columns, protocol.metrics, strict=False):
             notes[column.name] = _intervals(results, ranking, column, measure)
-    note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.measures)
+    note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
     note = f"Of the selected template, deformed. {note}. {protocol.note}."
     if ranking is not None:
         level = any(is_level for column in notes.values() for _, is_level in column)
@@ -242,14 +242,14 @@ def scores(
     return _numbers(runs, columns, by, f"Scores, protocol {protocol.name}", note, shapes, notes)
 
 
-def _of_measure(measure: Measure, name: str, words: str = "") -> Column:
+def _of_measure(measure: Metric, name: str, words: str = "") -> Column:
     factor = "" if measure.factor == 1 else f"\nx {measure.factor:g}"
     better = 1 if measure.higher_is_better else -1
     return Column(name, f"{words}{measure.title} {measure.arrow}{factor}", measure.factor, better)
 
 
 def _intervals(
-    results: Results, ranking: Ranked, column: Column, measure: Measure
+    results: Results, ranking: Ranked, column: Column, measure: Metric
 ) -> list[tuple[str, bool]]:
     """Return the interval of each setting's mean, and whether it is level with the best.
 
@@ -282,7 +282,7 @@ def decomposition(results: Results, by: Sequence[str] = GROUP) -> Table | None:
     columns += [Column("total", "total"), Column("regret", "regret\n%", 100.0, -1)]
     meanings = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
     note = f"{meanings}; regret: the selection's share of the total."
-    title = f"Error budget, {scaled_title(results.protocol.main_measure)}"
+    title = f"Error budget, {scaled_title(results.protocol.main_metric)}"
     runs = results.scored[["run", *GROUP, "seed"]].join(parts, on="run", how="inner")
     return _numbers(runs, columns, by, title, note)
 
@@ -368,9 +368,9 @@ def references(results: Results) -> Table | None:
 
     Of runs that have their own it is the range.
     """
-    runs, measures = results.scored, results.protocol.measures
+    runs, measures = results.scored, results.protocol.metrics
     rows, meanings = [], []
-    for shape in list(SHAPES)[1:]:
+    for shape in list(CANDIDATES)[1:]:
         values = runs.reindex(columns=[f"{shape}_{m.name}" for m in measures])
         if values.isna().all(axis=None):
             continue
@@ -381,7 +381,7 @@ def references(results: Results) -> Table | None:
             known = values[name].notna().any()
             cells.append(NOTHING if not known else low if low == high else f"{low}\u2013{high}")
         rows.append([SHAPE_TITLES[shape], *cells])
-        meanings.append(f"{SHAPE_TITLES[shape]}: {SHAPES[shape]}")
+        meanings.append(f"{SHAPE_TITLES[shape]}: {CANDIDATES[shape]}")
     head = ["", *(_of_measure(m, m.name).heading for m in measures)]
     title, note = "References: what scores may be held against", f"{'; '.join(meanings)}."
     return Table(title, head, rows, note=note) if rows else None
@@ -389,7 +389,7 @@ def references(results: Results) -> Table | None:
 
 def selection(results: Results) -> Table:
     """Return how each run selects its templates."""
-    main = results.protocol.main_measure
+    main = results.protocol.main_metric
     table = selection_table(results)
     columns = {k: v for k, v in _SELECTION.items() if k in table and table[k].notna().any()}
     body = [
@@ -407,7 +407,7 @@ def selection(results: Results) -> Table:
     return _table("Template selection", table, [*GROUP, "seed"], body, note)
 
 
-def _selected(value: float, column: str, measure: Measure) -> str:
+def _selected(value: float, column: str, measure: Metric) -> str:
     if pd.isna(value):
         return NOTHING
     if "regret" in column:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 
 SHAPE_TITLES = {
     "": "model",
@@ -16,23 +16,23 @@ SHAPE_TITLES = {
     "medoid": "medoid",
     "floor": "floor",
 }
-"""Short titles of what is scored, `ffd_lightning.evaluation.references.SHAPES`."""
+"""Short titles of what is scored, `ffd_lightning.evaluation.candidates.CANDIDATES`."""
 
 
-def scaled_title(measure: Measure) -> str:
+def scaled_title(measure: Metric) -> str:
     """Return a measure with what its values are multiplied by where people read them.
 
-    >>> scaled_title(Measure("chamfer", "")), scaled_title(Measure("fscore_1", "", True, 1.0))
+    >>> scaled_title(Metric("chamfer", "")), scaled_title(Metric("fscore_1", "", True, 1.0))
     ('Chamfer x 1000', 'fscore_1')
     """
     factor = "" if measure.factor == 1 else f" x {measure.factor:g}"
     return f"{measure.title}{factor}"
 
 
-def measure_note(measure: Measure, protocol: ProtocolDescription) -> str:
+def measure_note(measure: Metric, protocol: ProtocolDescription) -> str:
     """Return what a measure is, with its unit and points, for a caption.
 
-    >>> measure_note(Measure("iou", "of voxels", True), ProtocolDescription("mine", "filled"))
+    >>> measure_note(Metric("iou", "of voxels", True), ProtocolDescription("mine", "filled"))
     'IoU: of voxels; filled; protocol mine'
     """
     told = [measure.definition, *([protocol.note] if protocol.note else [])]

@@ -16,7 +16,7 @@ from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.evaluation.protocols import EvaluationProtocol
+from ffd_lightning.evaluation.protocols import Protocol
 from ffd_lightning.geometry.ffd import num_control_points
 from ffd_lightning.losses.annealing import make_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
@@ -202,20 +202,21 @@ def build_callbacks(cfg: TrainConfig) -> list[Callback]:
     return [_built(chosen, Callback) for chosen in cfg.callback.values()]
 
 
-def build_protocol(chosen: Component) -> EvaluationProtocol:
+def build_protocol(chosen: Component) -> Protocol:
     """Return how predictions are measured.
 
     Raises:
-        ConfigError: it is no protocol, or another than it is registered as.
+        ConfigError: it is no protocol, or has no metrics.
     """
-    protocol = _built(chosen, EvaluationProtocol, name=chosen.name)
-    if "__dataclass_params__" not in vars(type(protocol)):  # else its settings would not be known
+    protocol = chosen.build()
+    if not isinstance(protocol, Protocol):
         raise ConfigError(
-            f"protocol={chosen.name} gives a {type(protocol).__name__}, which is no dataclass: put "
-            "@dataclass(frozen=True) above the class"
+            f"protocol={chosen.name} gives a {type(protocol).__name__}, not a Protocol: let its "
+            "class inherit from ffd_lightning.Protocol"
         )
-    if protocol.name != chosen.name:
-        raise ConfigError(f"protocol {chosen.name!r} calls itself {protocol.name!r}: use one name")
+    if not protocol.metrics:
+        raise ConfigError(f"protocol={chosen.name} has no metrics: it needs one at least")
+    object.__setattr__(protocol, "component", chosen)  # where a function makes it, too
     return protocol
 
 

@@ -54,7 +54,7 @@ def run_search(
     except ImportError:
         raise ConfigError("a search needs optuna: pip install 'ffd_lightning[search]'") from None
     protocol = value_of("protocol", overrides, "paper")
-    measures = {m.name: m for m in components.make("protocol", protocol, name=protocol).measures}
+    measures = {m.name: m for m in components.make("protocol", protocol).metrics}
     if search.measure not in measures:
         raise ConfigError(f"protocol {protocol} has no {search.measure}: {', '.join(measures)}")
     optuna.logging.set_verbosity(optuna.logging.WARNING)

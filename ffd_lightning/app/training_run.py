@@ -34,17 +34,16 @@ from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.templates.summary import outlier_note, outlier_rows, template_rows
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import (
+    SHARED_FOLDER,
     EvaluatedNetwork,
     EvaluationOptions,
-    Shapes,
     evaluate,
-    protocol_key,
     rank_templates,
     with_labels,
 )
 from ffd_lightning.evaluation.figures import reconstruction_figure, template_figure
 from ffd_lightning.evaluation.protocols import ProtocolDescription
-from ffd_lightning.evaluation.reference_scores import SHARED_FOLDER
+from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.files import write_bytes_atomic, write_csv
 from ffd_lightning.imaging.grid import png
 from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
@@ -94,7 +93,7 @@ def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         identity.check_folder(cfg, run)
         asked = {
             "name": str(_evaluation_folder(run, cfg).relative_to(run.evaluation(""))),
-            "settings": protocol_key(build_protocol(cfg.protocol)),
+            "settings": build_protocol(cfg.protocol).key,
             "references": cfg.evaluation.references,
             "subset": cfg.evaluation.subset,
         }
@@ -203,7 +202,7 @@ def evaluated(
         raise ConfigError(
             "evaluation.subset=val: there are no validation shapes (split.val_fraction)"
         )
-    trained_on, tested_on = (Shapes(data.prepared, data.rows(x)) for x in (data.split.train, ids))
+    trained_on, tested_on = (Subset(data.prepared, data.rows(x)) for x in (data.split.train, ids))
     return EvaluatedNetwork(network, data.bank, trained_on, tested_on, step)
 
 
@@ -288,8 +287,8 @@ def _rank_templates(
 ) -> None:
     """Write how often each template is selected: a choice, so not on test shapes."""
     on_train = cfg.template_ranking.subset == "train"
-    ids = data.split.train if on_train else data.split.chosen_on
-    samples = Shapes(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
+    ids = data.split.train if on_train else data.split.selection_ids
+    samples = Subset(data.prepared, data.rows(ids)).samples(cfg.template_ranking.all_views)
     log.info("%s: ranking the templates on %d images", run.path, len(samples))
     workers = cfg.evaluation.workers or torch.get_num_threads()
     ranking = rank_templates(network, data.bank, data.prepared, samples, workers)

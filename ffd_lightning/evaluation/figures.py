@@ -79,7 +79,7 @@ def fitting_scale(points: NDArray[np.float64], view: View) -> float:
 
     As much as by a camera that steps back: 1 where all are in the image, with a little margin.
     """
-    frame = view.camera.frame
+    frame = view.camera.pose
     across = np.stack([frame.right, frame.up], axis=1)
     slope = _MARGIN * view.camera.half_height * np.array([view.width / view.height, 1.0])
     # Shrunk by s, a point x off the origin to the side and z nearer is seen at the slope

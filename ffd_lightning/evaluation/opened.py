@@ -12,14 +12,7 @@ from ffd_lightning.run_folder import RunFolder
 
 @dataclass(frozen=True)
 class OpenRun:
-    """A run with its network and data.
-
-    Attributes:
-        folder: that it was opened from.
-        network: with the weights of a checkpoint, on the CPU.
-        data: set up: prepared shapes, templates and split.
-        step: of the training that the weights are from.
-    """
+    """A run with its network, on the CPU, its data, and the training step of its weights."""
 
     folder: RunFolder
     network: TemplateFfdNetwork

@@ -1,4 +1,4 @@
-"""What a score is worth: shapes that a model must beat, found for each query."""
+"""What a score is worth: shapes that a model must beat, and what no model can."""
 
 from __future__ import annotations
 
@@ -10,26 +10,45 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.evaluation.candidates import Candidate, PreparedShape, TemplateShape
+from ffd_lightning.evaluation.capacity import fitted_template
+from ffd_lightning.evaluation.samples import Subset, sample_seed
 from ffd_lightning.geometry.chamfer import chamfer_distance
-
-SHAPES = {
-    "": "the model: selected template, deformed",
-    "resampled": "the model, points drawn on the deformed surface",
-    "undeformed": "selected template as it is",
-    "best_deformed": "best of its templates deformed, an oracle",
-    "fitted": "best of its templates fitted to the truth, an oracle",
-    "best_undeformed": "best of its templates as it is, an oracle",
-    "feature_retrieval": "training shape of the most similar image (encoder)",
-    "retrieval": "nearest training shape, an oracle",
-    "medoid": "most central training shape, always",
-    "floor": "the truth itself, sampled again",
-}
-"""What is scored, by the prefix of its columns, the model first."""
+from ffd_lightning.geometry.deformation import deform
 
 _COARSE = 256  # points of a cloud for a first ranking
 _FINE = 1024
 _CANDIDATES = 16  # that the first ranking leaves
-_MEDOID_MODELS = 512
+_MEDOID_SHAPES = 512
+
+
+class NetworkFree:
+    """The references that no network has a part in, for shapes that are known.
+
+    Args:
+        bank: the templates.
+        trained_on: the shapes to retrieve from.
+        seed: of what is drawn.
+    """
+
+    def __init__(self, bank: TemplateBank, trained_on: Subset, seed: int) -> None:
+        self._bank, self._training, self._seed = bank, trained_on.prepared, seed
+        among = trained_on.rows.tolist()
+        self._medoid = medoid(self._training, among)
+        self._retrieval = ShapeRetrieval(self._training, among)
+
+    def candidates(self, prepared: PreparedSet, row: int) -> dict[str, Candidate]:
+        """Return them for one shape by name, see `candidates.CANDIDATES`."""
+        cloud, bank = prepared.cloud(row), self._bank
+        seed = (sample_seed(prepared.ids[row]) + self._seed) % 2**64
+        return {
+            "best_undeformed": TemplateShape(bank, best_template(prepared, row, bank)),
+            "fitted": TemplateShape(bank, *fitted_template(bank, cloud, seed)),
+            "retrieval": PreparedShape(self._training, self._retrieval.nearest(cloud)),
+            "medoid": PreparedShape(self._training, self._medoid),
+            "floor": PreparedShape(prepared, row),
+        }
 
 
 class ShapeRetrieval:
@@ -47,11 +66,7 @@ class ShapeRetrieval:
         self._coarse = _clouds(prepared, among, _COARSE)
 
     def nearest(self, cloud: NDArray[np.float32]) -> int:
-        """Return the row of the nearest shape.
-
-        Args:
-            cloud: independent samples of the shape, (1024 or more, 3).
-        """
+        """Return the row of the shape nearest to a cloud of independent samples, (>= 1024, 3)."""
         query = torch.from_numpy(cloud[:_FINE])
         first = chamfer_distance(query[:_COARSE], self._coarse, "mean").topk(
             min(_CANDIDATES, len(self._among)), largest=False
@@ -62,29 +77,42 @@ class ShapeRetrieval:
 
 
 def nearest_by_feature(features: Tensor, others: Tensor) -> NDArray[np.int64]:
-    """Return for each image the one that looks most alike to the encoder.
+    """Return for each image, (q, D), the place of the one that looks most alike to the encoder.
 
-    Args:
-        features: of the images, (q, D), of length 1.
-        others: of those to choose from, (k, D), of length 1.
-
-    Returns:
-        (q,) places among the others: of the greatest cosine.
+    The others are features (k, D), all of length 1: the greatest cosine. Returns (q,).
     """
-    best = torch.cat([(part @ others.T).argmax(1) for part in features.split(256)])
+    best = torch.cat([(chunk @ others.T).argmax(1) for chunk in features.split(256)])
     return best.numpy()
 
 
 def medoid(prepared: PreparedSet, among: Sequence[int]) -> int:
-    """Return the row of the model with the least mean Chamfer distance to the others.
+    """Return the row of the shape with the least mean Chamfer distance to the others.
 
     Of a larger set, 512 shapes evenly spread are looked at, with 256 points each.
     """
-    places = np.linspace(0, len(among) - 1, min(len(among), _MEDOID_MODELS)).astype(int)
+    places = np.linspace(0, len(among) - 1, min(len(among), _MEDOID_SHAPES)).astype(int)
     rows = [among[k] for k in places]
     clouds = _clouds(prepared, rows, _COARSE)
     totals = [float(chamfer_distance(cloud, clouds, "mean").sum()) for cloud in clouds]
     return rows[int(np.argmin(totals))]
+
+
+@torch.no_grad()
+def best_template(
+    prepared: PreparedSet,
+    row: int,
+    bank: TemplateBank,
+    offsets: NDArray[np.float32] | None = None,
+) -> int:
+    """Return the template nearest to a shape in Chamfer distance.
+
+    Offsets (T, M, 3) deform the templates; None leaves them as they are.
+    """
+    truth, points = torch.from_numpy(prepared.cloud(row, _FINE)), bank.points[:, :_FINE]
+    if offsets is not None:
+        matrix = bank.deformation_matrix[:, :_FINE]
+        points = deform(matrix, bank.control_points, torch.from_numpy(offsets))
+    return int(chamfer_distance(points, truth, "mean").argmin())
 
 
 def _clouds(prepared: PreparedSet, rows: Sequence[int], count: int) -> Tensor:

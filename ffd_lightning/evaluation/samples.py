@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import torch
@@ -16,22 +16,15 @@ from torch import Tensor
 from torch.nn.functional import normalize
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import EvaluationProtocol
-from ffd_lightning.evaluation.shapes import PreparedShape, Shape, TemplateShape
+from ffd_lightning.evaluation.candidates import Candidate, PreparedShape
+from ffd_lightning.evaluation.protocols import Protocol
 from ffd_lightning.files import write_atomic
-from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.parallel import in_threads
 from ffd_lightning.progress import CountProgress
 
 Row = dict[str, Any]
-Scores = dict[str, float]
-"""Of one shape, by the name of the measure."""
-
-_POINTS = 1024  # of each cloud, for the oracle that chooses the best template
 
 
 class Sample(NamedTuple):
@@ -41,9 +34,27 @@ class Sample(NamedTuple):
     view: int = 0
 
 
+class Subset(NamedTuple):
+    """Some shapes of a prepared set, by their rows, (n,)."""
+
+    prepared: PreparedSet
+    rows: NDArray[np.int64]
+
+    def samples(self, all_views: bool) -> list[Sample]:
+        """Return the shapes' images: the first of each, or all."""
+        views = self.prepared.image_shape[0] if all_views else 1
+        return [Sample(int(row), view) for row in self.rows for view in range(views)]
+
+    def fingerprint(self) -> dict[str, str]:
+        """Return what changes when the set, or the shapes taken from it, are others."""
+        ids = "\n".join(self.prepared.ids[row] for row in self.rows)
+        digest = hashlib.sha256(ids.encode()).hexdigest()
+        return {"prepared": self.prepared.digest, "ids": digest}
+
+
 @dataclass(frozen=True)
 class Predictions:
-    """What a network says of n images.
+    """What a network predicts for n images.
 
     Attributes:
         weights: template weights, (n, T).
@@ -66,14 +77,7 @@ def predict(
     workers: int = 1,
     show: bool = False,
 ) -> Predictions:
-    """Run a network over images, on the device it is on.
-
-    Args:
-        network: put into evaluation mode here.
-        prepared: where the images are.
-        samples: which of them.
-        workers: images at once (CPU).
-        show: progress on stderr.
+    """Run a network over images, `workers` at once on the CPU, and put it into evaluation mode.
 
     Raises:
         DataError: an output is not finite.
@@ -116,7 +120,7 @@ def _of_images(
     workers: int,
     show: bool,
 ) -> list[Tensor]:
-    """Return what comes out for all images.
+    """Return the outputs for all images.
 
     On the CPU one image at a time, each in one thread: the last digits of a convolution may depend
     on what else is in the batch and on the number of threads, and a score must not.
@@ -135,98 +139,41 @@ def _of_images(
     done: dict[int, list[Tensor]] = {}
     starts = range(0, len(samples), size)
     with CountProgress("looking at images", len(starts), 0, show) as bar:
-        for start, found in in_threads(run, starts, threads):
-            done[start] = found
+        for start, result in in_threads(run, starts, threads):
+            done[start] = result
             bar.advance()
-    return [torch.cat(parts) for parts in zip(*(done[k] for k in starts), strict=True)]
-
-
-@torch.no_grad()
-def best_template(
-    prepared: PreparedSet,
-    row: int,
-    bank: TemplateBank,
-    offsets: NDArray[np.float32] | None = None,
-) -> int:
-    """Return the template nearest to a shape in Chamfer distance.
-
-    Args:
-        prepared: the shapes.
-        row: the shape.
-        bank: T templates.
-        offsets: that deform them, (T, M, 3); None leaves them as they are.
-    """
-    truth, points = torch.from_numpy(prepared.cloud(row, _POINTS)), bank.points[:, :_POINTS]
-    if offsets is not None:
-        matrix = bank.deformation_matrix[:, :_POINTS]
-        points = deform(matrix, bank.control_points, torch.from_numpy(offsets))
-    return int(chamfer_distance(points, truth, "mean").argmin())
+    return [torch.cat(chunks) for chunks in zip(*(done[k] for k in starts), strict=True)]
 
 
 def score_sample(
-    protocol: EvaluationProtocol,
+    protocol: Protocol,
     prepared: PreparedSet,
     row: int,
-    shapes: Mapping[str, Shape],
+    candidates: Mapping[str, Candidate],
     seed: int,
 ) -> Row:
-    """Score all shapes put before one shape, as `score_shapes` does.
+    """Score all candidates for one shape, a row of a prepared set.
+
+    Which points are drawn follows from the shape's id and the seed alone, and is the same for every
+    candidate. One that has several names is scored once.
 
     Returns:
-        Each measure of each shape, under `<name>_<measure>`, or `<measure>` for the name "".
-    """
-    return as_columns(score_shapes(protocol, prepared, row, shapes, seed))
+        Each metric of each candidate, under `<name>_<metric>`, or `<metric>` for the name "".
 
-
-def as_columns(scores: Mapping[str, Scores]) -> Row:
-    """Name scores as the columns of a table.
-
-    >>> as_columns({"": {"iou": 0.5}, "floor": {"iou": 1.0}})
-    {'iou': 0.5, 'floor_iou': 1.0}
-    """
-    return {
-        f"{name}_{measure}" if name else measure: value
-        for name, own in scores.items()
-        for measure, value in own.items()
-    }
-
-
-def score_shapes(
-    protocol: EvaluationProtocol,
-    prepared: PreparedSet,
-    row: int,
-    shapes: Mapping[str, Shape | Scores],
-    seed: int,
-) -> dict[str, Scores]:
-    """Score all shapes put before one shape.
-
-    Which points are drawn follows from the model's id and the seed alone, and is the same for every
-    shape. A shape that stands under several names is scored once.
-
-    Args:
-        protocol: how it is measured.
-        prepared: the set of the shape that they are put before.
-        row: of that shape.
-        shapes: by name; scores that are known already stand for their shape.
-        seed: of what is drawn.
-
-    Returns:
-        Each measure of each shape, by its name.
+    Raises:
+        ConfigError: the protocol did not give a number for each metric.
     """
     key = sample_seed(prepared.ids[row])
     truth = protocol.truth(PreparedShape(prepared, row), np.random.default_rng([seed, key, 0]))
-    known: dict[object, Scores] = {}
-    result: dict[str, Scores] = {}
-    for name, shape in shapes.items():
-        if isinstance(shape, dict):
-            result[name] = shape
-            continue
-        same = _identity(shape)
-        if same not in known:
-            scores = protocol.score(shape, truth, np.random.default_rng([seed, key, 1]))
-            known[same] = _checked(protocol, scores)
-        result[name] = known[same]
-    return result
+    known: dict[int, dict[str, float]] = {}
+    columns: Row = {}
+    for name, candidate in candidates.items():
+        if id(candidate) not in known:
+            scores = protocol.score(candidate, truth, np.random.default_rng([seed, key, 1]))
+            known[id(candidate)] = _numbers(protocol, scores)
+        prefix = f"{name}_" if name else ""
+        columns |= {prefix + metric: value for metric, value in known[id(candidate)].items()}
+    return columns
 
 
 def sample_seed(shape_id: str) -> int:
@@ -234,41 +181,50 @@ def sample_seed(shape_id: str) -> int:
     return int.from_bytes(hashlib.sha256(shape_id.encode()).digest()[:8], "big")
 
 
-def _checked(protocol: EvaluationProtocol, scores: Any) -> Scores:
-    """Return what a protocol's `score` gave, if it has a number for each measure."""
-    for measure in protocol.measures:
-        score = scores.get(measure.name) if isinstance(scores, Mapping) else None
+def _numbers(protocol: Protocol, scores: Any) -> dict[str, float]:
+    """Return what a protocol's `score` gave, if it has a number for each metric."""
+    for metric in protocol.metrics:
+        score = scores.get(metric.name) if isinstance(scores, Mapping) else None
         if not isinstance(score, int | float | np.number):
             raise ConfigError(
-                f"protocol {protocol.name!r}: its score must give a number for each measure by "
-                f"name; for {measure.name!r} there is none in {scores!r}"
+                f"protocol {protocol.name!r}: its score must give a number for each metric by "
+                f"name; for {metric.name!r} there is none in {scores!r}"
             )
-    return dict(scores)
+    return {name: float(score) for name, score in scores.items()}
 
 
-def _identity(shape: Shape) -> object:
-    if isinstance(shape, TemplateShape):
-        return type(shape), shape.index, None if shape.offsets is None else shape.offsets.tobytes()
-    if isinstance(shape, PreparedShape):
-        return id(shape.prepared), shape.row  # the sets of truth and references may be two
-    return id(shape)
+def score_all(
+    score: Callable[[Sample], Row],
+    samples: Mapping[tuple[str, int], Sample],
+    journal: Journal,
+    workers: int,
+    show: bool,
+    label: str,
+) -> list[Row]:
+    """Return the rows of samples, given by id and view; those that a journal has are not scored."""
+    todo = [sample for name, sample in samples.items() if name not in journal.rows]
+    with CountProgress(label, len(samples), len(samples) - len(todo), show) as bar:
+        for _, row in in_threads(score, todo, workers):
+            journal.add(row)
+            bar.advance()
+    return [journal.rows[name] for name in samples]
 
 
 class Journal:
-    """Rows that are done, a line each, kept until all are: what a kill leaves is read again.
+    """Rows that are done, a line each, kept in a file: what a kill leaves is read again.
 
     `rows` has them by (id, view).
 
     Args:
         path: of the file.
         key: decides the rows; a file of another key is begun anew.
+        restart: begin anew in any case.
     """
 
-    def __init__(self, path: Path, key: str) -> None:
+    def __init__(self, path: Path, key: str, restart: bool = False) -> None:
         self.rows: dict[tuple[str, int], Row] = {}
-        self._path = path
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
-        if lines and lines[0] == json.dumps({"key": key}):
+        lines = path.read_text("utf-8", "replace").splitlines() if path.exists() else []
+        if lines and lines[0] == json.dumps({"key": key}) and not restart:
             for line in lines[1:]:
                 try:
                     row = json.loads(line)
@@ -286,8 +242,8 @@ class Journal:
         self._file.write(json.dumps(row) + "\n")
         self._file.flush()
 
-    def close(self, remove: bool = False) -> None:
-        """Close the file; remove it when its rows are elsewhere."""
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
         self._file.close()
-        if remove:
-            self._path.unlink(missing_ok=True)

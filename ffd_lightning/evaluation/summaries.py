@@ -1,4 +1,4 @@
-"""What the rows of an evaluation come to: means, and how templates were selected."""
+"""Means of an evaluation's rows, and how templates were selected."""
 
 from __future__ import annotations
 
@@ -52,10 +52,7 @@ def template_ranking(
 ) -> list[Row]:
     """Return a row per template, the most selected first; of equals the one of greater weight.
 
-    Args:
-        bank: T templates.
-        counts: how often each was selected, (T,).
-        mean_weights: of each, over the samples, (T,).
+    How often each was selected, and its mean weight over the samples, are (T,).
     """
     return [
         {

@@ -1,9 +1,7 @@
-"""Scores of every template for every query, and what they come to.
+"""Scores of every template for every query: how training judges itself on its way.
 
-This is how training judges itself on its way, by the box Chamfer distance: squared, mean over
-points, both directions added, in units in which every shape's bounding box has diagonal 1. Where it
-is shown or logged it is multiplied by 1000. Results are measured by `evaluation.evaluator`, under a
-protocol.
+By the box Chamfer distance: squared, mean over points, both directions added, in units in which
+every shape's bounding box has diagonal 1. Results are measured by `evaluation.evaluator`.
 """
 
 from __future__ import annotations
@@ -20,8 +18,8 @@ from torchmetrics import Metric
 from torchmetrics.utilities import dim_zero_cat
 
 from ffd_lightning.data.batches import Batch
+from ffd_lightning.evaluation.summaries import selection_summary
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 from ffd_lightning.nn.network import FfdPrediction
 
 BOX_CHAMFER_FACTOR = 1000.0
@@ -68,12 +66,10 @@ class TemplateScores:
         return np.take_along_axis(scores, self.selected[:, None], 1)[:, 0]
 
     def summary(self) -> dict[str, float]:
-        """Return means over queries.
+        """Return means over queries, distances multiplied by 1000, and how templates were selected.
 
-        `box_chamfer` and `undeformed_box_chamfer` are of the selected template;
-        `best_undeformed_box_chamfer` and `best_deformed_box_chamfer` of the best template for each
-        query, chosen by an oracle; all are multiplied by 1000. `entropy` (nats) and
-        `effective_templates` are of the selection counts.
+        `box_chamfer` and `undeformed_box_chamfer` are of the selected template; `best_...` of the
+        best template for each query, chosen by an oracle.
         """
         distances = {
             "box_chamfer": self.of_selected(self.deformed),
@@ -83,18 +79,13 @@ class TemplateScores:
         }
         return {
             **{k: BOX_CHAMFER_FACTOR * float(v.mean()) for k, v in distances.items()},
-            "entropy": selection_entropy(self.counts),
-            "effective_templates": effective_templates(self.counts),
-            "templates_used": float((self.counts > 0).sum()),
+            **selection_summary(self.counts),
             "num_samples": float(len(self.rows)),
         }
 
 
 class TemplateScoring(Metric):
-    """Collects the scores of every template on every query.
-
-    Over several devices each adds its share of the queries.
-    """
+    """Collects the scores of every template on every query; each device adds its share."""
 
     full_state_update = False
 

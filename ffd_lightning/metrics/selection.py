@@ -9,11 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 def selection_entropy(counts: ArrayLike) -> float:
     """Return the entropy, in nats, of how often each template was selected.
 
-    Args:
-        counts: selections (or weights) per template, (T,), not negative.
-
-    Raises:
-        ValueError: nothing selected, or negative counts.
+    Selections, or weights, are counts per template, (T,), not negative and not all zero.
 
     >>> round(selection_entropy([5, 5, 0]), 4)
     0.6931
@@ -34,13 +30,6 @@ def effective_templates(counts: ArrayLike) -> float:
 
 def top_share(counts: ArrayLike, k: int) -> float:
     """Return the share of all selections that the k most selected templates have: from 0 to 1.
-
-    Args:
-        counts: selections (or weights) per template, (T,), not negative.
-        k: how many; all of them where there are fewer.
-
-    Raises:
-        ValueError: nothing selected, negative counts, or k below 1.
 
     >>> top_share([1, 6, 3], 2)
     0.9
@@ -67,11 +56,8 @@ def adjusted_rand(a: ArrayLike, b: ArrayLike) -> float:
     Source: Hubert and Arabie, Comparing partitions, Journal of Classification 2 (1985).
 
     Args:
-        a: template (number or name) of each sample, (n,).
+        a: template (number or name) of each sample, (n,), at least two.
         b: the same of the other selection, (n,).
-
-    Raises:
-        ValueError: lengths that differ, or fewer than two samples.
 
     >>> adjusted_rand(["desk", "desk", "bar", "bar"], [3, 3, 1, 1])
     1.0
@@ -97,14 +83,7 @@ def chance_agreement(a: ArrayLike, b: ArrayLike) -> float:
     """Return how often two labels of a sample would be equal if one of them were shuffled.
 
     The sum over labels of (share of the label in a) x (share of it in b): what is left of an
-    agreement when only the counts are known.
-
-    Args:
-        a: a label for each sample, (n,).
-        b: another label of each, (n,).
-
-    Raises:
-        ValueError: lengths that differ, or no samples.
+    agreement when only the counts are known. Both have a label for each sample, (n,).
 
     >>> chance_agreement(["desk", "desk", "bar", "bar"], ["desk", "bar", "bar", "bar"])
     0.5

@@ -13,10 +13,10 @@ from ffd_lightning.geometry.sampling import sample_surface
 
 
 class SurfaceSample(NamedTuple):
-    """Points on a surface, (N, 3), and its unit normals there, (N, 3), where those are known."""
+    """Points on a surface, (N, 3), and its unit normals there, (N, 3)."""
 
     points: NDArray[np.float64]
-    normals: NDArray[np.float64] | None = None
+    normals: NDArray[np.float64]
 
 
 def sample_with_normals(
@@ -24,14 +24,7 @@ def sample_with_normals(
 ) -> SurfaceSample:
     """Draw points uniformly by area, each with the unit normal of the face that it lies on.
 
-    Args:
-        vertices: (V, 3).
-        faces: (F, 3).
-        count: number of points.
-        rng: the only source of randomness.
-
-    Raises:
-        ValueError: the surface has no area.
+    The surface is vertices (V, 3) and faces (F, 3).
 
     >>> sample = sample_with_normals(np.eye(3), [[0, 1, 2]], 2, np.random.default_rng(0))
     >>> sample.points.shape, sample.normals[0].round(3)
@@ -53,18 +46,17 @@ def surface_scores(
     random. Two unrelated directions agree to 0.5 in the mean: that is what a bad value looks like.
 
     Args:
-        pred: points, with normals or without.
-        target: the same.
+        pred: of one surface.
+        target: of the other.
         thresholds: of the F-score, in the points' unit; a point exactly as far is not near.
 
     Returns:
         Distances in the points' unit: `chamfer_l1`, the mean of accuracy and completeness (the mean
         distances of the predicted and of the target points); `chamfer_l2`, the sum of both means of
-        squared distances; `hausdorff90`, the larger of both 90th percentiles. For each threshold,
-        written as by `f"{t:g}"`: `precision@t` and `recall@t`, the shares of predicted and of
-        target points that are nearer, and `fscore@t`, their harmonic mean, 0 where both are 0.
-        Where both samples have normals: `normal_consistency`, the mean absolute cosine between
-        normals at nearest points, both ways averaged.
+        squared distances; `hausdorff90`, the larger of both 90th percentiles.
+        `normal_consistency`, the mean absolute cosine between normals at nearest points, both ways
+        averaged. For each threshold, written as by `f"{t:g}"`, `fscore@t`: the harmonic mean of the
+        shares of predicted and of target points that are nearer, 0 where both are 0.
 
     Raises:
         ValueError: a sample is empty or not finite.
@@ -72,7 +64,8 @@ def surface_scores(
     Source: Knapitsch et al. 2017, "Tanks and Temples", and Tatarchenko et al. 2019 (F-score);
     Mescheder et al. 2019, "Occupancy Networks", section 4 (Chamfer-L1, normals).
 
-    >>> apart = surface_scores(SurfaceSample(np.zeros((1, 3))), SurfaceSample(np.ones((1, 3))))
+    >>> here, there = SurfaceSample(*np.zeros((2, 1, 3))), SurfaceSample(*np.ones((2, 1, 3)))
+    >>> apart = surface_scores(here, there)
     >>> round(apart["chamfer_l2"], 6), apart["fscore@0.01"]
     (6.0, 0.0)
     """
@@ -88,12 +81,10 @@ def surface_scores(
     }
     for threshold in thresholds:
         precision, recall = np.mean(there < threshold), np.mean(back < threshold)
-        scores[f"precision@{threshold:g}"], scores[f"recall@{threshold:g}"] = precision, recall
         scores[f"fscore@{threshold:g}"] = 2 * precision * recall / ((precision + recall) or 1)
-    if pred.normals is not None and target.normals is not None:
-        cosines = (
-            np.abs((pred.normals * target.normals[to_target]).sum(axis=1)).mean(),
-            np.abs((target.normals * pred.normals[to_pred]).sum(axis=1)).mean(),
-        )
-        scores["normal_consistency"] = min(1, (cosines[0] + cosines[1]) / 2)
+    cosines = (
+        np.abs((pred.normals * target.normals[to_target]).sum(axis=1)).mean(),
+        np.abs((target.normals * pred.normals[to_pred]).sum(axis=1)).mean(),
+    )
+    scores["normal_consistency"] = min(1, (cosines[0] + cosines[1]) / 2)
     return {name: float(value) for name, value in scores.items()}

@@ -49,8 +49,8 @@ class StepLogger(TensorBoardLogger):
             protocol: that they are of.
             steps: optimizer steps done.
         """
-        main = protocol.main_measure
-        measures = {m.name: (m.title, m.factor) for m in protocol.measures}
+        main = protocol.main_metric
+        measures = {m.name: (m.title, m.factor) for m in protocol.metrics}
         measures[f"undeformed_{main.name}"] = f"undeformed {main.title}", main.factor
         results = {
             title if factor == 1 else f"{title} x {factor:g}": factor * summary[name]

@@ -28,7 +28,7 @@ def write_run(
     place = run.evaluation(protocol.name)
     place.mkdir(parents=True)
     (place / "summary.json").write_text(json.dumps({"protocol": protocol.to_json()}))
-    given = {m.name: 0.5 for m in protocol.measures} | {"family": "", "template": "x"} | columns
+    given = {m.name: 0.5 for m in protocol.metrics} | {"family": "", "template": "x"} | columns
     count = max((len(x) for x in given.values() if isinstance(x, list)), default=2)
     rows = [
         {"id": f"{k:03}", "category": category, "view": 0}

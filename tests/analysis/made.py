@@ -4,9 +4,9 @@ import pandas as pd
 
 from ffd_lightning.analysis.naming import GROUP
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.evaluation.protocols import PROTOCOLS, ProtocolDescription
+from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
 
-PAPER = ProtocolDescription.of(PROTOCOLS["paper"])
+PAPER = ProtocolDescription.of(PaperProtocol())
 
 
 def run_samples(n, regime="b", *, seed=0, category="table", templates=16, **columns):

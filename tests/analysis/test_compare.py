@@ -10,7 +10,7 @@ from scipy import stats
 from ffd_lightning.analysis import compare as compare_module
 from ffd_lightning.analysis.compare import best, compare, compare_with, holm
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import Measure
+from ffd_lightning.evaluation.protocols import Metric
 
 
 def run_samples(chamfer, regime="b", **columns):
@@ -160,7 +160,7 @@ def test_a_category_in_which_a_group_is_missing_is_left_out_of_the_mean():
     assert table["category"].tolist() == ["table"] * 3 + ["chair", "mean of 2"]
     assert tuple(table.iloc[-1][["a", "b"]]) == ("w", "b")
     assert table.iloc[-1]["difference"] == pytest.approx(0, abs=1e-12)
-    rankings = {found.category: found for found in best(table, Measure("chamfer", ""))}
+    rankings = {found.category: found for found in best(table, Metric("chamfer", ""))}
     assert list(rankings) == ["table", "chair"], "e is not in both"
 
 
@@ -251,8 +251,8 @@ def test_only_runs_trained_again_that_agree_beat_others(seeds, spread, verb):
 def test_the_best_leads_by_a_positive_difference():
     x = np.linspace(1, 2, 30) ** 2
     table = compared(run_samples(x), run_samples(x - 0.5, "w"), run_samples(x - 0.4, "e"))
-    (lower,) = best(table, Measure("chamfer", ""))
-    (higher,) = best(table, Measure("chamfer", "", higher_is_better=True))
+    (lower,) = best(table, Metric("chamfer", ""))
+    (higher,) = best(table, Metric("chamfer", "", higher_is_better=True))
     assert (list(lower.means), list(higher.means)) == (["w", "e", "b"], ["b", "e", "w"])
     assert lower.lead["difference"] == pytest.approx(0.1)
     assert higher.lead["difference"] == pytest.approx(0.4)

@@ -27,7 +27,7 @@ from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.figures import View, draw
-from ffd_lightning.evaluation.protocols import Measure, PaperProtocol
+from ffd_lightning.evaluation.protocols import Metric, PaperProtocol
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.palette import part_colors
@@ -256,7 +256,7 @@ def test_images_are_picked_by_their_scores():
     table = pd.DataFrame({"id": list("edcba"), "view": 0, "run": "r", "x": [1.0, 2, 3, 4, 4]})
 
     def chosen(pick, number, higher=False):
-        order = in_order(table, Measure("x", "", higher)).index.tolist()
+        order = in_order(table, Metric("x", "", higher)).index.tolist()
         return "".join(shape for shape, _ in picked(order, pick, number))
 
     assert chosen("best", 2) == "ed"

@@ -14,7 +14,7 @@ from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.checkpoint import model_entry
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.references import SHAPES
+from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.files import write_csv
 from ffd_lightning.run_folder import RunFolder, find_runs
 
@@ -148,7 +148,7 @@ def test_what_is_printed(sweep, capsys):
     samples = Results.read(sweep, "parts").samples
     print_labels(sweep)
     out = capsys.readouterr().out
-    shapes = [s for s in SHAPES if s != "resampled"]  # of protocols that carry points
+    shapes = [s for s in CANDIDATES if s != "resampled"]  # of protocols that carry points
     for column in [f"{shape}_part_iou".removeprefix("_") for shape in shapes]:
         assert f"{100 * samples[samples['regime'] == 'b'][column].mean():.1f}" in out, column
     for word in ("shelf", "same - other", "floor", "95% interval"):

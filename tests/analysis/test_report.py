@@ -38,13 +38,13 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import Measure, PaperProtocol, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, PaperProtocol, ProtocolDescription
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.run_folder import RunFolder
 
 EVIL = "<script>alert('x')</script>&"
 MEASURES = ("chamfer", "emd", "iou")
-CHAMFER, IOU = Measure("chamfer", ""), Measure("iou", "", higher_is_better=True)
+CHAMFER, IOU = Metric("chamfer", ""), Metric("iou", "", higher_is_better=True)
 
 
 def make_run(folder, regime="b", templates=4, seed=0, count=8, settings="", **columns):
@@ -339,7 +339,7 @@ def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, t
 
 
 def test_the_protocol_is_that_of_most_runs_unless_it_is_named(tmp_path, blank):
-    warmth, weight = Measure("warmth", "of the shape", True, 1.0), Measure("weight_of", "grams")
+    warmth, weight = Metric("warmth", "of the shape", True, 1.0), Metric("weight_of", "grams")
     own = ProtocolDescription("own", "a protocol that is not installed here", (warmth, weight))
     for regime in "bwe":
         make_run(tmp_path / regime, regime, protocol=own, warmth=20.5, weight_of=0.3)

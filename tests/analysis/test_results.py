@@ -10,9 +10,9 @@ from analysis.folders import write_run
 
 from ffd_lightning.analysis.results import Results, described_protocols
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 
-OWN = ProtocolDescription("own", "no unit", (Measure("warmth", "degrees", True, 1.0),))
+OWN = ProtocolDescription("own", "no unit", (Metric("warmth", "degrees", True, 1.0),))
 
 
 def test_runs_are_read_in_order_with_their_means(tmp_path):

@@ -8,7 +8,7 @@ from rich.console import Console
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import Cell, Table
 from ffd_lightning.analysis.tables import scores, summary_tables
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 
 NUMBERS = ["1234.5", "7.25", "0.0 ± 1"]
 TABLE = Table(
@@ -51,7 +51,7 @@ def test_all_forms_hold_the_same_cells():
     assert r"a|b< & 1.5 & - \\" in table.latex()
 
 
-PROTOCOL = ProtocolDescription("mine", "", (Measure("chamfer", "squared"),))
+PROTOCOL = ProtocolDescription("mine", "", (Metric("chamfer", "squared"),))
 
 
 def scores_of(folder, *runs):
@@ -80,7 +80,7 @@ def test_seeds_become_a_mean_and_the_best_is_marked(tmp_path):
 
 
 def test_each_run_is_shown_under_the_protocol_of_its_training(tmp_path):
-    own = ProtocolDescription("own", "no unit", (Measure("warmth", "degrees", True, 1.0),))
+    own = ProtocolDescription("own", "no unit", (Metric("warmth", "degrees", True, 1.0),))
     run = write_run(tmp_path / "own", protocol=own, warmth=0.7)
     run.set_status("finished", evaluation={"name": "own"})
     paper = write_run(tmp_path / "paper", chamfer=0.0321, best_undeformed_chamfer=0.0058)

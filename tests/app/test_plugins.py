@@ -3,7 +3,6 @@
 import io
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 import torch
@@ -21,7 +20,6 @@ from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.components import Component
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.errors import ConfigError, UserError
-from ffd_lightning.evaluation.samples import score_sample
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 
@@ -144,27 +142,6 @@ def test_callbacks_of_ones_own_are_chosen_by_name():
 
     (made,) = build_callbacks(small("callback=[mine]", "callback.mine.every=5"))
     assert (type(made), made.every) == (Mine, 5)
-
-
-@dataclass(frozen=True)
-class OddProtocol(ffd.EvaluationProtocol):
-    given: object = None
-
-    name = "odd"
-    measures = (ffd.Measure("width", "of it"),)
-    note = "no unit"
-
-    def truth(self, shape, rng):
-        return self.given
-
-    def score(self, shape, truth, rng):
-        return truth
-
-
-def test_scores_that_lack_a_measure():
-    prepared = SimpleNamespace(ids=("a",))
-    with pytest.raises(ConfigError, match=r"protocol 'odd': .*'width'"):
-        score_sample(OddProtocol({"with": 1.0}), prepared, 0, {"": object()}, 0)
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.data.templates.choice import DiverseTemplates
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 

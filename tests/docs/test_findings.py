@@ -43,7 +43,7 @@ def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), nois
                         undeformed_chamfer=base * undeformed + rng.normal(0, noise, shapes),
                     )
                 )
-    protocol = ProtocolDescription("paper", "", PaperProtocol().measures[:1])
+    protocol = ProtocolDescription("paper", "", PaperProtocol().metrics[:1])
     return results(*parts, protocol=protocol)
 
 

@@ -1,154 +1,166 @@
-import copy
-import csv
+"""Every protocol on shapes whose scores are known, and what results say of it."""
+
 import json
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
 
-from ffd_lightning.app.open_run import open_run
+from ffd_lightning import components
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.evaluation import evaluator
-from ffd_lightning.evaluation.evaluator import (
-    EvaluatedNetwork,
-    EvaluationOptions,
-    Shapes,
-    evaluate,
-    protocol_key,
+from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
+from ffd_lightning.evaluation.protocols import (
+    Metric,
+    PaperProtocol,
+    Protocol,
+    ProtocolDescription,
+    SurfaceProtocol,
 )
-from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
-from ffd_lightning.evaluation.samples import predict
+from ffd_lightning.metrics.surface import sample_with_normals
+
+PAPERS = ("pixel2mesh", "atlasnet", "mesh_rcnn", "occnet")
+SMALL = {name: {"points": 500} for name in ("modern", *PAPERS)}
+NAMES = components.names("protocol")
 
 
-@pytest.mark.parametrize("name", list(PROTOCOLS))
-def test_a_description_travels_through_json(name):
-    protocol = PROTOCOLS[name]
+@pytest.fixture(params=NAMES)
+def protocol(request):
+    """Each protocol, with few points."""
+    return components.make("protocol", request.param, **SMALL.get(request.param, {}))
+
+
+def test_a_description_travels_through_json(protocol):
     description = ProtocolDescription.of(protocol)
-    again = ProtocolDescription.from_json(json.loads(json.dumps(description.to_json())))
-    assert again == description
-    assert hash(again) == hash(description)
-    assert again.name == protocol.name == name
-    for measure, original in zip(again.measures, protocol.measures, strict=True):
-        assert measure.factor == original.factor
-        assert measure.arrow == original.arrow
-        assert again.measure(measure.name) == original
+    content = json.loads(json.dumps(description.to_json()))
+    assert ProtocolDescription.from_json(content) == description
+    content["measures"] = content.pop("metrics")
+    assert ProtocolDescription.from_json(content) == description, "of an earlier version"
 
 
-def test_the_main_measure_is_the_first_distance():
-    measures = [Measure("a", "", True), Measure("b", ""), Measure("c", "")]
-    assert ProtocolDescription("mine", "", tuple(measures)).main_measure.name == "b"
-    assert ProtocolDescription("mine", "", tuple(measures[:1])).main_measure.name == "a"
-    with pytest.raises(ConfigError, match="mine has no measure 'd': choose one of a, b, c"):
-        ProtocolDescription("mine", "", tuple(measures)).measure("d")
+def test_the_main_metric_is_the_first_distance():
+    metrics = (Metric("a", "", True), Metric("b", ""), Metric("c", ""))
+    assert ProtocolDescription("mine", "", metrics).main_metric.name == "b"
+    assert ProtocolDescription("mine", "", metrics[:1]).main_metric.name == "a"
+    with pytest.raises(ConfigError, match="mine has no metric 'd': choose one of a, b, c"):
+        ProtocolDescription("mine", "", metrics).metric("d")
 
 
-class Shares:
-    """A protocol of another package, with whatever settings."""
+def test_settings_and_packages_decide_the_key(monkeypatch):
+    monkeypatch.setattr(components, "_registered", dict(components._registered))
+    assert PaperProtocol(points=9).key != PaperProtocol().key
+    assert SurfaceProtocol(thresholds=(0.01,)).key != SurfaceProtocol(thresholds=(0.5,)).key
+    expected = "PaperProtocol(name='paper', points=1024, resolution=32, half_size=0.51)"
+    assert PaperProtocol().key == expected, "as results of earlier versions have it"
 
-    name, measures = "shares", ()
+    @components.component("protocol", "shares")
+    @dataclass(frozen=True)
+    class Shares(Protocol):
+        within: tuple[float, ...]
 
-    def __init__(self, setting):
-        self.setting = setting
+        def truth(self, shape, rng): ...
 
+        def score(self, candidate, truth, rng): ...
 
-@dataclass(frozen=True)
-class Frozen:
-    """The same, as a dataclass."""
-
-    setting: object
-
-
-@pytest.mark.parametrize("kind", [Shares, Frozen])
-@pytest.mark.parametrize(
-    ("one", "other"),
-    [
-        ((0.01,), (0.5,)),
-        ([1, 2], [2, 1]),
-        ({"at": [0.1]}, {"at": [0.2]}),
-        (Path("a"), Path("b")),
-        (frozenset("ab"), frozenset("ac")),
-        (np.arange(2000), np.arange(2000) + (np.arange(2000) == 1000)),
-        (Frozen((1,)), Frozen((2,))),
-        (len, max),
-    ],
-)
-def test_protocols_of_other_settings_share_nothing(kind, one, other):
-    assert protocol_key(kind(one)) != protocol_key(kind(other))
-    assert protocol_key(kind(one)) == protocol_key(kind(copy.copy(one)))
+    assert Shares((0.01,)).key != Shares((0.5,)).key
+    first = Shares((0.01,))
+    object.__setattr__(first, "component", components.Component("protocol", "shares", {}, "a 0.1"))
+    assert "a 0.1" in first.key
 
 
-@pytest.mark.parametrize("protocol", PROTOCOLS.values(), ids=list(PROTOCOLS))
-def test_the_keys_of_our_protocols_stay(protocol):
-    assert protocol_key(protocol) == repr(protocol)
+# The first template's control points in one place, all moved alike, and all far apart.
+HOPELESS = {
+    "collapsed": lambda control: np.float32([0.1, 0.2, 0.1]) - control,
+    "far away": lambda control: np.full_like(control, 10),
+    "huge": lambda control: 1e4 * control,
+}
 
 
-class Warmth:
-    """A protocol of another package, as small as one can be."""
-
-    name, note, needs_parts = "warmth", "no unit", False
-    measures = (Measure("warmth", "how warm it is", True, 1.0),)
-
-    def __repr__(self):
-        return "Warmth()"
-
-    def truth(self, shape, rng):
-        return 20.0
-
-    def score(self, shape, truth, rng):
-        return {"warmth": truth}
+def hopeless(bank, make):
+    return TemplateShape(bank, 0, HOPELESS[make](bank.control_points[0].numpy()))
 
 
-def test_results_say_what_they_were_measured_with(tiny_run, tmp_path, monkeypatch):
-    run = open_run(tiny_run)
-    subsets = run.data.split.train, run.data.split.test
-    models = [Shapes(run.data.prepared, run.data.rows(ids)) for ids in subsets]
-    evaluated = EvaluatedNetwork(run.network, run.data.bank, *models, run.step)
-    protocol, options = Warmth(), EvaluationOptions(references=False, progress=False)
-    summary = evaluate(evaluated, protocol, tmp_path, options)
-    assert summary["warmth"] == 20
-    content = json.loads((tmp_path / "summary.json").read_text())
-    assert content["protocol"] == {
-        "name": "warmth",
-        "note": "no unit",
-        "measures": [
-            {
-                "name": "warmth",
-                "definition": "how warm it is",
-                "higher_is_better": True,
-                "factor": 1.0,
-            }
-        ],
-    }
-    with (tmp_path / "template_ranking.csv").open() as file:
-        ranking = list(csv.DictReader(file))
-    prepared = run.data.prepared
-    assert len(ranking) == len(run.data.bank)
-    for row in ranking:
-        assert row["family"] == prepared.families[prepared.index(row["id"])] != ""
-
-    counted = []
-    predict = evaluator.predict
-    monkeypatch.setattr(evaluator, "predict", lambda *a: (counted.append(1), predict(*a))[1])
-    assert evaluate(evaluated, protocol, tmp_path, options) == summary
-    assert counted == [], "read back"
-    protocol.measures = (replace(protocol.measures[0], definition="how warm it feels"),)
-    assert evaluate(evaluated, protocol, tmp_path, options) == summary
-    assert counted == [1], "what is said of it has changed"
-    assert np.isfinite(list(summary.values())).all()
+def test_hopeless_deformations_score_badly_and_finitely(prepared, bank, protocol):
+    reference = protocol.truth(PreparedShape(prepared, 3), np.random.default_rng(0))
+    other = protocol.score(TemplateShape(bank, 0), reference, np.random.default_rng(1))
+    for make in HOPELESS:
+        scores = protocol.score(hopeless(bank, make), reference, np.random.default_rng(1))
+        for metric in protocol.metrics:
+            assert np.isfinite(scores[metric.name]), (make, metric.name)
+            worse = scores[metric.name] - other[metric.name]
+            if metric.name not in ("normal_consistency", "Normal", "Normal Consistency"):
+                as_bad = (worse <= 0) if metric.higher_is_better else (worse > 0)
+                assert as_bad, (make, metric.name)
 
 
-def test_a_ranking_is_the_same_however_many_images_are_counted_at_once(tiny_run, monkeypatch):
-    run = open_run(tiny_run)
-    data, network = run.data, run.network
-    samples = Shapes(data.prepared, data.rows(data.split.train)).samples(all_views=False)
-    assert len(samples) % 4 > 0
-    whole = evaluator.rank_templates(network, data.bank, data.prepared, samples)
-    monkeypatch.setattr(evaluator, "_AT_ONCE", 4)
-    chunked = evaluator.rank_templates(network, data.bank, data.prepared, samples)
-    means = predict(network, data.prepared, samples).weights.mean(0)
-    weights = dict(zip(data.bank.ids, means.tolist(), strict=True))
-    for found in (whole, chunked):
-        assert sum(row["count"] for row in found) == len(samples)
-        assert {row["id"]: row["mean_weight"] for row in found} == pytest.approx(weights, rel=1e-5)
-    assert [(r["id"], r["count"]) for r in whole] == [(r["id"], r["count"]) for r in chunked]
+@pytest.mark.parametrize("make", HOPELESS)
+def test_the_distortion_of_hopeless_deformations_is_a_number(bank, make):
+    assert not any(np.isnan(value) for value in hopeless(bank, make).distortion().values())
+
+
+def test_surfaces_are_measured_on_the_longest_side_of_the_truth(prepared):
+    """A shift by 1% of the side is found."""
+    vertices, faces = PreparedShape(prepared, 3).mesh()
+
+    class Moved(PreparedShape):
+        def mesh(self):
+            side = np.ptp(vertices, axis=0).max()
+            return vertices + (0, 0.011 * side, 0), faces
+
+    protocol = SurfaceProtocol(points=4000)
+    truth = protocol.truth(PreparedShape(prepared, 3), np.random.default_rng(0))
+    scores = protocol.score(Moved(prepared, 3), truth, np.random.default_rng(0))
+    assert 0.003 < scores["chamfer_l1"] < 0.012, "less than the shift where a face lies along it"
+    assert scores["hausdorff90"] == pytest.approx(0.011, rel=0.25)
+    assert scores.keys() == {metric.name for metric in protocol.metrics}
+
+
+def papers_numbers(name, pred, target, side):
+    """The other papers' numbers from their formulas: squared distances, their thresholds."""
+    points = target.points
+    factor = {
+        "pixel2mesh": 0.57,
+        "atlasnet": 1 / max(np.linalg.norm(points - points.mean(axis=0), axis=1)),
+        "mesh_rcnn": 10 / side,
+        "occnet": 1 / side,
+    }[name]
+    squared = cdist(factor * pred.points, factor * points) ** 2
+    there, back = squared.min(axis=1), squared.min(axis=0)
+
+    def f(threshold):  # on squared distances
+        p, r = np.mean(there < threshold), np.mean(back < threshold)
+        return 2 * p * r / (p + r + 1e-8)
+
+    cosines = np.abs(pred.normals @ target.normals.T)
+    normals = np.mean(
+        [
+            np.take_along_axis(cosines, squared.argmin(1)[:, None], 1).mean(),
+            np.take_along_axis(cosines, squared.argmin(0)[None], 0).mean(),
+        ]
+    )
+    chamfer = there.mean() + back.mean()
+    if name == "pixel2mesh":
+        return {"CD": 1000 * chamfer, "F(1e-4)": 100 * f(1e-4), "F(2e-4)": 100 * f(2e-4)}
+    if name == "atlasnet":
+        return {"chamfer": chamfer, "fscore": f(0.001)}
+    if name == "mesh_rcnn":
+        shares = {f"F1({t})": 100 * f(t**2) for t in (0.1, 0.3, 0.5)}
+        return {"Chamfer": chamfer, "Normal": normals, **shares}
+    l1 = (np.sqrt(there).mean() + np.sqrt(back).mean()) / 2
+    return {"Chamfer-L1": 10 * l1, "Normal Consistency": normals}
+
+
+@pytest.mark.parametrize("name", PAPERS)
+def test_other_papers_numbers_are_those_of_their_formulas(prepared, name):
+    protocol = components.make("protocol", name, points=1500)
+    shapes = PreparedShape(prepared, 3), PreparedShape(prepared, 8)
+    truth = protocol.truth(shapes[0], np.random.default_rng(0))
+    scores = protocol.score(shapes[1], truth, np.random.default_rng(1))
+    target, pred = (
+        sample_with_normals(*shape.mesh(), 1500, np.random.default_rng(seed))
+        for seed, shape in enumerate(shapes)
+    )
+    vertices, faces = shapes[0].mesh()
+    side = np.ptp(vertices[np.unique(faces)], axis=0).max()
+    assert scores == pytest.approx(papers_numbers(name, pred, target, side), rel=1e-5)
+    assert scores.keys() == {metric.name for metric in protocol.metrics}

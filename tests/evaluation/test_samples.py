@@ -6,34 +6,41 @@ import torch
 from torch import nn
 from torch.nn.functional import avg_pool2d, normalize
 
-from ffd_lightning.evaluation.protocols import Measure
-from ffd_lightning.evaluation.samples import Sample, encode, predict, score_sample
-from ffd_lightning.evaluation.shapes import PreparedShape
+from ffd_lightning.errors import ConfigError
+from ffd_lightning.evaluation.candidates import PreparedShape
+from ffd_lightning.evaluation.protocols import Metric, Protocol
+from ffd_lightning.evaluation.samples import Journal, Sample, encode, predict, score_sample
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 
-class Mean:
+class Mean(Protocol):
     """A protocol that tells shapes apart."""
 
-    name, note, needs_parts = "mean", "", False
-    measures = (Measure("mean", ""),)
+    metrics, name = (Metric("mean", ""),), "mean"
 
     def truth(self, shape, rng):
         return None
 
-    def score(self, shape, truth, rng):
-        return {"mean": float(shape.prepared.cloud(shape.row).mean())}
+    def score(self, candidate, truth, rng):
+        return {"mean": candidate.prepared.cloud(candidate.row).mean()}
 
 
 def test_shapes_of_one_row_of_two_sets_are_two(prepared):
     """As where a network is evaluated on a set that is not the one of its training."""
     other = replace(prepared, taken=tuple(range(len(prepared)))[::-1])
-    shapes = {"floor": PreparedShape(prepared, 4), "retrieval": PreparedShape(other, 4)}
-    scores = score_sample(Mean(), prepared, 4, shapes, 0)
+    candidates = {"floor": PreparedShape(prepared, 4), "retrieval": PreparedShape(other, 4)}
+    scores = score_sample(Mean(), prepared, 4, candidates, 0)
     expected = [np.float32(x.cloud(4).mean()) for x in (prepared, other)]
     assert [scores["floor_mean"], scores["retrieval_mean"]] == expected
     assert expected[0] != expected[1]
+
+
+@pytest.mark.parametrize("given", [{}, 3.0, {"mean": "much"}])
+def test_scores_that_are_no_numbers_are_said(prepared, monkeypatch, given):
+    monkeypatch.setattr(Mean, "score", lambda *_: given)
+    with pytest.raises(ConfigError, match="'mean': its score must give a number for each metric"):
+        score_sample(Mean(), prepared, 0, {"": PreparedShape(prepared, 0)}, 0)
 
 
 class OfOneSize(ImageEncoder):
@@ -52,12 +59,13 @@ class OfOneSize(ImageEncoder):
 
 
 @pytest.mark.parametrize("shrink", [1, 2])
-def test_features_are_of_images_as_the_network_sees_them(prepared, shrink):
+def test_outputs_are_of_images_as_the_network_sees_them(prepared, shrink):
     size = prepared.image_shape[1] // shrink, prepared.image_shape[2] // shrink
     network = TemplateFfdNetwork(OfOneSize(size), (48, 64), 2, 8, shrink=shrink)
     nn.init.normal_(network.heads.logits.weight)
-    shown = [Sample(0), Sample(3)]
-    found, features = predict(network, prepared, shown), encode(network, prepared, shown)
+    samples = [Sample(0), Sample(3)]
+    found = predict(network, prepared, samples, workers=2)
+    features = encode(network, prepared, samples)
     images = np.stack([prepared.image(row)[..., :3].transpose(2, 0, 1) for row in (0, 3)])
     seen = avg_pool2d(torch.from_numpy(images).double(), shrink).flatten(1)
     expected = normalize(seen - seen.mean(1, keepdim=True), dim=1)
@@ -66,3 +74,21 @@ def test_features_are_of_images_as_the_network_sees_them(prepared, shrink):
         outputs = network(torch.from_numpy(images))
     np.testing.assert_allclose(found.weights, outputs.template_weights, atol=1e-6)
     np.testing.assert_allclose(found.offsets, outputs.offsets, atol=1e-6)
+    alone = predict(network, prepared, samples[1:])
+    np.testing.assert_array_equal(alone.offsets[0], found.offsets[1], "whatever its company")
+
+
+def test_a_journal_is_read_again_but_for_what_a_kill_cut_off(tmp_path):
+    file = tmp_path / "rows"
+    rows = [{"id": "a", "view": k, "x": 0.1 * k} for k in range(3)]
+    with Journal(file, "key") as journal:
+        for row in rows:
+            journal.add(row)
+    file.write_text(file.read_text()[:-9])
+    with Journal(file, "key") as journal:
+        assert list(journal.rows.values()) == rows[:2]
+        journal.add(rows[2])
+    with Journal(file, "key") as journal:
+        assert list(journal.rows.values()) == rows
+    with Journal(file, "another") as journal:
+        assert journal.rows == {}

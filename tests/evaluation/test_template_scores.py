@@ -85,16 +85,3 @@ def test_one_query_and_one_template_keep_their_axes(case):
     scores = score((alone, one))
     assert scores.deformed.shape == scores.weights.shape == (1, 1)
     assert scores.summary()["num_samples"] == 1
-
-
-def test_nothing_is_left_after_a_reset(case):
-    scoring = TemplateScoring()
-    scoring.update(*case)
-    scoring.reset()
-    scoring.update(*case)
-    assert TemplateScores.of(scoring.compute()).rows.tolist() == [4, 9]
-
-
-def test_scores_of_no_batch_are_an_error():
-    with pytest.raises(ValueError, match="no queries were scored"):
-        TemplateScoring().compute()

@@ -36,10 +36,10 @@ from ffd_lightning.evaluation.evaluator import FORMAT_VERSION as EVALUATION_VERS
 from ffd_lightning.evaluation.evaluator import (
     EvaluatedNetwork,
     EvaluationOptions,
-    Shapes,
     evaluate,
 )
-from ffd_lightning.evaluation.protocols import PROTOCOLS
+from ffd_lightning.evaluation.protocols import PaperProtocol
+from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
@@ -293,11 +293,11 @@ def evaluation(folder: Path) -> dict[str, float]:
     evaluated = EvaluatedNetwork(
         _FixedOutputs(*bank.control_points.shape[:2]),  # type: ignore[arg-type]
         bank,
-        trained_on=Shapes(found, rows[:-3]),
-        tested_on=Shapes(found, rows[-3:]),
+        trained_on=Subset(found, rows[:-3]),
+        tested_on=Subset(found, rows[-3:]),
         step=0,
     )
-    protocol = PROTOCOLS["paper"]
+    protocol = PaperProtocol()
     options = EvaluationOptions(references=True, progress=False, restart=True)
     return evaluate(evaluated, protocol, folder / "evaluation", options)
 

@@ -80,9 +80,3 @@ def test_an_edge_that_collapses_is_stretched_without_bound():
     assert found["stretch_95"] == np.inf
     assert found["stretch_median"] == pytest.approx(1)
     assert found["folded"] == 0  # a determinant of 0 turns nothing inside out
-
-
-def test_a_mesh_without_area_is_refused():
-    vertices, faces = arrays(trimesh.creation.box())
-    with pytest.raises(ValueError, match="area"):
-        under(np.eye(3), vertices * [1, 0, 0], faces)

@@ -1,12 +1,12 @@
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.plugins.hparams.plugin_data_pb2 import HParamsPluginData
 
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.training.tensorboard import StepLogger
 
 
 def test_results_come_with_the_settings_that_tell_runs_apart(tmp_path):
-    measures = (Measure("chamfer", "a distance"), Measure("iou", "of voxels", True, 100.0))
+    measures = (Metric("chamfer", "a distance"), Metric("iou", "of voxels", True, 100.0))
     protocol = ProtocolDescription("paper", "", measures)
     summary = {"chamfer": 0.5, "undeformed_chamfer": 0.75, "iou": 0.25, "floor_chamfer": 0.1}
     logger = StepLogger(tmp_path, "", "tensorboard")

@@ -2,39 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 import ffd_lightning as ffd
 
 
 @ffd.component("protocol", "extents")
-@dataclass(frozen=True)
-class Extents(ffd.EvaluationProtocol):
+class Extents(ffd.Protocol):
     """Sides of the bounding box.
 
     Args:
         points: of each shape that are looked at.
     """
 
-    points: int = 512
+    metrics = (ffd.Metric("side_error", "mean difference of the box's three sides"),)
 
-    name = "extents"
-    measures = (ffd.Measure("side_error", "mean difference of the box's three sides"),)
-
-    @property
-    def note(self) -> str:
-        """Points and unit of all measures."""
-        return f"{self.points} points, box diagonal 1"
+    def __init__(self, points: int = 512) -> None:
+        self.points = points
+        self.note = f"{points} points, box diagonal 1"
 
     def truth(self, shape: ffd.PreparedShape, rng: np.random.Generator) -> np.ndarray:
         """Return the sides of the ground truth, (3,)."""
         return np.ptp(shape.cloud(self.points, rng), axis=0)
 
     def score(
-        self, shape: ffd.Shape, truth: np.ndarray, rng: np.random.Generator
+        self, candidate: ffd.Candidate, truth: np.ndarray, rng: np.random.Generator
     ) -> dict[str, float]:
-        """Return each measure of a shape."""
-        sides = np.ptp(shape.cloud(self.points, rng), axis=0)
+        """Return each metric of a candidate."""
+        sides = np.ptp(candidate.cloud(self.points, rng), axis=0)
         return {"side_error": float(np.abs(sides - truth).mean())}

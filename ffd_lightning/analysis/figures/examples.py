@@ -19,11 +19,11 @@ from ffd_lightning.analysis.results import (
 )
 from ffd_lightning.analysis.wording import measure_note, scaled_title
 from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
-from ffd_lightning.evaluation.protocols import Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.evaluation.samples import Sample, predict
-from ffd_lightning.evaluation.shapes import PreparedShape, TemplateShape
 from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.run_folder import RunFolder
 
@@ -70,14 +70,14 @@ class Example:
         """The main score in words; "" where there is none."""
         if self.protocol is None or not self.scores:
             return ""
-        measure = self.protocol.main_measure
+        measure = self.protocol.main_metric
         return score_text(measure, self.scores[measure.name])
 
     @property
     def definition(self) -> str:
         """What the main score is, with its unit and points; "" where there is none."""
         return (
-            "" if self.protocol is None else measure_note(self.protocol.main_measure, self.protocol)
+            "" if self.protocol is None else measure_note(self.protocol.main_metric, self.protocol)
         )
 
     @property
@@ -161,14 +161,14 @@ def collect(
                 "pick=random or models=[ID,ID]"
             )
         else:
-            order = in_order(samples.assign(run=""), described.main_measure).index.tolist()
+            order = in_order(samples.assign(run=""), described.main_metric).index.tolist()
             queries = picked(order, pick, number)
         first = first or queries
         result.append(reconstruct(opened, queries, samples, described))
     return result
 
 
-def in_order(samples: pd.DataFrame, measure: Measure) -> pd.DataFrame:
+def in_order(samples: pd.DataFrame, measure: Metric) -> pd.DataFrame:
     """Return scores, the best first: a row per image that all runs were tested on, a column each.
 
     Rows (index `id`, `view`) are ordered by their mean over runs, of equals the first by id leads.
@@ -234,6 +234,6 @@ def reconstruct(
     return result
 
 
-def score_text(measure: Measure, value: float) -> str:
+def score_text(measure: Metric, value: float) -> str:
     """Return a measure's value as people read it: "Chamfer x 1000: 83.1"."""
     return f"{scaled_title(measure)}: {measure.factor * value:.1f}"

@@ -21,10 +21,10 @@ from ffd_lightning.analysis.figures.drawing import (
 )
 from ffd_lightning.analysis.figures.examples import Example, score_text
 from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation.candidates import Candidate
 from ffd_lightning.evaluation.figures import View, cloud_mesh, draw, fitting_scale
 from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
 from ffd_lightning.evaluation.samples import score_sample
-from ffd_lightning.evaluation.shapes import Shape
 from ffd_lightning.geometry.ffd import Degrees, deform, deformation_matrix, lattice_edges
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
@@ -180,12 +180,12 @@ def voxels(example: Example, view: View, count: int) -> list[Cell]:
     return [
         Cell("deformed mesh", painted(shape.mesh(), DEFORMED), _template(example).label),
         _truth(example),
-        Cell("voxels", cubes, score_text(_PAPER.measures[-1], voxel_iou(predicted, true))),
+        Cell("voxels", cubes, score_text(_PAPER.metrics[-1], voxel_iou(predicted, true))),
         Cell("voxels from behind", cubes, camera=behind),
     ]
 
 
-def _voxels(shape: Shape) -> NDArray[np.bool_]:
+def _voxels(shape: Candidate) -> NDArray[np.bool_]:
     """Return the voxels that protocol paper compares, (R, R, R)."""
     return voxelize(*shape.mesh(), _PAPER.resolution, half_size=_PAPER.half_size)
 
@@ -195,13 +195,13 @@ def candidates(example: Example, view: View, count: int) -> list[Cell]:
 
     Chamfer distance and IoU are those of protocol paper, with seed 0.
     """
-    shapes: dict[str, Shape] = {str(rank): example.deformed(rank) for rank in range(count)}
+    shapes: dict[str, Candidate] = {str(rank): example.deformed(rank) for rank in range(count)}
     row, prepared = example.sample.row, example.run.data.prepared
     scores = score_sample(_PAPER, prepared, row, shapes, 0)
     cells = [_template(example, rank, f"template {rank + 1}") for rank in range(count)]
     cells.append(_truth(example)._replace(heading="", label="ground truth"))
     for rank, shape in shapes.items():
-        measures = (_PAPER.measures[0], _PAPER.measures[-1])
+        measures = (_PAPER.metrics[0], _PAPER.metrics[-1])
         label = "\n".join(score_text(m, scores[f"{rank}_{m.name}"]) for m in measures)
         cells.append(Cell("", painted(shape.mesh(), DEFORMED), label))
     return cells
@@ -259,7 +259,7 @@ def _part_iou(example: Example) -> str:
     if any((cloud.labels == UNKNOWN_PART).all() for cloud in clouds):
         return ""
     row, prepared = example.sample.row, example.run.data.prepared
-    measure = protocol.measures[0]
+    measure = protocol.metrics[0]
     value = score_sample(protocol, prepared, row, {"": shape}, 0)[measure.name]
     return score_text(measure, value)
 

@@ -17,7 +17,7 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
-from ffd_lightning.evaluation.protocols import Measure
+from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, png
@@ -102,7 +102,7 @@ def gallery(results: Results, opened: Opened, limit: int) -> tuple[dict[str, Any
             why = str(error)
         grids.append({"category": category, "rows": rows, "error": why})
     shown = {
-        "measure": results.protocol.main_measure,
+        "measure": results.protocol.main_metric,
         "grids": grids,
         "errors": list(opened.errors.items()),
         "runs": len(opened.runs),
@@ -118,7 +118,7 @@ def _chosen(
     """Return images of a category, by what each is, as each run reconstructs them."""
     # Trained together with other categories, a shape is called <category>/<id>.
     bare = samples.assign(id=samples["id"].str.removeprefix(f"{category}/"))
-    chosen = choose_images(bare, results.protocol.main_measure, count)
+    chosen = choose_images(bare, results.protocol.main_metric, count)
     if not chosen:
         raise DataError("the runs share no test images")
     found: dict[str, list[Example]] = {}
@@ -130,7 +130,7 @@ def _chosen(
     return [(rank, {run: examples[k] for run, examples in found.items()}) for k, rank in ranks]
 
 
-def choose_images(samples: pd.DataFrame, measure: Measure, count: int = 4) -> dict[str, Query]:
+def choose_images(samples: pd.DataFrame, measure: Metric, count: int = 4) -> dict[str, Query]:
     """Return the images that are shown: the best, the median, the worst, and where runs differ.
 
     Args:
@@ -158,7 +158,7 @@ def _row(
     results: Results, rank: str, examples: Mapping[str, Example], size: int, meshes: Meshes
 ) -> dict[str, Any]:
     """Return a row of the page, and add its meshes to the others."""
-    measure, first = results.protocol.main_measure, next(iter(examples.values()))
+    measure, first = results.protocol.main_metric, next(iter(examples.values()))
     seen = first.view(1).camera  # meshes turn about their middle, at the page's own distance
     camera = Camera(seen.azimuth, seen.elevation)
     truth = pack(*lighten(*first.truth.mesh(), size))

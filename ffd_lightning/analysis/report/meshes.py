@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.evaluation.shapes import Surface
+from ffd_lightning.evaluation.candidates import Surface
 from ffd_lightning.geometry.ffd import deform, deformation_matrix
 from ffd_lightning.geometry.subdivision import subdivide
 

@@ -135,7 +135,7 @@ def _best(results: Results, ranking: Ranked) -> Section:
 
 def _lead(results: Results, ranking: Ranked) -> str:
     """Say who is best by which measures, how many leads are shown, and of how many trainings."""
-    measures = results.protocol.measures
+    measures = results.protocol.metrics
     found = [(m.title, best) for m in measures if (best := ranking.overall(m.name))]
     if not found:
         if ranking.best:
@@ -193,7 +193,7 @@ def _budget(results: Results) -> list[Section]:
         error_budget(results.samples, results.protocol)
     except DataError:  # no run has its references, or more is better
         return []
-    caption = f"What the {results.protocol.main_measure.title} of each run is made of."
+    caption = f"What the {results.protocol.main_metric.title} of each run is made of."
     figure = plots.budget_bars(results.samples, results.protocol)
     note = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
     blocks = [_plots([(figure, caption)]), _text(f"{note}.", "note")]
@@ -201,8 +201,8 @@ def _budget(results: Results) -> list[Section]:
 
 
 def _curves(results: Results) -> Section:
-    protocol, main = results.protocol, results.protocol.main_measure
-    others = [m for m in protocol.measures if m.higher_is_better != main.higher_is_better]
+    protocol, main = results.protocol, results.protocol.main_metric
+    others = [m for m in protocol.metrics if m.higher_is_better != main.higher_is_better]
     measures = [main, *others[:1]]
     found = []
     if "templates" in differing(results.scored) and (results.scored["variant"] == "").all():

@@ -67,7 +67,8 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     from ffd_lightning.app.training_run import evaluated, evaluation_options
     from ffd_lightning.checkpoint import load_model
     from ffd_lightning.data.preparation.prepared import PreparedSet
-    from ffd_lightning.evaluation.evaluator import Shapes, evaluate, weights_digest
+    from ffd_lightning.evaluation.evaluator import evaluate, weights_digest
+    from ffd_lightning.evaluation.samples import Subset
     from ffd_lightning.inference.predictor import choose_device
 
     protocol, device = build_protocol(cfg.protocol), choose_device(cfg.device)
@@ -85,7 +86,7 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in opened.data.bank.ids]
-        judged = replace(judged, tested_on=Shapes(other, np.asarray(rows, np.int64)))
+        judged = replace(judged, tested_on=Subset(other, np.asarray(rows, np.int64)))
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (

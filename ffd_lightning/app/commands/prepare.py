@@ -83,14 +83,16 @@ def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]
     if preparation.target.exists():
         yield f"prepared already: {preparation.target}"
         return
-    count = min(len(usable), _TRIED)
-    some = [usable[k * len(usable) // count] for k in range(count)]
     with tempfile.TemporaryDirectory() as folder:
-        trial = replace(preparation, root=Path(folder), limit=None, progress=False)
-        tried, reasons = trial.try_some(some)
-        yield f"{count} tried, {_listed(reasons, 'rejected')}"
-        if tried is None:
+        limit = min(_TRIED, preparation.limit or _TRIED)
+        trial = replace(preparation, root=Path(folder), limit=limit, progress=False)
+        try:
+            tried = trial.run()
+        except DataError as error:
+            yield str(error)
             return
+        reasons = {i: why for i, why in tried.rejected.items() if i not in unusable}
+        yield f"{len(tried) + len(reasons)} tried, {_listed(reasons, 'rejected')}"
         if warnings := count_warnings(tried):
             yield f"warnings of those tried: {warnings}"
         file = Path(cfg.paths.data) / "sheets" / f"{cfg.data.name}-{category}-trial.png"

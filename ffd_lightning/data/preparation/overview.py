@@ -20,8 +20,8 @@ from ffd_lightning.data.preparation.prepared import MANIFEST, PreparedSet
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh, normalize
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.grid import grid, joined, png, write
 from ffd_lightning.imaging.framing import fit_picture
+from ffd_lightning.imaging.grid import grid, joined, png, write
 from ffd_lightning.imaging.rendering import render
 
 SHOWN = 32

@@ -1,36 +1,17 @@
-"""What is measured, and how: each protocol turns a shape and the truth into named numbers."""
+"""What is measured, and how: each protocol turns a candidate and the truth into named numbers."""
 
 from __future__ import annotations
 
-from ffd_lightning.evaluation.protocols.base import (
-    EvaluationProtocol,
-    Measure,
-    ProtocolDescription,
-    carries_points,
-)
-from ffd_lightning.evaluation.protocols.modern import ModernProtocol
+from ffd_lightning.evaluation.protocols.base import Metric, Protocol, ProtocolDescription
 from ffd_lightning.evaluation.protocols.paper import PaperProtocol
 from ffd_lightning.evaluation.protocols.parts import PartProtocol
-from ffd_lightning.evaluation.protocols.scaled import ScaledProtocol
-from ffd_lightning.metrics.scalings import SCALINGS
+from ffd_lightning.evaluation.protocols.surface import SurfaceProtocol
 
 __all__ = [
-    "PROTOCOLS",
-    "EvaluationProtocol",
-    "Measure",
-    "ModernProtocol",
+    "Metric",
     "PaperProtocol",
     "PartProtocol",
+    "Protocol",
     "ProtocolDescription",
-    "ScaledProtocol",
-    "carries_points",
+    "SurfaceProtocol",
 ]
-
-_BUILT_IN: tuple[EvaluationProtocol, ...] = (
-    PaperProtocol(),
-    ModernProtocol(),
-    *(ScaledProtocol(name) for name in SCALINGS),
-    PartProtocol(),
-)
-PROTOCOLS = {protocol.name: protocol for protocol in _BUILT_IN}
-"""The built-in protocols, by name."""

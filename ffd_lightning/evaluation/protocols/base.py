@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 
+from ffd_lightning.components import OWN, Component
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.evaluation.shapes import PreparedShape, Shape
+from ffd_lightning.evaluation.candidates import Candidate, PreparedShape
 
 _TITLES = {"chamfer": "Chamfer", "emd": "EMD", "iou": "IoU", "part_iou": "part IoU"}
 
 
 @dataclass(frozen=True)
-class Measure:
+class Metric:
     """One number of a protocol.
 
     Attributes:
@@ -34,7 +36,7 @@ class Measure:
     def title(self) -> str:
         """How it is written for people.
 
-        >>> Measure("iou", "of voxels").title, Measure("fscore_1", "of points").title
+        >>> Metric("iou", "of voxels").title, Metric("fscore_1", "of points").title
         ('IoU', 'fscore_1')
         """
         return _TITLES.get(self.name, self.name)
@@ -45,45 +47,52 @@ class Measure:
         return "↑" if self.higher_is_better else "↓"
 
 
-@runtime_checkable
-class EvaluationProtocol(Protocol):
-    """A frozen way of measuring."""
+class Protocol(ABC):
+    """A way of measuring candidates against the ground truth.
+
+    Subclasses are components: `@component("protocol", NAME)`. Their methods are called in several
+    threads at once.
+
+    Attributes:
+        metrics: what is measured.
+        note: points and unit of all metrics.
+        needs_parts: only shapes with part labels can be tested on.
+        carries_points: compares points of templates that are deformed with them. Others compare the
+            deformed meshes.
+    """
+
+    metrics: tuple[Metric, ...] = ()
+    note: str = ""
+    needs_parts: bool = False
+    carries_points: bool = False
+    component: Component
+
+    @abstractmethod
+    def truth(self, shape: PreparedShape, rng: np.random.Generator) -> Any:
+        """Return what of the ground truth is computed once for all candidates."""
+
+    @abstractmethod
+    def score(self, candidate: Candidate, truth: Any, rng: np.random.Generator) -> dict[str, float]:
+        """Return a number for each metric, by name.
+
+        Args:
+            candidate: what is put before the ground truth.
+            truth: what `truth` returned.
+            rng: the only source of randomness; in the same state for all candidates.
+        """
 
     @property
     def name(self) -> str:
-        """What it is called, in commands and folders."""
-        ...
+        """The name that it is registered under."""
+        return self.component.name
 
     @property
-    def measures(self) -> tuple[Measure, ...]:
-        """What it measures."""
-        ...
-
-    @property
-    def note(self) -> str:
-        """Points and unit of all its measures."""
-        ...
-
-    @property
-    def needs_parts(self) -> bool:
-        """Whether only shapes with part labels can be tested on; by default not."""
-        return False
-
-    def truth(self, shape: PreparedShape, rng: np.random.Generator) -> Any:
-        """Return what of the ground truth is computed once for all shapes put before it."""
-        ...
-
-    def score(self, shape: Shape, truth: Any, rng: np.random.Generator) -> dict[str, float]:
-        """Return each measure of a shape."""
-        ...
-
-
-def carries_points(protocol: EvaluationProtocol) -> bool:
-    """Tell whether a protocol compares points of templates, deformed with them.
-
-    If so, it has an attribute `carries_points` that is true. Others compare the deformed meshes.
-    """
-    return bool(getattr(protocol, "carries_points", False))
+    def key(self) -> str:
+        """What changes when it measures something else: its settings, and another package."""
+        settings = {"name": self.name, **self.component.settings}
+        if self.component.provider != OWN:
+            settings["provider"] = self.component.provider
+        return f"{type(self).__qualname__}({', '.join(f'{k}={v!r}' for k, v in settings.items())})"
 
 
 @dataclass(frozen=True)
@@ -92,20 +101,20 @@ class ProtocolDescription:
 
     Attributes:
         name: of the protocol, or of results under it, which says what settings they are of.
-        note: points and unit of all its measures.
-        measures: what it measures; none of a protocol that nobody has described yet.
+        note: points and unit of all its metrics.
+        metrics: what it measures; none of a protocol that nobody has described yet.
         settings: of results, what else their numbers follow from, "" where it is not known.
     """
 
     name: str
     note: str = ""
-    measures: tuple[Measure, ...] = ()
+    metrics: tuple[Metric, ...] = ()
     settings: str = ""
 
     @classmethod
-    def of(cls, protocol: EvaluationProtocol) -> ProtocolDescription:
+    def of(cls, protocol: Protocol) -> ProtocolDescription:
         """Describe a protocol."""
-        return cls(protocol.name, protocol.note, protocol.measures)
+        return cls(protocol.name, protocol.note, protocol.metrics)
 
     @classmethod
     def from_json(cls, content: Mapping[str, Any]) -> ProtocolDescription:
@@ -114,61 +123,52 @@ class ProtocolDescription:
         Raises:
             KeyError, TypeError, ValueError: it is of something else, or damaged.
         """
-        measures = tuple(
-            Measure(
-                str(measure["name"]),
-                str(measure["definition"]),
-                bool(measure["higher_is_better"]),
-                float(measure["factor"]),
-            )
-            for measure in content["measures"]
-        )
-        if not measures:
-            raise ValueError("no measures")
-        return cls(str(content["name"]), str(content["note"]), measures)
+        metrics = content["metrics" if "metrics" in content else "measures"]  # as it was called
+        if not metrics:
+            raise ValueError("no metrics")
+        return cls(str(content["name"]), str(content["note"]), tuple(Metric(**m) for m in metrics))
 
     def to_json(self) -> dict[str, Any]:
         """Return what a JSON file can hold.
 
-        >>> measure = Measure("iou", "of voxels", True)
-        >>> description = ProtocolDescription("mine", "no unit", (measure,))
+        >>> description = ProtocolDescription("mine", "", (Metric("iou", "of voxels", True),))
         >>> ProtocolDescription.from_json(description.to_json()) == description
         True
         """
-        measures = [asdict(measure) for measure in self.measures]
-        return {"name": self.name, "note": self.note, "measures": measures}
+        metrics = [asdict(metric) for metric in self.metrics]
+        return {"name": self.name, "note": self.note, "metrics": metrics}
 
     @property
     def factors(self) -> str:
         """What values are multiplied by where people read them, as the end of a caption.
 
-        >>> measures = (Measure("iou", "", True, 100.0), Measure("chamfer", ""))
-        >>> ProtocolDescription("mine", "", measures[1:]).factors
+        >>> metrics = (Metric("iou", "", True, 100.0), Metric("chamfer", ""))
+        >>> ProtocolDescription("mine", "", metrics[1:]).factors
         ' All x 1000.'
-        >>> ProtocolDescription("mine", "", measures).factors
+        >>> ProtocolDescription("mine", "", metrics).factors
         ' IoU x 100, Chamfer x 1000.'
         """
-        factors = {m.factor for m in self.measures}
+        factors = {m.factor for m in self.metrics}
         if len(factors) == 1:
             return "" if factors == {1.0} else f" All x {factors.pop():g}."
-        told = ", ".join(f"{m.title} x {m.factor:g}" for m in self.measures if m.factor != 1.0)
-        return f" {told}."
+        texts = [f"{m.title} x {m.factor:g}" for m in self.metrics if m.factor != 1.0]
+        return f" {', '.join(texts)}."
 
     @property
-    def main_measure(self) -> Measure:
-        """The measure that samples are ordered by: the first distance."""
-        return next((m for m in self.measures if not m.higher_is_better), self.measures[0])
+    def main_metric(self) -> Metric:
+        """The metric that samples are ordered by: the first distance."""
+        return next((m for m in self.metrics if not m.higher_is_better), self.metrics[0])
 
-    def measure(self, name: str) -> Measure:
-        """Return a measure by its name.
+    def metric(self, name: str) -> Metric:
+        """Return a metric by its name.
 
         Raises:
             ConfigError: the protocol has none of this name.
         """
-        for measure in self.measures:
-            if measure.name == name:
-                return measure
+        for metric in self.metrics:
+            if metric.name == name:
+                return metric
         raise ConfigError(
-            f"protocol {self.name} has no measure {name!r}: choose one of "
-            f"{', '.join(m.name for m in self.measures)}"
+            f"protocol {self.name} has no metric {name!r}: choose one of "
+            f"{', '.join(m.name for m in self.metrics)}"
         )

@@ -1,10 +1,10 @@
-"""What can be put before the ground truth: templates, deformed or not, and prepared shapes."""
+"""What is put before the ground truth: templates, deformed or not, and prepared shapes."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import torch
@@ -24,34 +24,47 @@ Cloud = NDArray[np.float64]
 Surface = tuple[NDArray[np.float64], NDArray[np.int64]]
 """Vertices (V, 3) and faces (F, 3)."""
 
+CANDIDATES = {
+    "": "the model: selected template, deformed",
+    "resampled": "the model, points drawn on the deformed surface",
+    "undeformed": "selected template as it is",
+    "best_deformed": "best of its templates deformed, an oracle",
+    "fitted": "best of its templates fitted to the truth, an oracle",
+    "best_undeformed": "best of its templates as it is, an oracle",
+    "feature_retrieval": "training shape of the most similar image (encoder)",
+    "retrieval": "nearest training shape, an oracle",
+    "medoid": "most central training shape, always",
+    "floor": "the truth itself, sampled again",
+}
+"""What is scored, by the prefix of its columns, the model first."""
 
-class Shape(Protocol):
+
+class Candidate(ABC):
     """One shape in the frame of prepared shapes (bounding-box diagonal 1 before deformation)."""
 
+    @abstractmethod
     def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
         """Draw from the shape's own surface samples, with replacement: (count, 3)."""
-        ...
 
+    @abstractmethod
     def mesh(self) -> Surface:
-        """Return vertices and faces."""
-        ...
+        """Return vertices (V, 3) and faces (F, 3)."""
 
+    @abstractmethod
     def labelled_points(self) -> PartCloud:
         """Return the second half of the shape's own surface samples, with their parts."""
-        ...
 
 
 @dataclass(frozen=True)
-class PreparedShape:
-    """A prepared shape."""
+class PreparedShape(Candidate):
+    """A prepared shape, as the ground truth or as a candidate for another."""
 
     prepared: PreparedSet
     row: int
 
     def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
-        """See `Shape`."""
-        cloud = self.prepared.cloud(self.row)
-        return cloud[rng.integers(len(cloud), size=count)].astype(np.float64)
+        """See `Candidate`."""
+        return _drawn(self.prepared.cloud(self.row), count, rng)
 
     def truth_cloud(self, count: int, rng: np.random.Generator) -> Cloud:
         """Draw, with replacement, from as many points of the mesh itself: (count, 3).
@@ -60,25 +73,24 @@ class PreparedShape:
         as many from those. Drawn again, a cloud has only 63% of its points, so that even the true
         surface scores a distance 1.3 times that of two fresh clouds.
         """
-        cloud, _ = sample_stratified(*self.mesh(), count, rng)
-        return cloud[rng.integers(count, size=count)].astype(np.float64)
+        return _drawn(sample_stratified(*self.mesh(), count, rng)[0], count, rng)
 
     def mesh(self) -> Surface:
-        """See `Shape`."""
+        """See `Candidate`."""
         mesh = self.prepared.mesh(self.row)
         return mesh.vertices, mesh.faces
 
     def labelled_points(self) -> PartCloud:
-        """See `Shape`; none of the points of `truth_labelled_points`."""
+        """See `Candidate`; none of the points of `truth_labelled_points`."""
         return self._labelled(slice(self.prepared.num_points // 2, None))
 
     def truth_labelled_points(self) -> PartCloud:
-        """Return the first half of the model's surface samples, with their parts."""
+        """Return the first half of the shape's surface samples, with their parts."""
         return self._labelled(slice(self.prepared.num_points // 2))
 
-    def _labelled(self, part: slice) -> PartCloud:
+    def _labelled(self, half: slice) -> PartCloud:
         points, parts = self.prepared.cloud(self.row), self.prepared.point_parts(self.row)
-        return _part_cloud(points[part], parts, part, self.prepared.part_names)
+        return _part_cloud(points[half], parts, half, self.prepared.part_names)
 
     @property
     def category_parts(self) -> tuple[str, ...]:
@@ -87,7 +99,7 @@ class PreparedShape:
 
 
 @dataclass(frozen=True)
-class TemplateShape:
+class TemplateShape(Candidate):
     """A template, moved by the offsets of its control points (M, 3); None leaves it as it is."""
 
     bank: TemplateBank
@@ -95,22 +107,21 @@ class TemplateShape:
     offsets: NDArray[np.float32] | None = None
 
     def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
-        """See `Shape`."""
+        """See `Candidate`."""
         return self._points(torch.from_numpy(rng.integers(self.bank.points.shape[1], size=count)))
 
     def _points(self, rows: Tensor | slice) -> Cloud:
         if self.offsets is None:
             return self.bank.points[self.index][rows].double().numpy()
-        matrix = self.bank.deformation_matrix[self.index][rows]
         moved = deform(
-            matrix.double(),
+            self.bank.deformation_matrix[self.index][rows].double(),
             self.bank.control_points[self.index].double(),
             torch.from_numpy(self.offsets).double(),
         )
         return np.asarray(moved.numpy(), np.float64)
 
     def mesh(self) -> Surface:
-        """Return the subdivided mesh, deformed; vertices (V, 3) and faces (F, 3)."""
+        """Return the subdivided mesh, deformed."""
         if self.offsets is None:
             mesh, _ = self.bank.subdivided(self.index)
         else:
@@ -118,7 +129,7 @@ class TemplateShape:
         return mesh.vertices, mesh.faces
 
     def labelled_points(self) -> PartCloud:
-        """See `Shape`; the points are deformed and keep their parts."""
+        """See `Candidate`; the points are deformed and keep their parts."""
         half = slice(self.bank.points.shape[1] // 2, None)
         parts = None if self.bank.point_parts is None else self.bank.point_parts[self.index]
         return _part_cloud(self._points(half), parts, half, self.bank.part_names)
@@ -129,21 +140,15 @@ class TemplateShape:
         `bending` is the energy of the offsets, see `geometry.ffd.bending_energy`.
         """
         mesh, _ = self.bank.subdivided(self.index)
+        still = torch.zeros_like(self.bank.control_points[0])
+        offsets = still if self.offsets is None else torch.from_numpy(self.offsets)
         jacobians = deformation_jacobian(
-            torch.from_numpy(mesh.vertices),
-            self.bank.lattices[self.index],
-            torch.from_numpy(self._offsets.astype(np.float64)),
+            torch.from_numpy(mesh.vertices), self.bank.lattices[self.index], offsets.double()
         )
-        bending = bending_energy(torch.from_numpy(self._offsets), self.bank.degrees)
         return {
             **distortion(mesh.vertices, self.mesh()[0], mesh.faces, jacobians.numpy()),
-            "bending": float(bending),
+            "bending": float(bending_energy(offsets, self.bank.degrees)),
         }
-
-    @property
-    def _offsets(self) -> NDArray[np.float32]:
-        count = self.bank.control_points.shape[1]
-        return np.zeros((count, 3), np.float32) if self.offsets is None else self.offsets
 
 
 @dataclass(frozen=True)
@@ -155,17 +160,21 @@ class ResampledTemplate(TemplateShape):
     """
 
     def cloud(self, count: int, rng: np.random.Generator) -> Cloud:
-        """Draw, with replacement, from as many points as the template has, drawn anew.
+        """Draw, with replacement, from as many points as the template has, drawn anew: (count, 3).
 
-        Each face has its share of those, as in the clouds of prepared shapes: (count, 3).
+        Each face has its share of those, as in the clouds of prepared shapes.
         """
-        cloud, _ = sample_stratified(*self.mesh(), self.bank.points.shape[1], rng)
-        return cloud[rng.integers(len(cloud), size=count)].astype(np.float64)
+        points = self.bank.points.shape[1]
+        return _drawn(sample_stratified(*self.mesh(), points, rng)[0], count, rng)
+
+
+def _drawn(points: NDArray[np.float32], count: int, rng: np.random.Generator) -> Cloud:
+    return points[rng.integers(len(points), size=count)].astype(np.float64)
 
 
 def _part_cloud(
-    points: NDArray[np.floating], parts: NDArray[np.uint8] | None, part: slice, names: Sequence[str]
+    points: NDArray[np.floating], parts: NDArray[np.uint8] | None, half: slice, names: Sequence[str]
 ) -> PartCloud:
     """Label some of a shape's points, (P, 3), by the parts of all of them, (N,)."""
-    labels = np.full(len(points), UNKNOWN_PART, np.uint8) if parts is None else parts[part]
+    labels = np.full(len(points), UNKNOWN_PART, np.uint8) if parts is None else parts[half]
     return PartCloud(points.astype(np.float64), labels, tuple(names))

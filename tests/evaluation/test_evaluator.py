@@ -1,0 +1,132 @@
+"""Whole evaluations: what is written, the numbers again from their definitions, and resuming."""
+
+import csv
+import hashlib
+import json
+
+import numpy as np
+import pytest
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.evaluation import evaluator
+from ffd_lightning.evaluation.candidates import CANDIDATES, PreparedShape
+from ffd_lightning.evaluation.samples import Sample, predict
+from ffd_lightning.files import lock_folder
+
+
+def rows_of(text):
+    return list(csv.DictReader(text.splitlines()))
+
+
+def test_what_is_written(case, fits, tmp_path):
+    one = case()
+    rows = rows_of(one.run(tmp_path))
+    content = json.loads((tmp_path / "summary.json").read_text())
+    assert [row["id"] for row in rows] == [one.prepared.ids[k] for k in one.tested_on]
+    assert {row["template"] for row in rows} <= set(one.evaluated.bank.ids)
+    for name in CANDIDATES:
+        for metric in ("chamfer", "emd", "iou"):
+            key = f"{name}_{metric}" if name else metric
+            assert content[key] == pytest.approx(np.mean([float(r[key]) for r in rows]))
+    assert all(float(r["floor_iou"]) == 1 for r in rows)
+    assert 0 < content["floor_chamfer"] < content["retrieval_chamfer"]
+    assert all(r["resampled_iou"] == r["iou"] for r in rows), "the same mesh"
+    assert not any(r["resampled_emd"] == r["emd"] for r in rows), "of other points"
+    assert content["num_samples"] == len(rows)
+    assert content["unit"] == "24 points, hemisphere of radius 3.2"
+    assert content["protocol"]["metrics"][2]["definition"] == content["definitions"]["iou"]
+    ranking = rows_of((tmp_path / "template_ranking.csv").read_text())
+    assert sum(int(row["count"]) for row in ranking) == len(rows)
+    assert {row["family"] for row in ranking} <= set(one.prepared.families)
+    assert not (tmp_path / "samples.partial").exists()
+
+
+def twice_drawn(mesh, count, rng):
+    """Points of which each face has its share, and as many of those again, with replacement."""
+    corners = mesh.vertices[mesh.faces]
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    ends = np.round(areas.cumsum() / areas.sum() * count).astype(int)
+    order = rng.permutation(np.searchsorted(ends, np.arange(count), side="right"))
+    u, v = rng.random((2, count))
+    points = np.empty((count, 3))
+    for k, face in enumerate(order):
+        s, t = (u[k], v[k]) if u[k] + v[k] <= 1 else (1 - u[k], 1 - v[k])
+        a, b, c = corners[face]
+        points[k] = a + s * (b - a) + t * (c - a)
+    return points[rng.integers(count, size=count)]
+
+
+def test_the_numbers_are_the_papers(case, tmp_path):
+    """Chamfer and EMD of each sample again, from the definitions and by other libraries."""
+    one = case()
+    evaluated, prepared = one.evaluated, one.prepared
+    bank = evaluated.bank
+    outputs = predict(evaluated.network, prepared, evaluated.tested_on.samples(all_views=False))
+    for k, row in enumerate(rows_of(one.run(tmp_path, references=False))):
+        place = prepared.index(row["id"])
+        mesh = prepared.mesh(place)
+        shape, rng = PreparedShape(prepared, place), np.random.default_rng()
+        center = one.protocol.truth(shape, rng).frame.center
+        radius = np.linalg.norm(mesh.vertices[np.unique(mesh.faces)] - center, axis=1).max()
+        key = int.from_bytes(hashlib.sha256(row["id"].encode()).digest()[:8], "big")
+        truth = twice_drawn(mesh, 24, np.random.default_rng([0, key, 0]))
+        drawn = np.random.default_rng([0, key, 1]).integers(256, size=24)
+        t = bank.ids.index(row["template"])
+        assert t == outputs.weights[k].argmax()
+        moved = bank.control_points[t] + outputs.offsets[k, t]
+        cloud = (bank.deformation_matrix[t] @ moved).numpy()[drawn].astype(float)
+        a, b = ((x - center) * 3.2 / radius for x in (cloud, truth))
+        distances = cdist(a, b)
+        chamfer = (distances.min(0) ** 2).mean() + (distances.min(1) ** 2).mean()
+        assert float(row["chamfer"]) == pytest.approx(chamfer, rel=1e-4)
+        pairs = linear_sum_assignment(distances)
+        assert float(row["emd"]) == pytest.approx(distances[pairs].mean(), rel=1e-4)
+
+
+def test_nothing_but_the_weights_and_the_seed_decides_the_numbers(case, tmp_path):
+    alone = case().run(tmp_path / "one", references=False, workers=1)
+    assert case().run(tmp_path / "many", references=False, workers=3) == alone
+    other = case().run(tmp_path / "seed", references=False, seed=1)
+    first, second = rows_of(alone)[0], rows_of(other)[0]
+    assert first["chamfer"] != second["chamfer"]
+    assert first["iou"] == second["iou"], "voxels are not drawn"
+
+
+def test_a_finished_evaluation_is_read_back(case, fits, tmp_path, monkeypatch):
+    text = case().run(tmp_path)
+    monkeypatch.setattr(evaluator, "predict", None)
+    assert case().run(tmp_path) == text
+    assert case().run(tmp_path, references=False) == text, "it has references too"
+    with pytest.raises(TypeError):
+        case(seed=1).run(tmp_path)
+
+
+def test_one_evaluation_at_a_time(case, tmp_path):
+    with lock_folder(tmp_path, ""), pytest.raises(ConfigError, match="evaluates"):
+        case().run(tmp_path)
+
+
+def test_a_network_that_has_diverged_is_said_and_not_averaged(case):
+    evaluated = case().evaluated
+    evaluated.network.offsets.data[:] = float("nan")
+    with pytest.raises(DataError, match="not finite"):
+        predict(evaluated.network, evaluated.tested_on.prepared, [Sample(6)])
+
+
+def test_a_ranking_is_the_same_however_many_images_are_counted_at_once(case, monkeypatch):
+    evaluated = case(tested_on=tuple(range(6, 17))).evaluated
+    samples, prepared = evaluated.tested_on.samples(all_views=False), evaluated.tested_on.prepared
+    arguments = evaluated.network, evaluated.bank, prepared, samples
+    whole = evaluator.rank_templates(*arguments)
+    monkeypatch.setattr(evaluator, "_AT_ONCE", 4)
+    chunked = evaluator.rank_templates(*arguments)
+    means = predict(evaluated.network, prepared, samples).weights.mean(0)
+    weights = dict(zip(evaluated.bank.ids, means.tolist(), strict=True))
+    for found in (whole, chunked):
+        assert sum(row["count"] for row in found) == len(samples)
+        assert {row["id"]: row["mean_weight"] for row in found} == pytest.approx(weights, rel=1e-5)
+    assert [(r["id"], r["count"]) for r in whole] == [(r["id"], r["count"]) for r in chunked]

@@ -1,0 +1,242 @@
+"""Part labels that templates bring along: against naive loops, and boxes whose scores are known."""
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.source import PartCloud
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.errors import DataError
+from ffd_lightning.evaluation import evaluator
+from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
+from ffd_lightning.evaluation.protocols import PartProtocol
+from ffd_lightning.evaluation.protocols.parts import known_points, part_scores, transferred_parts
+from ffd_lightning.evaluation.samples import Sample, predict
+from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
+
+PROTOCOL = PartProtocol()
+CUBE = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float) - 0.5
+CUBE_FACES = np.array(
+    [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1]]
+    + [[2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]]
+)
+
+
+class Box:
+    """A prepared set of one box: `low` below a height, `high` above it, points all over inside."""
+
+    part_names = ("low", "high")
+    num_points = 8000
+
+    def __init__(self, border, size=(0.6, 0.6, 0.6), seed=0):
+        points = np.random.default_rng(seed).uniform(-0.5, 0.5, (self.num_points, 3))
+        self.parts = (points[:, 1] > border - 0.5).astype(np.uint8)
+        self.points, self.size = (points * size).astype(np.float32), np.array(size)
+
+    def cloud(self, row):
+        return self.points
+
+    def point_parts(self, row):
+        return self.parts
+
+    def part_names_of(self, row):
+        return self.part_names
+
+    @property
+    def mesh(self):
+        colors = np.full((12, 4), 200, np.uint8)
+        return Mesh(CUBE * self.size, CUBE_FACES, colors)
+
+    def bank(self, parts=None):
+        own = self.parts if parts is None else parts
+        return TemplateBank(
+            ["box"], [""], self.points[None], [self.mesh], own[None], self.part_names
+        )
+
+
+def score(shape, truth):
+    rng = np.random.default_rng(0)
+    return PROTOCOL.score(shape, PROTOCOL.truth(PreparedShape(truth, 0), rng), rng)
+
+
+def test_boxes_of_two_parts_with_a_known_iou():
+    """Borders at 1/2 and 3/4 of the height: a quarter of the points is taken for `low`."""
+    scores = score(TemplateShape(Box(0.75, seed=1).bank(), 0), Box(0.5))
+    assert scores["part_accuracy"] == pytest.approx(3 / 4, abs=0.03)
+    assert scores["part_iou_low"] == pytest.approx(2 / 3, abs=0.03)
+    assert scores["part_iou_high"] == pytest.approx(1 / 2, abs=0.03)
+    both = (scores["part_iou_low"] + scores["part_iou_high"]) / 2
+    assert scores["part_iou"] == scores["shapenet_part_iou"] == pytest.approx(both)
+
+
+def test_a_template_deformed_onto_the_truth_labels_it_right():
+    """Flat and wide, its border at another height, until it is stretched and turned over."""
+    template = Box(0.7, size=(0.6, 0.2, 0.7), seed=1)
+    template.parts = 1 - template.parts
+    bank, truth = template.bank(), Box(0.3)
+    points = bank.control_points[0].numpy()
+    onto = points * truth.size / template.size * [1, -1, 1]
+    deformed = TemplateShape(bank, 0, (onto - points).astype(np.float32))
+    assert score(deformed, truth)["part_iou"] > 0.95, "all but a few points near the border"
+    assert score(TemplateShape(bank, 0), truth)["part_iou"] < 0.3
+
+
+def test_the_floor_has_the_labels_of_other_points():
+    box = Box(0.5)
+    own, truth = (
+        PreparedShape(box, 0).labelled_points(),
+        PreparedShape(box, 0).truth_labelled_points(),
+    )
+    for cloud, half in ((truth, slice(4000)), (own, slice(4000, None))):
+        np.testing.assert_array_equal(cloud.points, box.points[half])
+        np.testing.assert_array_equal(cloud.labels, box.parts[half])
+    assert 0.9 < score(PreparedShape(box, 0), box)["part_iou"] < 1
+
+
+def naive_parts(source, points):
+    """The part of the nearest point whose part is known, one after the other."""
+    found = []
+    for point in points:
+        best, part = np.inf, ""
+        for other, label in zip(source.points, source.labels, strict=True):
+            distance = ((point - other) ** 2).sum()
+            if label != UNKNOWN_PART and distance < best:
+                best, part = distance, source.names[label]
+        found.append(part)
+    return found
+
+
+def test_the_nearest_labelled_point_gives_its_part():
+    rng = np.random.default_rng(0)
+    labels = rng.choice(np.array([0, 1, 2, UNKNOWN_PART], np.uint8), 60)
+    source = PartCloud(rng.normal(size=(60, 3)), labels, ("a", "b", "longer"))
+    points = rng.normal(size=(40, 3))
+    found = transferred_parts(source, points)
+    assert found.tolist() == naive_parts(source, points)
+    assert len(set(found)) == 3
+    unknown = replace(source, labels=np.full(60, UNKNOWN_PART, np.uint8))
+    assert transferred_parts(unknown, points).tolist() == [""] * 40
+
+
+def test_the_same_part_may_have_another_number_elsewhere():
+    """Sets number their parts as they come: names are compared."""
+    points = np.random.default_rng(0).normal(size=(30, 3))
+    here = PartCloud(points, (np.arange(30) % 3).astype(np.uint8), ("leg", "top", "shelf"))
+    there = PartCloud(points, ((np.arange(30) + 1) % 3).astype(np.uint8), ("shelf", "leg", "top"))
+    truth = np.array(here.names)[here.labels]
+    scores = part_scores(truth, transferred_parts(there, points), here.names)
+    assert scores["part_accuracy"] == scores["part_iou"] == 1
+
+
+def test_parts_that_are_absent():
+    truth = np.array(["top"] * 6 + ["leg"] * 4)
+    category = ("top", "leg", "shelf", "drawer")
+    found = np.array(["top"] * 5 + ["shelf"] + ["leg"] * 4)
+    scores = part_scores(truth, found, category)
+    assert scores == pytest.approx(
+        {
+            "part_iou": (5 / 6 + 1 + 0) / 3,  # the shelf is not there
+            "shapenet_part_iou": (5 / 6 + 1 + 0 + 1) / 4,  # no drawer, and none was said to be
+            "part_accuracy": 0.9,
+            "part_iou_top": 5 / 6,
+            "part_iou_leg": 1.0,
+        }
+    )
+    nothing = part_scores(truth, np.full(10, ""), category)
+    assert nothing["part_iou"] == nothing["part_accuracy"] == nothing["part_iou_leg"] == 0
+
+
+def test_points_of_unknown_parts_are_neither_asked_nor_do_they_answer():
+    truth, template = Box(0.5), Box(0.75, seed=1)
+    truth.parts = np.where(truth.points[:, 1] > 0.2, UNKNOWN_PART, truth.parts).astype(np.uint8)
+    # The template's upper half says nothing, so its lower half is asked: all of that is low.
+    parts = np.where(template.points[:, 1] > 0, UNKNOWN_PART, template.parts).astype(np.uint8)
+    scores = score(TemplateShape(template.bank(parts), 0), truth)
+    known = known_points(PreparedShape(truth, 0).truth_labelled_points())
+    low = float(np.mean(known.labels == 0))
+    assert scores["part_accuracy"] == pytest.approx(low)
+    assert scores["part_iou"] == pytest.approx(low / 2)
+
+
+# --- whole evaluations ----------------------------------------------------------------------------
+
+
+@pytest.fixture
+def parts(case, fits, tmp_path):
+    """Return a function that evaluates under protocol parts, and gives its rows."""
+    tested = tuple(range(6, 16))
+
+    def run(**options):
+        text = case(protocol=PROTOCOL, tested_on=tested).run(tmp_path / "run", **options)
+        return list(csv.DictReader(text.splitlines()))
+
+    run.case = case(protocol=PROTOCOL, tested_on=tested)
+    return run
+
+
+def test_a_sample_again_by_hand(parts, prepared):
+    rows, evaluated = parts(references=False), parts.case.evaluated
+    bank, names = evaluated.bank, np.array(prepared.part_names)
+    for row in rows[:2]:
+        place, t = prepared.index(row["id"]), bank.ids.index(row["template"])
+        offsets = predict(evaluated.network, prepared, [Sample(place)]).offsets[0, t]
+        moved = (bank.deformation_matrix[t] @ (bank.control_points[t] + offsets)).numpy()
+        source = PartCloud(moved[128:], bank.point_parts[t][128:], tuple(names))
+        given = naive_parts(source, prepared.cloud(place)[:128].astype(float))
+        truth = names[prepared.point_parts(place)[:128]].tolist()
+        ious = []
+        for part in sorted({*truth, *given}):
+            pairs = [(a == part, b == part) for a, b in zip(truth, given, strict=True)]
+            ious.append(sum(a and b for a, b in pairs) / sum(a or b for a, b in pairs))
+        assert float(row["part_iou"]) == pytest.approx(np.mean(ious))
+        right = np.mean([a == b for a, b in zip(truth, given, strict=True)])
+        assert float(row["part_accuracy"]) == pytest.approx(right)
+
+
+@pytest.fixture
+def unlabelled(monkeypatch):
+    """Return a function that lets shapes have no part labels."""
+    point_parts = PreparedSet.point_parts
+
+    def without(ids):
+        def patched(self, row):
+            found = point_parts(self, row)
+            return np.full_like(found, UNKNOWN_PART) if self.ids[row] in ids else found
+
+        monkeypatch.setattr(PreparedSet, "point_parts", patched)
+
+    return without
+
+
+def test_data_without_labels_is_said_before_anything_is_done(
+    parts, unlabelled, prepared, monkeypatch, caplog
+):
+    predict = evaluator.predict
+    monkeypatch.setattr(evaluator, "predict", None)
+    for rows, message in (
+        (range(24), r"no test shape of .*data.parts_root=.*another protocol"),
+        (range(2), "none of the templates has part labels"),
+        (range(2, 6), r"no training shape .* evaluation\.references=false"),
+    ):
+        unlabelled([prepared.ids[k] for k in rows])
+        with pytest.raises(DataError, match=message):
+            parts()
+    monkeypatch.setattr(evaluator, "predict", predict)
+    unlabelled(prepared.ids[:1])
+    rows = parts()
+    assert "1 of 2 templates have no part labels, so all" in caplog.text
+    for row in rows:
+        assert (float(row["part_iou"]) == 0) == (row["template"] == prepared.ids[0])
+
+
+def test_shapes_without_labels_are_left_out(parts, unlabelled, prepared):
+    before = {row["id"]: row for row in parts()}
+    gone = [prepared.ids[k] for k in (6, 9, 2)]
+    unlabelled(gone)
+    rows = parts(restart=True)
+    assert [row["id"] for row in rows] == [name for name in before if name not in gone]
+    assert all(row["part_iou"] == before[row["id"]]["part_iou"] for row in rows)
+    assert min(float(row["retrieval_part_accuracy"]) for row in rows) > 0, "others are retrieved"

@@ -1,0 +1,143 @@
+"""The references, and their scores: computed once, and the same however they are come by."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from scipy.spatial.distance import cdist
+
+from ffd_lightning.evaluation import evaluator, references
+from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
+from ffd_lightning.evaluation.references import (
+    ShapeRetrieval,
+    best_template,
+    medoid,
+    nearest_by_feature,
+)
+
+
+@pytest.fixture
+def runs(tmp_path):
+    """Names of folders to evaluate into, each once."""
+    return (tmp_path / f"run{k}" for k in range(100))
+
+
+@pytest.fixture
+def shared(tmp_path):
+    return tmp_path / "references"
+
+
+def naive(a, b):
+    squared = cdist(a.astype(float), b.astype(float)) ** 2
+    return squared.min(0).mean() + squared.min(1).mean()
+
+
+def test_the_nearest_training_shape_and_the_medoid(prepared):
+    among = list(range(5, 20))
+    retrieval = ShapeRetrieval(prepared, among)
+    for row in (0, 21, 7):
+        distances = [naive(prepared.cloud(row), prepared.cloud(k)) for k in among]
+        assert retrieval.nearest(prepared.cloud(row)) == among[int(np.argmin(distances))]
+    totals = [sum(naive(prepared.cloud(a), prepared.cloud(b)) for b in among) for a in among]
+    assert medoid(prepared, among) == among[int(np.argmin(totals))]
+
+
+def test_the_most_similar_image():
+    known = torch.nn.functional.normalize(torch.randn(8, 50, generator=torch.manual_seed(0)))
+    near = torch.nn.functional.normalize(known[[3, 0]] + 0.02)
+    assert nearest_by_feature(near, known).tolist() == [3, 0]
+
+
+def test_the_best_templates(prepared, bank):
+    offsets = 0.1 * np.random.default_rng(0).normal(size=(2, 64, 3)).astype("f4")
+    for row in (5, 9, 14):
+        truth = prepared.cloud(row)
+        as_is = [naive(bank.points[t].numpy(), truth) for t in (0, 1)]
+        moved = bank.deformation_matrix @ (bank.control_points + offsets)
+        deformed = [naive(moved[t].numpy(), truth) for t in (0, 1)]
+        best = [best_template(prepared, row, bank, x) for x in (None, offsets)]
+        assert best == [int(np.argmin(as_is)), int(np.argmin(deformed))]
+
+
+def test_another_network_finds_the_scores_and_they_change_nothing(case, runs, shared, fits):
+    first, second = case(), case(seed=1)
+    alone = [each.run(next(runs)) for each in (first, second)]
+    assert alone[0] != alone[1]
+    assert len(fits) == 6
+    assert first.run(next(runs), shared) == alone[0]
+    assert len(fits) == 9
+    assert second.run(next(runs), shared, workers=3) == alone[1]
+    assert first.run(next(runs), shared) == alone[0]
+    assert len(fits) == 9, "all were known"
+    folder = next(runs)
+    assert first.run(folder, shared, restart=True) == alone[0]
+    assert len(fits) == 12
+    case().run(next(runs), shared, references=False)
+    assert len(fits) == 12
+
+
+def test_only_what_depends_on_the_network_is_scored_again(case, runs, shared, fits, monkeypatch):
+    case().run(next(runs), shared)
+    scored, score = [], PaperProtocol.score
+    monkeypatch.setattr(PaperProtocol, "score", lambda *a: (scored.append(a[1]), score(*a))[1])
+    monkeypatch.setattr(references, "medoid", None)
+    case(seed=1).run(next(runs), shared)
+    # the model, its points drawn again, its template, the best deformed, the most similar image
+    assert len(scored) <= 5 * 3
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"templates": (1, 0)},
+        {"trained_on": (2, 3, 4)},
+        {"trained_on": (5, 4, 3, 2)},
+        {"protocol": PaperProtocol(points=25)},
+        {"protocol": PartProtocol()},
+        {"options": {"seed": 1}},
+        {"bank": {"degrees": (1, 7, 3)}},
+        {"bank": {"max_edge": 0.15}},
+        {"prepared": "another"},
+    ],
+    ids=str,
+)
+def test_another_evaluation_does_not_read_them(case, runs, shared, fits, prepared, change):
+    case().run(next(runs), shared)
+    if "prepared" in change:
+        (manifest,) = prepared.manifests
+        change = {"prepared": replace(prepared, manifests=({**manifest, "sha256": "another"},))}
+    other = case(seed=1, **change)
+    expected, made = other.run(next(runs)), len(fits)
+    assert other.run(next(runs), shared) == expected
+    assert len(fits) == made + 3, "none of them was known"
+
+
+def test_shapes_that_others_have_tested_are_known(case, runs, shared, fits):
+    case().run(next(runs), shared)
+    more = case(tested_on=(7, 8, 9))
+    expected, made = more.run(next(runs)), len(fits)
+    assert more.run(next(runs), shared) == expected
+    assert len(fits) == made + 1
+
+
+def test_an_evaluation_that_was_cut_off_goes_on(case, runs, shared, fits, monkeypatch):
+    expected, folder, fit = case().run(next(runs)), next(runs), references.fitted_template
+
+    def cut_off(*arguments):
+        if len(fits) == 3 + 2:
+            raise KeyboardInterrupt
+        return fit(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(references, "fitted_template", cut_off)
+        with pytest.raises(KeyboardInterrupt):
+            case().run(folder, shared)
+    assert case().run(folder, shared) == expected
+    assert len(fits) == 3 + 3
+    monkeypatch.setattr(evaluator, "NetworkFree", None)
+    assert case().run(next(runs), shared) == expected
+
+
+def test_where_nothing_can_be_shared_all_is_computed(case, runs, tmp_path, fits):
+    assert case().run(next(runs), tmp_path / "absent" / "references") == case().run(next(runs))
