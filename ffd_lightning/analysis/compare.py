@@ -133,11 +133,12 @@ def compare(
             f"{without.iloc[0]} has samples without {measure}: ffd evaluate "
             f"run={without.iloc[0]} (references=true for what a network must beat)"
         )
-    settings = deciding_settings(results.settings)
+    alone = set(names) <= {"regime", "templates"}
+    settings = deciding_settings(results.settings) if alone else pd.DataFrame()
     found: list[tuple[tuple[Any, ...], list[_Pair]]] = []
     strata: dict[tuple[Any, ...], list[_Pair]] = {}
     for (category, *common), part in results.samples.groupby(["category", *held], sort=False):
-        if set(names) <= {"regime", "templates"}:
+        if alone:
             _check_settings(settings.loc[part["run"].unique()], names)
         for a, b, pair in _pairs(part, measure, names, str(category)):
             found.append(((category, *common, a, b), [pair]))
