@@ -88,6 +88,7 @@ class ShapeStore:
         mask: bool = False,
     ) -> None:
         self._prepared, self._bank, self._mask = prepared, bank, mask
+        self._channels = 4 if mask else 3
         self.images: Tensor | None = None
         self.clouds: Tensor | None = None
         place = device or torch.device("cpu")
@@ -107,10 +108,6 @@ class ShapeStore:
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process reads the files itself: tensors would travel as a copy of them all.
         return ShapeStore, (self._prepared, self._bank, None, self._mask)
-
-    @property
-    def _channels(self) -> int:
-        return 4 if self._mask else 3
 
     @property
     def device(self) -> torch.device:
@@ -183,11 +180,10 @@ def _own_templates(
     """Return the templates of each shape's category, (n, K); None where there is one category."""
     if len(prepared.categories) < 2:
         return None
-    own: dict[str, list[int]] = {name: [] for name in prepared.categories}
-    for place, shape_id in enumerate(bank.ids):
-        own[prepared.category(prepared.index(shape_id))].append(place)
-    rows = [own[prepared.category(row)] for row in range(len(prepared))]
-    return torch.tensor(rows, device=device)
+    whose = np.array([prepared.category(prepared.index(shape_id)) for shape_id in bank.ids])
+    own = {name: np.flatnonzero(whose == name) for name in prepared.categories}
+    rows = np.stack([own[prepared.category(row)] for row in range(len(prepared))])
+    return torch.from_numpy(rows).to(device)
 
 
 def augmented(
@@ -202,9 +198,6 @@ def augmented(
         augmentation: what changes the images.
         rank: of this device.
         world_size: number of devices.
-
-    Raises:
-        ConfigError: it gives something else than images of the same kind.
     """
     if batch.seed is None or batch.mask is None:
         return batch

@@ -47,15 +47,9 @@ _MEASURED = 1024  # images, to tell how large objects are in them
 
 
 class _Indices(Dataset[BatchIndices]):
-    """What batches are drawn from.
+    """What batches are drawn from: rows of a prepared set, and `num_points` of each cloud.
 
-    Args:
-        rows: the shapes, by row of the prepared set.
-        prepared: the set, whose numbers of views and points count.
-        num_templates: T.
-        batch_size: queries a batch, over all devices.
-        num_points: points per cloud.
-        seed: decides what is random.
+    A batch has `batch_size` queries over all devices; `seed` decides what is random.
     """
 
     def __init__(
@@ -80,12 +74,7 @@ class _Indices(Dataset[BatchIndices]):
 class TrainingIndices(_Indices):
     """Item k is what training step k sees: whole passes over the shuffled shapes, end to end.
 
-    Of several devices, each takes every `world_size`-th query of the batch.
-
-    Args:
-        *args: see `_Indices`.
-        rank: of this device.
-        world_size: number of devices.
+    Of several devices, each takes every `world_size`-th query of the batch, from its `rank` on.
 
     Raises:
         ConfigError: a batch that cannot be split evenly.
@@ -151,9 +140,6 @@ class StepSampler(Sampler[int]):
 
     Its length stays that of the whole epoch, as Lightning counts from the epoch's first batch.
 
-    Args:
-        length: batches of an epoch.
-        trainer: knows how many are done; None for none.
     """
 
     def __init__(self, length: int, trainer: Trainer | None = None) -> None:

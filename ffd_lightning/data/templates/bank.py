@@ -107,10 +107,9 @@ class TemplateBank:
             rng = np.random.default_rng(seed)
             points, faces = sample_stratified(mesh.vertices, mesh.faces, num_points, rng)
             if names:
-                table = np.full(256, UNKNOWN_PART, np.uint8)
-                table[: len(mesh.part_names)] = [names.index(name) for name in mesh.part_names]
                 own = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
-                own = own if mesh.face_parts is None else table[mesh.face_parts]
+                for k, name in enumerate(mesh.part_names):
+                    own[mesh.face_parts == k] = names.index(name)
                 mesh = replace(mesh, face_parts=own, part_names=names)
                 parts.append(own[faces])
             clouds.append(points)
