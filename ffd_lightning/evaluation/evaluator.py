@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -32,7 +32,6 @@ from ffd_lightning.evaluation.samples import (
     Row,
     Sample,
     Subset,
-    encode,
     predict,
     score_all,
     score_sample,
@@ -200,11 +199,8 @@ def _score(
     references: dict[str, Row] = {}
     if options.references:
         references = _reference_rows(evaluated, protocol, settings, folder, options)
-        features = (
-            encode(evaluated.network, *images, *how)
-            for images in ((prepared, samples), (training, seen))
-        )
-        alike = dict(zip(samples, nearest_by_feature(*features), strict=True))
+        features = [p.features for p in _in_chunks(evaluated.network, training, seen, *how)]
+        alike = nearest_by_feature(prediction.features, np.concatenate(features))
     places = {sample: k for k, sample in enumerate(samples)}
 
     def score(sample: Sample) -> Row:
@@ -218,7 +214,7 @@ def _score(
             best = best_template(prepared, row, bank, offsets)
             deformed = model if best == t else TemplateShape(bank, best, offsets[best])
             candidates["best_deformed"] = deformed
-            candidates["feature_retrieval"] = PreparedShape(training, seen[alike[sample]].row)
+            candidates["feature_retrieval"] = PreparedShape(training, seen[alike[k]].row)
         return {
             "id": prepared.ids[row],
             "category": prepared.category(row),
@@ -302,12 +298,22 @@ def rank_templates(
 ) -> list[Row]:
     """Return `template_ranking` of a network's selections on some images, at least one."""
     counts, weights = np.zeros(len(bank), np.int64), np.zeros(len(bank))
-    # Predictions have offsets too: those of all images may not fit into memory.
-    for start in range(0, len(samples), _AT_ONCE):
-        prediction = predict(network, prepared, samples[start : start + _AT_ONCE], workers)
+    for prediction in _in_chunks(network, prepared, samples, workers):
         counts += np.bincount(prediction.selected, minlength=len(bank))
         weights += prediction.weights.sum(0, dtype=np.float64)
     return template_ranking(bank, counts, weights / len(samples))
+
+
+def _in_chunks(
+    network: TemplateFfdNetwork,
+    prepared: PreparedSet,
+    samples: Sequence[Sample],
+    workers: int,
+    show: bool = False,
+) -> Iterator[Predictions]:
+    """Yield predictions: their offsets for all training images may not fit into memory."""
+    for start in range(0, len(samples), _AT_ONCE):
+        yield predict(network, prepared, samples[start : start + _AT_ONCE], workers, show)
 
 
 def _read_summary(folder: Path, settings: Mapping[str, Any]) -> dict[str, float] | None:

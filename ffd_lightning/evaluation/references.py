@@ -76,13 +76,16 @@ class ShapeRetrieval:
         return close[int(fine.argmin())]
 
 
-def nearest_by_feature(features: Tensor, others: Tensor) -> NDArray[np.int64]:
+def nearest_by_feature(
+    features: NDArray[np.float32], others: NDArray[np.float32]
+) -> NDArray[np.int64]:
     """Return for each image, (q, D), the place of the one that looks most alike to the encoder.
 
     The others are features (k, D), all of length 1: the greatest cosine. Returns (q,).
     """
-    best = torch.cat([(chunk @ others.T).argmax(1) for chunk in features.split(256)])
-    return best.numpy()
+    known = torch.from_numpy(others).T
+    chunks = torch.from_numpy(features).split(256)
+    return torch.cat([(chunk @ known).argmax(1) for chunk in chunks]).numpy()
 
 
 def medoid(prepared: PreparedSet, among: Sequence[int]) -> int:

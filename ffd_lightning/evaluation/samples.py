@@ -12,7 +12,6 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 from torch.nn.functional import normalize
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
@@ -59,10 +58,12 @@ class Predictions:
     Attributes:
         weights: template weights, (n, T).
         offsets: of control points, (n, T, M, 3).
+        features: of the encoder, of length 1, (n, D).
     """
 
     weights: NDArray[np.float32]
     offsets: NDArray[np.float32]
+    features: NDArray[np.float32]
 
     @property
     def selected(self) -> NDArray[np.int64]:
@@ -77,72 +78,42 @@ def predict(
     workers: int = 1,
     show: bool = False,
 ) -> Predictions:
-    """Run a network over images, `workers` at once on the CPU, and put it into evaluation mode.
+    """Run a network over images, on the device it is on, and leave it in evaluation mode.
+
+    On the CPU one image at a time, each in one thread, `workers` at once: the last digits of a
+    convolution may depend on what else is in the batch and on the number of threads, and a score
+    must not.
 
     Raises:
         DataError: an output is not finite.
-    """
-
-    def outputs(images: Tensor) -> tuple[Tensor, ...]:
-        prediction = network(images)
-        return prediction.template_weights, prediction.offsets
-
-    weights, offsets = _of_images(outputs, network, prepared, samples, workers, show)
-    if not (weights.isfinite().all() and offsets.isfinite().all()):
-        raise DataError(
-            "the network's outputs are not finite: its training has diverged (a smaller "
-            "schedule.learning_rate may help) or its checkpoint is damaged"
-        )
-    return Predictions(weights.numpy(), offsets.numpy())
-
-
-def encode(
-    network: TemplateFfdNetwork,
-    prepared: PreparedSet,
-    samples: Sequence[Sample],
-    workers: int = 1,
-    show: bool = False,
-) -> Tensor:
-    """Return the encoder's features of images, of length 1, (n, D); see `predict`."""
-
-    def outputs(images: Tensor) -> tuple[Tensor, ...]:
-        features = network.features(images).flatten(1).float()
-        return (normalize(features, dim=1),)
-
-    return _of_images(outputs, network, prepared, samples, workers, show)[0]
-
-
-def _of_images(
-    outputs: Callable[[Tensor], tuple[Tensor, ...]],
-    network: TemplateFfdNetwork,
-    prepared: PreparedSet,
-    samples: Sequence[Sample],
-    workers: int,
-    show: bool,
-) -> list[Tensor]:
-    """Return the outputs for all images.
-
-    On the CPU one image at a time, each in one thread: the last digits of a convolution may depend
-    on what else is in the batch and on the number of threads, and a score must not.
     """
     network.eval()
     device = next(network.parameters()).device
     size, threads = (1, workers) if device.type == "cpu" else (32, 1)
 
     @torch.no_grad()
-    def run(start: int) -> list[Tensor]:
+    def run(start: int) -> list[NDArray[np.float32]]:
         chunk = samples[start : start + size]
         images = np.stack([prepared.image(s.row, s.view)[..., :3] for s in chunk])
-        batch = torch.from_numpy(images).permute(0, 3, 1, 2).to(device)
-        return [output.float().cpu() for output in outputs(batch)]
+        features = network.features(torch.from_numpy(images).permute(0, 3, 1, 2).to(device))
+        prediction = network.predict(features)
+        unit = normalize(features.flatten(1).float(), dim=1)
+        outputs = prediction.template_weights, prediction.offsets, unit
+        return [output.float().cpu().numpy() for output in outputs]
 
-    done: dict[int, list[Tensor]] = {}
+    done: dict[int, list[NDArray[np.float32]]] = {}
     starts = range(0, len(samples), size)
     with CountProgress("looking at images", len(starts), 0, show) as bar:
-        for start, result in in_threads(run, starts, threads):
-            done[start] = result
+        for start, outputs in in_threads(run, starts, threads):
+            done[start] = outputs
             bar.advance()
-    return [torch.cat(chunks) for chunks in zip(*(done[k] for k in starts), strict=True)]
+    found = Predictions(*(np.concatenate(x) for x in zip(*(done[k] for k in starts), strict=True)))
+    if not (np.isfinite(found.weights).all() and np.isfinite(found.offsets).all()):
+        raise DataError(
+            "the network's outputs are not finite: its training has diverged (a smaller "
+            "schedule.learning_rate may help) or its checkpoint is damaged"
+        )
+    return found
 
 
 def score_sample(

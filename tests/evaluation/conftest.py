@@ -31,8 +31,8 @@ class Network(nn.Module):
         colours = 1 - images.float().mean((2, 3)) / 255
         return torch.cat([colours, colours @ self.mixing], 1)
 
-    def forward(self, images):
-        colours = self.features(images)[:, :3]
+    def predict(self, features):
+        colours = features[:, :3]
         weights = (colours @ self.logits).softmax(1)
         offsets = torch.einsum("bc,ctmx->btmx", colours, self.offsets)
         return FfdPrediction(weights, weights, offsets, weights.log())

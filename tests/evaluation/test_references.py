@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import torch
 from scipy.spatial.distance import cdist
 
 from ffd_lightning.evaluation import evaluator, references
@@ -44,8 +43,9 @@ def test_the_nearest_training_shape_and_the_medoid(prepared):
 
 
 def test_the_most_similar_image():
-    known = torch.nn.functional.normalize(torch.randn(8, 50, generator=torch.manual_seed(0)))
-    near = torch.nn.functional.normalize(known[[3, 0]] + 0.02)
+    known = np.random.default_rng(0).normal(size=(8, 50)).astype("f4")
+    known /= np.linalg.norm(known, axis=1, keepdims=True)
+    near = known[[3, 0]] + np.float32(0.02)
     assert nearest_by_feature(near, known).tolist() == [3, 0]
 
 

@@ -9,7 +9,7 @@ from torch.nn.functional import avg_pool2d, normalize
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.candidates import PreparedShape
 from ffd_lightning.evaluation.protocols import Metric, Protocol
-from ffd_lightning.evaluation.samples import Journal, Sample, encode, predict, score_sample
+from ffd_lightning.evaluation.samples import Journal, Sample, predict, score_sample
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
@@ -65,11 +65,12 @@ def test_outputs_are_of_images_as_the_network_sees_them(prepared, shrink):
     nn.init.normal_(network.heads.logits.weight)
     samples = [Sample(0), Sample(3)]
     found = predict(network, prepared, samples, workers=2)
-    features = encode(network, prepared, samples)
     images = np.stack([prepared.image(row)[..., :3].transpose(2, 0, 1) for row in (0, 3)])
     seen = avg_pool2d(torch.from_numpy(images).double(), shrink).flatten(1)
     expected = normalize(seen - seen.mean(1, keepdim=True), dim=1)
-    torch.testing.assert_close(features.double(), expected, atol=1e-5, rtol=0)
+    torch.testing.assert_close(
+        torch.from_numpy(found.features).double(), expected, atol=1e-5, rtol=0
+    )
     with torch.no_grad():
         outputs = network(torch.from_numpy(images))
     np.testing.assert_allclose(found.weights, outputs.template_weights, atol=1e-6)

@@ -103,7 +103,7 @@ def test_all_components_are_used_and_named(trained):
     assert "side_error" in output
     summary = json.loads((run / "evaluation" / "extents" / "summary.json").read_text())
     assert 0 < summary["side_error"] < 1
-    assert [m["name"] for m in summary["protocol"]["measures"]] == ["side_error"]
+    assert [m["name"] for m in summary["protocol"]["metrics"]] == ["side_error"]
 
 
 def test_its_settings_are_in_help_and_checked(trained, packages):
