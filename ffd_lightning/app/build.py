@@ -21,7 +21,6 @@ from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.protocols import EvaluationProtocol
 from ffd_lightning.geometry.lattice import num_control_points
-from ffd_lightning.losses.annealing import make_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
@@ -134,9 +133,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
 def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:
     """Return a regime as a loss."""
     terms = {
-        label: WeightedTerm(
-            _function(term), term.weight, make_annealing(term.annealing, annealing_steps)
-        )
+        label: WeightedTerm(_function(term), term.weight, term.annealing, annealing_steps)
         for label, term in regime.terms.items()
     }
     return Objective(terms, _function(regime.selection))
