@@ -103,7 +103,7 @@ class ShapeStore:
                 (len(prepared), prepared.num_points, 3), dtype=torch.int16, device=device
             )
             for row in range(len(prepared)):
-                self.clouds[row] = torch.from_numpy(prepared.packed_cloud(row))
+                self.clouds[row] = torch.tensor(prepared.packed_cloud(row))
             self.control_points = bank.control_points.to(device)
             self.matrix = bank.deformation_matrix.to(device)
             if self.own_templates is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import struct
 import zipfile
 import zlib
 from bisect import bisect_right
@@ -12,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import accumulate
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,8 @@ FORMAT_VERSION = 4
 """Goes up when the same settings give another set, so that prepared data is built anew."""
 
 _DAMAGED = (
-    *(zipfile.BadZipFile, zlib.error, EOFError, ValueError, KeyError),
+    *(zipfile.BadZipFile, zlib.error, struct.error, EOFError),
+    *(ValueError, KeyError),
     *(NotImplementedError, RuntimeError),
 )  # what zipfile, zlib and numpy raise on damaged bytes
 
@@ -288,11 +290,21 @@ class PreparedSet:
         member, shape_id = self._place(row)
         return shape_file(self.paths[member], shape_id)
 
+    @cached_property
+    def _places(self) -> dict[tuple[int, str], _Place]:
+        return {}
+
     def _read(self, row: int, *names: str) -> list[NDArray[Any]]:
-        """Return arrays of a shape's file; zip's own checksums tell whether they are whole."""
+        """Return arrays of a shape's file; zip's own checksums tell whether they are whole.
+
+        Where they are in it is looked up once: that takes longer than to read an array.
+        """
         try:
-            with np.load(self.file(row), allow_pickle=False) as arrays:
-                return [arrays[name] for name in names]
+            with self.file(row).open("rb", buffering=0) as file:
+                for name in names:
+                    if (row, name) not in self._places:
+                        self._places[row, name] = _place(file, name)
+                return [_read_array(file, self._places[row, name]) for name in names]
         except (*_DAMAGED, OSError) as error:
             if is_of_machine(error) and not isinstance(error, FileNotFoundError):
                 raise
@@ -316,6 +328,40 @@ class PreparedSet:
     def _damaged(self, row: int, why: Exception) -> DataError:
         reason = f"{type(why).__name__}: {why}"
         return damaged(self.file(row), reason, self.category(row))
+
+
+class _Place(NamedTuple):
+    """Where an array is in an .npz file that stores arrays as they are, without compression."""
+
+    name: str
+    start: int
+    size: int
+    checksum: int
+    header: int
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+
+def _place(file: IO[bytes], name: str) -> _Place:
+    """Look an array up in a file."""
+    with zipfile.ZipFile(file) as archive:
+        entry = archive.getinfo(f"{name}.npy")
+        with archive.open(entry) as array:
+            np.lib.format.read_magic(array)
+            shape, _, dtype = np.lib.format.read_array_header_1_0(array)
+            header = array.tell()
+    file.seek(entry.header_offset + 26)  # the lengths of the entry's name and extra field
+    name_size, extra_size = struct.unpack("<HH", file.read(4))
+    start = entry.header_offset + 30 + name_size + extra_size
+    return _Place(name, start, entry.file_size, entry.CRC, header, shape, dtype)
+
+
+def _read_array(file: IO[bytes], place: _Place) -> NDArray[Any]:
+    file.seek(place.start)
+    content = file.read(place.size)
+    if zlib.crc32(content) != place.checksum:
+        raise zipfile.BadZipFile(f"bad checksum of {place.name}")
+    return np.frombuffer(content, place.dtype, offset=place.header).reshape(place.shape)
 
 
 def damaged(file: Path, why: str, category: str = "NAME") -> DataError:
