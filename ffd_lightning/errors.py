@@ -32,8 +32,8 @@ def is_bug(error: BaseException) -> bool:
     Libraries raise errors of all kinds on damaged bytes; where a line of our own raises one that
     says that the code is wrong, it is.
     """
-    origin = _origin(error)
-    inside = origin is not None and _PACKAGE in Path(origin.filename).parents
+    frames = traceback.extract_tb(error.__traceback__)
+    inside = bool(frames) and _PACKAGE in Path(frames[-1].filename).parents
     return inside and isinstance(error, _BUGS)
 
 
@@ -47,20 +47,9 @@ def is_of_machine(error: BaseException) -> bool:
 
 
 def explain_unforeseen(error: BaseException) -> str:
-    """Return an unforeseen error's kind and message, and which function it comes from.
-
-    The system's own errors, of files and of time, say enough without it.
-    """
-    text, origin = f"{type(error).__name__}: {error}", _origin(error)
-    if isinstance(error, OSError) or origin is None:
+    """Return an unforeseen error's kind and message, and where in the code it was raised."""
+    text, frames = f"{type(error).__name__}: {error}", traceback.extract_tb(error.__traceback__)
+    if not frames:
         return text
-    place = f"{Path(origin.filename).stem}.{origin.name}"
-    if is_bug(error):
-        place += f", line {origin.lineno}, a bug of ffd_lightning: please report it"
-    return f"{text} ({place})"
-
-
-def _origin(error: BaseException) -> traceback.FrameSummary | None:
-    """Return where in the code an error was raised, None for one that never was."""
-    frames = traceback.extract_tb(error.__traceback__)
-    return frames[-1] if frames else None
+    bug = ", a bug of ffd_lightning: please report it" if is_bug(error) else ""
+    return f"{text} ({Path(frames[-1].filename).name}:{frames[-1].lineno}{bug})"

@@ -73,19 +73,6 @@ def write_csv(path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
     write_atomic(path, buffer.getvalue())
 
 
-def put_on_disk(path: Path) -> None:
-    """Have a file or a folder on the disk before going on.
-
-    Raises:
-        OSError: it is not there, or cannot be written.
-    """
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def lock_folder(folder: Path, taken: str) -> AbstractContextManager[object]:
     """Take a folder for this process until the context ends; freed however the process ends.
 

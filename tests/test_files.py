@@ -1,5 +1,4 @@
 import errno
-import os
 import resource
 
 import pytest
@@ -8,7 +7,6 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import (
     atomic_file,
     lock_folder,
-    put_on_disk,
     write_atomic,
     write_bytes_atomic,
     write_csv,
@@ -54,17 +52,6 @@ def test_a_full_disk_leaves_what_was_there(tmp_path):
     assert caught.value.errno == errno.EFBIG
     assert path.read_text() == "earlier"
     assert list(tmp_path.iterdir()) == [path]
-
-
-def test_files_and_folders_can_be_put_on_disk(tmp_path, monkeypatch):
-    synced = []
-    monkeypatch.setattr(os, "fsync", lambda fd: synced.append(os.fstat(fd).st_ino))
-    (tmp_path / "file").touch()
-    put_on_disk(tmp_path / "file")
-    put_on_disk(tmp_path)
-    assert synced == [(tmp_path / "file").stat().st_ino, tmp_path.stat().st_ino]
-    with pytest.raises(FileNotFoundError):
-        put_on_disk(tmp_path / "none")
 
 
 def test_a_folder_is_taken_once(tmp_path):

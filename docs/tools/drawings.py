@@ -8,13 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from ffd_lightning.geometry.normalization import normalize
 from PIL import Image
 
 from ffd_lightning.analysis.figures.examples import Example, reconstruct
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.evaluation.figures import reconstruction_row
-from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.geometry.mesh import Mesh, normalize
 from ffd_lightning.imaging.grid import grid, joined, write
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.palette import regime_title

@@ -18,7 +18,6 @@ from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.protocols import Protocol
 from ffd_lightning.geometry.ffd import num_control_points
-from ffd_lightning.losses.annealing import make_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
@@ -140,9 +139,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
 def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:
     """Return a regime as a loss."""
     terms = {
-        label: WeightedTerm(
-            term.build(), term.weight, make_annealing(term.annealing, annealing_steps)
-        )
+        label: WeightedTerm(term.build(), term.weight, term.annealing, annealing_steps)
         for label, term in regime.terms.items()
     }
     return Objective(terms, regime.selection.build())

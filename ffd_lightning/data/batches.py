@@ -159,7 +159,7 @@ class ShapeStore:
         clouds = torch.empty((count, prepared.num_points, 3), dtype=torch.int16, device=device)
 
         def copy(row: int) -> None:
-            clouds[row] = torch.from_numpy(prepared.packed_cloud(row))
+            clouds[row] = torch.tensor(prepared.packed_cloud(row))
             for view in range(prepared.image_shape[0]):
                 image = prepared.image(row, view)[..., : self._channels]
                 images[row, view] = torch.from_numpy(image.copy())

@@ -15,7 +15,7 @@ from ffd_lightning.evaluation.candidates import Candidate, PreparedShape, Templa
 from ffd_lightning.evaluation.capacity import fitted_template
 from ffd_lightning.evaluation.samples import Subset, sample_seed
 from ffd_lightning.geometry.chamfer import chamfer_distance
-from ffd_lightning.geometry.deformation import deform
+from ffd_lightning.geometry.ffd import deform
 
 _COARSE = 256  # points of a cloud for a first ranking
 _FINE = 1024

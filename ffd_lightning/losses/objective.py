@@ -2,34 +2,58 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
+from ffd_lightning.components import typed
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import TemplateSample
-from ffd_lightning.losses.annealing import Annealing, constant
 from ffd_lightning.losses.selection import Selection, Teaching, WeightedCosts
 from ffd_lightning.losses.terms import Prediction, StepInput, Term
+
+Annealing = Literal["constant", "exponential", "linear"]
+"""How a term's weight fades."""
 
 
 @dataclass(frozen=True)
 class WeightedTerm:
-    """One term of the objective.
+    r"""One term of the objective, and how its weight fades over the steps b of a training.
 
     Attributes:
         term: from a step to costs of templates, (q, T), or to a number, ().
         weight: of the term; at 0 it is computed to be looked at, and not minimised.
-        annealing: factor of the weight by step.
+        annealing: the factor of the weight: `constant`; `exponential`, :math:`e^{-b / b_0}` (the
+            paper's equation 13); or `linear`, :math:`\max(1 - b / b_0, 0)` (the authors' released
+            code; the paper does not use it).
+        annealing_steps: b_0.
     """
 
     term: Term
     weight: float = 1.0
-    annealing: Annealing = constant
+    annealing: Annealing = "constant"
+    annealing_steps: float = math.inf
+
+    def __post_init__(self) -> None:
+        typed(Annealing, self.annealing, "annealing")
+
+    def weight_at(self, step: int) -> float:
+        """Return the weight at a step, counted from 0.
+
+        >>> fading = WeightedTerm(Chamfer(), 10, "linear", annealing_steps=100)
+        >>> [fading.weight_at(step) for step in (0, 25, 100, 101)]
+        [10.0, 7.5, 0.0, 0.0]
+        """
+        if self.annealing == "exponential":
+            return self.weight * math.exp(-step / self.annealing_steps)
+        if self.annealing == "linear":
+            return self.weight * max(1 - step / self.annealing_steps, 0.0)
+        return self.weight
 
 
 class Objective(nn.Module):
@@ -68,7 +92,7 @@ class Objective(nn.Module):
 
     def weights(self, step: int) -> dict[str, float]:
         """Return the weight of each term at a step, annealing included."""
-        return {name: t.weight * t.annealing(step) for name, t in self.terms.items()}
+        return {name: term.weight_at(step) for name, term in self.terms.items()}
 
     def forward(
         self,

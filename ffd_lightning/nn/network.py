@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import logging
 import math
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import torch
@@ -15,8 +13,6 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import Degrees, mirrored_offsets
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.heads import TemplateHeads
-
-log = logging.getLogger(__name__)
 
 
 class FfdPrediction(NamedTuple):
@@ -206,20 +202,12 @@ def shrunk_size(image_size: tuple[int, int], shrink: int) -> tuple[int, int]:
 
 
 def compile_encoder(network: TemplateFfdNetwork) -> None:
-    """Have `torch.compile` fuse the encoder's layers at first use; training goes on if it cannot.
+    """Have `torch.compile` fuse the encoder's layers at first use; without a compiler it warns.
 
     Meant for GPUs, where fused layers save launches of kernels; on the CPU it gained nothing
     (benchmarks/README.md). Weights, checkpoints and results (to rounding) are the same.
     """
-    network.encoder.compile(backend=_inductor_or_eager)
+    import torch._dynamo  # takes longer to load than all the rest of torch
 
-
-def _inductor_or_eager(graph: torch.fx.GraphModule, inputs: list[Tensor]) -> Callable[..., Any]:
-    from torch._dynamo import lookup_backend  # takes longer to load than all the rest of torch
-
-    try:
-        return lookup_backend("inductor")(graph, inputs)
-    except Exception as error:  # whatever a compiler stumbles over
-        reason = str(error).split("\n")[0]
-        log.warning("trainer.compile=true: goes on without, since compilation failed (%s)", reason)
-        return graph.forward
+    torch._dynamo.config.suppress_errors = True
+    network.encoder.compile()

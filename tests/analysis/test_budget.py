@@ -47,9 +47,7 @@ def test_parts_below_zero_are_drawn_below_zero():
 
 
 def test_without_distances_or_references_there_is_nothing_to_split():
-    better = replace(
-        PAPER, metrics=tuple(replace(m, higher_is_better=True) for m in PAPER.metrics)
-    )
+    better = replace(PAPER, metrics=tuple(replace(m, higher_is_better=True) for m in PAPER.metrics))
     samples = samples_of("b", (1, 2, 3, 4, 5))
     with pytest.raises(DataError, match="more is better"):
         error_budget(samples, better)

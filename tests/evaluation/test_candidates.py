@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-from ffd_lightning.geometry.lattice import num_control_points
 
 from ffd_lightning.evaluation.candidates import ResampledTemplate, TemplateShape
+from ffd_lightning.geometry.ffd import num_control_points
 
 
 def stretched(bank):

@@ -60,9 +60,7 @@ def soup(points):
 
 @pytest.mark.parametrize("azimuth", [0, 230])
 @pytest.mark.parametrize("size", [(96, 128), (160, 100)])
-@pytest.mark.parametrize(
-    "camera", [Camera(), *RenderSettings(camera="authors").cameras()]
-)
+@pytest.mark.parametrize("camera", [Camera(), *RenderSettings(camera="authors").cameras()])
 def test_the_scale_is_the_largest_that_fits(azimuth, size, camera):
     points = np.random.default_rng(azimuth).normal(size=(9, 3)) + [0.3, -0.5, 0.2]
     view = View(replace(camera, azimuth=azimuth), *size)

@@ -1,5 +1,4 @@
 import math
-from functools import partial
 from typing import NamedTuple
 
 import pytest
@@ -9,7 +8,6 @@ from ffd_lightning.app.build import regime
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.ffd import TemplateSample, deform
-from ffd_lightning.losses.annealing import exponential_annealing
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.selection import PosteriorTaught, Teaching, WeightedCosts
 from ffd_lightning.losses.terms import (
@@ -67,11 +65,11 @@ def naive_chamfer(case):
 
 
 def paper_objective(function="identity", entropy_weight=0.0, offset_weight=0.0, annealing_steps=5):
-    fade = partial(exponential_annealing, annealing_steps=annealing_steps)
+    fade = "exponential", annealing_steps
     terms = {
         "weighted_chamfer": WeightedTerm(Chamfer()),
-        "negative_entropy": WeightedTerm(NegativeEntropy(), entropy_weight, fade),
-        "offset_penalty": WeightedTerm(OffsetPenalty(), offset_weight, fade),
+        "negative_entropy": WeightedTerm(NegativeEntropy(), entropy_weight, *fade),
+        "offset_penalty": WeightedTerm(OffsetPenalty(), offset_weight, *fade),
     }
     return Objective(terms, WeightedCosts(function))
 
@@ -164,7 +162,7 @@ def cross_entropy(inputs, costs):
 def test_terms_and_selection_of_ones_own_against_loops(case):
     terms = {
         "distance": WeightedTerm(Chamfer(), 0.5),
-        "squares": WeightedTerm(squares, 3.0, lambda step: 1 / (1 + step)),
+        "squares": WeightedTerm(squares, 3.0, "linear", 5),
         "mean": WeightedTerm(mean_offset, 7.0),
     }
     total, shown = Objective(terms, cross_entropy)(*case, 4)
@@ -174,7 +172,7 @@ def test_terms_and_selection_of_ones_own_against_loops(case):
     expected["mean"] = 5 * float(offsets.mean())
     for q in range(Q):
         cost = [
-            0.5 * float(distance[q, t]) + 3 / 5 * float((offsets[q, t] ** 2).sum())
+            0.5 * float(distance[q, t]) + 3 * 0.2 * float((offsets[q, t] ** 2).sum())
             for t in range(T)
         ]
         exponentials = [math.exp(logit) for logit in logits[q].tolist()]
@@ -186,7 +184,7 @@ def test_terms_and_selection_of_ones_own_against_loops(case):
     best = distance[torch.arange(Q), weights.argmax(1)]
     expected["chamfer"] = float(best.mean()) / N
     assert {name: float(value) for name, value in shown.items()} == pytest.approx(expected)
-    parts = (0.5 * expected["distance"], 3 / 5 * expected["squares"], 7 * expected["mean"])
+    parts = (0.5 * expected["distance"], 3 * 0.2 * expected["squares"], 7 * expected["mean"])
     assert float(total.detach()) == pytest.approx(sum(parts) + expected["selection"])
     assert not any(value.requires_grad for value in shown.values())
 

@@ -27,10 +27,6 @@ def test_table_1_and_howard_et_al_sizes():
     assert sum(p.numel() for p in full.parameters()) + moving == 3_228_864
 
 
-def test_channels_are_rounded_down_as_in_keras():
-    assert MobileNetV1(0.7).layers.get_submodule("conv1").out_channels == 22
-
-
 @pytest.mark.parametrize(
     ("layer", "size"),
     [(SamePadConv2d, 6), (SamePadConv2d, 7), (EndPadConv2d, 6), (EndPadConv2d, 7)],

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
+import struct
 import zipfile
 import zlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -228,13 +229,22 @@ class PreparedSet:
             for shape_id, value in manifest[key].items()
         }
 
+    @cached_property
+    def _places(self) -> dict[tuple[int, str], _Place]:
+        return {}
+
     def _read(self, row: int, name: str) -> NDArray[Any]:
-        """Return an array of a shape's file; zip's own checksums tell whether it is whole."""
+        """Return an array of a shape's file; zip's own checksums tell whether it is whole.
+
+        Where it is in the file is looked up once: that takes longer than to read it.
+        """
         try:
-            with np.load(self.file(row), allow_pickle=False) as arrays:
-                return np.asarray(arrays[name])
+            with self.file(row).open("rb", buffering=0) as file:
+                if (row, name) not in self._places:
+                    self._places[row, name] = _place(file, name)
+                return _read_array(file, self._places[row, name])
         except (
-            *(OSError, zipfile.BadZipFile, zlib.error, EOFError),
+            *(OSError, zipfile.BadZipFile, zlib.error, EOFError, struct.error),
             *(ValueError, KeyError, NotImplementedError),
         ) as error:
             if is_of_machine(error) and not isinstance(error, FileNotFoundError):
@@ -251,6 +261,41 @@ class PreparedSet:
         assert mesh.face_parts is not None
         mesh = replace(mesh, face_parts=table[mesh.face_parts], part_names=self.part_names)
         return mesh, table[point_parts]
+
+
+
+class _Place(NamedTuple):
+    """Where an array is in an .npz file that stores arrays as they are, without compression."""
+
+    name: str
+    start: int
+    size: int
+    checksum: int
+    header: int
+    shape: tuple[int, ...]
+    dtype: np.dtype
+
+
+def _place(file: IO[bytes], name: str) -> _Place:
+    """Look an array up in a file."""
+    with zipfile.ZipFile(file) as archive:
+        entry = archive.getinfo(f"{name}.npy")
+        with archive.open(entry) as array:
+            np.lib.format.read_magic(array)
+            shape, _, dtype = np.lib.format.read_array_header_1_0(array)
+            header = array.tell()
+    file.seek(entry.header_offset + 26)  # the lengths of the entry's name and extra field
+    name_size, extra_size = struct.unpack("<HH", file.read(4))
+    start = entry.header_offset + 30 + name_size + extra_size
+    return _Place(name, start, entry.file_size, entry.CRC, header, shape, dtype)
+
+
+def _read_array(file: IO[bytes], place: _Place) -> NDArray[Any]:
+    file.seek(place.start)
+    content = file.read(place.size)
+    if zlib.crc32(content) != place.checksum:
+        raise zipfile.BadZipFile(f"bad checksum of {place.name}")
+    return np.frombuffer(content, place.dtype, offset=place.header).reshape(place.shape)
 
 
 def damaged(file: Path, why: Exception | str, category: str = "NAME") -> DataError:

@@ -13,8 +13,7 @@ from scipy.spatial import cKDTree
 
 from ffd_lightning.data.source import PartCloud
 from ffd_lightning.errors import RejectedShapeError
-from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.geometry.normalization import bounding_box
+from ffd_lightning.geometry.mesh import Mesh, bounding_box
 from ffd_lightning.geometry.sampling import sample_surface
 
 MAX_RMS = 0.035
