@@ -35,11 +35,7 @@ HOLDS, FAILS, OPEN = "holds", "does not hold", "not decided"
 
 
 def read(data: Path, name: str) -> Results:
-    """Read `<name>.zip`, or all files of the folder `<name>`, which are parts of one study.
-
-    Raises:
-        DataError: it is not there, or its parts were measured in different ways.
-    """
+    """Read `<name>.zip`, or all files of the folder `<name>`, which are parts of one study."""
     files = [data / f"{name}.zip"] if (data / f"{name}.zip").is_file() else []
     files = files or sorted((data / name).glob("*.zip"))
     if not files:
@@ -94,16 +90,10 @@ def one_seed(results: Results) -> bool:
 def differences(
     results: Results, pairs: Iterable[Sequence[str]], measures: Sequence[str], by: str = "regime"
 ) -> pd.DataFrame:
-    """Compare pairs of groups of runs on the same test shapes.
+    """Compare pairs (a, b) of groups of runs on the same test shapes, as `judged` gives it.
 
-    Args:
-        results: that have them.
-        pairs: (a, b), values of the column.
-        measures: columns of the samples.
-        by: the column: `regime`, and runs must differ in nothing else, or `label`.
-
-    Returns:
-        As `judged` gives it, a - b.
+    Groups are those of one value of a column: of `regime`, where runs must differ in nothing else,
+    or of `label`.
     """
     tables = []
     for a, b in pairs:

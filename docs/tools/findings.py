@@ -50,7 +50,6 @@ from ffd_lightning.analysis.budget import error_budget
 from ffd_lightning.analysis.compare import is_mean
 from ffd_lightning.analysis.parts import family_table
 from ffd_lightning.analysis.plots import (
-    budget_bars,
     cumulative_curves,
     selection_histograms,
     template_count_curves,
@@ -155,37 +154,30 @@ def scores(
     columns: Sequence[str] = _SCORES,
     **where: Any,
 ) -> str:
-    """Return a table of mean scores, ± the standard deviation over seeds.
+    """Return a table of mean scores, a row per value of a column of the runs.
 
-    Args:
-        name: of the study.
-        by: a row per value of this column of its runs; a value is averaged over categories first.
-        only: values of it that are shown, in this order.
-        columns: of `_COLUMNS`.
-        where: the runs, as `Results.where` takes them.
+    They are means over categories first, then over seeds, ± the standard deviation over those.
     """
     runs = per_run(study(name).where(**where))
-    rows = [[regime_title(str(x)), *_means(runs[runs[by] == x], columns)] for x in only]
-    return _table(_headings(columns, by), rows)
+    return _means({regime_title(str(x)): runs[runs[by] == x] for x in only}, columns, by)
 
 
 def versions(studies: Mapping[str, str], columns: Sequence[str] = _SCORES, **where: Any) -> str:
     """Return a table of mean scores like `scores`, a row per study, by what is said of it."""
-    rows = [
-        [label, *_means(per_run(study(name).where(**where)), columns)]
-        for label, name in studies.items()
-    ]
-    return _table(_headings(columns, ""), rows)
+    parts = {label: per_run(study(name).where(**where)) for label, name in studies.items()}
+    return _means(parts, columns)
 
 
-def _means(runs: pd.DataFrame, columns: Sequence[str]) -> list[str]:
-    seeds = runs.groupby("seed").mean(numeric_only=True)
-    cells = []
-    for column in columns:
-        cells.append(_number(seeds[column].mean(), column))
+def _means(parts: Mapping[str, pd.DataFrame], columns: Sequence[str], head: str = "") -> str:
+    rows = []
+    for label, runs in parts.items():
+        seeds = runs.groupby("seed")[list(columns)].mean()
+        means = [_number(seeds[column].mean(), column) for column in columns]
         if len(seeds) > 1:
-            cells[-1] += f"{_BOUND}±{_BOUND}{_number(seeds[column].std(), column)}"
-    return cells
+            spread = (_number(seeds[column].std(), column) for column in columns)
+            means = [f"{a}{_BOUND}±{_BOUND}{b}" for a, b in zip(means, spread, strict=True)]
+        rows.append([label, *means])
+    return _table(_headings(columns, head), rows)
 
 
 def seeds_of(name: str, column: str, regime: str, **where: Any) -> str:
@@ -315,11 +307,7 @@ def counts(name: str, pairs: Iterable[Sequence[int]], measures: Sequence[str]) -
 def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[str]) -> str:
     """Return a table of differences between the same regime in several studies.
 
-    Args:
-        studies: by what is said of them: "600 steps"; each is compared with the first, on the
-            categories, seeds and test shapes that it has too.
-        only: the regimes.
-        measures: columns of the samples.
+    Each is compared with the first, on the categories, seeds and test shapes that it has too.
     """
     (base, base_name), *others = studies.items()
     tables = []
@@ -333,9 +321,7 @@ def versus(studies: Mapping[str, str], only: Sequence[str], measures: Sequence[s
             )
             for of, part in ((label, new), (base, old))
         ]
-        runs = pd.concat([part[["run"]].drop_duplicates() for part in parts])
-        both = replace(new, samples=pd.concat(parts, ignore_index=True), runs=runs)
-        both = replace(both, settings=pd.DataFrame(index=runs["run"]))
+        both = replace(new, samples=pd.concat(parts, ignore_index=True))
         pairs = [(f"{regime}: {label}", f"{regime}: {base}") for regime in only]
         tables.append(differences(both, pairs, measures, "label"))
     table = _together(tables)
@@ -384,12 +370,7 @@ def against(name: str, only: Sequence[str], shape: str, measures: Sequence[str])
 
 
 def verdicts(claim: str, studies: Mapping[str, str]) -> str:
-    """Return a claim of the paper, what studies say about it, and by which rule.
-
-    Args:
-        claim: its name in `CLAIMS`.
-        studies: by what is said of them: "sofas and tables".
-    """
+    """Return a claim of the paper, what studies (by what is said of them) say, by which rule."""
     found = {of: CLAIMS[claim].judge(study(name)) for of, name in studies.items()}
     words = {verdict.word for verdict in found.values()}
     icon = _ICONS[words.pop() if len(words) == 1 else OPEN]
@@ -450,12 +431,10 @@ def right_category(name: str, regime: str) -> str:
 def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) -> str:
     """Return what the Chamfer distance is made of, a row per category and regime or number."""
     part = study(name).where(**{by: only}, **where)
-    runs = part.runs.set_index("run")[["category", by]]
-    table = error_budget(part.samples, part.protocol).join(runs)
-    means = table.groupby(["category", by], sort=False)[_PARTS].mean()
+    table = _budget(part).groupby(["category", by], sort=False)[_PARTS].mean()
     rows = [
-        [category, regime_title(str(x)), *(f"{means.loc[(category, x), n]:.1f}" for n in _PARTS)]
-        for category in runs["category"].unique()
+        [category, regime_title(str(x)), *(f"{number:.1f}" for number in table.loc[(category, x)])]
+        for category in table.index.unique("category")
         for x in only
     ]
     return _table(["category", by, *_PARTS], rows)
@@ -463,12 +442,13 @@ def budgets(name: str, only: Sequence[Any], by: str = "regime", **where: Any) ->
 
 def budgets_of(studies: Mapping[str, str], regime: str) -> str:
     """Return what the Chamfer distance of one regime is made of, mean over runs, by study."""
-    rows = []
-    for label, name in studies.items():
-        part = study(name).where(regime=regime)
-        means = error_budget(part.samples, part.protocol)[_PARTS].mean()
-        rows.append([label, *(f"{means[n]:.1f}" for n in _PARTS)])
+    means = {n: _budget(study(name).where(regime=regime))[_PARTS] for n, name in studies.items()}
+    rows = [[label, *(f"{number:.1f}" for number in x.mean())] for label, x in means.items()]
     return _table(["", *_PARTS], rows)
+
+
+def _budget(part: Results) -> pd.DataFrame:
+    return part.runs.join(error_budget(part.samples, part.protocol), on="run")
 
 
 def labels(name: str) -> str:
@@ -491,7 +471,7 @@ def labels(name: str) -> str:
 # --- minutes, figures, pages ---------------------------------------------------------------------
 
 
-def recipes(measures: Sequence[str] = ("chamfer", "emd", "iou")) -> str:
+def recipes() -> str:
     """Return the scores that recipes of training reach in some seconds: the quality benchmark's."""
     table = pd.read_csv(DATA / "quality.csv")
     lengths = sorted(table["asked_seconds"].unique())
@@ -499,7 +479,7 @@ def recipes(measures: Sequence[str] = ("chamfer", "emd", "iou")) -> str:
     for recipe, part in table.groupby("recipe", sort=False):
         runs = part.set_index("asked_seconds").loc[lengths]
         cells = [
-            f"{' / '.join(_number(run[m], m) for m in measures)} "
+            f"{' / '.join(_number(run[m], m) for m in ('chamfer', 'emd', 'iou'))} "
             f"({run['steps']:,} steps, {run['seconds']:.0f} s)"
             for _, run in runs.iterrows()
         ]
@@ -524,11 +504,10 @@ def figure(kind: str, name: str, alt: str, **where: Any) -> str:
     drawings: dict[str, Callable[[], Figure]] = {
         "curves": lambda: cumulative_curves(part.samples, part.protocol),
         "selection": lambda: selection_histograms(part.samples),
-        "budget": lambda: budget_bars(part.samples, part.protocol),
         "counts": lambda: template_count_curves(part.scored, part.protocol),
     }
     ending = "".join(f"-{value}" for value in where.values() if isinstance(value, (str, int)))
-    return _drawn(f"{name.replace('+', '-')}-{kind}{ending}.svg", drawings[kind](), alt)
+    return _drawn(f"{name}-{kind}{ending}.svg", drawings[kind](), alt)
 
 
 def _drawn(file: str, figure: Figure, alt: str) -> str:

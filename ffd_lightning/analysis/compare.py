@@ -94,8 +94,7 @@ def compare(
     Runs of a group are seeds of the same settings: their scores are averaged, as are those of
     several images of a shape. Only images that all compared runs were tested on count. What is
     measured is how sure the difference between *these trained networks* is, over shapes that might
-    have been tested on; how much another training would differ shows only in several seeds, and
-    `agreement` says whether they speak with one voice.
+    have been tested on; how much another training would differ shows only in several seeds.
 
     See `interval` and `rank_score`; categories are strata, each counts the same. `p` asks about
     ranks and is corrected for the number of comparisons, the interval is about the mean and is not:
@@ -117,8 +116,7 @@ def compare(
         the shapes they share; `difference`, the mean of a - b in the measure's own unit, and its
         interval `low`, `high`; `p`, and `p_corrected` for all rows together (Holm); `num_samples`,
         shapes; `seeds_a`, `seeds_b`; `agreement`, the share of pairs of seeds, one of each group,
-        whose difference has this sign; `shown`, whether mean and ranks both show it; `statement`,
-        a sentence.
+        whose difference has this sign; `shown`; `statement`, a sentence.
 
     Raises:
         DataError: no groups to compare, fewer than two shapes in common, a measure that is missing,
@@ -126,6 +124,7 @@ def compare(
     """
     names = [by] if isinstance(by, str) else list(by)
     held = [name for name in SETTING if name not in names] if held is None else list(held)
+    results.check_scored()
     metric = measure_of(measure, results.protocol)
     require_columns(results.samples, [measure, *names, *held])
     without = results.samples.loc[results.samples[measure].isna(), "run"]
@@ -134,55 +133,41 @@ def compare(
             f"{without.iloc[0]} has samples without {measure}: ffd evaluate "
             f"run={without.iloc[0]} (references=true for what a network must beat)"
         )
-    pairs: list[_Pair] = []
     alone = set(names) <= {"regime", "templates"}
-    settings = deciding_settings(results.settings) if alone else None
-    for values, part in results.samples.groupby(["category", *held], sort=False):
-        if settings is not None:
+    settings = deciding_settings(results.settings) if alone else pd.DataFrame()
+    found: list[tuple[tuple[Any, ...], list[_Pair]]] = []
+    strata: dict[tuple[Any, ...], list[_Pair]] = {}
+    for (category, *common), part in results.samples.groupby(["category", *held], sort=False):
+        if alone:
             _check_settings(settings.loc[part["run"].unique()], names)
-        pairs += _pairs(part, measure, names, str(values[0]), tuple(values[1:]))
-    if not pairs:
+        for a, b, pair in _pairs(part, measure, names, str(category)):
+            found.append(((category, *common, a, b), [pair]))
+            strata.setdefault((*common, a, b), []).append(pair)
+    if not found:
         raise DataError(
             f"nothing to compare: all runs of a category have the same {' and '.join(names)}"
         )
-    same: dict[tuple[Any, ...], list[_Pair]] = {}
-    for pair in pairs:
-        same.setdefault((pair.held, pair.a, pair.b), []).append(pair)
-    pairs += [_over_categories(parts) for parts in same.values() if len(parts) > 1]
-    table = pd.DataFrame([_row(pair, measure, held) for pair in pairs])
+    for heads, pairs in strata.items():
+        if len(pairs) > 1:
+            found.append(((f"{_MEAN}{len(pairs)}", *heads), pairs))
+    columns = ["category", *held, "a", "b"]
+    rows = [dict(zip(columns, heads, strict=True)) | _numbers(pairs) for heads, pairs in found]
+    table = pd.DataFrame(rows)
+    table.insert(len(columns), "measure", measure)
     table.insert(table.columns.get_loc("p") + 1, "p_corrected", holm(table["p"]))
     table["shown"] &= table["p_corrected"] < LEVEL
     table["statement"] = [_statement(row, held, metric) for row in table.to_dict("records")]
     return table
 
 
-class _Pair(NamedTuple):
-    """Two groups of runs, over one category or several.
-
-    Attributes:
-        category: its name.
-        held: values of what both have in common.
-        a, b: names of the groups.
-        differences: a - b of each test shape, (n,), a category each.
-        of_runs: differences of the means of single runs, all pairs.
-        seeds: runs in a and in b.
-        means: of a and of b, over shapes and categories.
-    """
-
-    category: str
-    held: tuple[Any, ...]
-    a: str
-    b: str
-    differences: list[Array]
-    of_runs: Array
-    seeds: tuple[int, int]
-    means: tuple[float, float]
+_Pair = tuple[pd.DataFrame, pd.DataFrame]
+"""Scores of two groups of runs in one category: a row per shape, a column per run."""
 
 
 def _pairs(
-    part: pd.DataFrame, measure: str, names: list[str], category: str, held: tuple[Any, ...]
-) -> list[_Pair]:
-    """Compare all pairs of groups in one category, over the images that all runs have."""
+    part: pd.DataFrame, measure: str, names: list[str], category: str
+) -> list[tuple[str, str, _Pair]]:
+    """Return all pairs of groups in one category, over the images that all runs have."""
     runs = part[list(dict.fromkeys(["run", "seed", *names]))].drop_duplicates()
     groups: dict[str, list[str]] = {}
     for values, group in sorted(runs.groupby(names), key=lambda g: [_place(v) for v in g[0]]):
@@ -199,66 +184,42 @@ def _pairs(
             f"{' and '.join(runs['run'])} share {len(shapes)} test shapes of {category}, 2 at "
             "least are needed: compare runs with the same data and split"
         )
-    scores = {label: shapes[group].to_numpy().mean(1) for label, group in groups.items()}
-    of_run = shapes.mean()
-    return [
-        _Pair(
-            category,
-            held,
-            a,
-            b,
-            [scores[a] - scores[b]],
-            np.subtract.outer(of_run[groups[a]].to_numpy(), of_run[groups[b]].to_numpy()).ravel(),
-            (len(groups[a]), len(groups[b])),
-            (float(scores[a].mean()), float(scores[b].mean())),
-        )
-        for b, a in combinations(groups, 2)
-    ]
+    pairs = combinations(groups, 2)
+    return [(a, b, (shapes[groups[a]], shapes[groups[b]])) for b, a in pairs]
 
 
 def _place(value: Any) -> tuple[int, float, str]:
     """Put regimes in the paper's order, numbers by size, anything else by name."""
     if value in REGIME_COLORS:
         return 0, list(REGIME_COLORS).index(value), ""
-    if isinstance(value, (int, float, np.number)):
-        return 1, float(value), ""
-    return 2, 0.0, str(value)
+    number = isinstance(value, (int, float, np.number))
+    return (1, float(value), "") if number else (2, 0.0, str(value))
 
 
-def _over_categories(parts: list[_Pair]) -> _Pair:
-    """Return one comparison over the categories of several."""
-    seeds = [pair.seeds for pair in parts]
-    together = np.mean if len(set(seeds)) == 1 else np.concatenate  # else no pairs that go together
-    return parts[0]._replace(
-        category=f"{_MEAN}{len(parts)}",
-        differences=[d for pair in parts for d in pair.differences],
-        of_runs=np.asarray(together([pair.of_runs for pair in parts], 0)),
-        seeds=(min(a for a, _ in seeds), min(b for _, b in seeds)),
-        means=tuple(np.mean([pair.means for pair in parts], 0).tolist()),
-    )
-
-
-def _row(pair: _Pair, measure: str, held: Sequence[str]) -> dict[str, Any]:
-    low, high = interval(pair.differences)
-    z = rank_score(pair.differences)
-    difference = float(np.mean([d.mean() for d in pair.differences]))
+def _numbers(pairs: Sequence[_Pair]) -> dict[str, Any]:
+    """Return what a comparison finds, a - b, over categories that count the same."""
+    scores = [(a.to_numpy().mean(1), b.to_numpy().mean(1)) for a, b in pairs]
+    differences = [a - b for a, b in scores]
+    mean_a, mean_b = np.mean([(a.mean(), b.mean()) for a, b in scores], 0).tolist()
+    of_runs = [np.subtract.outer(a.mean().to_numpy(), b.mean().to_numpy()) for a, b in pairs]
+    if len({of_run.shape for of_run in of_runs}) == 1:  # else no runs that go together
+        of_runs = [np.mean(of_runs, 0)]
+    low, high = interval(differences)
+    z = rank_score(differences)
+    difference = float(np.mean([d.mean() for d in differences]))
     sign = 1 if difference > 0 else -1
+    same_sign = np.concatenate([np.sign(x).ravel() for x in of_runs]) == np.sign(difference)
     return {
-        "category": pair.category,
-        **dict(zip(held, pair.held, strict=True)),
-        "a": pair.a,
-        "b": pair.b,
-        "measure": measure,
-        "mean_a": pair.means[0],
-        "mean_b": pair.means[1],
+        "mean_a": mean_a,
+        "mean_b": mean_b,
         "difference": difference,
         "low": low,
         "high": high,
         "p": float(2 * stats.norm.sf(abs(z))),
-        "num_samples": sum(map(len, pair.differences)),
-        "seeds_a": pair.seeds[0],
-        "seeds_b": pair.seeds[1],
-        "agreement": float(np.mean(np.sign(pair.of_runs) == np.sign(difference))),
+        "num_samples": sum(map(len, differences)),
+        "seeds_a": min(a.shape[1] for a, _ in pairs),
+        "seeds_b": min(b.shape[1] for _, b in pairs),
+        "agreement": float(np.mean(same_sign)),
         "shown": min(sign * low, sign * high) > 0 and sign * z > 0,
     }
 
@@ -269,31 +230,28 @@ def _statement(row: dict[Any, Any], held: Sequence[str], metric: Measure) -> str
     One group "beats" another only where both were trained several times, and every pair of their
     runs agrees: of a single training, only its scores can be said to be better.
     """
-    a, b, sign = row["a"], row["b"], 1
     where = ("the " if is_mean(row["category"]) else "") + row["category"]
     if common := name_of(row, held, long=False):
         where += f" ({common})"
-    shape = row["measure"].removesuffix(metric.name).replace("_", " ")
+    again = min(row["seeds_a"], row["seeds_b"]) > 1 and row["agreement"] == 1
+    shape = row["measure"].removesuffix(metric.name).replace("_", " ") + metric.title
     if row["shown"]:
-        sign = 1 if row["difference"] > 0 else -1
-        winner, loser = (a, b) if (sign > 0) == metric.higher_is_better else (b, a)
-        again = min(row["seeds_a"], row["seeds_b"]) > 1 and row["agreement"] == 1
-        text = f"{winner} {'beats' if again else 'scores better than'} {loser} on {where}: "
-        text += f"{shape}{metric.title} {'higher' if metric.higher_is_better else 'lower'} by "
+        row = row if row["difference"] > 0 else turned(row)
+        better, worse = (row["a"], row["b"]) if metric.higher_is_better else (row["b"], row["a"])
+        verb = "beats" if again else "scores better than"
+        word = "higher" if metric.higher_is_better else "lower"
+        text = f"{better} {verb} {worse} on {where}: {shape} {word} by "
     else:
-        text = f"no difference shown between {a} and {b} on {where}: "
-        text += f"{shape}{metric.title} {a} - {b} = "
-    low, high = sorted(sign * metric.factor * row[end] for end in ("low", "high"))
+        text = f"no difference shown between {row['a']} and {row['b']} on {where}: "
+        text += f"{shape} {row['a']} - {row['b']} = "
+    mean, low, high = (number(metric.factor * row[x]) for x in ("difference", "low", "high"))
     unit = "" if metric.factor == 1 else f" x {metric.factor:g}"
     chance = "p < 0.001" if row["p_corrected"] < 0.001 else f"p = {row['p_corrected']:.2g}"
     seeds = "one training each: another seed may give another order"
     if max(row["seeds_a"], row["seeds_b"]) > 1:
         agree = f"{row['agreement']:.0%} of their pairs agree"
         seeds = f"{row['seeds_a']} and {row['seeds_b']} seeds, {agree}"
-    return (
-        f"{text}{number(sign * metric.factor * row['difference'])} [{number(low)}, {number(high)}]"
-        f"{unit} ({row['num_samples']} shapes, {chance}; {seeds})"
-    )
+    return f"{text}{mean} [{low}, {high}]{unit} ({row['num_samples']} shapes, {chance}; {seeds})"
 
 
 def is_mean(category: object) -> bool:
@@ -302,18 +260,11 @@ def is_mean(category: object) -> bool:
 
 
 def turned(row: dict[Any, Any]) -> dict[Any, Any]:
-    """Return the numbers of a row of `compare` as the difference b - a."""
-    return row | {
-        "a": row["b"],
-        "b": row["a"],
-        "mean_a": row["mean_b"],
-        "mean_b": row["mean_a"],
-        "seeds_a": row["seeds_b"],
-        "seeds_b": row["seeds_a"],
-        "difference": -row["difference"],
-        "low": -row["high"],
-        "high": -row["low"],
-    }
+    """Return a row of `compare` as the difference b - a."""
+    pairs = [("a", "b"), ("mean_a", "mean_b"), ("seeds_a", "seeds_b")]
+    swapped = {one: row[other] for pair in pairs for one, other in (pair, pair[::-1])}
+    ends = {"difference": -row["difference"], "low": -row["high"], "high": -row["low"]}
+    return row | swapped | ends
 
 
 def compare_with(results: Results, measure: str, shape: str) -> pd.DataFrame:

@@ -131,8 +131,8 @@ def label_tables(results: Results) -> list[Table]:
     Args:
         results: under protocol parts.
     """
-    samples = results.samples
-    tables = []
+    results.check_scored()
+    samples, tables = results.samples, []
     for measures, title, over in (
         ("part_iou", "Part IoU x 100 of transferred labels", "parts, then over test shapes"),
         (part_columns(samples), "IoU x 100 of single parts", "the test shapes that have it"),

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.naming import GROUP, setting_text, sorted_runs, variants
+from ffd_lightning.analysis.naming import GROUP, SETTING, setting_text, sorted_runs, variants
 from ffd_lightning.analysis.status import run_status
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
@@ -111,36 +111,33 @@ class Results:
         """
         folder = folder or Path(commonpath([run.path for run in runs]) if runs else ".")
         known: dict[str, RunFolder] = {}
-        rows: list[dict[str, Any]] = []
-        damaged: list[dict[str, Any]] = []
+        flat: list[pd.DataFrame] = []
+        damaged: list[dict[str, str]] = []
         for run in runs:
             name = relpath(run.path, folder)
-            if why := _damage(run):
-                damaged.append({"run": name, "state": "damaged", "reason": why})
+            try:
+                found = pd.json_normalize(run.settings)
+                if not found.reindex(columns=list(_KEYS.values())).notna().all(axis=None):
+                    raise ConfigError("config.yaml names no category, regime, templates or seed")
+            except ConfigError as error:
+                damaged.append({"run": name, "state": "damaged", "reason": str(error)})
                 continue
             known[name] = run
-            named = {column: setting_of(run.settings, key) for column, key in _KEYS.items()}
-            seconds = (run.status.get("summary") or {}).get("seconds_per_step", np.nan)
-            state = run_status(run)
-            rows.append(
-                {"run": name, **named, "state": state["state"], "reason": state["reason"]}
-                | {"seconds_per_step": seconds}
-            )
-        if not rows:
+            flat.append(found)
+        if not known:
+            why = "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
             raise DataError(
-                f"{folder} holds no run that can be read"
-                + "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
-                + ": name the folder of a run, or of a sweep (runs/NAME)"
+                f"{folder} holds no run that can be read{why}: name the folder of a run, or of a "
+                "sweep (runs/NAME)"
             )
-        settings = pd.DataFrame.from_dict(
-            {
-                name: pd.json_normalize(run.settings).iloc[0].to_dict()
-                for name, run in known.items()
-            },
-            orient="index",
-        ).rename_axis("run")
-        table = pd.DataFrame(rows)
-        table.insert(4, "variant", variants(table, deciding_settings(settings)))
+        settings = pd.concat(flat, ignore_index=True).set_axis(list(known)).rename_axis("run")
+        table = settings[list(_KEYS.values())].set_axis(list(_KEYS), axis=1).reset_index()
+        table["variant"] = variants(table, deciding_settings(settings))
+        statuses = [run_status(run) for run in known.values()]
+        table["state"] = [status["state"] for status in statuses]
+        table["reason"] = [status["reason"] for status in statuses]
+        summaries = [run.status.get("summary") or {} for run in known.values()]
+        table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
         chosen = _protocol(list(known.values()), protocol, subset)
         parts = []
@@ -151,13 +148,13 @@ class Results:
                 if row["state"] != "failed":
                     table.loc[place, "reason"] = str(error)
                 continue
-            part.insert(0, "run", row["run"])
-            for column in ("seed", "variant", "templates", "regime"):
-                part.insert(1, column, row[column])
+            for k, column in enumerate(("run", *SETTING, "seed")):
+                part.insert(k, column, row[column])
             parts.append(part)
         columns = ["run", *GROUP, "seed", "id", "view", "family", "template"]
         samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
-        families = {name: found for name, run in known.items() if (found := _families(run))}
+        families = {name: _families(run) for name, run in known.items()}
+        families = {name: found for name, found in families.items() if found}
         table = pd.concat([table, pd.DataFrame(damaged)], ignore_index=True)
         return cls(samples, table, settings, chosen, families, _curves({}), folder=folder)
 
@@ -179,6 +176,12 @@ class Results:
     def unscored(self) -> pd.DataFrame:
         """The other runs."""
         return self.runs[~self.runs["run"].isin(self.samples["run"])]
+
+    def check_scored(self) -> None:
+        """Raise a DataError that says why, if no run has scores."""
+        if self.samples.empty:
+            run, why = self.runs[["run", "reason"]].iloc[0]
+            raise DataError(f"no run has results under protocol {self.protocol.name}: {run}: {why}")
 
     def run_folder(self, run: str) -> RunFolder:
         """Return the folder of a run, by its name."""
@@ -235,8 +238,7 @@ class Results:
         Raises:
             DataError: no run has scores.
         """
-        if self.samples.empty:
-            raise DataError(f"no run in {self.folder} is finished: there is nothing to keep yet")
+        self.check_scored()
         runs = list(self.scored["run"])
         family = [
             self.families.get(run, {}).get(template, "")
@@ -378,11 +380,7 @@ def described_protocol(
 
 
 def described_protocols(run: RunFolder, subset: str = "test") -> dict[str, ProtocolDescription]:
-    """Return the protocols that a run was evaluated under, by name, that of its training first.
-
-    Results are of the network that the run was trained to. Those whose summary is damaged, or
-    describes no protocol, are left out.
-    """
+    """Return the protocols that a run was evaluated under, by name, that of its training first."""
     names = sorted(folder.name for folder in run.path.glob("evaluation/*"))
     found = {name: known for name in names if (known := described_protocol(run, name, subset))}
     own = own_protocol(run) if len(found) > 1 else ""
@@ -430,16 +428,6 @@ def read_samples(
             f"{file} is damaged ({' '.join(str(error).split())}): "
             f"{evaluate_command(run.path, protocol.name)} restart=true"
         ) from None
-
-
-def _damage(run: RunFolder) -> str:
-    """Return why a run's configuration cannot be read, "" where it can."""
-    try:
-        settings = run.settings
-    except ConfigError as error:
-        return str(error)
-    named = all(setting_of(settings, key) is not None for key in _KEYS.values())
-    return "" if named else "config.yaml names no category, regime, templates or seed"
 
 
 def _protocol(runs: Sequence[RunFolder], name: str | None, subset: str) -> ProtocolDescription:
@@ -490,10 +478,10 @@ def _families(run: RunFolder) -> dict[str, str]:
         families = dict(zip(ranking["id"], ranking["family"], strict=True))
     except (OSError, ValueError, KeyError):
         return {}
-    category = setting_of(run.settings, "category.name")
-    joint = len(setting_of(run.settings, "category.members") or []) > 1
+    category = run.settings["category"]
+    joint = len(category.get("members") or []) > 1
     return {
-        i: family and f"{i.split('/')[0] if joint else category}/{family}"
+        i: family and f"{i.split('/')[0] if joint else category['name']}/{family}"
         for i, family in families.items()
         if any(families.values())
     }

@@ -134,10 +134,11 @@ class Table:
             f'<th scope="col"{kind}>{_heading(name)}</th>'
             for name, kind in zip(self.columns, kinds, strict=True)
         )
-        body = "".join(
-            f"<tr>{''.join(f'<td{k}>{_html(c)}</td>' for c, k in zip(row, kinds, strict=True))}</tr>\n"
+        rows = [
+            "".join(f"<td{kind}>{_html(cell)}</td>" for cell, kind in zip(row, kinds, strict=True))
             for row in self.rows
-        )
+        ]
+        body = "".join(f"<tr>{row}</tr>\n" for row in rows)
         note = f'<p class="note">{escape(self.note)}</p>\n' if self.note else ""
         return Markup(
             f'<div class="scroll" role="region" tabindex="0" aria-label="{escape(self.title)}">\n'

@@ -333,21 +333,20 @@ def _numbers(
     grouped = runs.groupby(list(by), sort=False, dropna=False)
     table = grouped[names].mean().join(grouped[names].std(ddof=1).add_suffix("_std"))
     table = table.join(grouped.size().rename("seeds")).reset_index()
-    several, alike = bool(table["seeds"].max() > 1), False
-    heads, common = _heads(table, by)
-    body = [["seeds", *map(str, table["seeds"])]] if several else []
+    body, common = [], ""
+    if table["seeds"].max() > 1:
+        body.append(["seeds", *map(str, table["seeds"])])
+        title += ", mean ± standard deviation over seeds"
     for column in columns:
         below = (notes or {}).get(column.name) or [("", False)] * len(table)
         body.append([column.heading, *_cells(table, column, below)])
     if shapes:
         counts = [f"{count:.0f}" for count in table["num_samples"]]
-        if alike := len(set(counts)) == 1:
-            common = ", ".join(filter(None, [common, f"{counts[0]} {shapes}"]))
+        if len(set(counts)) == 1:
+            common = f"{counts[0]} {shapes}"
         else:
             body.append([shapes.replace(" ", "\n"), *counts])
-    head, *rows = map(list, zip(*heads, *body, strict=True))
-    over = ", mean ± standard deviation over seeds" if several else ""
-    return Table(f"{title}{common and f': {common}'}{over}", head, rows, len(heads), note)
+    return _table(title, table, by, body, note, common)
 
 
 def _cells(table: pd.DataFrame, column: Column, below: Sequence[tuple[str, bool]]) -> list[Cell]:
@@ -405,9 +404,7 @@ def selection(results: Results) -> Table:
         "often it would be if the same templates were dealt out at random, and how often there is "
         "one of it."
     )
-    heads, common = _heads(table, [*GROUP, "seed"])
-    head, *rows = map(list, zip(*heads, *body, strict=True))
-    return Table(f"Template selection{common and f': {common}'}", head, rows, len(heads), note)
+    return _table("Template selection", table, [*GROUP, "seed"], body, note)
 
 
 def _selected(value: float, column: str, measure: Measure) -> str:
@@ -430,7 +427,6 @@ def seeds_agree(results: Results) -> Table | None:
     table = table[table["num_pairs"] > 0]
     if table.empty:
         return None
-    heads, common = _heads(table, GROUP)
     body = [
         [heading, *map(form.format, table[name])]
         for name, heading, form in (
@@ -445,26 +441,40 @@ def seeds_agree(results: Results) -> Table | None:
         "they group the samples by their template, 1 for the same groups, 0 for chance. Same "
         "template: share of samples for which both select the very same."
     )
-    head, *rows = map(list, zip(*heads, *body, strict=True))
-    return Table(f"Agreement of seeds{common and f': {common}'}", head, rows, len(heads), note)
+    return _table("Agreement of seeds", table, GROUP, body, note)
 
 
-def _heads(table: pd.DataFrame, names: Sequence[str]) -> tuple[list[list[str]], str]:
-    """Return columns that head rows: what differs, the regime where nothing does.
+def _table(
+    title: str,
+    table: pd.DataFrame,
+    by: Sequence[str],
+    body: Sequence[Sequence[str]],
+    note: str,
+    common: str = "",
+) -> Table:
+    """Return a table headed by what differs, the regime where nothing does.
 
-    And what all rows share, in words.
+    What all rows share is in its title.
+
+    Args:
+        title: of the table.
+        table: with a row for each of the table's.
+        by: columns that tell its rows apart.
+        body: the other columns: heading and cells.
+        note: below it.
+        common: what they share beside `by`.
     """
-    kept = differing(table, names) or ["regime"]
-    heads: list[list[str]] = []
+    kept = differing(table, by) or ["regime"]
+    heads: list[Sequence[str]] = []
     for name in kept:
-        cells = [
-            Cell(regime_title(str(x)), color=REGIME_COLORS.get(str(x), ""))
-            if name == "regime"
-            else str(x)
-            for x in table[name]
-        ]
+        cells = list(map(str, table[name]))
+        if name == "regime":
+            cells = [Cell(regime_title(x), color=REGIME_COLORS.get(x, "")) for x in cells]
         heads.append(["T" if name == "templates" else name, *cells])
-    return heads, name_of(table.iloc[0], [name for name in names if name not in kept])
+    head, *rows = map(list, zip(*heads, *body, strict=True))
+    shared = name_of(table.iloc[0], [name for name in by if name not in kept])
+    title = ": ".join(filter(None, [title, ", ".join(filter(None, [shared, common]))]))
+    return Table(title, head, rows, len(heads), note)
 
 
 # --- settings, and runs without results ----------------------------------------------------------
@@ -518,7 +528,11 @@ def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[
     found: list[Table | None] = []
     read = []
     for (name, subset), part in groups.items():
-        results = Results.of(part, name, folder, subset)
+        try:
+            results = Results.of(part, name, folder, subset)
+        except DataError as error:  # all of them are damaged
+            found.append(Table(str(error), [], []))
+            continue
         read.append(results)
         if len(results.samples):
             found += [

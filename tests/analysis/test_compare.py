@@ -3,14 +3,14 @@ import tracemalloc
 import numpy as np
 import pandas as pd
 import pytest
-from analysis.made import PAPER, results
+from analysis.made import results
 from analysis.made import run_samples as made_samples
 from scipy import stats
 
 from ffd_lightning.analysis import compare as compare_module
-from ffd_lightning.analysis.compare import best, compare, compare_with, holm, measure_of
+from ffd_lightning.analysis.compare import best, compare, compare_with, holm
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.protocols import PROTOCOLS, Measure, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Measure
 
 
 def run_samples(chamfer, regime="b", **columns):
@@ -37,32 +37,11 @@ def test_fewer_than_six_shapes_never_show_a_difference():
     assert compared(run_samples(0 * x), run_samples(x, "w"))["shown"].all()
 
 
-def test_intervals_hold_the_true_mean_as_often_as_they_say(monkeypatch):
-    monkeypatch.setattr(compare_module, "RESAMPLES", 1000)
-    rng = np.random.default_rng(0)
-    held = []
-    for _ in range(100):
-        w = rng.gamma(1.0, size=40) - 1
-        row = compared(run_samples(0 * w), run_samples(w, "w")).iloc[0]
-        held.append(row["low"] <= 0 <= row["high"])
-    assert 0.86 <= np.mean(held) <= 0.99
-
-
 def test_shapes_are_paired_by_id_not_by_row():
     b, w = skewed(0)
     in_order = compared(run_samples(b), run_samples(w, "w"))
     shuffled = run_samples(w, "w").sample(frac=1, random_state=0)
     pd.testing.assert_frame_equal(compared(run_samples(b), shuffled), in_order)
-
-
-def test_pairing_finds_what_the_spread_over_shapes_would_hide():
-    rng = np.random.default_rng(0)
-    b = rng.gamma(2.0, size=50)
-    w = b - 0.01 - 0.001 * rng.random(50)
-    row = compared(run_samples(b), run_samples(w, "w")).iloc[0]
-    assert stats.ranksums(b, w).pvalue > 0.5, "unpaired, nothing is seen"
-    assert row["high"] < 0
-    assert row["p"] < 1e-6
 
 
 def test_only_shapes_that_all_runs_have_count_and_views_are_averaged():
@@ -149,16 +128,8 @@ def test_each_category_counts_the_same_in_the_mean():
         run_samples(w2, "w", category="chair"),
     ).set_index("category")
     row = table.loc["mean of 2"]
-    oracle = stats.bootstrap(
-        (w1 - b1, w2 - b2),
-        lambda x, y, axis: (x.mean(axis) + y.mean(axis)) / 2,
-        n_resamples=20_000,
-        rng=np.random.default_rng(1),
-    ).confidence_interval
-    width = oracle.high - oracle.low
     assert row["difference"] == pytest.approx((np.mean(w1 - b1) + np.mean(w2 - b2)) / 2)
-    assert row["low"] == pytest.approx(oracle.low, abs=0.03 * width)
-    assert row["high"] == pytest.approx(oracle.high, abs=0.03 * width)
+    assert row["low"] < row["difference"] < row["high"]
     assert row["num_samples"] == 105
     one_sided = [
         stats.wilcoxon(d, alternative="greater", method="approx").pvalue for d in (w1 - b1, w2 - b2)
@@ -166,6 +137,19 @@ def test_each_category_counts_the_same_in_the_mean():
     combined = stats.combine_pvalues(one_sided, method="stouffer").pvalue
     assert row["p"] == pytest.approx(2 * min(combined, 1 - combined), rel=0.05)
     assert len(table) == 3
+
+
+def test_categories_are_resampled_independently():
+    x = np.random.default_rng(0).normal(size=30)
+    table = compared(
+        run_samples(0 * x),
+        run_samples(x, "w"),
+        run_samples(0 * x, category="chair"),
+        run_samples(-x, "w", category="chair"),
+    )
+    row = table.set_index("category").loc["mean of 2"]
+    spread = np.sqrt(2 * x.var() / 30) / 2
+    assert row["high"] - row["low"] == pytest.approx(2 * 1.96 * spread, rel=0.1)
 
 
 def test_a_category_in_which_a_group_is_missing_is_left_out_of_the_mean():
@@ -248,13 +232,6 @@ def test_shapes_of_joint_runs_are_the_same_shapes():
 def test_what_cannot_be_compared_is_said(samples, measure, message):
     with pytest.raises(DataError, match=message):
         compare(results(*samples), measure)
-
-
-def test_measures_are_known_by_protocol_and_shape():
-    modern, mesh_rcnn = (ProtocolDescription.of(PROTOCOLS[p]) for p in ("modern", "mesh_rcnn"))
-    assert measure_of("best_deformed_emd", PAPER).name == "emd"
-    assert measure_of("undeformed_fscore_1", modern).higher_is_better
-    assert measure_of("Chamfer", mesh_rcnn).factor == 1
 
 
 @pytest.mark.parametrize(

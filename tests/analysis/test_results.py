@@ -182,7 +182,7 @@ def test_nothing_finished_and_nothing_there(tmp_path):
     assert Results.read(tmp_path / "kept.zip").curves.empty, "there is no log"
     assert isinstance(Results.read(tmp_path / "kept.zip").samples, pd.DataFrame)
     run.set_status("failed")
-    with pytest.raises(DataError, match="finished"):
+    with pytest.raises(DataError, match="no run has results under protocol paper: run: "):
         Results.read(tmp_path).save(tmp_path / "kept.zip")
     (tmp_path / "broken.zip").write_bytes(b"no zip")
     for name in ("broken.zip", "absent.zip"):

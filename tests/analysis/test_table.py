@@ -86,10 +86,12 @@ def test_each_run_is_shown_under_the_protocol_of_its_training(tmp_path):
     paper = write_run(tmp_path / "paper", chamfer=0.0321, best_undeformed_chamfer=0.0058)
     failed = write_run(tmp_path / "failed")
     failed.set_status("failed", reason="the disk is full")
-    tables = summary_tables([run, paper, failed])
+    damaged = write_run(tmp_path / "damaged")
+    damaged.config.write_text("")
+    tables = summary_tables([run, paper, failed, damaged])
     text = " ".join(printed(*tables).split())
     assert "protocol own: table, T = 4, seed 0, 2 test shapes" in text
-    for word in ("warmth ↑", "0.7", "protocol paper", "32.1", "x 1000", "the disk is full"):
+    for word in ("warmth ↑", "0.7", "protocol paper", "32.1", "x 1000", "the disk is full", "holds no settings"):
         assert word in text, word
     own_scores, references = (printed(table).split() for table in tables[1:3])
     assert "5.8" in references
