@@ -23,6 +23,18 @@ REGIME_COLORS = {
 COLORS = (*REGIME_COLORS.values(), "#E69F00", "#56B4E9")
 """For what is no regime, in this order."""
 
+
+
+def rgb(color: str) -> tuple[int, int, int]:
+    """Return the numbers of a colour, 0 to 255.
+
+    >>> rgb("#0072B2")
+    (0, 114, 178)
+    """
+    red, green, blue = bytes.fromhex(color.removeprefix("#"))
+    return red, green, blue
+
+
 _REGIME_TITLES = {"b": "base", "w": "log-weighted", "e": "entropy", "r": "regularized"}
 
 
@@ -35,28 +47,11 @@ def regime_title(name: str) -> str:
     return f"{name}, {_REGIME_TITLES[name]}" if name in _REGIME_TITLES else name
 
 
-PART_COLORS = (
-    (0, 114, 178),
-    (230, 159, 0),
-    (0, 158, 115),
-    (204, 121, 167),
-    (86, 180, 233),
-    (213, 94, 0),
-    (240, 228, 66),
-    (51, 34, 136),
-    (153, 153, 51),
-    (136, 34, 85),
-    (127, 127, 127),
-    (174, 199, 232),
-    (255, 214, 138),
-    (127, 205, 187),
-    (235, 192, 216),
-    (140, 86, 75),
-    (150, 120, 200),
-    (250, 170, 130),
-    (60, 60, 60),
-    (0, 80, 60),
+_PARTS = bytes.fromhex(
+    "0072b2 e69f00 009e73 cc79a7 56b4e9 d55e00 f0e442 332288 999933 882255 "
+    "7f7f7f aec7e8 ffd68a 7fcdbb ebc0d8 8c564b 9678c8 faaa82 3c3c3c 00503c"
 )
+PART_COLORS = tuple(map(tuple, np.frombuffer(_PARTS, np.uint8).reshape(-1, 3).tolist()))
 """RGB of parts in pictures and files, by their number; they begin again after the last."""
 
 

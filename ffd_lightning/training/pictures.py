@@ -8,18 +8,18 @@ import numpy as np
 import torch
 from matplotlib import colormaps
 from numpy.typing import ArrayLike, NDArray
-from PIL import Image, ImageColor
+from PIL import Image
 from torch import Tensor
 from torch.utils.tensorboard import SummaryWriter
 
 from ffd_lightning.geometry.nearest import nearest_neighbors
 from ffd_lightning.imaging.grid import Picture, grid, joined, legend, text_width, write
 from ffd_lightning.metrics.selection import effective_templates
-from ffd_lightning.palette import COLORS
+from ffd_lightning.palette import COLORS, rgb
 
 _COLUMNS = 8  # TensorBoard shrinks pictures to some 300 pixels
 _BARS, _FONT = 84, 14  # height of the highest bar, and of letters
-_SHARE, _WEIGHT = COLORS[-1], COLORS[-2]
+_SHARE, _WEIGHT = rgb(COLORS[-1]), rgb(COLORS[-2])
 
 _FAR = 0.05  # of the box diagonal: the distance from which on points have the last colour
 _FAR_SHADE = 0.85  # plasma's end is lost on white
@@ -58,7 +58,7 @@ def selection_bars(
         cell[_BARS:] = pictures[t][..., :3]
         for left, value, color in ((0.16, shares[t], _SHARE), (0.5, weights[t], _WEIGHT)):
             columns = slice(round(left * width), round((left + 0.34) * width))
-            cell[_BARS - round(scale * value) : _BARS, columns] = ImageColor.getrgb(color)
+            cell[_BARS - round(scale * value) : _BARS, columns] = color
         cells.append(cell)
     labels = [f"{t + 1}: {shares[t]:.0%}" for t in order]
     bars = grid(cells, _COLUMNS, labels, font_size=_FONT)
@@ -67,8 +67,7 @@ def selection_bars(
     head = Image.new("RGB", (max(bars.width, 8 + round(text_width(words, _FONT))), 24), "white")
     write(head, words, 4, 12, _FONT)
     colors = {f"% of {counts.sum()} images": _SHARE, "mean weight": _WEIGHT}
-    entries = {word: ImageColor.getrgb(color) for word, color in colors.items()}
-    return joined([head, legend(entries, head.width, _FONT), bars])
+    return joined([head, legend(colors, head.width, _FONT), bars])
 
 
 def distance_colors(a: Tensor, b: Tensor) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:

@@ -57,7 +57,7 @@ def example(run):
 
 def cells(name, example, count=1):
     """What a figure draws beside an image, by its heading."""
-    return {c.heading: c for c in FIGURES[name].cells(example, example.view(64), count)}
+    return {c.heading: c for c in FIGURES[name](example, example.view(64), count)}
 
 
 def samples_of(run):
@@ -214,7 +214,7 @@ def test_candidates_are_ordered_and_scored_as_the_evaluation_does(run, monkeypat
     monkeypatch.setattr(sheets, "_PAPER", PaperProtocol(points=64))
     ((found,),) = collect([run], open_run, number=1)
     weights, sample = np.sort(found.weights)[::-1], samples_of(run).loc[found.name]
-    first, second, truth, deformed, _ = FIGURES["candidates"].cells(found, found.view(64), 2)
+    first, second, truth, deformed, _ = FIGURES["candidates"](found, found.view(64), 2)
     assert first.label == f"{sample['template']}\nweight {weights[0]:.2f}"
     assert second.label.endswith(f"weight {weights[1]:.2f}")
     assert truth.label == "ground truth"

@@ -8,7 +8,7 @@ import re
 import shutil
 from collections import Counter
 from html.parser import HTMLParser
-from statistics import mean, stdev
+from statistics import mean
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,6 @@ import pytest
 from analysis.folders import write_run
 from analysis.made import PAPER
 from PIL import Image
-from rich.console import Console
 from scipy.spatial import cKDTree
 
 from ffd_lightning.analysis.figures.examples import reconstruct
@@ -32,7 +31,6 @@ from ffd_lightning.analysis.report.meshes import light_template, lighten, pack, 
 from ffd_lightning.analysis.report.page import write_report
 from ffd_lightning.analysis.report.selection import bars
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.commands import report
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
@@ -146,30 +144,6 @@ def test_the_table_holds_the_means_in_the_paper_s_order(sweep, tmp_path):
     for row, run in zip(rows, sweep[::-1], strict=True):
         for cell, name in zip(row[1:5], (*MEASURES, "undeformed_chamfer"), strict=True):
             assert number_in(cell) == pytest.approx(mean_of(run, name), rel=0.01)
-
-
-def test_seeds_become_a_mean_and_a_deviation(tmp_path, blank):
-    runs = [make_run(tmp_path / str(seed), seed=seed) for seed in range(3)]
-    page = page_of(tmp_path)
-    head, row = table_of(page, "undeformed Chamfer")
-    assert (row[:2], head[1]) == (["b, base", "3"], "seeds")
-    means = [mean_of(run) for run in runs]
-    shown = [number_in(number) for number in row[2].split(" ± ")]
-    assert shown == pytest.approx([mean(means), stdev(means)], rel=0.01)
-    assert "Agreement of seeds" in page.text
-
-
-def test_only_runs_that_differ_in_nothing_but_their_seed_are_averaged(tmp_path, blank):
-    runs = []
-    for seed, steps in enumerate((300, 60_000, 60_000)):
-        settings = f"schedule: {{steps: {steps}}}\n"
-        runs.append(make_run(tmp_path / str(seed), seed=seed, settings=settings))
-    _, *rows = table_of(page_of(tmp_path), "undeformed Chamfer")
-    names = ["schedule.steps=300", "schedule.steps=60000"]
-    assert [row[:2] for row in rows] == [[names[0], "1"], [names[1], "2"]]
-    of_run = [mean_of(run) for run in runs]
-    for row, expected in zip(rows, (of_run[0], mean(of_run[1:])), strict=True):
-        assert number_in(row[2]) == pytest.approx(expected, rel=0.01)
 
 
 def scores_of(**shifts):
@@ -318,15 +292,6 @@ def test_a_sweep_without_any_result(tmp_path):
     assert "no memory" in page.text
 
 
-def test_a_damaged_file_leaves_the_other_runs_their_tables(sweep):
-    (sweep[0].evaluation("paper") / "samples.csv").write_text("")
-    buffer = io.StringIO()
-    Console(file=buffer, width=400).print(*summary_tables(sweep))
-    (line,) = [line for line in buffer.getvalue().splitlines() if "damaged" in line]
-    assert f"{sweep[0].evaluation('paper')}/samples.csv is damaged" in line
-    assert "Scores, protocol paper" in buffer.getvalue()
-
-
 def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, tmp_path):
     file = make_run(tmp_path / "few", "e").evaluation("paper") / "summary.json"
     few = ProtocolDescription.of(PaperProtocol(points=64))
@@ -336,20 +301,6 @@ def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, t
     page = page_of(tmp_path)
     assert [row[0][:1] for row in table_of(page, "effective")[1:]] == ["b", "w"]
     assert page.text.count("evaluated under another protocol of this name") == 2
-
-
-def test_the_protocol_is_that_of_most_runs_unless_it_is_named(tmp_path, blank):
-    warmth, weight = Metric("warmth", "of the shape", True, 1.0), Metric("weight_of", "grams")
-    own = ProtocolDescription("own", "a protocol that is not installed here", (warmth, weight))
-    for regime in "bwe":
-        make_run(tmp_path / regime, regime, protocol=own, warmth=20.5, weight_of=0.3)
-    make_run(tmp_path / "r", "r")
-    head, row, *_ = table_of(page_of(tmp_path), "effective")
-    assert head[:3] == ["regime", "warmth ↑", "weight_of ↓ x 1000"]
-    assert [row[0], *map(number_in, row[1:3])] == ["b, base", 20.5, 300]
-    page = page_of(tmp_path, "paper")
-    assert [row[0] for row in table_of(page, "effective")[1:]] == ["r, regularized"]
-    assert "3 more runs have no results" in page.text
 
 
 def test_settings_that_differ_are_told_but_not_those_of_the_machine(sweep, tmp_path):

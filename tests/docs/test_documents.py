@@ -69,13 +69,6 @@ def test_a_written_command_is_understood(page, command, arguments):
     read_settings(module.Settings, arguments, getattr(module, "MAIN", ""))
 
 
-def test_a_wrong_command_would_be_noticed():
-    with pytest.raises(Exception, match="no_such"):
-        test_a_written_command_is_understood("", "train", ["no_such=1"])
-    with pytest.raises(Exception, match="no_such"):
-        test_a_written_command_is_understood("", "report", ["no_such=1"])
-
-
 @pytest.mark.parametrize("page", PAGES, ids=name)
 def test_links_lead_somewhere(page):
     made = {*reference.ELSEWHERE, *reference.MADE}  # when the site is built

@@ -111,7 +111,8 @@ def voxel_mesh(
     beside = (cells[:, None] + _BESIDE + 1).transpose(2, 0, 1)
     cell, side = np.nonzero(np.pad(kinds, 1)[tuple(beside)] == 0)
     corners = (cells[cell][:, None] + _SIDES[side]).reshape(-1, 3)
-    faces = (4 * np.arange(len(side))[:, None, None] + [[0, 1, 3], [2, 3, 1]]).reshape(-1, 3)
+    pair = np.array([[0, 1, 3], [2, 3, 1]])  # their right angles first
+    faces = (4 * np.arange(len(side))[:, None, None] + pair).reshape(-1, 3)
     tones = np.asarray(colors, np.uint8)[kinds[tuple(cells[cell].T)] - 1]
     mesh = Mesh(low + (high - low) / len(kinds) * corners, faces, rgba(tones.repeat(2, axis=0)))
     return with_rims(mesh, _SEAM, _SEAM_SHADE, square=True)

@@ -17,7 +17,7 @@ from ffd_lightning.analysis.results import (
     own_protocol,
     read_samples,
 )
-from ffd_lightning.analysis.wording import measure_note, scaled_title
+from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.figures import View
@@ -72,13 +72,6 @@ class Example:
             return ""
         measure = self.protocol.main_metric
         return score_text(measure, self.scores[measure.name])
-
-    @property
-    def definition(self) -> str:
-        """What the main score is, with its unit and points; "" where there is none."""
-        return (
-            "" if self.protocol is None else measure_note(self.protocol.main_metric, self.protocol)
-        )
 
     @property
     def truth(self) -> PreparedShape:
@@ -143,8 +136,7 @@ def collect(
     for run in runs:
         opened, name = open_run(run), protocol or own_protocol(run)
         described = described_protocol(run, name)
-        evaluated = described and (run.evaluation(name) / "samples.csv").is_file()
-        samples = read_samples(run, described) if evaluated else None
+        samples = None if described is None else read_samples(run, described)
         test = sorted(opened.data.split.test)
         if models:
             queries = [(model, 0) for model in models]

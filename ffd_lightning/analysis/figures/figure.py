@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from PIL import Image
 
 from ffd_lightning.analysis.figures.examples import Example
-from ffd_lightning.analysis.figures.sheets import FIGURES
+from ffd_lightning.analysis.figures.sheets import CAPTIONS, FIGURES, LEGENDS
 from ffd_lightning.analysis.results import setting_of
+from ffd_lightning.analysis.wording import measure_note
 from ffd_lightning.evaluation.figures import reconstruction_row
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.grid import Picture, grid, joined, legend
@@ -42,12 +43,12 @@ def paper_figure(
 
 
 def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -> Image.Image:
-    figure, count = FIGURES[name], min(templates, len(examples[0].weights))
+    count = min(templates, len(examples[0].weights))
     pictures: list[Picture] = []
     labels: list[str] = []
     for example in examples:
         view = example.view(size)
-        cells = figure.cells(example, view, count)
+        cells = FIGURES[name](example, view, count)
         shapes = [(cell.content, cell.camera) for cell in cells if isinstance(cell.content, Mesh)]
         meshes, cameras = zip(*shapes, strict=True)
         seen = reconstruction_row(
@@ -60,9 +61,9 @@ def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -
     headings = ["input", *(cell.heading for cell in cells if cell.heading)]
     font_size = max(10, round(size / 17))
     sheet = grid(pictures, len(headings), labels, headings, font_size)
-    if figure.legend is None:
+    if name not in LEGENDS:
         return sheet
-    return joined([sheet, legend(figure.legend(examples), sheet.width, font_size)])
+    return joined([sheet, legend(LEGENDS[name](examples), sheet.width, font_size)])
 
 
 def caption(name: str, runs: Sequence[Sequence[Example]], pick: str | None = None) -> str:
@@ -77,8 +78,10 @@ def caption(name: str, runs: Sequence[Sequence[Example]], pick: str | None = Non
     which = f"{count} image{'s' if count > 1 else ''}"
     if pick is not None:
         which += f" of {len(first.run.data.split.test)} for testing ({pick})"
-    scored = f" {first.definition}." if FIGURES[name].scored and first.score else ""
-    return f"{FIGURES[name].caption} {which}.{scored}"
+    scored = ""
+    if name in ("method", "overview") and first.protocol is not None and first.score:
+        scored = f" {measure_note(first.protocol.main_metric, first.protocol)}."
+    return f"{CAPTIONS[name]} {which}.{scored}"
 
 
 def _title(example: Example) -> str:

@@ -87,15 +87,11 @@ def method(example: Example, view: View, count: int) -> list[Cell]:
     first = united([first, offsets])
     own = _scale([still, moved], view)
     scale = max(_scale([still, moved, first, second], view), _SMALLEST * own)
-    number = " x ".join(str(degree + 1) for degree in bank.degrees)
+    number = " x ".join(str(degree + 1) for degree in bank.degrees) + " control points"
     return [
         *(_template(example, rank, f"template {rank + 1}") for rank in range(count)),
         Cell("template in its lattice", with_lattice(still, first, view, scale), bank.ids[index]),
-        Cell(
-            "deformed lattice",
-            with_lattice(moved, second, view, scale),
-            f"{number} control points",
-        ),
+        Cell("deformed lattice", with_lattice(moved, second, view, scale), number),
         Cell("deformed mesh", moved, example.score),
         _truth(example),
     ]
@@ -275,58 +271,34 @@ def _truth(example: Example) -> Cell:
     return Cell("ground truth", painted(example.truth.mesh(), TRUTH))
 
 
-class Figure(NamedTuple):
-    """What a figure shows.
+FIGURES: dict[str, Callable[[Example, View, int], list[Cell]]] = {
+    "method": method,
+    "overview": overview,
+    "subdivision": subdivision,
+    "voxels": voxels,
+    "labels": labels,
+    "candidates": candidates,
+}
+"""What is drawn beside an image; the last argument is how many templates, of several."""
 
-    Attributes:
-        cells: what is beside an image; the last argument is how many templates, of several.
-        caption: the same in words.
-        scored: whether it shows the main score of the evaluation.
-        legend: colours and what they stand for.
-    """
-
-    cells: Callable[[Example, View, int], list[Cell]]
-    caption: str
-    scored: bool = False
-    legend: Callable[[Sequence[Example]], Mapping[str, Color]] | None = None
-
-
-FIGURES: dict[str, Figure] = {
-    "method": Figure(
-        method,
-        "Input image; the templates of the greatest weights; the selected one in its lattice of "
-        "control points, with orange lines to where each is moved; lattice and mesh deformed "
-        "(lattices that reach far are drawn smaller, and cut off); the deformed mesh alone; the "
-        "true mesh.",
-        scored=True,
-    ),
-    "overview": Figure(
-        overview,
-        "Input image, selected template (and its weight), the template deformed: its cloud, its "
-        "voxels (32^3) and its subdivided mesh; the true mesh.",
-        scored=True,
-    ),
-    "subdivision": Figure(
-        subdivision,
-        "Input image; the selected template's mesh, the same deformed; the mesh with its edges "
-        "subdivided, the same deformed by the same offsets; the true mesh.",
-    ),
-    "voxels": Figure(
-        voxels,
-        "Input image; deformed mesh; true mesh; their voxels (32^3, conservative and filled, as in "
-        "protocol paper): grey in both, orange only in the truth, blue only in the prediction.",
-        legend=lambda _: AGREEMENT,
-    ),
-    "labels": Figure(
-        labels,
-        "Input image; the selected template's cloud by its parts; cloud and mesh deformed, with "
-        "the template's parts; the true mesh by its own. Part IoU: protocol parts.",
-        legend=part_legend,
-    ),
-    "candidates": Figure(
-        candidates,
-        "Input image and true mesh; the templates of the greatest weights, above as they are, "
-        "below deformed. Chamfer distance and IoU of protocol paper (1,024 points, in units of the "
-        "hemisphere of radius 3.2 around the truth; 32^3 voxels).",
-    ),
+LEGENDS: dict[str, Callable[[Sequence[Example]], Mapping[str, Color]]] = {
+    "voxels": lambda _: AGREEMENT,
+    "labels": part_legend,
+}
+CAPTIONS = {
+    "method": "Input image; the templates of the greatest weights; the selected one in its lattice "
+    "of control points, with orange lines to where each is moved; lattice and mesh deformed "
+    "(lattices that reach far are drawn smaller, and cut off); the deformed mesh alone; the true "
+    "mesh.",
+    "overview": "Input image, selected template (and its weight), the template deformed: its "
+    "cloud, its voxels (32^3) and its subdivided mesh; the true mesh.",
+    "subdivision": "Input image; the selected template's mesh, the same deformed; the mesh with "
+    "its edges subdivided, the same deformed by the same offsets; the true mesh.",
+    "voxels": "Input image; deformed mesh; true mesh; their voxels (32^3, conservative and filled, "
+    "as in protocol paper): grey in both, orange only in the truth, blue only in the prediction.",
+    "labels": "Input image; the selected template's cloud by its parts; cloud and mesh deformed, "
+    "with the template's parts; the true mesh by its own. Part IoU: protocol parts.",
+    "candidates": "Input image and true mesh; the templates of the greatest weights, above as they "
+    "are, below deformed. Chamfer distance and IoU of protocol paper (1,024 points, in units of "
+    "the hemisphere of radius 3.2 around the truth; 32^3 voxels).",
 }

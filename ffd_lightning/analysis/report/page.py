@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,7 +14,6 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from ffd_lightning.analysis import plots, tables
-from ffd_lightning.analysis.budget import SHARES, error_budget
 from ffd_lightning.analysis.naming import differing
 from ffd_lightning.analysis.paper import PROTOCOL, beside_paper
 from ffd_lightning.analysis.report.gallery import Meshes, data_uri, gallery, open_runs
@@ -96,8 +96,10 @@ def write_report(
             block = drawn("gallery.html", shown)
             sections.append(Section("examples", "The same images through every run", [block]))
         sections.append(_selection(results, drawn("selection.html", bars(results))))
-        sections += [*_budget(results), _curves(results)]
-    sections += [_settings(results), *_missing(results)]
+        sections.append(_drawn(results))
+    sections.append(_settings(results))
+    if (missing := tables.without_results(results)) is not None:
+        sections.append(Section("missing", missing.title, [missing.html()]))
     states = results.runs["state"].value_counts().sort_index()
     page = drawn(
         "page.html",
@@ -106,7 +108,10 @@ def write_report(
             "question": study.get("question"),
             "command": study.get("command"),
             "states": [(str(state), int(count)) for state, count in states.items()],
-            "facts": _facts(results),
+            "facts": {
+                "Protocol": results.protocol.name,
+                "Categories": ", ".join(results.runs["category"].dropna().unique()),
+            },
             "sections": sections,
             "meshes": meshes,
         },
@@ -188,23 +193,14 @@ def _selection(results: Results, drawn: Markup) -> Section:
     return Section("selection", "Template selection", blocks)
 
 
-def _budget(results: Results) -> list[Section]:
-    try:
-        error_budget(results.samples, results.protocol)
-    except DataError:  # no run has its references, or more is better
-        return []
-    caption = f"What the {results.protocol.main_metric.title} of each run is made of."
-    figure = plots.budget_bars(results.samples, results.protocol)
-    note = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
-    blocks = [_plots([(figure, caption)]), _text(f"{note}.", "note")]
-    return [Section("budget", "Error budget", blocks)]
-
-
-def _curves(results: Results) -> Section:
+def _drawn(results: Results) -> Section:
     protocol, main = results.protocol, results.protocol.main_metric
     others = [m for m in protocol.metrics if m.higher_is_better != main.higher_is_better]
     measures = [main, *others[:1]]
     found = []
+    with suppress(DataError):  # no run has its references, or more is better
+        figure = plots.budget_bars(results.samples, protocol)
+        found.append((figure, f"What the {main.title} of each run is made of."))
     if "templates" in differing(results.scored) and (results.scored["variant"] == "").all():
         for measure in measures:
             figure = plots.template_count_curves(results.scored, protocol, measure.name)
@@ -215,7 +211,7 @@ def _curves(results: Results) -> Section:
             caption = f"{measure.title} of the selected template on category {category}: "
             caption += "deformed (solid) and as it is (dotted). Further up is better."
             found.append((figure, caption))
-    return Section("curves", "Distribution of scores", [_plots(found)])
+    return Section("plots", "Error budget and distribution of scores", [_plots(found)])
 
 
 def _settings(results: Results) -> Section:
@@ -228,11 +224,6 @@ def _settings(results: Results) -> Section:
         blocks = [_folded(table, table.title)]
     blocks.append(_details(f"{len(shared)} settings that all runs share", items))
     return Section("settings", "Settings", blocks)
-
-
-def _missing(results: Results) -> list[Section]:
-    table = tables.without_results(results)
-    return [] if table is None else [Section("missing", table.title, [table.html()])]
 
 
 def _plots(figures: Sequence[tuple[Figure, str]]) -> Markup:
@@ -277,14 +268,3 @@ def _study(folder: Path) -> dict[str, Any]:
     except (OSError, ValueError, TypeError, yaml.YAMLError) as error:
         reason = " ".join(str(error).split())
         raise ConfigError(f"{file} cannot be read ({reason}): mend or remove it") from None
-
-
-def _facts(results: Results) -> dict[str, str]:
-    """Return the other names and values at the top of the page."""
-    found = {"Protocol": results.protocol.name}
-    found["Categories"] = ", ".join(dict.fromkeys(results.runs["category"].dropna()))
-    if not results.samples.empty:
-        sizes = sorted({int(n) for n in results.scored["num_samples"]})
-        span = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
-        found["Test samples of a run"] = span
-    return found
