@@ -210,8 +210,8 @@ def evaluation_name(cfg: TrainConfig | EvaluateConfig) -> str:
     changed = {k: v for k, v in protocol.settings.items() if v != plain(usual[k].default)}
     if cfg.evaluation.seed:
         changed["evaluation.seed" if "seed" in usual else "seed"] = cfg.evaluation.seed
-    views = "-all-views" if cfg.evaluation.all_views else ""
-    return protocol.name + views + difference_name(changed)
+    views = "_all-views" if cfg.evaluation.all_views else ""
+    return protocol.name + f"{views}{difference_name(changed)}".replace("_", "-", 1)
 
 
 def hyperparameters(cfg: TrainConfig) -> dict[str, Any]:

@@ -197,9 +197,7 @@ def test_a_mistake_is_explained_in_one_line(overrides, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["schedule.stps=3"], ["Did you mean schedule.steps?"]),
         (["data=folder", "data.root=/no/such/place"], ["data.root=/no/such/place does not exist"]),
-        (["plugins=[no_such_module]"], ["plugins=no_such_module: cannot be imported"]),
         (["-m", "regime=b,ww", "category=table"], ["no regime 'ww'", "b, e, posterior, r, w"]),
         (["-m", "network.degrees=[3,3],[3,3,3]"], ["network.degrees=[3,3] must be 3 values"]),
     ],

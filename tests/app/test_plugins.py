@@ -1,23 +1,20 @@
 """Components of a user's own: what is kept of their settings, and what is said of mistakes."""
 
-import io
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 import torch
 import yaml
-from lightning import Callback
 from torch import nn
 
 import ffd_lightning as ffd
 from ffd_lightning import components
-from ffd_lightning.app.build import build_callbacks, build_network, build_source
+from ffd_lightning.app.build import build_network, build_source
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import all_settings, compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.components import Component
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -45,38 +42,19 @@ class TinyEncoder(ffd.ImageEncoder):
         return self.layer(images)
 
 
-@pytest.fixture
-def tiny():
-    class Tiny(TinyEncoder):
-        pass
-
-    return ffd.component("encoder", "tiny")(Tiny)
-
-
 def small(*overrides):
     given = ("data.render.height=48", "data.render.width=64", "templates=t2", *overrides)
     return typed_config(compose_config("train", TrainConfig, given), TrainConfig)
 
 
-@pytest.mark.usefixtures("tiny")
 def test_settings_are_read_back_from_a_runs_config():
+    ffd.component("encoder", "tiny")(type("Tiny", (TinyEncoder,), {}))
     cfg = small("encoder=tiny", "encoder.notes=a/b", "encoder.sizes=[8,4]")
     again = typed_config(yaml.safe_load(to_yaml(cfg)), TrainConfig)
     assert again.encoder.settings == cfg.encoder.settings
     assert again.encoder.build().notes == Path("a/b")
     with pytest.raises(ConfigError, match=r"encoder\.sizes=\[8\] must be 2 values"):
         small("encoder=tiny", "encoder.sizes=[8]")
-
-
-def test_a_checkpoint_holds_plain_values_and_builds_it_again(tiny):
-    file = io.BytesIO()
-    torch.save(dict(tiny(Path("a/b")).component.settings), file)
-    file.seek(0)
-    loaded = torch.load(file, weights_only=True)
-    assert loaded == {"notes": "a/b", "sizes": [8, 8]}
-    assert Component("encoder", "tiny", loaded).build(image_size=(48, 64)).notes == Path("a/b")
-    with pytest.raises(ConfigError, match=r"no setting 'encoder tiny\.depth'"):
-        Component("encoder", "tiny", loaded | {"depth": 3}).build()
 
 
 def test_a_setting_of_a_taken_name_is_refused():
@@ -132,16 +110,6 @@ def test_a_source_with_images_of_its_own_refuses_cameras():
     validate(small("data=pictures", "encoder.weights=none"))
     with pytest.raises(ConfigError, match=r"data\.render\.azimuths means nothing here"):
         validate(small("data=pictures", "encoder.weights=none", "data.render.azimuths=[0]"))
-
-
-def test_callbacks_of_ones_own_are_chosen_by_name():
-    @ffd.component("callback", "mine")
-    class Mine(Callback):
-        def __init__(self, every: int = 3):
-            self.every = every
-
-    (made,) = build_callbacks(small("callback=[mine]", "callback.mine.every=5"))
-    assert (type(made), made.every) == (Mine, 5)
 
 
 @dataclass(frozen=True)
