@@ -17,7 +17,7 @@ from scipy.spatial.distance import cdist
 
 from ffd_lightning import components
 from ffd_lightning.analysis.runs import described_protocols
-from ffd_lightning.app.build import build_data, build_network, build_protocol
+from ffd_lightning.app.build import build_data, build_network
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import choose, compose_config, typed_config
@@ -30,7 +30,6 @@ from ffd_lightning.evaluation.protocols import (
     PROTOCOLS,
     ModernProtocol,
     PaperProtocol,
-    ScaledProtocol,
 )
 from ffd_lightning.evaluation.references import (
     SHAPES,
@@ -253,17 +252,25 @@ def protocol(request, monkeypatch):
     return ModernProtocol(points=500) if request.param == "modern" else PROTOCOLS[request.param]
 
 
-def test_hopeless_deformations_score_badly_and_finitely(trained, protocol):
+def test_better_shapes_score_better_and_hopeless_ones_finitely(trained, protocol):
     data = trained[2]
-    reference = protocol.truth(PreparedShape(data.prepared, 3), np.random.default_rng(0))
-    other = protocol.score(TemplateShape(data.bank, 0), reference, np.random.default_rng(1))
+    truth = PreparedShape(data.prepared, 3)
+    reference = protocol.truth(truth, np.random.default_rng(0))
+
+    def scores(shape):
+        return protocol.score(shape, reference, np.random.default_rng(1))
+
+    same, other = scores(truth), scores(TemplateShape(data.bank, 0))
+    for measure in protocol.measures:
+        better = same[measure.name] > other[measure.name]
+        assert better == measure.higher_is_better, measure.name
     for make in HOPELESS:
         shape = hopeless(data.bank, make)
-        scores = protocol.score(shape, reference, np.random.default_rng(1))
+        found = scores(shape)
         assert not any(np.isnan(value) for value in shape.distortion().values()), make
         for measure in protocol.measures:
-            assert np.isfinite(scores[measure.name]), (make, measure.name)
-            worse = scores[measure.name] - other[measure.name]
+            assert np.isfinite(found[measure.name]), (make, measure.name)
+            worse = found[measure.name] - other[measure.name]
             if measure.name != "normal_consistency":
                 as_bad = (worse <= 0) if measure.higher_is_better else (worse > 0)
                 assert as_bad, (make, measure.name)
@@ -379,11 +386,8 @@ def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
 
 
 def test_the_modern_protocol(copy):
-    overrides = ["protocol=modern", "protocol.points=200"]
-    protocol = build_protocol(config(copy, *overrides).protocol)
-    assert protocol == ModernProtocol(points=200)
-    summary = evaluate(copy, *overrides)
-    for measure in protocol.measures:
+    summary = evaluate(copy, "protocol=modern", "protocol.points=200")
+    for measure in ModernProtocol().measures:
         for name in ("", "undeformed", "floor"):
             assert 0 <= summary[f"{name}_{measure.name}" if name else measure.name] < 2
     assert summary["floor_iou_128"] == summary["floor_iou_32"] == 1
@@ -408,21 +412,6 @@ def test_surfaces_are_measured_on_the_longest_side_of_the_truth(trained):
     scores = protocol.score(Moved(data.prepared, 3), truth, np.random.default_rng(0))
     assert 0.003 < scores["chamfer_l1"] < 0.012, "less than the shift where a face lies along it"
     assert scores["hausdorff90"] == pytest.approx(0.011, rel=0.25)
-
-
-@pytest.mark.parametrize("name", SCALINGS)
-def test_scales_of_other_papers(trained, name):
-    data = trained[2]
-    protocol, shape = ScaledProtocol(name), PreparedShape(data.prepared, 3)
-    monkey = replace(SCALINGS[name], num_points=500)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(SCALINGS, name, monkey)
-        truth = protocol.truth(shape, np.random.default_rng(0))
-        same = protocol.score(shape, truth, np.random.default_rng(0))
-        other = protocol.score(PreparedShape(data.prepared, 8), truth, np.random.default_rng(0))
-    for measure in protocol.measures:
-        better = same[measure.name] > other[measure.name]
-        assert better == measure.higher_is_better, measure.name
 
 
 # --- references ---------------------------------------------------------------------------------
