@@ -266,10 +266,14 @@ def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
 def test_nothing_of_other_settings_is_left(config, photos):
     photo = sorted(photos.iterdir())[0]
     config = replace(config, image=str(photo), preview=False)
-    predict_files(replace(config, top_k=3, obj=True, preview=True))
     folder = Path(config.out) / photo.stem
+    folder.mkdir(parents=True)
+    (folder / "mesh.mtl").touch()
+    predict_files(config)
+    assert (folder / "mesh.mtl").exists(), "what others have put there stays"
+    predict_files(replace(config, top_k=3, obj=True, preview=True))
     (folder / "mine.txt").touch()
-    (folder / "prediction.json").unlink()  # as after a kill
+    (folder / "prediction.json").rename(folder / "unfinished.json")  # as after a kill
     predict_files(replace(config, top_k=2))
     kept = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     four = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
