@@ -8,7 +8,7 @@ import json
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -38,10 +38,10 @@ _SUFFIXES = frozenset(
     (".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tif", ".tiff", ".ppm", ".heic", ".avif")
 )
 """What is taken for an image in a folder; what of it cannot be read is named."""
-_RECORD = "prediction.json"
+_RECORD, _UNFINISHED = "prediction.json", "unfinished.json"
 _MESHES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply")
 _OBJ = ("mesh.obj", "mesh.mtl", OBJ_TEXTURES)
-_PREVIEW = "preview.png"
+_PREVIEW = ("preview.png",)
 _ELSEWHERE = ("run", "image", "out", "mask", "workers", "device", "progress_bar", "restart")
 """Settings that do not decide what is written of a photograph."""
 
@@ -177,14 +177,19 @@ class _Maker:
         framed = time.perf_counter()
         (selected,) = self._predictor.predict_framed([photo], settings.category)
         predicted = time.perf_counter()
-        _clear(folder)
-        for rank in range(settings.top_k):
-            found, into = selected.candidate(rank), folder / _place(rank)
+        names = [*_MESHES, *(_OBJ if settings.obj else ()), *(_PREVIEW if settings.preview else ())]
+        places = ["", *(f"candidate-{rank + 1}/" for rank in range(1, settings.top_k))]
+        files = [place + name for place in places for name in names]
+        for left in (earlier, _read(folder / _UNFINISHED)):
+            _remove(folder, [_RECORD, *left.get("files", [])])
+        write_json(folder / _UNFINISHED, {"files": files})
+        for rank, place in enumerate(places):
+            found, into = selected.candidate(rank), folder / place
             self._writer.write(found, into, settings.obj)
             cloud = into / "cloud.ply"
             write_cloud(found, cloud, settings.points, settings.seed, settings.colors)
             if settings.preview:
-                write_preview(found, into / _PREVIEW, model.render)
+                write_preview(found, into / "preview.png", model.render)
         seconds = {
             "framing": framed - start,
             "network": predicted - framed,
@@ -197,10 +202,11 @@ class _Maker:
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
             "trained_on": {"categories": list(model.categories), "views": model.render.views},
             "checkpoint": {"run": settings.run, "step": model.step, "sha256": self._digest},
-            "files": [file.relative_to(folder).as_posix() for file in _written(folder)],
+            "files": [file.relative_to(folder).as_posix() for file in _there(folder, files)],
             "key": key,
         }
         write_json(folder / _RECORD, content)  # the last: it says that the others are whole
+        (folder / _UNFINISHED).unlink()
         return Outcome(_line(job, content), selected.warnings)
 
     def _key(self, job: Job) -> str:
@@ -213,24 +219,17 @@ class _Maker:
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
 
-def _place(rank: int) -> str:
-    return f"candidate-{rank + 1}" if rank else ""
+def _there(folder: Path, files: Sequence[str]) -> list[Path]:
+    """Return those of a photograph's files that are there; a name may be a pattern."""
+    return [file for name in files for file in sorted(folder.glob(name))]
 
 
-def _written(folder: Path) -> Iterator[Path]:
-    """Yield the files of a photograph that are there, of whatever settings, but its record."""
-    for place in (folder, *sorted(folder.glob("candidate-*"))):
-        for name in (*_MESHES, *_OBJ, _PREVIEW):
-            yield from sorted(place.glob(name))
-
-
-def _clear(folder: Path) -> None:
-    """Remove what other settings, or a kill, have left; a user's own files stay."""
-    (folder / _RECORD).unlink(missing_ok=True)
-    files = list(_written(folder))
-    for file in files:
-        file.unlink()
-    for place in {file.parent for file in files} - {folder}:
+def _remove(folder: Path, files: Sequence[str]) -> None:
+    """Remove files, and the folders of candidates that they leave empty."""
+    there = _there(folder, files)
+    for file in there:
+        file.unlink(missing_ok=True)
+    for place in {file.parent for file in there} - {folder}:
         if not any(place.iterdir()):
             place.rmdir()
 

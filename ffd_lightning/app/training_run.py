@@ -55,6 +55,7 @@ from ffd_lightning.training.callbacks import (
     TemplateSelection,
     example_rows,
 )
+from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.progress import Progress
 from ffd_lightning.training.tensorboard import StepLogger
 
@@ -144,18 +145,8 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     if _rank() == 0:
         _record_templates(run, data)
     clock = Clock(cfg.logger.every)
-    with warnings.catch_warnings():
-        for text in _NOISE:
-            warnings.filterwarnings("ignore", f".*{text}.*")
-        try:
-            trainer = _trainer(cfg, run, done, clock)
-        except (MisconfigurationException, TypeError, ValueError) as error:
-            raise ConfigError(f"trainer: {' '.join(str(error).split())}") from error
-        try:
-            trainer.fit(module, datamodule=data, ckpt_path=run.checkpoint if done else None)
-        except SystemExit:
-            # Lightning turns Ctrl-C into an exit; the entry script says how to resume.
-            raise KeyboardInterrupt from None
+    trainer = _trainer(cfg, run, done, clock)
+    _fit(trainer, module, data, run.checkpoint if done else None)
     trainer.save_checkpoint(run.checkpoint)  # whatever trainer.checkpoint_every divides
     if not trainer.is_global_zero:
         return {}
@@ -295,6 +286,18 @@ def _rank_templates(
     write_csv(run.path / "template_ranking.csv", ranking)
 
 
+def _fit(trainer: Trainer, module: FfdModule, data: FfdDataModule, checkpoint: Path | None) -> None:
+    """Train, from a checkpoint on if there is one."""
+    with warnings.catch_warnings():
+        for text in _NOISE:
+            warnings.filterwarnings("ignore", f".*{text}.*")
+        try:
+            trainer.fit(module, datamodule=data, ckpt_path=checkpoint)
+        except SystemExit:
+            # Lightning turns Ctrl-C into an exit; the entry script says how to resume.
+            raise KeyboardInterrupt from None
+
+
 def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Trainer:
     shown = cfg.callbacks
     name = f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}"
@@ -324,11 +327,11 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         purge_step=done + 1 if done else None,
     )
     devices = cfg.trainer.devices
-    return Trainer(
+    settings: dict[str, Any] = dict(
         accelerator=cfg.trainer.accelerator,
         devices=int(devices) if devices.isdecimal() else devices,
         strategy=cfg.trainer.strategy,
-        precision=cfg.trainer.precision,  # type: ignore[arg-type]
+        precision=cfg.trainer.precision,
         max_steps=cfg.schedule.steps,
         max_epochs=-1,
         val_check_interval=min(cfg.trainer.val_every, cfg.schedule.steps),
@@ -341,3 +344,7 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         enable_model_summary=False,
         default_root_dir=run.path,
     )
+    try:
+        return Trainer(**settings)
+    except (MisconfigurationException, TypeError, ValueError) as error:
+        raise ConfigError(f"trainer: {' '.join(str(error).split())}") from error

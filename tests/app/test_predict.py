@@ -22,7 +22,6 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
-from ffd_lightning.palette import PART_COLORS
 
 ROOT = Path(__file__).parents[2]
 FILES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply", "prediction.json", "preview.png")
@@ -62,25 +61,13 @@ def written(checkpoint, photos, tmp_path_factory):
 # --- what is written ------------------------------------------------------------------------------
 
 
-def triangles(scene):
-    """The corners of all triangles, sorted: whatever the pieces and their order."""
-    corners = np.concatenate([g.triangles for g in scene.geometry.values()]).reshape(-1, 9)
-    return corners[np.lexsort(corners.T)]
-
-
-def as_sorted(mesh):
-    corners = mesh.triangles.reshape(-1, 9)
-    return corners[np.lexsort(corners.T)]
-
-
 def test_meshes_are_the_reconstruction_and_its_template(written):
     folder, reconstruction = written
     assert sorted(p.name for p in folder.iterdir()) == sorted(
         [*FILES, "mesh.obj", "mesh.mtl", "candidate-2"]
     )
     scene = trimesh.load(folder / "mesh.glb", process=False)
-    found, expected = triangles(scene), as_sorted(reconstruction.mesh)
-    assert len(found) == len(expected)
+    assert sum(len(g.faces) for g in scene.geometry.values()) == len(reconstruction.mesh.faces)
     area = sum(g.area for g in scene.geometry.values())
     assert area == pytest.approx(reconstruction.mesh.area, rel=1e-4)
     np.testing.assert_allclose(scene.bounds, reconstruction.mesh.bounds, atol=1e-5)
@@ -188,16 +175,6 @@ def test_the_record_suffices_to_make_the_mesh_again(written):
     assert preview.width > 5 * 64
 
 
-def test_colours_by_part(config, photos, checkpoint):
-    photo = sorted(photos.iterdir())[0]
-    predict_files(replace(config, image=str(photo), colors="parts", preview=False, points=50))
-    scene = trimesh.load(Path(config.out) / photo.stem / "mesh.glb", process=False)
-    names = Predictor.load(checkpoint).model.bank.part_names
-    for name, piece in scene.geometry.items():
-        expected = PART_COLORS[names.index(name.rsplit("-", 1)[0])]
-        np.testing.assert_allclose(shown_color(piece)[:3], expected, atol=7)
-
-
 # --- which photographs, and again -----------------------------------------------------------------
 
 
@@ -290,10 +267,14 @@ def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
 def test_nothing_of_other_settings_is_left(config, photos):
     photo = sorted(photos.iterdir())[0]
     config = replace(config, image=str(photo), preview=False)
-    predict_files(replace(config, top_k=3, obj=True, preview=True))
     folder = Path(config.out) / photo.stem
+    folder.mkdir(parents=True)
+    (folder / "mesh.mtl").touch()
+    predict_files(config)
+    assert (folder / "mesh.mtl").exists(), "what others have put there stays"
+    predict_files(replace(config, top_k=3, obj=True, preview=True))
     (folder / "mine.txt").touch()
-    (folder / "prediction.json").unlink()  # as after a kill
+    (folder / "prediction.json").rename(folder / "unfinished.json")  # as after a kill
     predict_files(replace(config, top_k=2))
     kept = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
     four = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]

@@ -66,7 +66,10 @@ def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_pa
     run = RunFolder(tmp_path / "a")
     given = ["schedule.steps=2", "data.render.azimuths=[45,135]"]
     counted = ["template_ranking.subset=train", "template_ranking.all_views=true"]
-    train(tiny_config(*given, *counted), run)
+    summary = train(tiny_config(*given, *counted, "evaluation.subset=val"), run)
+    (row,) = load_runs([run]).to_dict("records")
+    assert row["chamfer"] == summary["chamfer"], "of the validation shapes"
+    assert summary_tables([run])
     opened = open_run(run)
     rows = list(csv.DictReader((run.path / "template_ranking.csv").open()))
     expected = dict.fromkeys(opened.data.bank.ids, 0)
@@ -139,10 +142,9 @@ def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(
     monkeypatch.setattr("ffd_lightning.app.training_run.evaluate", interrupted)
     with pytest.raises(KeyboardInterrupt):
         train(tiny_config(*few, "evaluation.seed=1"), run)
-    assert run.status == status, "nor is it called running after a kill"
     with pytest.raises(ConfigError, match="no validation shapes"):
         train(tiny_config(*few, "evaluation.subset=val", "logger.every=7"), run)
-    assert run.status == status
+    assert run.status == status, "nor is it called running after a kill"
     assert run.config.read_bytes() == settings, "it says how the run was trained"
 
 
@@ -358,8 +360,7 @@ def test_a_job_in_a_process_of_its_own_has_the_users_options(tmp_path, monkeypat
 
     monkeypatch.setattr("ffd_lightning.app.commands.train.subprocess.run", run)
     (tmp_path / "regime").mkdir()
-    text = (ROOT / "conf" / "regime" / "r.yaml").read_text()
-    (tmp_path / "regime" / "mine.yaml").write_text(text)
+    shutil.copy(ROOT / "conf" / "regime" / "r.yaml", tmp_path / "regime" / "mine.yaml")
     given = ["-m", "--config-dir", tmp_path, "regime=mine", f"paths.runs={tmp_path}"]
     done = run_command("train", *given, "trainer=ddp", "trainer.accelerator=cpu")
     assert done.returncode == 1
