@@ -86,7 +86,7 @@ def draw_set(prepared: PreparedSet) -> Image.Image:
     views, category = prepared.spread_views(range(len(prepared)), SHOWN), prepared.category(0)
     rows = [row for row, _ in views]
     images = [
-        fit_picture(Image.fromarray(prepared.image(row)[..., :3]), _HEIGHT, _WIDTH) for row in rows
+        fit_picture(Image.fromarray(prepared.image(row)), _HEIGHT, _WIDTH)[..., :3] for row in rows
     ]
     seen = grid(images, _COLUMNS, [prepared.ids[row] for row in rows], font_size=_FONT)
     known, expected = _embedded(category), _expected(category)

@@ -263,7 +263,6 @@ class PreparedSet:
         return mesh, table[point_parts]
 
 
-
 class _Place(NamedTuple):
     """Where an array is in an .npz file that stores arrays as they are, without compression."""
 

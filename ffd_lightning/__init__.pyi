@@ -1,0 +1,31 @@
+from .app.build import regime as regime
+from .components import component as component
+from .components import make as make
+from .data.datamodule import FfdDataModule as FfdDataModule
+from .data.preparation.prepared import PreparedSet as PreparedSet
+from .data.source import Source as Source
+from .data.source import SourceShape as SourceShape
+from .data.splits import SplitInput as SplitInput
+from .data.templates.bank import TemplateBank as TemplateBank
+from .evaluation.candidates import Candidate as Candidate
+from .evaluation.candidates import PreparedShape as PreparedShape
+from .evaluation.protocols.base import Metric as Metric
+from .evaluation.protocols.base import Protocol as Protocol
+from .geometry.chamfer import chamfer_distance as chamfer_distance
+from .geometry.ffd import Lattice as Lattice
+from .geometry.ffd import deform as deform
+from .geometry.ffd import deformation_matrix as deformation_matrix
+from .geometry.ffd import fit_offsets as fit_offsets
+from .geometry.mesh import Mesh as Mesh
+from .imaging.camera import Camera as Camera
+from .imaging.render_settings import RenderSettings as RenderSettings
+from .inference.predictor import Predictor as Predictor
+from .losses.objective import Objective as Objective
+from .losses.selection import Teaching as Teaching
+from .losses.terms import StepInput as StepInput
+from .nn.encoders.base import ImageEncoder as ImageEncoder
+from .nn.network import FfdPrediction as FfdPrediction
+from .nn.network import TemplateFfdNetwork as TemplateFfdNetwork
+from .training.module import FfdModule as FfdModule
+
+__version__: str
