@@ -80,7 +80,7 @@ class MobileNetV1(ImageEncoder):
         if channels < 1:
             least = 1 / STEM_CHANNELS
             raise ValueError(f"width={width:g} leaves no channels: use {least} or more")
-        self.layers = nn.Sequential()
+        self.width, self.layers = width, nn.Sequential()
 
         def add(name: str, conv: nn.Conv2d) -> None:
             nn.init.xavier_uniform_(conv.weight)
