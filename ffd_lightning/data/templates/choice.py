@@ -145,7 +145,8 @@ class PaperTemplates:
             if k < len(known) and known[k] in held:
                 chosen.append(known[k])
             else:
-                barred = [place for place, i in enumerate(ids) if i in {*chosen, *spared}]
+                taken = {*chosen, *spared}
+                barred = [place for place, shape_id in enumerate(ids) if shape_id in taken]
                 chosen.append(ids[greedy_medoids(found, 1, barred, nearest)[0]])
             cloud = torch.from_numpy(whole.cloud(whole.index(chosen[-1]), POINTS))
             distance = chamfer_distance(cloud, found.points, "mean").numpy()
