@@ -96,7 +96,9 @@ KINDS: dict[str, Kind] = {
     ),
     "augmentation": Kind(
         "changes training images",
-        built_in=_of("ffd_lightning.imaging.augmentation", none="Unchanged", photo="PhotoAugmentation"),
+        built_in=_of(
+            "ffd_lightning.imaging.augmentation", none="Unchanged", photo="PhotoAugmentation"
+        ),
     ),
     "template_strategy": Kind(
         "how templates are chosen",

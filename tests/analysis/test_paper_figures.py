@@ -301,9 +301,7 @@ def test_a_row_is_drawn_at_one_scale_and_nothing_is_cut_off():
 
 @pytest.mark.parametrize("azimuth", [0, 45, 230])
 @pytest.mark.parametrize("size", [(96, 128), (160, 100)])
-@pytest.mark.parametrize(
-    "camera", [Camera(), *RenderSettings(camera="authors").cameras()]
-)
+@pytest.mark.parametrize("camera", [Camera(), *RenderSettings(camera="authors").cameras()])
 def test_the_scale_is_the_largest_that_fits(azimuth, size, camera):
     rng = np.random.default_rng(azimuth)
     points = rng.normal(size=(9, 3)) + [0.3, -0.5, 0.2]
