@@ -30,12 +30,8 @@ def test_a_line_says_how_far_how_fast_and_how_long(clock, capsys):
     assert [line.split()[1] for line in told] == ["6", "12", "18"], "not within ten seconds"
 
 
-@pytest.mark.parametrize(("seconds", "total"), [(0.1, 10_000), (1, 100_000), (30, 2000)])
-def test_long_jobs_say_little_but_something(clock, capsys, seconds, total):
-    told = lines(clock, capsys, seconds, total)
-    at_most_every_twentieth, at_least_every_five_minutes = 20, seconds * total / 300
-    assert at_least_every_five_minutes * 0.9 <= len(told)
-    assert len(told) <= at_most_every_twentieth + at_least_every_five_minutes
+def test_long_jobs_say_less_and_less_but_something(clock, capsys):
+    assert 100 < len(lines(clock, capsys, 1, 100_000)) < 200
 
 
 def test_nothing_is_shown_if_not_asked(clock, capsys):

@@ -36,7 +36,7 @@ MakeScheduler = Callable[[Optimizer, int], LRScheduler]
 paper_optimizer: MakeOptimizer = partial(torch.optim.Adam, lr=1e-3, fused=True)
 """The paper's: Adam with a learning rate of 1e-3, betas 0.9 and 0.999, epsilon 1e-8."""
 
-_SHOWN = ("box_chamfer", "undeformed_box_chamfer", "entropy", "effective_templates")
+_LOGGED = ("box_chamfer", "undeformed_box_chamfer", "entropy", "effective_templates")
 
 
 class FfdModule(LightningModule):
@@ -61,7 +61,7 @@ class FfdModule(LightningModule):
             trained with the network's.
         optimizer: makes an optimizer of parameters.
         scheduler: makes a schedule of the learning rate, stepped every optimizer step, of an
-            optimizer and the number of steps in all; None keeps the rate.
+            optimizer and the number of all steps; None keeps the rate.
         offset_rate: factor of the learning rate for the weights of the layer that gives offsets,
             not for its biases. Below 1 templates first learn to be moved alike for all images: what
             an image adds is noise at first, and the layers below learn to suppress it, and the
@@ -104,27 +104,23 @@ class FfdModule(LightningModule):
             ConfigError: they are of different numbers of templates, control points, image sizes or
                 lattices.
         """
-        data = self._data
+        data, network = self._data, self.network
         if data is None:
             return
-        expected = {
-            "num_templates": len(data.bank),
-            "num_control_points": data.bank.control_points.shape[1],
-            "image_size": list(data.prepared.image_shape[1:3]),
-        }
-        own = self.network.description()
-        if self.network.mirror_degrees is not None:
-            own["mirror_degrees"] = list(self.network.mirror_degrees)
-            expected["mirror_degrees"] = list(data.bank.degrees)
-        for name, value in expected.items():
-            if own[name] != value:
-                raise ConfigError(f"the network's {name} is {own[name]}, that of the data {value}")
+        degrees = tuple(data.bank.degrees)
+        for name, own, value in (
+            ("num_templates", network.num_templates, len(data.bank)),
+            ("num_control_points", network.num_control_points, data.bank.control_points.shape[1]),
+            ("image_size", network.image_size, data.prepared.image_shape[1:3]),
+            ("mirror_degrees", tuple(network.mirror_degrees or degrees), degrees),
+        ):
+            if own != value:
+                raise ConfigError(f"the network's {name} is {own}, that of the data {value}")
 
     def on_train_batch_start(self, batch: Batch, batch_idx: int) -> None:
         """Make random layers (dropout in some timm encoders) depend on the batch alone."""
         every = int(self.trainer.accumulate_grad_batches)
-        number = self.global_step * every + batch_idx % every
-        torch.manual_seed(self.seed * 1_000_003 + number)
+        torch.manual_seed(self.seed * 1_000_003 + self.global_step * every + batch_idx % every)
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Return the objective's total.
@@ -194,7 +190,7 @@ class FfdModule(LightningModule):
         self.scores = TemplateScores.of(self.scoring.compute())
         self.scoring.reset()
         summary = self.scores.summary()
-        self.log_dict({f"{subset}/{n}": summary[n] for n in _SHOWN}, sync_dist=True)
+        self.log_dict({f"{subset}/{n}": summary[n] for n in _LOGGED}, sync_dist=True)
 
     def on_save_checkpoint(self, checkpoint: dict[str, Any]) -> None:
         """Add what makes the checkpoint of use without the data, if all in it is finite."""
@@ -209,24 +205,11 @@ class FfdModule(LightningModule):
             return
         checkpoint.update(model_entry(self.network, data, self.record))
 
-    def on_load_checkpoint(self, checkpoint: dict[str, Any]) -> None:
-        """Refuse weights that are not finite, as earlier versions wrote them.
-
-        Raises:
-            ConfigError: one is not.
-        """
-        if name := not_finite(self, checkpoint["state_dict"]):
-            raise ConfigError(
-                f"the checkpoint's {name} is not finite: train from the start (restart=true)"
-            )
-
     def _check_finite(self, state: Mapping[str, Any]) -> None:
         self._losses.read(self.trainer)
         if name := not_finite(self, state):
-            raise ConfigError(
-                f"{name} is not finite after step {self.global_step}, because of a gradient. "
-                f"{WAY_OUT}"
-            )
+            step = f"after step {self.global_step}"
+            raise ConfigError(f"{name} is not finite {step}, because of a gradient. {WAY_OUT}")
 
     @property
     def _data(self) -> FfdDataModule | None:

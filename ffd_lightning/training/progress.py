@@ -16,7 +16,7 @@ _EVERY = 5.0  # seconds
 
 
 class Progress(Callback):
-    """Shows steps, box Chamfer and time left, and writes them to `progress.json` now and then.
+    """Says steps, box Chamfer and time left, and writes them to `progress.json` now and then.
 
     A bar on a terminal, else a line now and then, in place of Lightning's bar, which fills a log
     with what is meant for a terminal.
@@ -24,7 +24,7 @@ class Progress(Callback):
     Args:
         run: whose folder to write to.
         clock: knows how long a step takes.
-        show: show it, too.
+        show: say it, too.
     """
 
     _bar: CountProgress | None = None
@@ -34,9 +34,9 @@ class Progress(Callback):
 
     def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Begin, where the run is resumed."""
-        self._done, shown = trainer.global_step, self._show and trainer.is_global_zero
-        bar = CountProgress("training", trainer.max_steps, self._done, shown, "steps")
-        self._bar = bar.__enter__()
+        self._done, show = trainer.global_step, self._show and trainer.is_global_zero
+        self._bar = CountProgress("training", trainer.max_steps, self._done, show, "steps")
+        self._bar.__enter__()
         self._write(trainer)
 
     def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
@@ -58,7 +58,7 @@ class Progress(Callback):
     def on_train_end(self, *_: Any) -> None:
         """Take the bar away."""
         if self._bar is not None:
-            self._bar.__exit__(None, None, None)
+            self._bar.__exit__()
             self._bar = None
 
     def on_exception(self, *_: Any) -> None:
@@ -67,9 +67,9 @@ class Progress(Callback):
 
 
 def _box_chamfer(trainer: Trainer) -> str:
-    """Return the last step's, for people.
+    """Return the last step's.
 
-    Read only when it is shown: Lightning's own `prog_bar` reads it back from the device at every
+    Read only when it is said: Lightning's own `prog_bar` reads it back from the device at every
     step, which makes each step wait for the one before.
     """
     found = trainer.callback_metrics.get("train/box_chamfer")

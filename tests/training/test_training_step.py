@@ -169,17 +169,6 @@ def test_weights_spoilt_by_a_gradient_are_named_though_nothing_is_saved():
             fit(module, [make_batch(k) for k in range(steps)], max_epochs=1)
 
 
-def test_a_checkpoint_that_is_not_finite_is_not_trained_on(tmp_path):
-    module, batches = FfdModule(tiny_network(), own()), [make_batch(0)]
-    fit(module, batches, max_steps=1, callbacks=[ModelCheckpoint(tmp_path, "last")])
-    content = torch.load(tmp_path / "last.ckpt", weights_only=True)
-    content["state_dict"]["network.heads.logits.bias"][0] = math.nan
-    torch.save(content, tmp_path / "last.ckpt")
-    trainer = Trainer(accelerator="cpu", logger=False, enable_checkpointing=False, max_steps=2)
-    with pytest.raises(ConfigError, match=r"logits\.bias is not finite: train from the start"):
-        trainer.fit(module, DataLoader(batches, batch_size=None), ckpt_path=tmp_path / "last.ckpt")
-
-
 # --- terms and selections ------------------------------------------------------------------------
 
 
@@ -241,5 +230,5 @@ def test_terms_are_told_the_degrees_of_the_data(tiny_config, prepared):
     fit(FfdModule(network, own(watch)), data, max_steps=1)
     assert told == [(1, 3, 7)]
     network.mirror_degrees = (3, 3, 3)
-    with pytest.raises(ConfigError, match=r"mirror_degrees is \[3, 3, 3\], .* \[1, 3, 7\]"):
+    with pytest.raises(ConfigError, match=r"mirror_degrees is \(3, 3, 3\)"):
         fit(FfdModule(network, own()), data, max_steps=1)
