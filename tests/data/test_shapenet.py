@@ -252,7 +252,7 @@ def test_cameras_of_renderings_are_those_of_their_metadata(
 @pytest.mark.parametrize(
     ("rows", "reason"),
     [
-        (None, "not found"),
+        (None, "it has no rendering_metadata.txt"),
         (METADATA[:23], "not 24 lines of five numbers"),
         ([*METADATA[:23], (1, 2, "nan", 1, 25)], "not 24 lines of five numbers"),
         ([*METADATA[:23], ("x", 2, 0, 1, 25)], "cannot be read"),
