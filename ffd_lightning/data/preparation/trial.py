@@ -10,6 +10,7 @@ from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.overview import count_warnings, write_sheet
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import DataError
 
 TRIAL = 16
@@ -48,6 +49,23 @@ class Finding:
     notes: list[str] = field(default_factory=list)
 
 
+@dataclass(frozen=True)
+class _Chosen(Source):
+    """Some shapes of a source."""
+
+    source: Source
+    ids: tuple[str, ...]
+
+    def shape_ids(self, category: str) -> list[str]:
+        return list(self.ids)
+
+    def load(self, category: str, shape_id: str) -> SourceShape:
+        return self.source.load(category, shape_id)
+
+    def fingerprint(self, category: str) -> dict[str, object]:
+        return {}
+
+
 def examine(preparation: Preparation, of_shapenet: bool, sheet: Path | None = None) -> Finding:
     """Look at one category and prepare a few of its shapes on trial, in a temporary folder.
 
@@ -66,19 +84,20 @@ def examine(preparation: Preparation, of_shapenet: bool, sheet: Path | None = No
         if of_shapenet:
             finding.templates = paper_templates(finding.name)
             finding.absent = tuple(i for i in finding.templates if i not in usable)
+        prepared = None
         with tempfile.TemporaryDirectory() as folder:
             if preparation.target.exists():
                 finding.prepared = preparation.target
                 prepared = PreparedSet.open(preparation.target)
-            else:
-                limit = min(TRIAL, preparation.limit or TRIAL)
-                trial = replace(preparation, root=Path(folder), limit=limit, progress=False)
-                prepared = trial.run()
-                rejected = prepared.rejected
-                finding.rejected = {i: rejected[i] for i in rejected if i not in unusable}
-                finding.trial = len(prepared) + len(finding.rejected)
-            finding.warnings = count_warnings(prepared)
-            finding.sheet = "" if sheet is None else write_sheet(prepared, sheet)
+            elif usable:
+                source = _Chosen(preparation.source, tuple(usable))
+                trial = replace(preparation, source=source, root=Path(folder), progress=False)
+                prepared = replace(trial, limit=TRIAL).run()
+                finding.rejected = prepared.rejected
+                finding.trial = len(prepared) + len(prepared.rejected)
+            if prepared is not None:
+                finding.warnings = count_warnings(prepared)
+                finding.sheet = "" if sheet is None else write_sheet(prepared, sheet)
     except DataError as error:
         return Finding(finding.name, problem=str(error))
     return finding
