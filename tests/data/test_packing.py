@@ -1,6 +1,3 @@
-import io
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from box_source import box_mesh
@@ -96,22 +93,6 @@ def test_textures_come_back(shift):
     if shift < 1e6:
         off = 0.5001 * UV_STEP + 1e-7 * abs(shift)
         np.testing.assert_allclose(back.face_uvs[textured], mesh.face_uvs[textured], atol=off)
-
-
-def test_textures_take_room_only_where_they_are():
-    mesh = textured_mesh()
-    with np.load(io.BytesIO(pack_mesh(mesh.without_textures(), NO_PARTS))) as plain:
-        assert len(plain.files) == 6
-    uvs, faces = np.random.default_rng(1).uniform(size=(9, 2)), np.tile(mesh.faces, (500, 1))
-    many = replace(
-        mesh,
-        faces=faces,
-        face_colors=np.tile(mesh.face_colors, (500, 1)),
-        face_textures=np.zeros(20_000, np.int16),
-        face_uvs=uvs[faces].astype(np.float32),
-    )
-    sizes = [len(pack_mesh(m, NO_PARTS)) for m in (many, many.without_textures())]
-    assert sizes[0] - sizes[1] < 5000, "faces that share their vertices' UVs need none of their own"
 
 
 def test_no_other_decoder_than_webps_sees_the_bytes(monkeypatch):

@@ -1,7 +1,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 import trimesh
 from box_source import RENDER, BoxSource, box_mesh
 
@@ -76,13 +75,6 @@ def test_whole_files_alone_are_done(tmp_path):
         file.write_bytes(broken)
         assert not made.is_done("b00")
         assert not file.exists()
-
-
-@pytest.mark.parametrize(("grey", "warned"), [(255, True), (200, False)])
-def test_what_hardly_shows_on_white_is_warned_of(tmp_path, grey, warned):
-    image = np.full((24, 32, 4), grey, np.uint8)
-    warning = str(maker(tmp_path, box_mesh(0), images=[image]).arrays("a")["warning"])
-    assert warning.startswith("nearly invisible on white: brightness 255") == warned
 
 
 # --- textures -----------------------------------------------------------------------------------

@@ -161,6 +161,7 @@ def test_renderings_are_fitted_and_not_distorted(source, tmp_path):
     assert images[0, 0, 0].tolist() == images[0, 24, 9].tolist() == [255, 255, 255, 0]
     covered = images[0, ..., 3] > 127
     assert np.ptp(covered.any(0).nonzero()[0]) == np.ptp(covered.any(1).nonzero()[0])
+    assert prepared.camera(0, 5) == Camera(), "it is unknown, so one that frames the shape"
 
 
 def test_the_fingerprint_follows_renderings_and_their_cameras(rendered, tmp_path):
@@ -252,7 +253,7 @@ def test_cameras_of_renderings_are_those_of_their_metadata(
 @pytest.mark.parametrize(
     ("rows", "reason"),
     [
-        (None, "not found"),
+        (None, "it has no rendering_metadata.txt"),
         (METADATA[:23], "not 24 lines of five numbers"),
         ([*METADATA[:23], (1, 2, "nan", 1, 25)], "not 24 lines of five numbers"),
         ([*METADATA[:23], ("x", 2, 0, 1, 25)], "cannot be read"),
@@ -266,10 +267,6 @@ def test_images_are_good_without_their_cameras(source, rendered, rows, reason):
     assert shape.cameras is None
     assert len(shape.images) == 24
     assert reason in shape.warning
-
-
-def test_shapes_without_cameras_have_one_that_frames_them(source, tmp_path):
-    assert prepare(source, tmp_path).camera(0, 5) == Camera()
 
 
 def test_an_image_of_another_shape_is_noticed(source, rendered):

@@ -30,8 +30,6 @@ from ffd_lightning.imaging.framing import fit_picture
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
-NEARLY_WHITE = 225.0
-"""Mean brightness of the pixels a shape covers, of 255, above which it is hard to see on white."""
 MAX_TEXELS = 256 * 256
 """Of a shape's textures together, but that each has one at least."""
 _DIVISIONS = 7  # of a face's edges, where its texture is averaged
@@ -133,6 +131,7 @@ class ShapeMaker:
             point_parts = mesh.face_parts[face_ids]
         else:
             point_parts = np.full(len(points), UNKNOWN_PART, np.uint8)
+        warnings = [line for line in shape.warning.splitlines() if line.strip()]
         # Colours of the textures as they came, then textures as they are kept.
         mesh = shrink_textures(replace(mesh, face_colors=mean_colors(mesh, _DIVISIONS)))
         return {
@@ -143,7 +142,7 @@ class ShapeMaker:
             "mesh": np.frombuffer(pack_mesh(mesh, point_parts), np.uint8),
             "family": np.str_(shape.family),
             "part_names": np.array(mesh.part_names, dtype=np.str_),
-            "warning": np.str_("\n".join(_warnings(shape, images))),
+            "warning": np.str_("\n".join(" ".join(line.split()) for line in warnings)),
         }
 
     def _rendered(self, mesh: Mesh, cameras: Sequence[Camera]) -> NDArray[np.uint8]:
@@ -169,16 +168,6 @@ def shrink_textures(mesh: Mesh) -> Mesh:
         small.append(np.array(picture.resize((width, height), Image.Resampling.BOX)))
     face_textures = (numbers.reshape(-1) - int(used[0] < 0)).astype(np.int16)
     return replace(mesh, textures=tuple(small), face_textures=face_textures)
-
-
-def _warnings(shape: SourceShape, images: NDArray[np.uint8]) -> list[str]:
-    """Return what is wrong with a shape, and whether it hardly shows in its images."""
-    lines = [" ".join(line.split()) for line in shape.warning.splitlines() if line.strip()]
-    covered = images[images[..., 3] > 127, :3]
-    brightness = float(covered.mean()) if len(covered) else 0.0
-    if brightness > NEARLY_WHITE:
-        lines.append(f"nearly invisible on white: brightness {brightness:.0f} of 255")
-    return lines
 
 
 def _normalized(shape: SourceShape) -> SourceShape:

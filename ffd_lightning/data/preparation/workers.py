@@ -26,17 +26,10 @@ def make_shapes(
     timeout: float,
     advance: Callable[[], None],
 ) -> dict[str, Failure]:
-    """Make shapes in worker processes; one that takes too long, or kills its process, is given up.
+    """Make shapes of these ids in worker processes, and return why some could not be made, by id.
 
-    Args:
-        maker: what makes one.
-        ids: the shapes.
-        workers: at most so many processes.
-        timeout: seconds after which a shape is given up.
-        advance: called for every shape that was made or failed.
-
-    Returns:
-        Why shapes could not be made, by id, in the order in which they failed.
+    One that takes more than `timeout` seconds, or kills its process, is given up. `advance` is
+    called for every shape that was made or failed.
 
     Raises:
         DataError: worker processes cannot start, or no shape of the source can be loaded.

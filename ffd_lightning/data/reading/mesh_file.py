@@ -79,10 +79,10 @@ def read_mesh(
             raise (files.failure or RejectedShapeError(message)) from error
     if files.failure is not None:
         raise files.failure
-    return mesh, tuple(_said(what, list(which)) for what, which in problems.items() if which)
+    return mesh, tuple(_warning(what, list(which)) for what, which in problems.items() if which)
 
 
-def _said(what: str, which: Sequence[str]) -> str:
+def _warning(what: str, which: Sequence[str]) -> str:
     more = f" and {len(which) - _NAMED} more" if len(which) > _NAMED else ""
     return f"{what}: {', '.join(which[:_NAMED])}{more}"
 

@@ -89,14 +89,16 @@ class R2n2Images:
         What cannot be used gives no cameras and the reason, never an error: the images are good
         without them.
         """
+        file = self._folder(category) / shape_id / "rendering" / _METADATA
+        if not file.is_file():
+            return None, f"its cameras are not known: it has no {_METADATA}"
         try:
-            file = self._folder(category) / shape_id / "rendering" / _METADATA
             rows = np.loadtxt(file, encoding="utf-8-sig", comments=None, ndmin=2)
             if rows.shape != (VIEWS, 5) or not (np.isfinite(rows).all() and (rows[:, 3] > 0).all()):
                 raise ValueError(f"not {VIEWS} lines of five numbers")
             if rows[:, 2].any():
                 raise ValueError("turned cameras")
-        except (FileNotFoundError, ValueError) as error:
+        except ValueError as error:
             return None, f"its cameras are not known: {_METADATA} cannot be read ({error})"
         lens = vertical_field_of_view(*BLENDER_LENS, 1, 1)
         return tuple(
