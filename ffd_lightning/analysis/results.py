@@ -36,7 +36,7 @@ _NOT_DECIDING = (
     *("logger", "callbacks", "protocol", "evaluation"),
 )  # settings, and groups of them, of where, how fast and how measured; see `decides`
 _HOW = ("format", "protocol", "all_views", "seed")  # in `summary.json`: decide scores, with weights
-_CURVES = {"val/box_chamfer": "box_chamfer", "val/effective_templates": "effective_templates"}
+_CURVE = ["run", "step", "box_chamfer", "effective_templates"]
 _DIGITS = "%.5g"  # of kept scores: more than any two runs agree in by chance
 _OLD = (1980, 1, 1, 0, 0, 0)  # the same file for the same results
 
@@ -139,11 +139,13 @@ class Results:
         summaries = [run.status.get("summary") or {} for run in known.values()]
         table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
-        chosen = _protocol(list(known.values()), protocol, subset)
+        described = {name: described_protocols(run, subset) for name, run in known.items()}
+        chosen = _protocol(known, described, protocol)
         parts = []
         for place, row in enumerate(table.to_dict("records")):
             try:
-                part = _scores(known[row["run"]], str(row["state"]), chosen, subset)
+                _check_scores(known[row["run"]], row["state"], described[row["run"]], chosen)
+                part = read_samples(known[row["run"]], chosen, subset)
             except DataError as error:
                 if row["state"] != "failed":
                     table.loc[place, "reason"] = str(error)
@@ -156,7 +158,8 @@ class Results:
         families = {name: _families(run) for name, run in known.items()}
         families = {name: found for name, found in families.items() if found}
         table = pd.concat([table, pd.DataFrame(damaged)], ignore_index=True)
-        return cls(samples, table, settings, chosen, families, _curves({}), folder=folder)
+        curves = pd.DataFrame(columns=_CURVE)
+        return cls(samples, table, settings, chosen, families, curves, folder=folder)
 
     @cached_property
     def scored(self) -> pd.DataFrame:
@@ -253,7 +256,7 @@ class Results:
             "seconds_per_step": self.scored.set_index("run")["seconds_per_step"].to_dict(),
             **(about or {}),
         }
-        curves = _curves({run: self.run_folder(run) for run in runs})
+        curves = pd.concat([_curves(run, self.run_folder(run)) for run in runs])
         content = {
             "samples.csv": _csv(self.samples.assign(template_family=family)),
             "curves.csv": _csv(curves),
@@ -412,16 +415,13 @@ def read_samples(
     measures = [measure.name for measure in protocol.measures]
     try:
         samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
-        needed = ("id", "category", "view", "template", *measures)
-        missing = [name for name in needed if name not in samples]
-        numbers = samples.reindex(columns=measures).apply(pd.to_numeric, errors="coerce")
+        if missing := {"id", "category", "view", "template", *measures} - set(samples):
+            raise ValueError(f"no column {', '.join(sorted(missing))}")
+        numbers = samples[measures].apply(pd.to_numeric, errors="coerce")
         wrong = [name for name in measures if not np.isfinite(numbers[name]).all()]
-        if samples.empty:
-            raise ValueError("no rows")
-        if missing:
-            raise ValueError(f"no column {', '.join(missing)}")
-        if wrong:
-            raise ValueError(f"{wrong[0]} is not a finite number everywhere")
+        if samples.empty or wrong:
+            what = f"{wrong[0]} is not a finite number everywhere" if wrong else "no rows"
+            raise ValueError(what)
         return samples
     except (OSError, ValueError) as error:
         raise DataError(
@@ -430,45 +430,49 @@ def read_samples(
         ) from None
 
 
-def _protocol(runs: Sequence[RunFolder], name: str | None, subset: str) -> ProtocolDescription:
+def _protocol(
+    runs: Mapping[str, RunFolder],
+    described: Mapping[str, Mapping[str, ProtocolDescription]],
+    name: str | None,
+) -> ProtocolDescription:
     """Return the protocol that most runs have results under, of this name where it is given.
 
     Raises:
         ConfigError: there are results, but none of this name.
     """
-    found = [each for run in runs for each in described_protocols(run, subset).values()]
+    found = [each for of_run in described.values() for each in of_run.values()]
     asked = [each for each in found if name in (None, each.name)]
     if asked:
         return Counter(asked).most_common(1)[0][0]
-    name = name or own_protocol(runs[0]).split("/")[0]
+    first = next(iter(runs.values()))
+    name = name or own_protocol(first).split("/")[0]
     if found:
         names = ", ".join(dict.fromkeys(each.name for each in found))
         raise ConfigError(
             f"no run was evaluated under protocol {name!r}: choose one of {names}, or evaluate "
-            f"one: {evaluate_command(runs[0].path, name)}"
+            f"one: {evaluate_command(first.path, name)}"
         )
     return ProtocolDescription(name)
 
 
-def _scores(run: RunFolder, state: str, protocol: ProtocolDescription, subset: str) -> pd.DataFrame:
-    """Return a run's samples.
-
-    Raises:
-        DataError: it has none that can be read; the message says why.
-    """
+def _check_scores(
+    run: RunFolder,
+    state: object,
+    described: Mapping[str, ProtocolDescription],
+    protocol: ProtocolDescription,
+) -> None:
+    """Raise a DataError that says why a run has no scores, if it has none."""
+    again = evaluate_command(run.path, protocol.name)
     if state != "finished":
         # Samples may be there from before: they would not be of the run as it is now.
         on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
-    found = described_protocols(run, subset)
-    again = evaluate_command(run.path, protocol.name)
-    if not found:
+    if not described:
         raise DataError(f"it has no evaluation of this version: {again}")
-    if protocol.name not in found:
-        raise DataError(f"evaluated under protocol {' and '.join(found)} only: {again}")
-    if found[protocol.name] != protocol:
+    if protocol.name not in described:
+        raise DataError(f"evaluated under protocol {' and '.join(described)} only: {again}")
+    if described[protocol.name] != protocol:
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
-    return read_samples(run, protocol, subset)
 
 
 def _families(run: RunFolder) -> dict[str, str]:
@@ -487,24 +491,22 @@ def _families(run: RunFolder) -> dict[str, str]:
     }
 
 
-def _curves(runs: Mapping[str, RunFolder]) -> pd.DataFrame:
-    """Read the validation scores of runs from their TensorBoard logs."""
+def _curves(name: str, run: RunFolder) -> pd.DataFrame:
+    """Read the validation scores of a run from its TensorBoard log; no rows where there is none."""
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-    tables = [pd.DataFrame(columns=["run", "step", *_CURVES.values()])]
-    for name, run in runs.items():
-        if (run.path / "tensorboard").is_dir():
-            log = EventAccumulator(str(run.path / "tensorboard"), {"scalars": 0})
-            log.Reload()
-            columns = {
-                _CURVES[tag]: {event.step: event.value for event in log.Scalars(tag)}
-                for tag in _CURVES.keys() & set(log.Tags()["scalars"])
-            }
-            table = pd.DataFrame(columns, columns=list(_CURVES.values()))
-            table = table.sort_index().rename_axis("step").reset_index()
-            table.insert(0, "run", name)
-            tables.append(table)
-    return pd.concat(tables[1:] or tables, ignore_index=True)
+    if not (run.path / "tensorboard").is_dir():
+        return pd.DataFrame(columns=_CURVE)
+    log = EventAccumulator(str(run.path / "tensorboard"), {"scalars": 0})
+    log.Reload()
+    tags = log.Tags()["scalars"]
+    columns = {
+        name: {event.step: event.value for event in log.Scalars(f"val/{name}")}
+        for name in _CURVE[2:]
+        if f"val/{name}" in tags
+    }
+    table = pd.DataFrame(columns).sort_index().rename_axis("step").reset_index()
+    return table.assign(run=name).reindex(columns=_CURVE)
 
 
 def _without_folder(value: Any) -> Any:
