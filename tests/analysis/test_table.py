@@ -91,7 +91,15 @@ def test_each_run_is_shown_under_the_protocol_of_its_training(tmp_path):
     tables = summary_tables([run, paper, failed, damaged])
     text = " ".join(printed(*tables).split())
     assert "protocol own: table, T = 4, seed 0, 2 test shapes" in text
-    for word in ("warmth ↑", "0.7", "protocol paper", "32.1", "x 1000", "the disk is full", "holds no settings"):
+    for word in (
+        "warmth ↑",
+        "0.7",
+        "protocol paper",
+        "32.1",
+        "x 1000",
+        "the disk is full",
+        "holds no settings",
+    ):
         assert word in text, word
     own_scores, references = (printed(table).split() for table in tables[1:3])
     assert "5.8" in references
