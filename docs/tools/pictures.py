@@ -91,7 +91,7 @@ def _drawing(name: str, runs: Callable[[Place], Any], *options: Any) -> Make:
     def make(place: Place, file: Path) -> None:
         import drawings
 
-        getattr(drawings, name)(runs(place), *options).save(file, quality=85)
+        getattr(drawings, name)(runs(place), *options).save(file, quality=80)
 
     return make
 

@@ -91,7 +91,16 @@ class Results:
         """
         if folder.suffix == ".zip":
             return _read_kept(folder)
-        return cls.of(find_runs(folder), protocol, folder)
+        results = cls.of(find_runs(folder), protocol, folder)
+        if protocol is not None and not results.protocol.metrics:
+            folders = [results.run_folder(run) for run in results.settings.index]
+            if names := {name for run in folders for name in described_protocols(run)}:
+                raise ConfigError(
+                    f"no run was evaluated under protocol {protocol!r}: choose one of "
+                    f"{', '.join(sorted(names))}, or evaluate one: "
+                    f"{evaluate_command(folders[0].path, protocol)}"
+                )
+        return results
 
     @classmethod
     def of(
@@ -99,15 +108,13 @@ class Results:
         runs: Sequence[RunFolder],
         protocol: str | None = None,
         folder: Path | None = None,
-        subset: str = "test",
     ) -> Results:
         """Read some runs as `read` does.
 
         Args:
             runs: their folders.
-            protocol: see `read`.
+            protocol: see `read`; `paper/val` where a search ends with the validation shapes.
             folder: what they are named from, by default what all are in.
-            subset: whose scores: `test`, or `val` where a search ends with those.
         """
         folder = folder or Path(commonpath([run.path for run in runs]) if runs else ".")
         known: dict[str, RunFolder] = {}
@@ -139,13 +146,16 @@ class Results:
         summaries = [run.status.get("summary") or {} for run in known.values()]
         table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
-        described = {name: described_protocols(run, subset) for name, run in known.items()}
-        chosen = _protocol(known, described, protocol)
+        described = {name: described_protocols(run, protocol) for name, run in known.items()}
+        all_described = [x for of_run in described.values() for x in of_run.values()]
+        counts = Counter(x for x in all_described if protocol in (None, x.name))
+        first = own_protocol(next(iter(known.values()))).split("/")[0]
+        chosen = next((x for x, _ in counts.most_common(1)), ProtocolDescription(protocol or first))
         parts = []
         for place, row in enumerate(table.to_dict("records")):
             try:
                 _check_scores(known[row["run"]], row["state"], described[row["run"]], chosen)
-                part = read_samples(known[row["run"]], chosen, subset)
+                part = read_samples(known[row["run"]], chosen)
             except DataError as error:
                 if row["state"] != "failed":
                     table.loc[place, "reason"] = str(error)
@@ -364,16 +374,14 @@ def own_protocol(run: RunFolder) -> str:
     return str(ended.get("name") or before or "paper")
 
 
-def described_protocol(
-    run: RunFolder, name: str, subset: str = "test"
-) -> ProtocolDescription | None:
+def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
     """Return the protocol of a run's results of this name, None where there are none.
 
     It is as their `summary.json` describes it, so that it need not be installed, and None where
     that is damaged. Its name is that of the results.
     """
     try:
-        text = (run.evaluation(name, subset) / "summary.json").read_text(encoding="utf-8")
+        text = (run.evaluation(name) / "summary.json").read_text(encoding="utf-8")
         content = json.loads(text)
         how = {key: value for key, value in content.get("settings", {}).items() if key in _HOW}
         found = ProtocolDescription.from_json(content["protocol"])
@@ -382,10 +390,13 @@ def described_protocol(
         return None
 
 
-def described_protocols(run: RunFolder, subset: str = "test") -> dict[str, ProtocolDescription]:
-    """Return the protocols that a run was evaluated under, by name, that of its training first."""
-    names = sorted(folder.name for folder in run.path.glob("evaluation/*"))
-    found = {name: known for name in names if (known := described_protocol(run, name, subset))}
+def described_protocols(run: RunFolder, name: str | None = None) -> dict[str, ProtocolDescription]:
+    """Return the protocols that a run was evaluated under, by name, that of its training first.
+
+    Results of others than the test shapes are known by their `name` alone.
+    """
+    names = {*(folder.name for folder in run.path.glob("evaluation/*")), *filter(None, [name])}
+    found = {name: known for name in sorted(names) if (known := described_protocol(run, name))}
     own = own_protocol(run) if len(found) > 1 else ""
     return {name: found[name] for name in sorted(found, key=lambda name: name != own)}
 
@@ -403,15 +414,13 @@ def evaluate_command(run: object, name: str) -> str:
     return f"ffd evaluate run={run} protocol={protocol}{rest}"
 
 
-def read_samples(
-    run: RunFolder, protocol: ProtocolDescription, subset: str = "test"
-) -> pd.DataFrame:
+def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
     """Read a run's `samples.csv`.
 
     Raises:
         DataError: it is damaged, or lacks what all have.
     """
-    file = run.evaluation(protocol.name, subset) / "samples.csv"
+    file = run.evaluation(protocol.name) / "samples.csv"
     measures = [measure.name for measure in protocol.metrics]
     try:
         samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
@@ -428,31 +437,6 @@ def read_samples(
             f"{file} is damaged ({' '.join(str(error).split())}): "
             f"{evaluate_command(run.path, protocol.name)} restart=true"
         ) from None
-
-
-def _protocol(
-    runs: Mapping[str, RunFolder],
-    described: Mapping[str, Mapping[str, ProtocolDescription]],
-    name: str | None,
-) -> ProtocolDescription:
-    """Return the protocol that most runs have results under, of this name where it is given.
-
-    Raises:
-        ConfigError: there are results, but none of this name.
-    """
-    found = [each for of_run in described.values() for each in of_run.values()]
-    asked = [each for each in found if name in (None, each.name)]
-    if asked:
-        return Counter(asked).most_common(1)[0][0]
-    first = next(iter(runs.values()))
-    name = name or own_protocol(first).split("/")[0]
-    if found:
-        names = ", ".join(dict.fromkeys(each.name for each in found))
-        raise ConfigError(
-            f"no run was evaluated under protocol {name!r}: choose one of {names}, or evaluate "
-            f"one: {evaluate_command(first.path, name)}"
-        )
-    return ProtocolDescription(name)
 
 
 def _check_scores(

@@ -18,7 +18,7 @@ from ffd_lightning.analysis.results import Results, decides, own_protocol
 from ffd_lightning.analysis.selection import selection_stability, selection_table
 from ffd_lightning.analysis.table import Cell, Table, number
 from ffd_lightning.analysis.wording import SHAPE_TITLES, scaled_title
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.palette import REGIME_COLORS, regime_title
@@ -207,9 +207,7 @@ def pairs(results: Results, ranking: Ranked) -> list[Table]:
 # --- numbers -------------------------------------------------------------------------------------
 
 
-def scores(
-    results: Results, ranking: Ranked | None = None, by: Sequence[str] = GROUP, shapes: str = "test"
-) -> Table:
+def scores(results: Results, ranking: Ranked | None = None, by: Sequence[str] = GROUP) -> Table:
     """Return the mean scores of runs, a row per setting.
 
     Args:
@@ -217,7 +215,6 @@ def scores(
         ranking: adds intervals over test shapes, and marks what is level with the best.
         by: columns that make a row; runs that share them are seeds of each other. With `seed` it
             is for those who have just trained the runs, who are told how long a step took.
-        shapes: that they were measured on: `test` or `val`.
     """
     protocol, runs = results.protocol, results.scored
     columns = [_of_measure(m, m.name) for m in protocol.metrics]
@@ -238,7 +235,7 @@ def scores(
         note = (
             f"In brackets the 95% interval over test shapes. {_BEST} marks the best{marks}. {note}"
         )
-    shapes = "validation shapes" if shapes == "val" else "test shapes"
+    shapes = "validation shapes" if protocol.name.endswith("/val") else "test shapes"
     return _numbers(runs, columns, by, f"Scores, protocol {protocol.name}", note, shapes, notes)
 
 
@@ -517,26 +514,25 @@ def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[
         runs: their folders.
         width: of the terminal, None for no limit; tables that are wider are split.
     """
-    groups: dict[tuple[str, str], list[RunFolder]] = {}
+    groups: dict[str, list[RunFolder]] = {}
     for run in runs:
         try:
-            ended = own_protocol(run), (run.status.get("evaluation") or {}).get("subset", "test")
+            groups.setdefault(own_protocol(run), []).append(run)
         except ConfigError:
-            ended = "paper", "test"
-        groups.setdefault(ended, []).append(run)
+            groups.setdefault("paper", []).append(run)
     folder, by = Path(commonpath([run.path for run in runs])), [*GROUP, "seed"]
     found: list[Table | None] = []
     read = []
-    for (name, subset), part in groups.items():
+    for name, part in groups.items():
         try:
-            results = Results.of(part, name, folder, subset)
-        except DataError as error:  # all of them are damaged
+            results = Results.of(part, name, folder)
+        except UserError as error:  # all of them are damaged
             found.append(Table(str(error), [], []))
             continue
         read.append(results)
         if len(results.samples):
             found += [
-                scores(results, by=by, shapes=subset),
+                scores(results, by=by),
                 references(results),
                 decomposition(results, by),
                 deformed_meshes(results, by),

@@ -13,7 +13,6 @@ from ffd_lightning.analysis.figures import sheets
 from ffd_lightning.analysis.figures.drawing import (
     bars,
     painted,
-    united,
     voxel_mesh,
     with_bars,
     with_rims,
@@ -128,13 +127,6 @@ def test_rims_are_dark_and_change_no_shape():
     assert ((plain == rimmed).all(2) & inside).sum() > 0.4 * inside.sum()
     dark = (rimmed[..., :3].max(2) < 40) & inside
     assert 0.1 * inside.sum() < dark.sum() < 0.5 * inside.sum()
-
-
-def test_united_meshes_keep_their_triangles_and_colours():
-    triangle = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
-    whole = united([painted((triangle + k, np.array([[0, 1, 2]])), (k, 0, 0)) for k in range(2)])
-    np.testing.assert_array_equal(whole.vertices[whole.faces], [triangle, triangle + 1])
-    assert whole.face_colors[:, 0].tolist() == [0, 1]
 
 
 def wall(z):
@@ -355,8 +347,5 @@ def test_a_picture_goes_into_the_run_s_folder(run, capsys):
 def test_mistakes_are_named(run, options, message):
     with pytest.raises(UserError, match=message):
         command("figure=overview", *(option.format(run=run.path) for option in options))
-
-
-def test_an_unknown_figure_is_refused(run):
     with pytest.raises(UserError, match="choose one of method, overview, subdivision"):
         command("figure=overvew", str(run.path))

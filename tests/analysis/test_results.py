@@ -47,7 +47,7 @@ def test_protocols_are_known_from_the_runs_alone(tmp_path):
     assert results.scored["warmth"].tolist() == [0.7, 0.7]
     (reason,) = Results.read(tmp_path, "paper").unscored["reason"]
     assert reason.startswith("evaluated under protocol own only: ffd evaluate run=")
-    with pytest.raises(ConfigError, match=r"under protocol 'mine': choose one of paper, own, or"):
+    with pytest.raises(ConfigError, match=r"under protocol 'mine': choose one of own, paper, or"):
         Results.read(tmp_path, "mine")
 
 

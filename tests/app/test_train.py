@@ -106,7 +106,7 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
 def test_a_run_that_ends_with_the_validation_shapes_has_its_row(tiny_config, tmp_path):
     run = RunFolder(tmp_path / "run")
     summary = train(tiny_config("evaluation.subset=val"), run)
-    (row,) = Results.of([run], subset="val").scored.to_dict("records")
+    (row,) = Results.of([run], "paper/val").scored.to_dict("records")
     assert row["chamfer"] == pytest.approx(summary["chamfer"])
     assert summary_tables([run])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -31,6 +31,7 @@ PICKS = ("spread", "best", "median", "worst", "random")
 """Which test images to show, of those sorted by their scores: `spread` takes them evenly from the
 best to the worst; `random` needs no scores."""
 
+T = TypeVar("T")
 Query = tuple[str, int]
 """A shape's id, and which of its images."""
 
@@ -171,15 +172,14 @@ def in_order(samples: pd.DataFrame, measure: Metric) -> pd.DataFrame:
     return scores.loc[means.sort_values(kind="stable").index]
 
 
-def picked(order: Sequence[Query], pick: str, number: int) -> list[Query]:
-    """Return images of a list that begins with the best: at most so many, by one of `PICKS`."""
-    count = len(order)
-    number = min(number, count)
-    middle = (count - number) // 2
+def picked(order: Sequence[T], pick: str, number: int) -> list[T]:
+    """Return what is picked of a list that begins with the best: at most so many, see `PICKS`."""
+    count, number = len(order), min(number, len(order))
+    middle = range((count - number) // 2, (count - number) // 2 + number)
     places = {
-        "spread": np.linspace(0, count - 1, number).round().astype(int) if number > 1 else [middle],
+        "spread": np.linspace(0, count - 1, number).round().astype(int) if number > 1 else middle,
         "best": range(number),
-        "median": range(middle, middle + number),
+        "median": middle,
         "worst": range(count - 1, count - 1 - number, -1),
     }[pick]
     return [order[place] for place in places]

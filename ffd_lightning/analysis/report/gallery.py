@@ -10,7 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 import pandas as pd
 
-from ffd_lightning.analysis.figures.examples import Example, Query, in_order, reconstruct
+from ffd_lightning.analysis.figures.examples import (
+    Example,
+    Query,
+    in_order,
+    picked,
+    reconstruct,
+)
 from ffd_lightning.analysis.naming import GROUP, differing, name_of
 from ffd_lightning.analysis.report.meshes import PackedMesh, light_template, lighten, pack
 from ffd_lightning.analysis.results import Results
@@ -60,7 +66,7 @@ def open_runs(results: Results, open_run: RunOpener, limit: int) -> Opened:
     """Open the runs that `choose_runs` names."""
     runs: dict[str, OpenRun] = {}
     errors: dict[str, str] = {}
-    for name in choose_runs(results.scored, limit) if limit else []:
+    for name in choose_runs(results.scored, limit):
         try:
             runs[name] = open_run(results.run_folder(name))
         except (UserError, OSError) as error:
@@ -69,15 +75,8 @@ def open_runs(results: Results, open_run: RunOpener, limit: int) -> Opened:
 
 
 def choose_runs(runs: pd.DataFrame, limit: int) -> list[str]:
-    """Return the first seed of each setting; of more than `limit` settings a spread.
-
-    Those at even distances in the table's order, the first and the last among them.
-    """
-    firsts = runs.drop_duplicates(GROUP)["run"].tolist()
-    if len(firsts) <= limit:
-        return firsts
-    places = np.linspace(0, len(firsts) - 1, limit).round().astype(int)
-    return [firsts[place] for place in places]
+    """Return the first seed of each setting; of more than `limit` settings a spread."""
+    return picked(runs.drop_duplicates(GROUP)["run"].tolist(), "spread", limit)
 
 
 def gallery(results: Results, opened: Opened, limit: int) -> tuple[dict[str, Any], Meshes]:

@@ -197,10 +197,11 @@ def _drawn(results: Results) -> Section:
     protocol, main = results.protocol, results.protocol.main_metric
     others = [m for m in protocol.metrics if m.higher_is_better != main.higher_is_better]
     measures = [main, *others[:1]]
-    found = []
+    found: list[tuple[Figure, str]] = []
+    blocks: list[Markup] = []
     with suppress(DataError):  # no run has its references, or more is better
         figure = plots.budget_bars(results.samples, protocol)
-        found.append((figure, f"What the {main.title} of each run is made of."))
+        blocks.append(_plots([(figure, f"What the {main.title} of each run is made of.")]))
     if "templates" in differing(results.scored) and (results.scored["variant"] == "").all():
         for measure in measures:
             figure = plots.template_count_curves(results.scored, protocol, measure.name)
@@ -211,7 +212,8 @@ def _drawn(results: Results) -> Section:
             caption = f"{measure.title} of the selected template on category {category}: "
             caption += "deformed (solid) and as it is (dotted). Further up is better."
             found.append((figure, caption))
-    return Section("plots", "Error budget and distribution of scores", [_plots(found)])
+    blocks.append(_plots(found))
+    return Section("plots", "Error budget and distribution of scores", blocks)
 
 
 def _settings(results: Results) -> Section:
