@@ -364,10 +364,12 @@ def run_hydra(
     prepare_hydra(schema, given)
     overrides = _for_hydra(args.overrides, schema, several=args.multirun)
     if not (args.hydra_help or args.info):
-        first = _first_job(overrides)
-        typed_config(compose_config(name, schema, first, args.config_dir), schema)
-    read = dict(zip(args.overrides, overrides, strict=True))
-    sys.argv[1:] = [read.get(argument, argument) for argument in given]
+        from ffd_lightning.app.identity import without_suffix
+
+        first = compose_config(name, schema, _first_job(overrides), args.config_dir)
+        typed_config(without_suffix(OmegaConf.to_container(first)), schema)
+    spelled = dict(zip(args.overrides, overrides, strict=True))
+    sys.argv[1:] = [spelled.get(argument, argument) for argument in given]
     # Hydra names the log after the function's module: the command's, not functools.
     job = update_wrapper(partial(_job, schema, run, counted), run)
     main = hydra.main(version_base="1.3", config_path=str(config_folder()), config_name=name)

@@ -82,8 +82,11 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     """Say how many test shapes the first weights were trained or validated on, "" for none.
 
     They are known again by their ids, where the data is of the same name and seed. Templates of the
-    network that the weights are from do not count: it was never shown images of them. `tested` are
-    the ids of the shapes that the run is tested on, as its data module names them.
+    network that the weights are from do not count: it was never shown images of them.
+
+    Args:
+        cfg: of the run.
+        tested: ids of the shapes that it is tested on, as its data module names them.
     """
     from ffd_lightning.checkpoint import read_checkpoint
 
@@ -95,38 +98,33 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     if ours != {name: before.get(f"data.{name}") for name in ours}:
         return ""
     prefix = "" if cfg.category.members else f"{cfg.category.name}/"
-    ids = {f"{prefix}{shape_id}" for shape_id in tested}
-    trained, validated = (len(ids & seen) for seen in _seen(model, before))
-    if not trained + validated:
+    seen = {f"{prefix}{shape_id}" for shape_id in tested} & _seen(model, before)
+    if not seen:
         return ""
-    split = [f"split={before['split.name']}"]
-    split += [f"split.{name}={value}" for name, value in _own("split", "split", before).items()]
+    split = {key: value for key, value in before.items() if key.startswith("split.")}
+    split["split"] = split.pop("split.name")
     return (
-        f"of {len(ids)} shapes to test on, the weights that this run starts from "
-        f"(encoder.weights=embedded) were trained on {trained} and validated on "
-        f"{validated}: its scores will be too good. Split as they did ({' '.join(split)}), or "
-        "train from scratch (encoder.weights=none)"
+        f"of {len(tested)} shapes to test on, {len(seen)} trained or validated the weights that "
+        "this run starts from (encoder.weights=embedded): its scores will be too good. Split as "
+        f"they did ({' '.join(f'{key}={value}' for key, value in split.items())}), or train from "
+        "scratch (encoder.weights=none)"
     )
 
 
-def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> tuple[set[str], set[str]]:
-    """Return the shapes, `<category>/<id>`, that a model was trained and validated on."""
+def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> set[str]:
+    """Return the shapes, `<category>/<id>`, that a model was trained or validated on."""
     from ffd_lightning.data.splits import SplitInput, make_split
 
-    source = components.make("source", settings["data.name"], **_own("source", "data", settings))
-    rule = components.make("split", settings["split.name"], **_own("split", "split", settings))
-    train, val = set(), set()
+    def made(kind: str, group: str) -> Any:
+        name = settings[f"{group}.name"]
+        keys = {key: f"{group}.{key}" for key in components.settings(kind, name)}
+        own = {k: settings[v] for k, v in keys.items() if v in settings}
+        return components.make(kind, name, **own)
+
+    source, rule, seen = made("source", "data"), made("split", "split"), set()
     for category in model["categories"]:
         ids = tuple(source.shape_ids(category))
         subsets = rule(SplitInput(category, ids, (), source.split(category)))
         split = make_split(ids, subsets, settings["split.val_fraction"])
-        train |= {f"{category}/{shape_id}" for shape_id in split.train}
-        val |= {f"{category}/{shape_id}" for shape_id in split.val}
-    templates = set(model["templates"]["ids"])
-    return train - templates, val - templates
-
-
-def _own(kind: str, group: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a component's own settings out of all."""
-    names = components.settings(kind, settings[f"{group}.name"])
-    return {n: settings[f"{group}.{n}"] for n in names if f"{group}.{n}" in settings}
+        seen |= {f"{category}/{shape_id}" for shape_id in (*split.train, *split.val)}
+    return seen - set(model["templates"]["ids"])

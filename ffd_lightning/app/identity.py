@@ -123,7 +123,7 @@ def run_suffix(root: DictConfig) -> str:
     hydra: Any = whole.pop("hydra", None) or HydraConfig.get()
     overrides = list(hydra["overrides"]["task"])
     try:
-        own = identity(config := typed_config(_without_suffix(whole), TrainConfig))
+        own = identity(config := typed_config(without_suffix(whole), TrainConfig))
     except (ConfigError, OmegaConfBaseException):
         # The job itself says what is wrong, as soon as it starts: not in another run's folder.
         return f"_invalid-{_digest(chr(10).join(overrides))}"
@@ -136,7 +136,7 @@ def run_suffix(root: DictConfig) -> str:
         return _identity_of(tuple(str(o.input_line) for o in left.values()), own)
 
     usual, words = without(""), {}
-    for key, option in options.items():
+    for key, option in sorted(options.items()):
         by_study = key in base and base[key].input_line == option.input_line
         if key not in _PLACED_GROUPS and not by_study and differences(without(key), usual):
             value = option.value()
@@ -146,12 +146,12 @@ def run_suffix(root: DictConfig) -> str:
     return difference_name({**words, **changed})
 
 
-def _without_suffix(node: Any) -> Any:
-    """Leave out what would need this very name: files of earlier stages are below it."""
+def without_suffix(node: Any) -> Any:
+    """Leave `${run_suffix:}`, by which files of earlier stages are named, out of plain settings."""
     if isinstance(node, dict):
-        return {key: _without_suffix(value) for key, value in node.items()}
+        return {key: without_suffix(value) for key, value in node.items()}
     if isinstance(node, list):
-        return [_without_suffix(value) for value in node]
+        return [without_suffix(value) for value in node]
     return node.replace("${run_suffix:}", "") if isinstance(node, str) else node
 
 

@@ -324,7 +324,7 @@ def test_a_sweep_trains_what_can_be_trained_side_by_side_or_not(prepared, data_r
 
 def test_jobs_that_are_refused_before_they_begin_are_recorded_too(prepared, data_root, tmp_path):
     """One cannot be read at all; one has the folder of a run that finishes."""
-    sweep = ("network.degrees=[3,3],[3,3,3]", "evaluation.subset=val,test", "split.val_fraction=0")
+    sweep = ("network.degrees=[3,3,3],[3,3]", "evaluation.subset=val,test", "split.val_fraction=0")
     done = run_command("train", *command(tmp_path, data_root, "-m", *sweep)[2:], "schedule.steps=2")
     assert done.returncode == 1
     (run,) = (found for found in find_runs(tmp_path) if "invalid" not in found.path.name)
