@@ -1,4 +1,4 @@
-"""Prepare a category for training, or one machine's part of it: see `python prepare.py --help`."""
+"""Prepare data for training: see `python prepare.py --help`."""
 
 from ffd_lightning.app.main import run
 

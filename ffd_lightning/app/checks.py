@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
-
-from omegaconf import OmegaConf
 
 from ffd_lightning.app.config import PrepareConfig, TrainConfig
 from ffd_lightning.app.first_weights import unsaid_problem
@@ -33,27 +30,6 @@ def validate(cfg: PrepareConfig) -> None:
         raise ConfigError("; ".join(problems))
     if isinstance(cfg, TrainConfig):
         build.build_all(cfg)
-
-
-def encoder_problems(cfg: Any) -> list[str]:
-    """Return what is wrong with the encoder, and with the weights that it starts from.
-
-    Args:
-        cfg: what `train` reads, as it was composed.
-    """
-    from ffd_lightning.app.build import build_encoder
-    from ffd_lightning.app.configuration import choose
-
-    try:
-        encoder = choose("encoder", OmegaConf.to_container(cfg.encoder, resolve=True), "encoder")
-        # Not the whole: files of an earlier stage have no names yet.
-        own = SimpleNamespace(
-            encoder=encoder, data=cfg.data, network=cfg.network, schedule=cfg.schedule
-        )
-        build_encoder(own)
-    except ConfigError as error:
-        return [str(error)]
-    return [*filter(None, [unsaid_problem(own)])]
 
 
 def device_problems(cfg: Any) -> list[str]:

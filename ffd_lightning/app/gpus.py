@@ -35,7 +35,7 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
     names = [hashlib.sha256(gpu.encode()).hexdigest()[:16] for gpu in gpus]
     # All GPUs get one job before any gets a second.
     slots = [(k, n) for n in range(jobs_per_gpu) for k in range(len(gpus))]
-    told = False
+    announced = False
     while True:
         for index, number in slots:
             try:
@@ -45,10 +45,10 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
             with lock:
                 yield index
             return
-        if not told:
+        if not announced:
             more = f"trainer.jobs_per_gpu={jobs_per_gpu + 1} would let more jobs share them"
             log.info("waiting for a free GPU of %d; %s", len(gpus), more)
-            told = True
+            announced = True
         time.sleep(_LOOK_EVERY)
 
 

@@ -52,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(__version__)
         return
     if given[0] == "doctor":
-        sys.exit("error: ffd doctor is ffd prepare trial=true now, with the same settings")
+        sys.exit("error: ffd doctor is ffd prepare trial=true now")
     if given[0] not in COMMANDS:
         sys.exit(f"error: no command {given[0]!r}. Commands: {', '.join(COMMANDS)}")
     run(given[0], given[1:])

@@ -44,7 +44,7 @@ def run_search(
         train: sweeps with overrides and returns an exit code.
 
     Returns:
-        0 if all trials came to their end.
+        0 if all trials are finished.
 
     Raises:
         ConfigError: the protocol does not have the measure.
@@ -108,7 +108,9 @@ def _trials(
         if trial.params.keys() == search.parameters.keys():
             yield trial.number, trial.params
         else:
-            study.tell(trial.number, state=TrialState.FAIL)  # cut off while it was chosen
+            study.tell(
+                trial.number, state=TrialState.FAIL
+            )  # cut off while its settings were chosen
     while len(study.get_trials(states=[TrialState.RUNNING, TrialState.COMPLETE])) < count:
         # A sampler per trial: what it suggests then depends on the scores so far, not on whether
         # the search was cut off.

@@ -165,7 +165,8 @@ def check_study(
 ) -> tuple[TrainConfig, str]:
     """Compose and check the first job of each stage, and that all categories are there.
 
-    So are jobs of other encoders, schedules and devices; files of earlier stages need not be there.
+    Jobs of other encoders, schedules and devices than the first are checked too. Files of earlier
+    stages need not be there.
 
     Args:
         stages: what each gives to `ffd train -m`.

@@ -42,11 +42,11 @@ class SweepEnd(Callback):
         self._ends = Path(tempfile.mkdtemp(prefix=".jobs-", dir=folder))
 
     def on_job_end(self, config: DictConfig, job_return: JobReturn, **_: Any) -> None:
-        """Write which run this was, and whether it came to its end."""
+        """Write which run this was, and whether it finished."""
         if self._ends is None or _is_further(job_return):
             return
-        came_through = job_return.status is JobStatus.COMPLETED  # else there is no value to ask for
-        good = came_through and job_return.return_value is not None
+        completed = job_return.status is JobStatus.COMPLETED  # else there is no value to ask for
+        good = completed and job_return.return_value is not None
         end = {"path": str(Path(config.hydra.runtime.output_dir)), "good": good}
         write_atomic(self._ends / f"{config.hydra.job.num:06d}", json.dumps(end))
 
@@ -67,13 +67,13 @@ class SweepEnd(Callback):
         if failed or not jobs:
             sys.exit(
                 f"{len(failed)} of {len(jobs)} runs failed, see the messages above: "
-                f"{', '.join(failed) or 'no job came to its end'}. The same command tries them "
+                f"{', '.join(failed) or 'no job has ended'}. The same command tries them "
                 "again"
             )
 
 
 def _is_further(job_return: JobReturn) -> bool:
-    """Tell whether this was a further process of a distributed run, which returns no scores."""
+    """Return whether this was a further process of a distributed run, which returns no scores."""
     return job_return.status is JobStatus.COMPLETED and job_return.return_value == {}
 
 

@@ -127,8 +127,8 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     data.prepare_data()
     data.setup()
     network, protocol = build_network(cfg), build_protocol(cfg.protocol)
-    judged = evaluated(cfg, network, data)
-    with_labels(judged, protocol, cfg.evaluation.references)  # told now, not after the training
+    subject = evaluated(cfg, network, data)
+    with_labels(subject, protocol, cfg.evaluation.references)  # refused now, not after the training
     if cfg.trainer.compile:
         compile_encoder(network)
     module = build_module(cfg, network, _record(cfg))
@@ -138,7 +138,7 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         f"{train_on} shapes to train on, {validate_on} to validate on, {test_on} to test on, "
         f"{cfg.schedule.steps} steps"
     )
-    tested = [data.prepared.ids[row] for row in judged.tested_on.rows]
+    tested = [data.prepared.ids[row] for row in subject.tested_on.rows]
     for warning in filter(None, (data.split.warning(), leak_warning(cfg, tested))):
         log.warning("%s: %s", run.path, warning)
     done = _checkpoint_step(run, data.bank.ids)
@@ -157,8 +157,8 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     log.info("%s: evaluating %d %s shapes", run.path, count, cfg.evaluation.subset)
     run.set_progress("evaluating", 0, count, None)
     options = evaluation_options(cfg, data, cfg.trainer.progress_bar)
-    judged = replace(judged, step=steps)
-    summary = evaluate(judged, protocol, _evaluation_folder(run, cfg), options)
+    subject = replace(subject, step=steps)
+    summary = evaluate(subject, protocol, _evaluation_folder(run, cfg), options)
     summary["seconds_per_step"] = clock.seconds_per_step
     logger = trainer.logger if isinstance(trainer.logger, StepLogger) else None
     if rows := example_rows(data, cfg.callbacks.figure_examples):
@@ -299,15 +299,15 @@ def _fit(trainer: Trainer, module: FfdModule, data: FfdDataModule, checkpoint: P
 
 
 def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Trainer:
-    shown = cfg.callbacks
+    figures = cfg.callbacks
     name = f"{cfg.category.name} {cfg.regime.name} {cfg.templates.name} {run.path.name}"
     callbacks = [
         clock,
         Progress(run, clock, cfg.trainer.progress_bar),
         TemplateSelection(),
-        ExampleImages(shown.figure_examples),
+        ExampleImages(figures.figure_examples),
         Reconstructions(
-            shown.figure_examples, shown.training_examples, shown.training_figures, name
+            figures.figure_examples, figures.training_examples, figures.training_figures, name
         ),
         ModelCheckpoint(
             dirpath=run.checkpoint.parent,

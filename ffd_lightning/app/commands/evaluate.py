@@ -81,12 +81,12 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     run = RunFolder.at(cfg.run)
     checkpoint = Path(cfg.checkpoint) if cfg.checkpoint else None
     opened = open_run(run, cfg.data_root, checkpoint, prepare=True)
-    judged = evaluated(cfg, opened.network, opened.data, opened.step)
+    subject = evaluated(cfg, opened.network, opened.data, opened.step)
     subset: str = cfg.evaluation.subset
     if cfg.prepared is not None:
         other = PreparedSet.open(Path(cfg.prepared))
         rows = [k for k, i in enumerate(other.ids) if i not in opened.data.bank.ids]
-        judged = replace(judged, tested_on=Subset(other, np.asarray(rows, np.int64)))
+        subject = replace(subject, tested_on=Subset(other, np.asarray(rows, np.int64)))
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
@@ -97,4 +97,4 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     opened.network.to(device)
     options = evaluation_options(cfg, opened.data, cfg.progress_bar, cfg.restart)
     folder = run.evaluation(evaluation_name(cfg), subset)
-    return evaluate(judged, protocol, folder, options), folder
+    return evaluate(subject, protocol, folder, options), folder

@@ -37,7 +37,7 @@ resumes where it was interrupted, and tries again what failed.
 Studies for the paper start from ImageNet weights, Keras' file
   {weights}, from
   {address}
-unless --quick, or encoder.weights=none, is said.
+unless --quick or encoder.weights=none is given.
 
 Studies (or a file of your own):
 
@@ -110,7 +110,9 @@ def main(arguments: Sequence[str]) -> int:
     if arguments and not {"-h", "--help"} & set(arguments):
         return run_study(Request.parse(arguments))
     studies = {file.stem: load_study(file).question for file in sorted(_FOLDER.glob("*.yaml"))}
-    listed = "\n".join(f"  {k:<17}{textwrap.shorten(v, 70)}" for k, v in studies.items())
+    listed = "\n".join(
+        f"  {k:<17}{textwrap.shorten(v, 70, placeholder='...')}" for k, v in studies.items()
+    )
     print(_HELP.format(weights=KERAS_FILES[0.25], address=KERAS_ADDRESS, studies=listed))
     return 0
 
