@@ -12,7 +12,6 @@ from torch import nn
 from ffd_lightning import components
 from ffd_lightning.components import Component, Range, component, find, make, settings_of, typed
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.imaging.render_settings import CameraModel
 
 
 @pytest.fixture(autouse=True)
@@ -128,7 +127,6 @@ VALUES = [
     (list[float], (1, 2), [1.0, 2.0]),
     (dict[str, int], {"a": 1}, {"a": 1}),
     (Literal["a", "b"], "b", "b"),
-    (CameraModel, "authors", CameraModel.authors),
     (Inner, {"angles": [1]}, Inner([1.0])),
     (torch.Tensor | float, 1, 1.0),
     (Annotated[int, Range("(0, inf)")] | None, 1, 1),

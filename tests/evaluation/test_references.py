@@ -100,7 +100,7 @@ def test_only_what_depends_on_the_network_is_scored_again(case, runs, shared, fi
         {"bank": {"max_edge": 0.15}},
         {"prepared": "another"},
     ],
-    ids=str,
+    ids=lambda change: next(iter(change)),
 )
 def test_another_evaluation_does_not_read_them(case, runs, shared, fits, prepared, change):
     case().run(next(runs), shared)
