@@ -81,10 +81,10 @@ class ShapeMaker:
         except RejectedShapeError as error:
             return Failure("rejected", " ".join(str(error).split()))
         except Exception as error:
-            kind: Literal["rejected", "given up", "unread"] = "rejected"
-            if is_of_machine(error):
-                kind = "unread" if isinstance(error, OSError) else "given up"
-            return Failure(kind, " ".join(explain_unforeseen(error).split()))
+            reason = " ".join(explain_unforeseen(error).split())
+            if isinstance(error, MemoryError):
+                return Failure("given up", reason)
+            return Failure("unread" if is_of_machine(error) else "rejected", reason)
         # Not durable: `is_done` sees a file that a power cut broke.
         with atomic_file(shape_file(self.folder, shape_id), durable=False) as file:
             np.savez(file, **arrays)
