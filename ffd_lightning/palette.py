@@ -24,7 +24,6 @@ COLORS = (*REGIME_COLORS.values(), "#E69F00", "#56B4E9")
 """For what is no regime, in this order."""
 
 
-
 def rgb(color: str) -> tuple[int, int, int]:
     """Return the numbers of a colour, 0 to 255.
 
