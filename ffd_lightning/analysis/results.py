@@ -7,7 +7,7 @@ import json
 import re
 import zipfile
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from os.path import commonpath, relpath
@@ -117,27 +117,7 @@ class Results:
             folder: what they are named from, by default what all are in.
         """
         folder = folder or Path(commonpath([run.path for run in runs]) if runs else ".")
-        known: dict[str, RunFolder] = {}
-        flat: list[pd.DataFrame] = []
-        damaged: list[dict[str, str]] = []
-        for run in runs:
-            name = relpath(run.path, folder)
-            try:
-                found = pd.json_normalize(run.settings)
-                if not found.reindex(columns=list(_KEYS.values())).notna().all(axis=None):
-                    raise ConfigError("config.yaml names no category, regime, templates or seed")
-            except ConfigError as error:
-                damaged.append({"run": name, "state": "damaged", "reason": str(error)})
-                continue
-            known[name] = run
-            flat.append(found)
-        if not known:
-            why = "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
-            raise DataError(
-                f"{folder} holds no run that can be read{why}: name the folder of a run, or of a "
-                "sweep (runs/NAME)"
-            )
-        settings = pd.concat(flat, ignore_index=True).set_axis(list(known)).rename_axis("run")
+        known, settings, damaged = _read_settings(runs, folder)
         table = settings[list(_KEYS.values())].set_axis(list(_KEYS), axis=1).reset_index()
         table["variant"] = variants(table, deciding_settings(settings))
         statuses = [run_status(run) for run in known.values()]
@@ -147,10 +127,10 @@ class Results:
         table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
         described = {name: described_protocols(run, protocol) for name, run in known.items()}
-        all_described = [x for of_run in described.values() for x in of_run.values()]
-        counts = Counter(x for x in all_described if protocol in (None, x.name))
-        first = own_protocol(next(iter(known.values()))).split("/")[0]
-        chosen = next((x for x, _ in counts.most_common(1)), ProtocolDescription(protocol or first))
+        chosen = _usual_protocol(described.values(), protocol)
+        if chosen is None:  # no run has come to its evaluation
+            first = own_protocol(next(iter(known.values()))).split("/")[0]
+            chosen = ProtocolDescription(protocol or first)
         parts = []
         for place, row in enumerate(table.to_dict("records")):
             try:
@@ -437,6 +417,46 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
             f"{file} is damaged ({' '.join(str(error).split())}): "
             f"{evaluate_command(run.path, protocol.name)} restart=true"
         ) from None
+
+
+def _read_settings(
+    runs: Sequence[RunFolder], folder: Path
+) -> tuple[dict[str, RunFolder], pd.DataFrame, list[dict[str, str]]]:
+    """Return runs by name, their settings (a row each), and rows of those that are damaged.
+
+    Raises:
+        DataError: there is none, or all are damaged.
+    """
+    known: dict[str, RunFolder] = {}
+    rows: list[pd.DataFrame] = []
+    damaged: list[dict[str, str]] = []
+    for run in runs:
+        name = relpath(run.path, folder)
+        try:
+            row = pd.json_normalize(run.settings)
+            if not row.reindex(columns=list(_KEYS.values())).notna().all(axis=None):
+                raise ConfigError("config.yaml names no category, regime, templates or seed")
+        except ConfigError as error:
+            damaged.append({"run": name, "state": "damaged", "reason": str(error)})
+            continue
+        known[name] = run
+        rows.append(row)
+    if not known:
+        why = "".join(f" ({row['run']}: {row['reason']})" for row in damaged[:1])
+        raise DataError(
+            f"{folder} holds no run that can be read{why}: name the folder of a run, or of a "
+            "sweep (runs/NAME)"
+        )
+    settings = pd.concat(rows, ignore_index=True).set_axis(list(known)).rename_axis("run")
+    return known, settings, damaged
+
+
+def _usual_protocol(
+    described: Iterable[Mapping[str, ProtocolDescription]], name: str | None
+) -> ProtocolDescription | None:
+    """Return the protocol that most runs have results under, of this name where it is given."""
+    found = [each for of_run in described for each in of_run.values() if name in (None, each.name)]
+    return Counter(found).most_common(1)[0][0] if found else None
 
 
 def _check_scores(
