@@ -36,12 +36,10 @@ def test_polynomials_match_the_closed_form(degree):
     t = torch.linspace(0, 1, 23, dtype=torch.float64)
     closed = np.stack([closed_form(degree, i, t.numpy()) for i in range(degree + 1)], axis=-1)
     np.testing.assert_allclose(bernstein_basis(t, degree).numpy(), closed, atol=1e-14)
-
-
-def test_polynomials_have_gradients_at_the_ends_too():
-    t = torch.tensor([0.0, 0.3, 1.0], dtype=torch.float64, requires_grad=True)
-    assert torch.autograd.gradcheck(lambda x: bernstein_basis(x, 3), (t,))
-    assert torch.autograd.gradgradcheck(lambda x: bernstein_basis(x, 3), (t,))
+    if degree:
+        t = t[::11].requires_grad_()  # both ends too
+        assert torch.autograd.gradcheck(bernstein_basis, (t, degree))
+        assert torch.autograd.gradgradcheck(bernstein_basis, (t, degree))
 
 
 def test_control_points_run_fastest_along_the_last_axis():
@@ -59,18 +57,11 @@ def test_what_makes_no_lattice_is_refused(unchecked):
         Lattice(torch.zeros(3), torch.ones(3), (3, 0, 3))
 
 
-@pytest.mark.parametrize("degrees", [(3, 3, 3), (1, 2, 4)])
-def test_edges_join_control_points_that_are_one_index_apart(degrees):
-    indices = list(itertools.product(*(range(degree + 1) for degree in degrees)))
-    edges = lattice_edges(degrees)
-    found = {tuple(sorted(indices[k] for k in edge)) for edge in edges.tolist()}
-    expected = {
-        (a, b)
-        for a, b in itertools.combinations(indices, 2)
-        if np.abs(np.subtract(a, b)).sum() == 1
-    }
-    assert found == expected
-    assert len(edges) == len(expected)
+def test_edges_join_control_points_that_are_one_index_apart():
+    indices = list(itertools.product(range(2), range(3), range(5)))
+    edges = [sorted(indices[k] for k in edge) for edge in lattice_edges((1, 2, 4)).tolist()]
+    pairs = map(list, itertools.combinations(indices, 2))
+    assert sorted(edges) == [pair for pair in pairs if np.abs(np.subtract(*pair)).sum() == 1]
 
 
 # --- deformation ----------------------------------------------------------------------------------
@@ -124,39 +115,6 @@ def test_flat_templates_are_reproduced_and_can_be_moved(flat):
     torch.testing.assert_close(lifted, points + 0.5, atol=1e-5, rtol=0)
 
 
-def test_affine_control_point_motion_is_that_affine_map():
-    points = cloud()
-    lattice = Lattice.bounding(points, (3, 2, 4))
-    linear, shift = cloud(3, seed=3), cloud(1, seed=4)
-    control = lattice.control_points()
-    offsets = control @ linear + shift - control
-    result = deform(deformation_matrix(points, lattice), control, offsets)
-    torch.testing.assert_close(result, points @ linear + shift)
-
-
-def test_broadcasts_over_queries_and_templates():
-    points = torch.stack([cloud(seed=s) for s in range(3)]).float()
-    lattice = Lattice.bounding(points, (1, 2, 1))
-    matrix, control = deformation_matrix(points, lattice), lattice.control_points()
-    offsets = torch.randn(2, 5, 3, 12, 3, generator=torch.Generator().manual_seed(0))
-    result = deform(matrix, control, offsets)
-    assert result.shape == (2, 5, 3, 40, 3)
-    for q, r, t in np.ndindex(2, 5, 3):
-        one = matrix[t] @ (control[t] + offsets[q, r, t])
-        torch.testing.assert_close(result[q, r, t], one)
-    torch.testing.assert_close(deform(matrix, control, offsets[0, 0]), result[0, 0])
-
-
-def test_offsets_of_another_lattice_are_refused(unchecked):
-    lattice = Lattice.bounding(cloud(5))
-    matrix = deformation_matrix(cloud(5), lattice)
-    with pytest.raises(RuntimeError):
-        deform(matrix, lattice.control_points(), torch.zeros(63, 3))
-    for function in (bending_energy, mirrored_offsets):
-        with pytest.raises(RuntimeError):
-            function(torch.zeros(64, 3), (3, 3, 2))
-
-
 def test_gradients():
     points = cloud(6)
     lattice = Lattice.bounding(points, (2, 1, 2))
@@ -168,11 +126,13 @@ def test_gradients():
     assert torch.autograd.gradcheck(f, (points.clone().requires_grad_(), offsets))
 
 
-def test_mixed_precision_leaves_geometry_alone():
-    matrix, control, offsets = torch.rand(9, 8), torch.rand(8, 3), torch.rand(2, 8, 3)
-    expected = deform(matrix, control, offsets)
+def test_queries_and_templates_broadcast_and_mixed_precision_changes_nothing():
+    matrix, control, offsets = torch.rand(3, 9, 8), torch.rand(3, 8, 3), torch.rand(2, 3, 8, 3)
+    result = deform(matrix, control, offsets)
+    for q, t in np.ndindex(2, 3):
+        torch.testing.assert_close(result[q, t], matrix[t] @ (control[t] + offsets[q, t]))
     with torch.autocast("cpu", torch.bfloat16):
-        assert torch.equal(deform(matrix, control, offsets), expected)
+        assert torch.equal(deform(matrix, control, offsets), result)
 
 
 # --- inverse, bending, mirror ---------------------------------------------------------------------
@@ -216,13 +176,6 @@ def test_bending_energy_is_the_sum_over_the_lattice(degrees):
                 here, low, high = (grid[:, i, j, k] for i, j, k in (place, before, after))
                 expected += ((low - 2 * here + high) ** 2).sum(1)
     np.testing.assert_allclose(bending_energy(offsets, degrees), expected)
-
-
-def test_affine_offsets_bend_nothing():
-    index = torch.cartesian_prod(*[torch.arange(4.0)] * 3)
-    affine = index.double() @ cloud(3) + cloud(1)
-    assert float(bending_energy(affine, (3, 3, 3))) < 1e-20
-    assert float(bending_energy(affine**2, (3, 3, 3))) > 1
 
 
 def test_mirrored_offsets_deform_the_mirrored_points():

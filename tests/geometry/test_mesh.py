@@ -26,17 +26,14 @@ def test_vertices_that_no_face_uses_do_not_count():
     assert points.shape == stray.shape
 
 
-@pytest.mark.parametrize(
-    ("vertices", "faces", "message"),
-    [
+def test_what_has_no_box_is_refused():
+    for vertices, faces, message in (
         (np.eye(3), np.zeros((0, 3), int), "no vertices"),
         (np.ones((4, 3)), None, "no extent"),
         ([[0, 0, 0], [np.inf, 1, 1]], None, "finite"),
-    ],
-)
-def test_what_has_no_box_is_refused(vertices, faces, message):
-    with pytest.raises(ValueError, match=message):
-        normalize(vertices, faces)
+    ):
+        with pytest.raises(ValueError, match=message):
+            normalize(vertices, faces)
 
 
 @pytest.mark.parametrize("divisions", [2, 7])
