@@ -28,8 +28,8 @@ class WeightedTerm:
     Attributes:
         term: from a step to costs of templates, (q, T), or to a number, ().
         weight: of the term; at 0 it is computed to be looked at, and not minimised.
-        annealing: the factor of the weight: `constant`; `exponential`, :math:`e^{-b / b_0}` (the
-            paper's equation 13); or `linear`, :math:`\max(1 - b / b_0, 0)` (the authors' released
+        annealing: the factor of the weight: `constant`; `exponential`, $e^{-b / b_0}$ (the
+            paper's equation 13); or `linear`, $\max(1 - b / b_0, 0)$ (the authors' released
             code; the paper does not use it).
         annealing_steps: b_0.
     """
