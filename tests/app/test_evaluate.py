@@ -3,19 +3,18 @@ import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import torch
 from commands import run_command
 
-from ffd_lightning import components
 from ffd_lightning.analysis.results import described_protocols
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.configuration import choose, compose_config, typed_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import evaluation_name
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
@@ -62,13 +61,34 @@ def samples(run, name=FEW):
     return (run.evaluation(name) / "samples.csv").read_text()
 
 
-def test_training_ends_with_the_same_evaluation(trained, monkeypatch):
-    run = trained[0]
-    before = samples(run, "paper")
-    monkeypatch.setattr(evaluator, "score_sample", None)
-    summary = evaluate(run, "evaluation.references=false", "protocol=paper")
-    assert summary.items() <= run.status["summary"].items()
-    assert samples(run, "paper") == before
+def test_training_ends_with_the_evaluation_of_the_command(copy):
+    before = samples(copy, "paper")
+    file = copy.evaluation("paper") / "summary.json"
+    written = file.stat().st_mtime_ns
+    command = ("evaluate", f"run={copy.path}", "evaluation.references=false")
+    done = run_command(*command, cwd=copy.path.parent)
+    assert done.returncode == 0, done.stderr
+    assert "selected template, deformed" in done.stdout
+    assert (samples(copy, "paper"), file.stat().st_mtime_ns) == (before, written)
+    for override, words in (
+        ("protocol=papre", "no protocol 'papre'. Did you mean protocol=paper?"),
+        ("evaluation.refrences=false", "Did you mean evaluation.references?"),
+        ("protocol.points=0", "protocol.points=0 must be above 0"),
+    ):
+        done = run_command(*command, override)
+        assert done.returncode == 1
+        assert words in done.stderr
+        assert "Traceback" not in done.stderr
+
+
+def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy):
+    changes = ((), ("thresholds=[0.01]",), ("thresholds=[0.5]",), ("voxels=[32]", "scale=radius"))
+    names = {
+        evaluation_name(config(copy, "protocol=modern", *(f"protocol.{x}" for x in change)))
+        for change in changes
+    }
+    assert len(names) == 4
+    assert all(name.startswith("modern") for name in names)
 
 
 def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
@@ -91,10 +111,10 @@ def test_a_finished_run_is_evaluated_again_under_another_protocol(copy, trained,
     weights = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
     summary = train(cfg, copy)
     assert summary["fscore_2"] > 0
-    told = copy.status["evaluation"]
-    assert told["name"] == "modern-points-100"
-    assert "points=100" in told["settings"]
-    assert (told["references"], told["subset"]) == (False, "test")
+    status = copy.status["evaluation"]
+    assert status["name"] == "modern-points-100"
+    assert "points=100" in status["settings"]
+    assert (status["references"], status["subset"]) == (False, "test")
     again = torch.load(copy.checkpoint, weights_only=True)["state_dict"]
     assert all(torch.equal(again[name], value) for name, value in weights.items())
 
@@ -166,17 +186,10 @@ run("evaluate")
         return score(*arguments)
 
     monkeypatch.setattr(evaluator, "score_sample", count)
-    for text, again in (
-        (f'{kept}{{"id": "table-0000', len(trained[2].split.test) - left),  # cut off
-        ("of other settings\n" + kept.partition("\n")[2], len(trained[2].split.test)),
-    ):
-        scored.clear()
-        shutil.rmtree(copy.evaluation(FEW))
-        partial.parent.mkdir()
-        partial.write_text(text)
-        assert evaluate(copy, "evaluation.references=false") == undisturbed
-        assert samples(copy) == expected
-        assert len(scored) == again
+    partial.write_text(f'{kept}{{"id": "table-0000')  # cut off
+    assert evaluate(copy, "evaluation.references=false") == undisturbed
+    assert samples(copy) == expected
+    assert len(scored) == len(trained[2].split.test) - left
 
 
 def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
@@ -205,24 +218,6 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     assert len(list(copy.evaluation(f"{FEW}_seed-1").glob("weights-*/samples.csv"))) == 1
 
 
-@dataclass(frozen=True)
-class Thresholds:
-    """A protocol's settings, one of them without a default."""
-
-    within: tuple[float, ...]
-    places: list[int] = field(default_factory=lambda: [1])
-
-
-def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy, monkeypatch):
-    monkeypatch.setattr(components, "_registered", dict(components._registered))
-    components.component("protocol", "shares")(Thresholds)
-    given = [{"within": [0.01]}, {"within": [0.5]}, {"within": [0.01], "places": [1, 2]}]
-    protocols = [choose("protocol", {"name": "shares", **x}, "protocol") for x in given]
-    names = [evaluation_name(replace(config(copy), protocol=x)) for x in protocols]
-    assert len(set(names)) == 3
-    assert all(name.startswith("shares-") for name in names)
-
-
 def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
     other = RunFolder(tmp_path / "four")
     train(tiny_config("templates=t4", "schedule.steps=2"), other)
@@ -237,22 +232,3 @@ def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
     ):
         with pytest.raises(error, match=message):
             evaluate_run(replace(config(copy), **settings))
-
-
-def test_the_command(copy):
-    own = ("evaluate", f"run={copy.path}", "protocol.points=64", "evaluation.references=false")
-    done = run_command(*own, cwd=copy.path.parent)
-    assert done.returncode == 0, done.stderr
-    assert "selected template, deformed" in done.stdout
-    assert (copy.evaluation(FEW) / "samples.csv").is_file()
-    for override, word in (
-        ("run=/no/such", "there is no run /no/such"),
-        ("protocol=papre", "no protocol 'papre'. Did you mean protocol=paper?"),
-        ("chekpoint=x", "Did you mean checkpoint?"),
-        ("evaluation.refrences=false", "Did you mean evaluation.references?"),
-        ("protocol.points=0", "protocol.points=0 must be above 0"),
-    ):
-        done = run_command("evaluate", f"run={copy.path}", override)
-        assert done.returncode == 1
-        assert word in done.stderr
-        assert "Traceback" not in done.stderr
