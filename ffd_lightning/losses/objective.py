@@ -45,6 +45,7 @@ class WeightedTerm:
     def weight_at(self, step: int) -> float:
         """Return the weight at a step, counted from 0.
 
+        >>> from ffd_lightning.losses.terms import Chamfer
         >>> fading = WeightedTerm(Chamfer(), 10, "linear", annealing_steps=100)
         >>> [fading.weight_at(step) for step in (0, 25, 100, 101)]
         [10.0, 7.5, 0.0, 0.0]
