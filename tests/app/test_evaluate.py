@@ -3,18 +3,19 @@ import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
 import torch
 from commands import run_command
 
+from ffd_lightning import components
 from ffd_lightning.analysis.results import described_protocols
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
+from ffd_lightning.app.configuration import choose, compose_config, typed_config
 from ffd_lightning.app.identity import evaluation_name
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
@@ -79,16 +80,6 @@ def test_training_ends_with_the_evaluation_of_the_command(copy):
         assert done.returncode == 1
         assert words in done.stderr
         assert "Traceback" not in done.stderr
-
-
-def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy):
-    changes = ((), ("thresholds=[0.01]",), ("thresholds=[0.5]",), ("voxels=[32]", "scale=radius"))
-    names = {
-        evaluation_name(config(copy, "protocol=modern", *(f"protocol.{x}" for x in change)))
-        for change in changes
-    }
-    assert len(names) == 4
-    assert all(name.startswith("modern") for name in names)
 
 
 def test_templates_are_ranked_on_the_validation_shapes(copy, trained):
@@ -216,6 +207,24 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     evaluate(copy, "evaluation.references=false", "evaluation.seed=1")
     assert not (copy.evaluation(f"{FEW}_seed-1") / "samples.csv").exists()
     assert len(list(copy.evaluation(f"{FEW}_seed-1").glob("weights-*/samples.csv"))) == 1
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """A protocol's settings, one of them without a default."""
+
+    within: tuple[float, ...]
+    places: list[int] = field(default_factory=lambda: [1])
+
+
+def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy, monkeypatch):
+    monkeypatch.setattr(components, "_registered", dict(components._registered))
+    components.component("protocol", "shares")(Thresholds)
+    given = [{"within": [0.01]}, {"within": [0.5]}, {"within": [0.01], "places": [1, 2]}]
+    protocols = [choose("protocol", {"name": "shares", **x}, "protocol") for x in given]
+    names = [evaluation_name(replace(config(copy), protocol=x)) for x in protocols]
+    assert len(set(names)) == 3
+    assert all(name.startswith("shares-") for name in names)
 
 
 def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
