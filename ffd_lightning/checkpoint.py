@@ -26,7 +26,7 @@ from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
     from ffd_lightning.data.datamodule import FfdDataModule
 
-_ENTRY = "model"
+_ENTRY, _NETWORK = "model", "network."
 # What unpickling and what follows it raise on a damaged file.
 _DAMAGED = (
     RuntimeError,
@@ -100,17 +100,12 @@ def model_entry(
     return {_ENTRY: content}
 
 
-def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> TrainedModel:
+def load_model(checkpoint: Path) -> TrainedModel:
     """Load a checkpoint, which needs nothing else.
 
-    Args:
-        checkpoint: the file.
-        network: to give the weights to, where the checkpoint cannot name its encoder: one that was
-            made of no component.
-
     Raises:
-        ConfigError: there is no such file, it is of another version, or its encoder comes from a
-            package that is not here.
+        ConfigError: there is no such file, it is of another version, or its encoder is no component
+            or of a package that is not here.
         DataError: it is damaged.
     """
     state = read_checkpoint(checkpoint)
@@ -128,19 +123,27 @@ def load_model(checkpoint: Path, network: TemplateFfdNetwork | None = None) -> T
         render = RenderSettings(**content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         sizes, encoder = dict(content["network"]), encoder_component(content)
+        sizes["image_size"] = tuple(sizes["image_size"])
     except _DAMAGED as error:
         reason = str(error).split("\n")[0]
         raise ConfigError(
             f"the checkpoint {checkpoint} is of another version or damaged ({reason})"
         ) from None
-    if network is None:
-        if encoder is None:
-            raise ConfigError(
-                f"the encoder of {checkpoint} is no component, so nobody can build it again: pass "
-                "network=..., or put @component('encoder', NAME) above its class"
-            )
-        network = rebuild_network(encoder, sizes)
-    step = _put_weights(network, state, checkpoint)
+    if encoder is None:
+        raise ConfigError(
+            f"the encoder of {checkpoint} is no component, so nobody can build it again: put "
+            "@component('encoder', NAME) above its class, and train again"
+        )
+    seen = shrunk_size(sizes["image_size"], sizes.get("shrink", 1))
+    built = encoder.build(image_size=seen, batch_norm_momentum=0.1)
+    network = TemplateFfdNetwork(built, **sizes)
+    own = {name: value for name, value in state["state_dict"].items() if name.startswith(_NETWORK)}
+    try:
+        network.load_state_dict({name.removeprefix(_NETWORK): own[name] for name in own})
+    except RuntimeError as error:
+        reason = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
+        raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})") from None
+    step = int(state["global_step"])
     return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
 
 
@@ -156,24 +159,6 @@ def encoder_component(content: Mapping[str, Any]) -> Component | None:
     void = first.get(named["name"])
     settings = {key: value for key, value in named["settings"].items() if key != void}
     return Component(str(named["kind"]), str(named["name"]), settings, str(named["provider"]))
-
-
-def rebuild_network(encoder: Component, sizes: dict[str, Any]) -> TemplateFfdNetwork:
-    """Build the network that `TemplateFfdNetwork.description` describes, for trained weights."""
-    height, width = sizes["image_size"]
-    seen = shrunk_size((height, width), sizes.get("shrink", 1))
-    built = encoder.build(image_size=seen, batch_norm_momentum=0.1)
-    return TemplateFfdNetwork(built, **{**sizes, "image_size": (height, width)})
-
-
-def load_weights(network: TemplateFfdNetwork, checkpoint: Path) -> int:
-    """Load a checkpoint of training into a network and return the step it was made at.
-
-    Raises:
-        ConfigError: there is no such file, or it is of another network.
-        DataError: it is damaged.
-    """
-    return _put_weights(network, read_checkpoint(checkpoint), checkpoint)
 
 
 def read_checkpoint(checkpoint: Path) -> dict[str, Any]:
@@ -196,18 +181,3 @@ def read_checkpoint(checkpoint: Path) -> dict[str, Any]:
     except (OSError, *_DAMAGED):  # unpickling meets anything in a damaged file
         raise DataError(f"the checkpoint {checkpoint} is damaged or no checkpoint") from None
     return state
-
-
-def _put_weights(network: TemplateFfdNetwork, state: dict[str, Any], checkpoint: Path) -> int:
-    """Give a network a checkpoint's weights and return the step they are of."""
-    weights = {
-        name.removeprefix("network."): value
-        for name, value in state["state_dict"].items()
-        if name.startswith("network.")
-    }
-    try:
-        network.load_state_dict(weights)
-    except RuntimeError as error:
-        reason = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
-        raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})") from None
-    return int(state["global_step"])

@@ -80,7 +80,7 @@ KINDS: dict[str, Kind] = {
         | _of("losses.terms", lattice_bending="LatticeBending", lattice_folding="LatticeFolding")
         | _of("losses.terms", negative_entropy="NegativeEntropy", offset_penalty="OffsetPenalty")
         | _of("losses.terms", uniform_penalty="UniformPenalty")
-        | _of("losses.transport", sliced_wasserstein="SlicedWasserstein"),
+        | _of("losses.terms", sliced_wasserstein="SlicedWasserstein"),
     ),
     "selection": Kind(
         "how template weights are taught",

@@ -172,13 +172,12 @@ class RunFolder:
             # Not made where it is missing: looking must not change a folder.
             if not (self.path / ".lock").exists():
                 return False
-            lock.acquire(timeout=0)
+            with lock.acquire(timeout=0):
+                return False
         except Timeout:
             return True
         except OSError:
             return False
-        lock.release()
-        return False
 
     def lock(self) -> AbstractContextManager[object]:
         """Take the run for this process, to train it; see `lock_folder`."""

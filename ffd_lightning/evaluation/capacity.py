@@ -7,7 +7,6 @@ import math
 import numpy as np
 import torch
 from numpy.typing import NDArray
-from torch import Tensor
 
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.chamfer import chamfer_distance
@@ -28,47 +27,27 @@ def fitted_template(
     An upper bound, nearly, of what any network can make of these templates: it stands between the
     floor of a metric and the error of a network.
 
-    Args:
-        bank: T templates.
-        cloud: independent samples of the shape, (N, 3).
-        seed: of the points that are drawn.
-
-    Returns:
-        The template, and the offsets of its control points, (M, 3).
+    The shape is independent samples of it, (N, 3). Returns the template, and the offsets of its
+    control points, (M, 3).
     """
     generator = torch.Generator().manual_seed(seed)
     truth = torch.from_numpy(cloud)
     kept = torch.arange(len(bank))
     offsets = torch.zeros_like(bank.control_points)
     for steps, left in ((range(_FIRST), _KEPT), (range(_FIRST, _STEPS), 1)):
-        offsets = _descend(bank, kept, offsets, truth, steps, generator)
-        with torch.no_grad():
-            matrix = bank.deformation_matrix[kept, :_FINAL]
+        offsets.requires_grad_()
+        optimizer = torch.optim.Adam([offsets], lr=_RATE)
+        for step in steps:
+            rows = torch.randint(bank.points.shape[1], (len(kept), _POINTS), generator=generator)
+            aim = torch.randint(len(truth), (_POINTS,), generator=generator)
+            optimizer.param_groups[0]["lr"] = _RATE * (1 + math.cos(math.pi * step / _STEPS)) / 2
+            optimizer.zero_grad()
+            matrix = bank.deformation_matrix[kept[:, None], rows]
             moved = deform(matrix, bank.control_points[kept], offsets)
-            distance = chamfer_distance(moved, truth[:_FINAL], "mean")
-        order = distance.argsort()[:left]
+            chamfer_distance(moved, truth[aim], "mean").sum().backward()
+            optimizer.step()
+        offsets = offsets.detach()
+        moved = deform(bank.deformation_matrix[kept, :_FINAL], bank.control_points[kept], offsets)
+        order = chamfer_distance(moved, truth[:_FINAL], "mean").argsort()[:left]
         kept, offsets = kept[order], offsets[order]
     return int(kept[0]), offsets[0].numpy()
-
-
-def _descend(
-    bank: TemplateBank,
-    kept: Tensor,
-    offsets: Tensor,
-    truth: Tensor,
-    steps: range,
-    generator: torch.Generator,
-) -> Tensor:
-    """Improve the offsets (k, M, 3) of the templates that are kept, (k,)."""
-    offsets = offsets.clone().requires_grad_()
-    optimizer = torch.optim.Adam([offsets], lr=_RATE)
-    for step in steps:
-        rows = torch.randint(bank.points.shape[1], (len(kept), _POINTS), generator=generator)
-        aim = torch.randint(len(truth), (_POINTS,), generator=generator)
-        optimizer.param_groups[0]["lr"] = _RATE * (1 + math.cos(math.pi * step / _STEPS)) / 2
-        optimizer.zero_grad()
-        matrix = bank.deformation_matrix[kept[:, None], rows]
-        moved = deform(matrix, bank.control_points[kept], offsets)
-        chamfer_distance(moved, truth[aim], "mean").sum().backward()
-        optimizer.step()
-    return offsets.detach()

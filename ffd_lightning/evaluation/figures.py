@@ -51,14 +51,10 @@ class View:
 def reconstruction_row(
     image: Picture, meshes: Sequence[Mesh], view: View, cameras: Sequence[Camera] | None = None
 ) -> list[Picture]:
-    """Draw an input image and shapes beside it, as its camera sees them.
+    """Draw an input image, of any size, and shapes beside it, as its camera or their own sees them.
 
-    Args:
-        image: the input, of any size.
-        meshes: in the frame of prepared shapes. All are drawn at one scale: that of the image, or
-            less where one would be cut off.
-        view: camera and size.
-        cameras: of each shape, where it is not the view's.
+    Meshes are in the frame of prepared shapes. All are drawn at one scale: that of the image, or
+    less where one would be cut off.
     """
     views = [replace(view, camera=c) for c in cameras or [view.camera] * len(meshes)]
     pairs = list(zip(meshes, views, strict=True))
@@ -93,12 +89,9 @@ def fitting_scale(points: NDArray[np.float64], view: View) -> float:
 def cloud_mesh(
     points: ArrayLike, radius: float = 0.006, colors: NDArray[np.uint8] | None = None
 ) -> Mesh:
-    """Turn a cloud into small octahedra, so that it can be rendered.
+    """Turn a cloud, (N, 3), into small octahedra, so that it can be rendered.
 
-    Args:
-        points: (N, 3).
-        radius: of an octahedron, from its centre to its corners.
-        colors: of the points, (N, 4) uint8 RGBA; by height where it is None.
+    Its points have colors, (N, 4) uint8 RGBA, or are coloured by height.
     """
     centers = np.asarray(points, float)
     vertices = (centers[:, None] + radius * _OCTAHEDRON).reshape(-1, 3)
@@ -114,21 +107,12 @@ def cloud_mesh(
 
 
 def reconstruction_figure(
-    network: TemplateFfdNetwork,
-    prepared: PreparedSet,
-    bank: TemplateBank,
-    rows: Sequence[int],
+    network: TemplateFfdNetwork, prepared: PreparedSet, bank: TemplateBank, rows: Sequence[int]
 ) -> Image.Image:
     """Draw a row per shape: input, selected template, deformed cloud, deformed mesh, truth.
 
     Below the deformed mesh: the Chamfer distance that training reports on its way
-    (`template_scores`), of the cloud, x 1000.
-
-    Args:
-        network: put into evaluation mode here.
-        prepared: where the shapes are.
-        bank: the network's templates.
-        rows: which shapes, by row of the prepared set.
+    (`template_scores`), of the cloud, x 1000. The network is put into evaluation mode.
     """
     samples = [Sample(row) for row in rows]
     prediction = predict(network, prepared, samples)

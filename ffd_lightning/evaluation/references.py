@@ -24,13 +24,7 @@ _MEDOID_SHAPES = 512
 
 
 class NetworkFree:
-    """The references that no network has a part in, for shapes that are known.
-
-    Args:
-        bank: the templates.
-        trained_on: the shapes to retrieve from.
-        seed: of what is drawn.
-    """
+    """The references that no network has a part in, for shapes that are known."""
 
     def __init__(self, bank: TemplateBank, trained_on: Subset, seed: int) -> None:
         self._bank, self._training, self._seed = bank, trained_on.prepared, seed
@@ -52,13 +46,9 @@ class NetworkFree:
 
 
 class ShapeRetrieval:
-    """Finds the nearest of some shapes in Chamfer distance, for a shape that is known.
+    """Finds the nearest of some shapes, rows of a prepared set, to a shape in Chamfer distance.
 
     All are ranked by 256 points of their clouds, the first 16 again by 1,024.
-
-    Args:
-        prepared: the shapes to choose from.
-        among: rows of those.
     """
 
     def __init__(self, prepared: PreparedSet, among: Sequence[int]) -> None:
@@ -102,10 +92,7 @@ def medoid(prepared: PreparedSet, among: Sequence[int]) -> int:
 
 @torch.no_grad()
 def best_template(
-    prepared: PreparedSet,
-    row: int,
-    bank: TemplateBank,
-    offsets: NDArray[np.float32] | None = None,
+    prepared: PreparedSet, row: int, bank: TemplateBank, offsets: NDArray[np.float32] | None = None
 ) -> int:
     """Return the template nearest to a shape in Chamfer distance.
 

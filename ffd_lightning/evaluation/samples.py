@@ -184,12 +184,7 @@ def score_all(
 class Journal:
     """Rows that are done, a line each, kept in a file: what a kill leaves is read again.
 
-    `rows` has them by (id, view).
-
-    Args:
-        path: of the file.
-        key: decides the rows; a file of another key is begun anew.
-        restart: begin anew in any case.
+    `rows` has them by (id, view). A file of another key, which decides the rows, is begun anew.
     """
 
     def __init__(self, path: Path, key: str, restart: bool = False) -> None:

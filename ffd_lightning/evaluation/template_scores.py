@@ -110,11 +110,5 @@ class TemplateScoring(Metric):
             getattr(self, name).append(values)
 
     def compute(self) -> dict[str, Tensor]:
-        """Return what `TemplateScores.of` makes scores of.
-
-        Raises:
-            ValueError: there were no queries.
-        """
-        if not self.update_called:
-            raise ValueError("no queries were scored: call update first")
+        """Return what `TemplateScores.of` makes scores of."""
         return {f.name: dim_zero_cat(getattr(self, f.name)) for f in fields(TemplateScores)}

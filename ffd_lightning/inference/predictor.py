@@ -15,7 +15,6 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.inference.reconstruction import Reconstruction
-from ffd_lightning.nn.network import TemplateFfdNetwork
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
 
@@ -45,24 +44,18 @@ class Predictor:
         self.model.network.to(self.device).eval()
 
     @classmethod
-    def load(
-        cls,
-        source: str | Path | None = None,
-        device: str = "auto",
-        network: TemplateFfdNetwork | None = None,
-    ) -> Predictor:
+    def load(cls, source: str | Path | None = None, device: str = "auto") -> Predictor:
         """Load a run folder's newest checkpoint, a checkpoint file, or the package's own model.
 
         Args:
             source: the run folder, or the file; None for the model that comes with the package.
             device: see `Predictor`.
-            network: to give the weights to, where the checkpoint cannot name its encoder.
 
         Raises:
             ConfigError: no run, no checkpoint, or one of another version; no such device.
             DataError: the checkpoint is damaged.
         """
-        return cls(load_model(checkpoint_of(source), network), device)
+        return cls(load_model(checkpoint_of(source)), device)
 
     def frame(
         self, image: Photo, *, mask: Photo | None = None, background: Background = "auto"

@@ -45,6 +45,7 @@ class WeightedTerm:
     def weight_at(self, step: int) -> float:
         """Return the weight at a step, counted from 0.
 
+        >>> from ffd_lightning.losses.terms import Chamfer
         >>> fading = WeightedTerm(Chamfer(), 10, "linear", annealing_steps=100)
         >>> [fading.weight_at(step) for step in (0, 25, 100, 101)]
         [10.0, 7.5, 0.0, 0.0]
@@ -139,22 +140,23 @@ class Objective(nn.Module):
         values = {name: self._value(name, inputs) for name in self.terms}
         weights = self.weights(step)
         costs = {name: value for name, value in values.items() if value.ndim}
-        counted = [_scaled(costs[name], weights[name]) for name in costs if weights[name]]
+        counted = [weights[name] * costs[name] for name in costs if weights[name]]
         cost = torch.stack(counted).sum(0) if len(counted) > 1 else (counted or [inputs.chamfer])[0]
         teaching = self._teaching(whole, cost.detach(), own)
         total = (teaching.cost_weights * cost).sum() if counted else every.new_zeros(())
         for name, value in values.items():
             if name not in costs and weights[name]:
                 total = total + weights[name] * value
-        shown = {
+        named = {
             name: (teaching.cost_weights * value).sum() if name in costs else value
             for name, value in values.items()
         }
         if teaching.loss is not None:
             total = total + teaching.loss
-            shown["selection"] = teaching.loss
-        shown["chamfer"] = _selected_chamfer(inputs)
+            named["selection"] = teaching.loss
         with torch.no_grad():
+            index = inputs.prediction.template_weights.argmax(1, keepdim=True)
+            named["chamfer"] = inputs.chamfer.gather(1, index).mean() / inputs.mean_count
             predicted = prediction.template_logits.sum() + prediction.offsets.sum()
             taught = [part.sum() for part in teaching if part is not None]
             self.parts = {
@@ -163,7 +165,7 @@ class Objective(nn.Module):
                 "the selection": torch.stack(taught).sum(),
                 "the sum of all terms": total.detach(),
             }
-        return total, {name: term.detach() for name, term in shown.items()}
+        return total, {name: term.detach() for name, term in named.items()}
 
     def _value(self, name: str, inputs: StepInput) -> Tensor:
         value = self.terms[name].term(inputs)
@@ -184,14 +186,10 @@ class Objective(nn.Module):
         if not isinstance(teaching, Teaching):
             raise ConfigError(f"the selection gives a {type(teaching).__name__}, not a Teaching")
         weights, loss = _shape(teaching.cost_weights), teaching.loss
-        if weights != tuple(costs.shape):
+        if weights != tuple(costs.shape) or (loss is not None and _shape(loss) != ()):
             raise ConfigError(
-                f"the selection gives {weights} for cost_weights: they are a tensor, a weight of "
-                f"every template for every query, {tuple(costs.shape)}"
-            )
-        if loss is not None and _shape(loss) != ():
-            raise ConfigError(
-                f"the selection gives {_shape(loss)} for its loss: it is a tensor of one number, ()"
+                f"the selection gives {weights} for cost_weights and {_shape(loss)} for its loss: "
+                f"they are tensors, {tuple(costs.shape)} and () (or None)"
             )
         return teaching if own is None else Teaching(teaching.cost_weights.gather(1, own), loss)
 
@@ -219,16 +217,3 @@ def _restricted(inputs: StepInput, own: Tensor) -> StepInput:
 def _shape(value: object) -> tuple[int, ...] | str:
     """Return the shape of a tensor, the kind of anything else."""
     return tuple(value.shape) if isinstance(value, Tensor) else type(value).__name__
-
-
-def _scaled(cost: Tensor, weight: float) -> Tensor:
-    return cost if weight == 1 else weight * cost
-
-
-@torch.no_grad()
-def _selected_chamfer(inputs: StepInput) -> Tensor:
-    """Return the Chamfer distance of the selected templates, mean over points and queries, ()."""
-    index = inputs.prediction.template_weights.argmax(1, keepdim=True)
-    # Sums over equally many points each way; for unequal clouds this is the mean count.
-    count = (inputs.pred_points.shape[-2] + inputs.target_points.shape[-2]) / 2
-    return inputs.chamfer.gather(1, index).mean() / count

@@ -22,13 +22,8 @@ def chamfer(
     of radius 3.2, squared distances) ShapeNet's meshes against themselves gave 0.0257 in the mean,
     0.0200 with points drawn without replacement: no method can be expected below that.
 
-    Args:
-        pred_points: (N, 3).
-        target_points: (M, 3).
-        power: 2 for squared distances, as the paper reports, or 1.
-
-    Returns:
-        The value, in the unit of the points to the given power.
+    Clouds are (N, 3) and (M, 3); the value is in their unit to the given power: 2 for squared
+    distances, as the paper reports, or 1.
 
     Raises:
         ValueError: a cloud is empty or not finite.

@@ -59,13 +59,7 @@ def edge_stretch(
     Edges between the same two original positions are one edge. Edges of original length 0 are left
     out; one that the deformation takes to length 0 gives inf.
 
-    Args:
-        vertices: (V, 3) original positions.
-        deformed: (V, 3) positions after the deformation.
-        faces: (F, 3).
-
-    Returns:
-        (E,) ratios of 1 or more.
+    Positions before and after are (V, 3), faces (F, 3); returns (E,).
 
     >>> line = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     >>> edge_stretch(line, line * [4, 0.5, 1], np.array([[0, 1, 1]]))

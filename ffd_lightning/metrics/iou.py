@@ -11,12 +11,8 @@ def voxel_iou(pred: NDArray[np.bool_], target: NDArray[np.bool_]) -> float:
 
     $$ \mathrm{IoU}(A, B) = |A \cap B| / |A \cup B| $$
 
-    Args:
-        pred: (X, Y, Z) bool.
-        target: the same shape. Both grids must divide the same box of space.
-
-    Returns:
-        A share from 0 to 1; one empty grid against one that is not gives 0.
+    Grids are (X, Y, Z) and must divide the same box of space. One empty grid against one that is
+    not gives 0.
 
     Raises:
         ValueError: both grids are empty, which have no such share.

@@ -34,8 +34,6 @@ def top_share(counts: ArrayLike, k: int) -> float:
     >>> top_share([1, 6, 3], 2)
     0.9
     """
-    if k < 1:
-        raise ValueError(f"k={k} must be at least 1")
     counts = _checked(counts)
     return float(np.sort(counts)[::-1][:k].sum() / counts.sum())
 
@@ -55,9 +53,7 @@ def adjusted_rand(a: ArrayLike, b: ArrayLike) -> float:
 
     Source: Hubert and Arabie, Comparing partitions, Journal of Classification 2 (1985).
 
-    Args:
-        a: template (number or name) of each sample, (n,), at least two.
-        b: the same of the other selection, (n,).
+    Either has a template (number or name) for each sample, (n,), at least two.
 
     >>> adjusted_rand(["desk", "desk", "bar", "bar"], [3, 3, 1, 1])
     1.0

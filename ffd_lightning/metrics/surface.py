@@ -45,10 +45,7 @@ def surface_scores(
     Normals are compared without their signs, since the faces of template meshes are oriented at
     random. Two unrelated directions agree to 0.5 in the mean: that is what a bad value looks like.
 
-    Args:
-        pred: of one surface.
-        target: of the other.
-        thresholds: of the F-score, in the points' unit; a point exactly as far is not near.
+    Thresholds of the F-score are in the points' unit; a point exactly as far is not near.
 
     Returns:
         Distances in the points' unit: `chamfer_l1`, the mean of accuracy and completeness (the mean

@@ -11,8 +11,7 @@ from torch import Tensor, nn
 
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import Degrees, mirrored_offsets
-from ffd_lightning.nn.encoders.base import ImageEncoder
-from ffd_lightning.nn.heads import TemplateHeads
+from ffd_lightning.nn.encoders.base import BATCH_NORM_EPS, ImageEncoder
 
 
 class FfdPrediction(NamedTuple):
@@ -46,11 +45,7 @@ def standardize(
     The lower bound keeps constant images finite. The scale of the input does not matter otherwise:
     0 to 255 and 0 to 1 give the same.
 
-    Args:
-        images: (q, 3, H, W), floating point or uint8.
-
-    Returns:
-        Same shape, float32 (float64 for float64).
+    Returns float32 (float64 for float64).
 
     Source: TensorFlow's `tf.image.per_image_standardization`, as the paper's authors used it.
 
@@ -65,6 +60,72 @@ def standardize(
     rows = torch.linalg.vector_norm(centred, dim=3, keepdim=True)
     std = torch.linalg.vector_norm(rows, dim=(1, 2), keepdim=True) / math.sqrt(size)
     return centred / std.clamp_min(1 / math.sqrt(size))
+
+
+class TemplateHeads(nn.Module):
+    """From a feature map to one logit and one set of offsets for each template.
+
+    Convolution and dense layers start from Glorot's uniform distribution and zero biases; those
+    that batch norm follows have no bias, since it would take it away again. Offsets start close to
+    zero: training starts from the undeformed templates.
+
+    Args:
+        in_channels: channels of the feature map.
+        map_size: (h, w) of the feature map.
+        num_templates: T.
+        num_control_points: M.
+        bottleneck: channels after the 1 x 1 convolution.
+        hidden: width of the shared dense layer.
+        offset_std: standard deviation of the offset layer's first weights, in template units.
+        batch_norm_momentum: share of a new batch in the moving statistics.
+
+    Source: the paper's table of layers, below its MobileNet row.
+    """
+
+    def __init__(
+        self,
+        in_channels: int,
+        map_size: tuple[int, int],
+        num_templates: int,
+        num_control_points: int,
+        bottleneck: int = 64,
+        hidden: int = 512,
+        offset_std: float = 1e-4,
+        batch_norm_momentum: float = 0.1,
+    ) -> None:
+        super().__init__()
+        self.bottleneck = nn.Sequential(
+            nn.Conv2d(in_channels, bottleneck, 1, bias=False),
+            nn.BatchNorm2d(bottleneck, BATCH_NORM_EPS, batch_norm_momentum),
+            nn.ReLU6(),
+        )
+        self.shared = nn.Sequential(
+            nn.Flatten(),
+            nn.Linear(bottleneck * map_size[0] * map_size[1], hidden, bias=False),
+            nn.BatchNorm1d(hidden, BATCH_NORM_EPS, batch_norm_momentum),
+            nn.ReLU6(),
+        )
+        self.logits = nn.Linear(hidden, num_templates)
+        self.offsets = nn.Linear(hidden, num_templates * num_control_points * 3)
+        self._offsets_shape = (num_templates, num_control_points, 3)
+        for module in self.modules():
+            if isinstance(module, nn.Conv2d | nn.Linear):
+                nn.init.xavier_uniform_(module.weight)
+                if module.bias is not None:
+                    nn.init.zeros_(module.bias)
+        nn.init.normal_(self.offsets.weight, std=offset_std)
+
+    def forward(
+        self, features: Float[Tensor, "q c h w"]
+    ) -> tuple[Float[Tensor, "q templates"], Float[Tensor, "q templates control_points 3"]]:
+        """Return template logits, (q, T), and control point offsets, (q, T, M, 3)."""
+        if self.training and features.shape[0] == 1:
+            raise ConfigError(
+                "batch norm cannot train on a batch of one image: use schedule.batch_size=2 or "
+                "more and drop an incomplete last batch"
+            )
+        hidden = self.shared(self.bottleneck(features))
+        return self.logits(hidden), self.offsets(hidden).unflatten(1, self._offsets_shape)
 
 
 class TemplateFfdNetwork(nn.Module):
@@ -134,26 +195,14 @@ class TemplateFfdNetwork(nn.Module):
 
     def description(self) -> dict[str, Any]:
         """Return the arguments that give a network of the same layers, but for the encoder."""
-        return {
-            "image_size": list(self.image_size),
-            "num_templates": self.num_templates,
-            "num_control_points": self.num_control_points,
-            "bottleneck": self.bottleneck,
-            "hidden": self.hidden,
-            "min_weight": self.min_weight,
-            "shrink": self.shrink,
-            "mirror_degrees": self.mirror_degrees,
-        }
+        names = ("num_templates", "num_control_points", "bottleneck", "hidden", "min_weight")
+        named = {name: getattr(self, name) for name in (*names, "shrink", "mirror_degrees")}
+        return {"image_size": list(self.image_size), **named}
 
     def forward(
         self, images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"]
     ) -> FfdPrediction:
-        """Predict from images as rendered: (q, 3, H, W), floating point or uint8, any scale.
-
-        Raises:
-            DataError: images of another size than the network was built for.
-            ConfigError: a batch of one image in training mode.
-        """
+        """Predict from images as rendered: (q, 3, H, W), floating point or uint8, any scale."""
         return self.predict(self.features(images))
 
     def features(

@@ -51,59 +51,51 @@ def word(claim, scores, **options):
     return CLAIMS[claim].judge(study(scores, **options)).word
 
 
-def test_equal_within_a_tenth():
-    same = {"b": (0.05, 0.2, 4), "w": (0.051, 0.2, 4), "e": (0.0495, 0.2, 4), "r": (0.052, 0.2, 4)}
-    assert word("equal", same) == HOLDS
-    assert word("equal", same | {"r": (0.07, 0.2, 4)}) == FAILS
-    assert word("equal", same | {"r": (0.0551, 0.2, 4)}) == OPEN, "the interval crosses the margin"
+def like_b(**scores):
+    """The same of all regimes, or of those named as given: Chamfer, undeformed, templates."""
+    return dict.fromkeys("bwer", (0.05, 0.2, 4)) | scores
+
+
+def w(sofa, table):
+    return lambda category, _: (0.05, 0.2, sofa if category == "sofa" else table)
+
+
+FEW = {"b": (0.05, 0.2, 2), "e": (0.05, 0.2, 8)}
+
+
+@pytest.mark.parametrize(
+    ("claim", "scores", "expected"),
+    [
+        ("equal", like_b(w=(0.051, 0.2, 4), r=(0.052, 0.2, 4)), HOLDS),
+        ("equal", like_b(r=(0.07, 0.2, 4)), FAILS),
+        ("equal", like_b(r=(0.0551, 0.2, 4)), OPEN),  # the interval crosses the margin
+        ("undeformed", like_b(r=(0.05, 0.1, 4)), HOLDS),
+        ("undeformed", like_b(e=(0.05, 0.1, 4)), FAILS),
+        ("undeformed", like_b(), OPEN),
+        ("spread", FEW | {"r": (0.05, 0.2, 8)}, HOLDS),
+        ("spread", FEW | {"r": (0.05, 0.2, 1)}, FAILS),
+        ("spread", FEW | {"r": lambda _, seed: (0.05, 0.2, 1 if seed else 9)}, OPEN),
+        ("collapse", {"b": (0.05, 0.2, 3)}, HOLDS),
+        ("collapse", {"b": (0.05, 0.2, 12)}, FAILS),
+        ("collapse", {"b": (0.05, 0.2, 6)}, OPEN),
+        ("opposite", like_b(w=w(2, 8)), HOLDS),
+        ("opposite", like_b(w=w(8, 8)), FAILS),
+        ("opposite", like_b(w=w(4, 8)), OPEN),
+        ("one", {("e", 30): (0.05, 0.2, 16), ("b", 1): (0.051, 0.2, 1)}, HOLDS),
+        ("one", {("e", 30): (0.05, 0.2, 16), ("b", 1): (0.08, 0.2, 1)}, FAILS),
+        ("one", {("e", 30): (0.05, 0.2, 16), ("b", 1): (0.0551, 0.2, 1)}, OPEN),
+    ],
+)
+def test_verdicts_follow_their_rules(claim, scores, expected):
+    assert word(claim, scores) == expected
 
 
 def test_a_difference_that_one_seed_contradicts_decides_nothing():
-    apart = {"b": (0.05, 0.2, 4), "w": (0.05, 0.2, 4), "e": (0.05, 0.2, 4)}
-    for_all = apart | {"r": (0.07, 0.2, 4)}
-    not_for_one = apart | {"r": lambda _, seed: (0.04 if seed == 2 else 0.09, 0.2, 4)}
-    assert (word("equal", for_all), word("equal", not_for_one)) == (FAILS, OPEN)
+    not_for_one = like_b(r=lambda _, seed: (0.04 if seed == 2 else 0.09, 0.2, 4))
+    assert word("equal", not_for_one) == OPEN
     table = differences(study(not_for_one), [("r", "b")], ["chamfer"])
     assert (table["low"] > 0).all()
     assert not table["shown"].any()
-
-
-def test_r_is_nearest_as_it_is():
-    far = dict.fromkeys("bwe", (0.05, 0.3, 4))
-    assert word("undeformed", far | {"r": (0.05, 0.2, 4)}) == HOLDS
-    assert word("undeformed", far | {"e": (0.05, 0.1, 4), "r": (0.05, 0.2, 4)}) == FAILS
-    assert word("undeformed", far | {"r": (0.05, 0.3, 4)}) == OPEN
-
-
-def test_selection_spreads():
-    few = {"b": (0.05, 0.2, 2)}
-    assert word("spread", few | dict.fromkeys("er", (0.05, 0.2, 8))) == HOLDS
-    assert word("spread", few | {"e": (0.05, 0.2, 8), "r": (0.05, 0.2, 1)}) == FAILS
-    one_seed = {"r": lambda _, seed: (0.05, 0.2, 1 if seed else 9)}
-    assert word("spread", few | {"e": (0.05, 0.2, 8)} | one_seed) == OPEN
-
-
-@pytest.mark.parametrize(("used", "expected"), [(3, HOLDS), (6, OPEN), (12, FAILS)])
-def test_b_collapses(used, expected):
-    assert word("collapse", {"b": (0.05, 0.2, used)}) == expected
-
-
-def test_w_is_opposite():
-    b = {"b": (0.05, 0.2, 4)}
-
-    def w(sofa, table):
-        return {"w": lambda category, _: (0.05, 0.2, sofa if category == "sofa" else table)}
-
-    assert word("opposite", b | w(2, 8)) == HOLDS
-    assert word("opposite", b | w(8, 8)) == FAILS
-    assert word("opposite", b | w(4, 8)) == OPEN
-
-
-def test_one_template_is_enough():
-    thirty = {("e", 30): (0.05, 0.2, 16)}
-    assert word("one", thirty | {("b", 1): (0.051, 0.2, 1)}) == HOLDS
-    assert word("one", thirty | {("b", 1): (0.08, 0.2, 1)}) == FAILS
-    assert word("one", thirty | {("b", 1): (0.0551, 0.2, 1)}) == OPEN
 
 
 def test_a_difference_is_that_of_a_to_b():
@@ -145,25 +137,8 @@ def test_with_one_seed_categories_are_the_trainings():
     )
     few = table((0.04, 0.2, 8), SEVEN[:2])
     assert few["p"].max() < 1e-6, "two categories: shapes are the sample"
-
-
-def test_selection_spreads_over_categories():
-    few = {"b": (0.05, 0.2, 2)}
-
-    def r(category, _):
-        return (0.05, 0.2, 1 if category in SEVEN[:3] else 4)
-
-    options = {"categories": SEVEN, "seeds": (0,)}
-    assert word("spread", few | dict.fromkeys("er", (0.05, 0.2, 8)), **options) == HOLDS
-    assert word("spread", few | {"e": (0.05, 0.2, 8), "r": r}, **options) == OPEN
-    assert word("spread", few | dict.fromkeys("er", (0.05, 0.2, 1)), **options) == FAILS
-
-
-def test_better_than_another_shape():
-    made = study({"b": (0.05, 0.2, 4)})
-    table = findings.beside(made, "undeformed", ["chamfer"])
-    assert (table["high"] < 0).all()
-    assert table["difference"].tolist() == pytest.approx([-0.15] * 3, abs=0.01)
+    some = FEW | {"r": lambda category, _: (0.05, 0.2, 1 if category in SEVEN[:3] else 4)}
+    assert word("spread", some, categories=SEVEN, seeds=(0,)) == OPEN
 
 
 def test_tables_put_together_are_corrected_together():

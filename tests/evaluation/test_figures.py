@@ -1,7 +1,5 @@
 """Pictures of reconstructions and templates."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
@@ -46,11 +44,7 @@ def test_a_cloud_becomes_one_octahedron_per_point_at_its_place():
     mesh = cloud_mesh(points, radius=0.01)
     np.testing.assert_allclose(mesh.vertices.reshape(2, 6, 3).mean(1), points, atol=1e-12)
     assert np.abs(mesh.vertices.reshape(2, 6, 3) - points[:, None]).max() <= 0.01 + 1e-12
-    assert (mesh.face_colors[:8] != mesh.face_colors[8:]).any(), "by height"
     assert (cloud_mesh(np.zeros((3, 3))).face_colors[:, 3] == 255).all(), "of one height"
-    colors = np.array([[9, 8, 7, 255], [1, 2, 3, 255]], np.uint8)
-    given = cloud_mesh(points, colors=colors).face_colors
-    np.testing.assert_array_equal(given, np.repeat(colors, 8, axis=0))
 
 
 def soup(points):
@@ -58,12 +52,11 @@ def soup(points):
     return Mesh(points, faces, np.full((len(faces), 4), (90, 140, 200, 255), np.uint8))
 
 
-@pytest.mark.parametrize("azimuth", [0, 230])
 @pytest.mark.parametrize("size", [(96, 128), (160, 100)])
-@pytest.mark.parametrize("camera", [Camera(), *RenderSettings(camera="authors").cameras()])
-def test_the_scale_is_the_largest_that_fits(azimuth, size, camera):
-    points = np.random.default_rng(azimuth).normal(size=(9, 3)) + [0.3, -0.5, 0.2]
-    view = View(replace(camera, azimuth=azimuth), *size)
+@pytest.mark.parametrize("camera", [Camera(230), *RenderSettings(camera="authors").cameras()])
+def test_the_scale_is_the_largest_that_fits(size, camera):
+    points = np.random.default_rng(0).normal(size=(9, 3)) + [0.3, -0.5, 0.2]
+    view = View(camera, *size)
     scale = fitting_scale(points, view)
     assert 0 < scale < 1
 

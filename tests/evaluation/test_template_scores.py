@@ -49,17 +49,11 @@ def test_every_template_is_scored_on_every_query(case):
             assert scores.undeformed[q, t] == pytest.approx(naive(rest, truth), rel=1e-4)
     assert scores.selected.tolist() == [1, 0]
     assert scores.counts.tolist() == [1, 1, 0]
-
-
-def test_summary_reads_the_selected_and_the_best(case):
-    scores = score(case)
     summary = scores.summary()
-    assert summary["box_chamfer"] == pytest.approx(
-        1000 * (scores.deformed[0, 1] + scores.deformed[1, 0]) / 2, rel=1e-6
-    )
+    mean = 1000 * (scores.deformed[0, 1] + scores.deformed[1, 0]) / 2
+    assert summary["box_chamfer"] == pytest.approx(mean, rel=1e-6)
     best = 1000 * np.mean([min(row) for row in scores.undeformed.tolist()])
     assert summary["best_undeformed_box_chamfer"] == pytest.approx(best, rel=1e-6)
-    assert summary["best_undeformed_box_chamfer"] <= summary["undeformed_box_chamfer"]
     assert summary["best_deformed_box_chamfer"] <= summary["box_chamfer"]
     assert summary["effective_templates"] == pytest.approx(2)
     assert summary["num_samples"] == 2
@@ -67,13 +61,10 @@ def test_summary_reads_the_selected_and_the_best(case):
 
 def test_batches_are_joined_in_the_order_of_the_rows(case):
     prediction, batch = case
-    later = batch._replace(rows=torch.tensor([12, 2]))
-    scores = score(case)
-    joined = score((prediction, later), case)
-    assert joined.rows.tolist() == [2, 4, 9, 12]
-    np.testing.assert_array_equal(joined.deformed[[1, 2]], scores.deformed)
-    np.testing.assert_array_equal(joined.deformed[[3, 0]], scores.deformed)
-    np.testing.assert_array_equal(joined.weights[[3, 0]], scores.weights)
+    scores, joined = score(case), score((prediction, batch._replace(rows=batch.rows - 3)), case)
+    assert joined.rows.tolist() == [1, 4, 6, 9]
+    np.testing.assert_array_equal(joined.deformed[[1, 3]], scores.deformed)
+    np.testing.assert_array_equal(joined.weights[[0, 2]], scores.weights)
 
 
 def test_one_query_and_one_template_keep_their_axes(case):
@@ -81,7 +72,5 @@ def test_one_query_and_one_template_keep_their_axes(case):
     templates = TemplateSample(*(x[:1] for x in batch.templates[:2]), batch.templates.degrees)
     weights = torch.ones(1, 1)
     alone = FfdPrediction(weights, weights, prediction.offsets[:1, :1], weights.log())
-    one = Batch(batch.rows[:1], batch.images[:1], batch.target_points[:1], templates)
-    scores = score((alone, one))
+    scores = score((alone, Batch(*(x[:1] for x in batch[:3]), templates)))
     assert scores.deformed.shape == scores.weights.shape == (1, 1)
-    assert scores.summary()["num_samples"] == 1

@@ -261,8 +261,8 @@ def test_gradients_reach_weights_and_offsets(case):
     [
         (lambda _, costs: costs, "gives a Tensor, not a Teaching"),
         (lambda _, costs: Teaching(costs.mean(0)), r"gives \(2,\) for cost_weights.*\(3, 2\)"),
-        (lambda _, costs: Teaching(costs, costs.mean(1)), r"gives \(3,\) for its loss"),
-        (lambda _, costs: Teaching(costs, 0.5), "gives float for its loss"),
+        (lambda _, costs: Teaching(costs, costs.mean(1)), r"\(3,\) for its loss"),
+        (lambda _, costs: Teaching(costs, 0.5), "float for its loss"),
     ],
 )
 def test_a_selection_that_gives_something_else_is_refused(case, teach, words):

@@ -5,7 +5,7 @@ import pytest
 import torch
 from scipy.optimize import linear_sum_assignment
 
-from ffd_lightning.losses.transport import SlicedWasserstein
+from ffd_lightning.losses.terms import SlicedWasserstein
 
 
 def clouds(queries=2, templates=3, points=40):

@@ -28,8 +28,8 @@ def test_linear_maps():
     assert under(turned, vertices, faces) == pytest.approx(
         {"folded": 0, "stretch_median": 4, "stretch_95": 4}  # shrinking counts as growing
     )
-    wide = under(np.diag([3, 1, 1]), vertices, faces)
-    assert 1 < wide["stretch_median"] < wide["stretch_95"] < 3
+    flat = under(np.diag([1, 1, 0]), *arrays(trimesh.creation.box()))
+    assert flat == pytest.approx({"folded": 0, "stretch_median": 1, "stretch_95": np.inf})
 
 
 def test_a_box_pulled_over_itself():
@@ -73,10 +73,3 @@ def test_edge_stretch_is_what_a_loop_finds():
             )
             ratios.append(max(ratio, 1 / ratio))
     np.testing.assert_allclose(np.sort(edge_stretch(vertices, deformed, faces)), np.sort(ratios))
-
-
-def test_an_edge_that_collapses_is_stretched_without_bound():
-    found = under(np.diag([1, 1, 0]), *arrays(trimesh.creation.box()))
-    assert found["stretch_95"] == np.inf
-    assert found["stretch_median"] == pytest.approx(1)
-    assert found["folded"] == 0  # a determinant of 0 turns nothing inside out

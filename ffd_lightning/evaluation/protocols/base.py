@@ -156,7 +156,12 @@ class ProtocolDescription:
 
     @property
     def main_metric(self) -> Metric:
-        """The metric that samples are ordered by: the first distance."""
+        """The metric that samples are ordered by: the first distance.
+
+        >>> metrics = (Metric("iou", "", True), Metric("emd", ""))
+        >>> ProtocolDescription("mine", "", metrics).main_metric.name
+        'emd'
+        """
         return next((m for m in self.metrics if not m.higher_is_better), self.metrics[0])
 
     def metric(self, name: str) -> Metric:

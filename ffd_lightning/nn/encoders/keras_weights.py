@@ -27,8 +27,8 @@ def load_keras_weights(encoder: MobileNetV1, path: str | Path) -> None:
         path: of the file.
 
     Raises:
-        ConfigError: Keras is not installed, there is no such file, or it is damaged or of another
-            network; the encoder is then as it was.
+        ConfigError: Keras is not installed, or the file is damaged or of another network; the
+            encoder is then as it was.
     """
     os.environ.setdefault("KERAS_BACKEND", "torch")
     try:
@@ -37,8 +37,6 @@ def load_keras_weights(encoder: MobileNetV1, path: str | Path) -> None:
         raise ConfigError(
             "encoder.weights: Keras reads this file: pip install 'ffd_lightning[keras]'"
         ) from None
-    if not Path(path).is_file():
-        raise ConfigError(f"encoder.weights: there is no file {path}")
     model = keras.applications.MobileNet(
         input_shape=(_SIZE, _SIZE, 3), alpha=encoder.width, include_top=False, weights=None
     )
