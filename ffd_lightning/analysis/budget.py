@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -10,15 +10,8 @@ from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 
 
-@dataclass(frozen=True)
-class Share:
-    """One part of the error.
-
-    Attributes:
-        name: of it.
-        meaning: what it is, for captions.
-        upto: prefix of the column that the parts up to this one add up to.
-    """
+class Share(NamedTuple):
+    """One part of the error; the column of prefix `upto` is the sum of the parts up to it."""
 
     name: str
     meaning: str
@@ -56,9 +49,8 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
 
     Returns:
         A row per run (index `run`): `floor`, `capacity`, `deformation` and `selection`, which add
-        up to `total`, `regret`, the selection's share of the total, all in the measure as people
-        read it; and of `QUALITY` what the samples have, means as they are. `density` is what of
-        the EMD is due to points that lie thinner where the template is stretched.
+        up to `total`, in the measure as people read it; `regret`, the selection's share of it;
+        and of `QUALITY` what the samples have, means as they are.
 
     Raises:
         DataError: no run has the references, or of the main measure more is better.

@@ -12,13 +12,12 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
-from ffd_lightning.analysis.naming import SETTING, name_of
+from ffd_lightning.analysis.naming import SETTING, name_of, place
 from ffd_lightning.analysis.results import Results, deciding_settings
 from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
-from ffd_lightning.palette import REGIME_COLORS
 
 RESAMPLES = 10_000
 LEVEL = 0.05
@@ -27,16 +26,15 @@ LEVEL = 0.05
 _MEAN = "mean of "  # so many categories
 
 Array = NDArray[np.float64]
+_Pair = tuple[pd.DataFrame, pd.DataFrame]
+"""Scores of two groups of runs in one category: a row per shape, a column per run."""
 
 
 def interval(strata: Sequence[Array]) -> tuple[float, float]:
     """Return the 95% interval of a mean over test shapes, the mean of the means of strata.
 
     A bootstrap, bias-corrected and accelerated (Efron 1987): differences of squared distances have
-    one long tail, on which plain percentiles end too early. Each stratum is resampled in itself.
-
-    Args:
-        strata: values of shapes, (n,) each.
+    one long tail, on which plain percentiles end too early. Each stratum, (n,), is resampled alone.
     """
     if all(np.ptp(values) <= 1e-12 * np.abs(values).max() for values in strata):
         return (mean := _mean_of(*strata)), mean
@@ -96,17 +94,15 @@ def compare(
     measured is how sure the difference between *these trained networks* is, over shapes that might
     have been tested on; how much another training would differ shows only in several seeds.
 
-    See `interval` and `rank_score`; categories are strata, each counts the same. `p` asks about
-    ranks and is corrected for the number of comparisons, the interval is about the mean and is not:
-    a difference is called shown where both show it, in one direction. Fewer than 6 shapes never
-    show one.
+    Categories are strata, each counts the same. `p` asks about ranks and is corrected for the
+    number of comparisons, the interval is about the mean and is not: a difference is called shown
+    where both show it, in one direction. Fewer than 6 shapes never show one.
 
     Args:
         results: of the runs.
         measure: a column of the samples: a measure of the protocol, of any shape
             (`undeformed_chamfer`).
-        by: columns that tell the groups apart: `regime`, `templates`, `variant`, `seed`, `run` or
-            any other that is constant within a run.
+        by: columns, constant within a run, that tell the groups apart: `regime`, `seed`, say.
         held: columns that are the same in a comparison: there is one for each of their values. By
             default regime, templates and variant, as far as they are not named in `by`.
 
@@ -119,8 +115,7 @@ def compare(
         whose difference has this sign; `shown`; `statement`, a sentence.
 
     Raises:
-        DataError: no groups to compare, fewer than two shapes in common, a measure that is missing,
-            or runs that differ in other settings than regime and templates too.
+        DataError: there is nothing that can be compared; the message says why.
     """
     names = [by] if isinstance(by, str) else list(by)
     held = [name for name in SETTING if name not in names] if held is None else list(held)
@@ -147,9 +142,7 @@ def compare(
         raise DataError(
             f"nothing to compare: all runs of a category have the same {' and '.join(names)}"
         )
-    for heads, pairs in strata.items():
-        if len(pairs) > 1:
-            found.append(((f"{_MEAN}{len(pairs)}", *heads), pairs))
+    found += [((f"{_MEAN}{len(p)}", *heads), p) for heads, p in strata.items() if len(p) > 1]
     columns = ["category", *held, "a", "b"]
     rows = [dict(zip(columns, heads, strict=True)) | _numbers(pairs) for heads, pairs in found]
     table = pd.DataFrame(rows)
@@ -160,17 +153,13 @@ def compare(
     return table
 
 
-_Pair = tuple[pd.DataFrame, pd.DataFrame]
-"""Scores of two groups of runs in one category: a row per shape, a column per run."""
-
-
 def _pairs(
     part: pd.DataFrame, measure: str, names: list[str], category: str
 ) -> list[tuple[str, str, _Pair]]:
     """Return all pairs of groups in one category, over the images that all runs have."""
     runs = part[list(dict.fromkeys(["run", "seed", *names]))].drop_duplicates()
     groups: dict[str, list[str]] = {}
-    for values, group in sorted(runs.groupby(names), key=lambda g: [_place(v) for v in g[0]]):
+    for values, group in sorted(runs.groupby(names), key=lambda g: list(map(place, g[0]))):
         label = name_of(dict(zip(names, values, strict=True)), names, long=False)
         groups[label] = group.sort_values("seed")["run"].tolist()
     if len(groups) < 2:
@@ -186,14 +175,6 @@ def _pairs(
         )
     pairs = combinations(groups, 2)
     return [(a, b, (shapes[groups[a]], shapes[groups[b]])) for b, a in pairs]
-
-
-def _place(value: Any) -> tuple[int, float, str]:
-    """Put regimes in the paper's order, numbers by size, anything else by name."""
-    if value in REGIME_COLORS:
-        return 0, list(REGIME_COLORS).index(value), ""
-    number = isinstance(value, (int, float, np.number))
-    return (1, float(value), "") if number else (2, 0.0, str(value))
 
 
 def _numbers(pairs: Sequence[_Pair]) -> dict[str, Any]:
@@ -268,24 +249,15 @@ def turned(row: dict[Any, Any]) -> dict[Any, Any]:
 
 
 def compare_with(results: Results, measure: str, shape: str) -> pd.DataFrame:
-    """Compare runs with another shape that was scored for the same images.
+    """Compare each setting, as `compare` does, with another shape scored for the same images.
 
-    Args:
-        results: of the runs.
-        measure: of the protocol.
-        shape: the other shape, of `references.CANDIDATES`.
-
-    Returns:
-        As `compare` gives it: `a` is the network, `b` the shape, for each setting.
-
-    Raises:
-        DataError: the shape was not scored; or see `compare`.
+    `a` is the network, `b` the shape, one of `candidates.CANDIDATES`; a DataError where it was not
+    scored.
     """
-    samples = results.samples
-    require_columns(samples, [f"{shape}_{measure}"])
-    other = samples.assign(run=samples["run"] + f", {shape}", scored=shape)
-    other[measure] = samples[f"{shape}_{measure}"]
-    both = pd.concat([samples.assign(scored="network"), other], ignore_index=True)
+    samples, column = results.samples, f"{shape}_{measure}"
+    require_columns(samples, [column])
+    new = {"run": samples["run"] + f", {shape}", "scored": shape, measure: samples[column]}
+    both = pd.concat([samples.assign(scored="network"), samples.assign(**new)], ignore_index=True)
     rows = compare(replace(results, samples=both), measure, "scored").to_dict("records")
     return pd.DataFrame([row if row["a"] == "network" else turned(row) for row in rows])
 
@@ -296,8 +268,7 @@ class Best(NamedTuple):
     Attributes:
         category: its name; `mean of <k>` over several.
         means: of each group, by its label, the best first.
-        lead: the best against the second, as a row of `compare`, whose difference, the interval
-            too, is positive where the best is better.
+        lead: the best against the second, as a row of `compare`; positive where it is better.
         level: groups that are not shown to be worse than the best.
     """
 
@@ -320,10 +291,7 @@ class Best(NamedTuple):
 def best(compared: pd.DataFrame, measure: Metric) -> list[Best]:
     """Rank the groups of each category, and of the mean of those that have all groups.
 
-    Args:
-        compared: all pairs of groups by this measure, as `compare` gives them, with nothing held
-            but what all runs share.
-        measure: the measure.
+    `compared` are all pairs of groups by this measure, as `compare` gives them with nothing held.
     """
     count = len(set(compared["a"]) | set(compared["b"]))
     found = []
@@ -345,15 +313,7 @@ def best(compared: pd.DataFrame, measure: Metric) -> list[Best]:
 
 
 def measure_of(column: str, protocol: ProtocolDescription) -> Metric:
-    """Return the measure of a protocol that a column of samples holds, of whatever shape.
-
-    Raises:
-        DataError: no such column.
-
-    >>> iou = Metric("iou", "of voxels", higher_is_better=True)
-    >>> measure_of("best_undeformed_iou", ProtocolDescription("mine", "", (iou,))) is iou
-    True
-    """
+    """Return the measure of a protocol that a column of samples holds, of whatever shape."""
     for measure in protocol.metrics:
         if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in CANDIDATES]:
             return measure
@@ -372,11 +332,9 @@ def require_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:
 
 
 def _check_settings(settings: pd.DataFrame, names: list[str]) -> None:
-    """Raise a DataError if runs differ in more than what is compared (and their seed).
-
-    Of a category alone and of several together, test shapes are the same.
-    """
+    """Raise a DataError if runs differ in more than what is compared (and their seed)."""
     for key, values in settings.items():
+        # Of a category alone and of several together, test shapes are the same.
         if str(key).split(".")[0] not in ("category", *names) and values.nunique() > 1:
             raise DataError(
                 f"runs differ in {key} ({', '.join(sorted(values.unique()))}) as well as in "

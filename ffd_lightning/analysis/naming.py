@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any
 
@@ -19,7 +19,8 @@ SETTING = ["regime", "templates", "variant"]
 GROUP = ["category", *SETTING]
 """Columns that runs have in common which are seeds of each other."""
 
-_WORDS = {"templates": "T = {}", "seed": "seed {}"}
+_WORDS: dict[str, Callable[[Any], str]]
+_WORDS = {"templates": "T = {}".format, "seed": "seed {}".format}
 
 
 def differing(table: pd.DataFrame, columns: Sequence[str] = tuple(SETTING)) -> list[str]:
@@ -32,17 +33,9 @@ def name_of(row: Mapping[Any, Any], columns: Sequence[str], long: bool = True) -
 
     >>> name_of({"regime": "w", "templates": 16, "variant": ""}, SETTING)
     'w, log-weighted, T = 16'
-    >>> name_of({"regime": "w", "seed": 0}, ["regime", "seed"], long=False)
-    'w, seed 0'
     """
-    values = [
-        regime_title(str(row[name]))
-        if long and name == "regime"
-        else _WORDS.get(name, "{}").format(row[name])
-        for name in columns
-        if str(row[name])
-    ]
-    return ", ".join(values)
+    words = _WORDS | ({"regime": regime_title} if long else {})
+    return ", ".join(words.get(name, str)(row[name]) for name in columns if str(row[name]))
 
 
 def setting_text(value: Any) -> str:
@@ -59,14 +52,13 @@ def setting_text(value: Any) -> str:
 
 
 def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
-    """Return what else tells the setting of runs apart, "" where regime and templates do.
+    """Return for each run what else tells its setting apart: "schedule.steps=300", say.
+
+    "" where regime and templates do; the folder of runs that have all in common.
 
     Args:
         runs: `run`, `category`, `regime`, `templates` and `seed`.
         settings: of each run (index) what decides it but for these, as text.
-
-    Returns:
-        Such as "schedule.steps=300", for each row; the folder of runs that have all in common.
     """
     found = pd.Series("", runs.index)
     for _, part in runs.groupby(["regime", "templates"], dropna=False):
@@ -80,7 +72,7 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
         if words:
             found[part.index] = [", ".join(row) for row in zip(*words, strict=True)]
     same = runs.assign(variant=found)
-    twice = same.duplicated([*GROUP, "seed"], keep=False)
+    twice = same.duplicated([*GROUP, "seed"])
     if twice.any():
         alike = same.set_index(GROUP).index.isin(same[twice].set_index(GROUP).index)
         folders = runs["run"].map(_without_seed)
@@ -98,34 +90,26 @@ def _shortened(values: pd.Series) -> pd.Series:
 
 
 def _without_seed(run: str) -> str:
-    """Return a run's folder without the part that names its seed.
+    """Return a run's folder without what names its seed: of `b/t8/seed1_x-50` `b/t8/x-50`."""
+    return str(PurePath(*(re.sub(r"^seed\d+_?", "", part) for part in run.split("/"))))
 
-    >>> _without_seed("joint/r/t4-8views/seed0"), _without_seed("b/t8/seed1_schedule.steps-50")
-    ('joint/r/t4-8views', 'b/t8/schedule.steps-50')
-    """
-    parts = [re.sub(r"^seed\d+_?", "", part) for part in run.split("/")]
-    return "/".join(part for part in parts if part) or "."
+
+def place(value: Any) -> tuple[int, float, str]:
+    """Put regimes in the paper's order, numbers by size, anything else by name."""
+    if value in REGIME_COLORS:
+        return 0, list(REGIME_COLORS).index(value), ""
+    number = isinstance(value, (int, float, np.number))
+    return (1, float(value), "") if number else (2, 0.0, str(value))
 
 
 def sorted_runs(runs: pd.DataFrame) -> pd.DataFrame:
     """Return runs by category, regime (as in the paper), templates and seed."""
-
-    def places(column: pd.Series) -> pd.Series:
-        if column.name != "regime":
-            return column
-        known = list(REGIME_COLORS)
-        return column.map(lambda name: (known.index(name) if name in known else len(known), name))
-
-    return runs.sort_values(["category", "regime", "templates", "seed"], key=places, kind="stable")
+    order = ["category", "regime", "templates", "seed"]
+    return runs.sort_values(order, key=lambda column: column.map(place), kind="stable")
 
 
 def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
-    """Return a label for each run, made of what differs between the runs.
-
-    Args:
-        table: of runs or samples.
-        titled: with the regimes' long names.
-    """
+    """Return a label for each run of a table, of what differs; `titled`: regimes' long names."""
     runs = _runs(table)
     columns = differing(runs, [*GROUP, "seed"]) or ["regime", "templates"]
     return {str(run): name_of(row, columns, titled) for run, row in runs.to_dict("index").items()}
@@ -134,8 +118,8 @@ def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
 def setting_labels(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """Return a row per run (index) with `category` and `label`, and the colour of each label.
 
-    A label is of a setting, with its regime's long name. A regime has its own colour, lighter for
-    fewer templates; of one regime, numbers of templates have colours in order.
+    A regime has its own colour, lighter for fewer templates; of one regime, numbers of templates
+    have colours in order.
     """
     runs = _runs(table)
     columns = differing(runs)
@@ -155,11 +139,8 @@ def _runs(table: pd.DataFrame) -> pd.DataFrame:
     """Return a row per run (index), in order; trained on several, `category` says how many."""
     groups = table.groupby("run", sort=False)
     runs = groups[[name for name in (*SETTING, "seed") if name in table]].first()
-    runs["category"] = (
-        groups["category"]
-        .unique()
-        .map(lambda names: str(names[0]) if len(names) == 1 else f"{len(names)} categories")
-    )
+    names = groups["category"].unique()
+    runs["category"] = [x[0] if len(x) == 1 else f"{len(x)} categories" for x in names]
     return sorted_runs(runs)
 
 
@@ -182,5 +163,5 @@ def _scale(names: Sequence[str]) -> dict[str, str]:
 def _lighter(color: str, place: int, count: int) -> str:
     """Return a colour mixed with white: the last of `count` places is the colour itself."""
     share = 0.6 * (count - 1 - place) / max(count - 1, 1)
-    mixed = (1 - share) * np.array(matplotlib.colors.to_rgb(color)) + share
-    return matplotlib.colors.to_hex(tuple(mixed))
+    rgb = matplotlib.colors.to_rgb(color)
+    return matplotlib.colors.to_hex(tuple((1 - share) * np.array(rgb) + share))

@@ -47,13 +47,10 @@ def paper_settings(regime: str) -> dict[str, Any]:
 
 
 def differences(settings: pd.DataFrame) -> list[str]:
-    """Return the settings that runs have otherwise than the paper, with both values.
+    """Return in which of the `settings` of results runs are not as the paper, with both values.
 
     What the paper says nothing of is not listed, but for terms that it does not have. Of files the
     names are compared.
-
-    Args:
-        settings: of `Results`.
     """
     found: dict[tuple[str, str], dict[str, None]] = {}
     for own in settings.to_dict("records"):
@@ -69,17 +66,13 @@ def differences(settings: pd.DataFrame) -> list[str]:
 def beside_paper(results: Results) -> Table:
     """Return our results beside the paper's, for the categories we have.
 
-    Args:
-        results: of runs whose test shapes were evaluated under protocol `paper`.
-
-    Returns:
-        Two rows per category, ours and the paper's, a column per method (with T where our runs have
-        several): 1,000 x Chamfer / EMD / 1 - IoU, ours as means over seeds. Last the mean over the
-        categories that the paper and all of our methods have, where there are two or more; each
-        counts the same. The note says in which settings the experiments differ.
+    Two rows per category, ours and the paper's, a column per method (with T where our runs have
+    several): 1,000 x Chamfer / EMD / 1 - IoU, ours as means over seeds. Last the mean over the
+    categories that the paper and all of our methods have, where there are two or more; each counts
+    the same. The note says in which settings the experiments differ.
 
     Raises:
-        DataError: no finished run of that protocol.
+        DataError: no finished run of protocol `paper`.
     """
     runs = results.scored
     if runs.empty or results.protocol.name != PROTOCOL:
@@ -109,13 +102,8 @@ def beside_paper(results: Results) -> Table:
             sources[name] = pd.concat([table, means])
     reported = list(paper.index[paper.index.isin(categories, level=0)].unique("method"))
     order = [*_REGIMES, *(m.split(",")[0] for m in own), *reported]
-    methods = sorted(
-        {*own, *reported},
-        key=lambda m: (
-            order.index(m.split(",")[0]),
-            m not in reported,
-            own.index(m) if m in own else 0,
-        ),
+    methods = sorted(  # stable: the paper's own column first, then ours as they come
+        dict.fromkeys([*reported, *own]), key=lambda method: order.index(method.split(",")[0])
     )
     rows: list[list[str]] = []
     for category in categories:

@@ -16,12 +16,10 @@ from ffd_lightning.analysis.wording import SHAPE_TITLES
 from ffd_lightning.evaluation.candidates import CANDIDATES
 
 PROTOCOL = "parts"
-FEWEST = 6
-"""Shapes below which no interval is given: so few show nothing."""
-
 PART = "part_iou_"
 """What names of measures of single parts begin with."""
 
+_FEWEST = 6  # shapes that have an interval: fewer show nothing
 _RUN = ["run", "category", "regime", "templates", "seed"]
 
 
@@ -36,41 +34,33 @@ def transfer_table(
 ) -> pd.DataFrame:
     """Return how well the labels of each shape fit the truth, beside those of the network.
 
-    Intervals are 95% bootstraps over the test shapes (see `compare.compare`): of these trained
-    networks, not of other seeds. Several images of a shape are averaged. Measures of a single part
-    are over the shapes that have the part; fewer than 6 shapes have no interval (NaN).
+    Intervals are of these trained networks over test shapes (see `compare.interval`), several
+    images of a shape averaged. Measures of a single part are over the shapes that have the part;
+    fewer than 6 shapes have no interval (NaN).
 
     Args:
         samples: of `Results` under protocol parts.
         measures: names of measures of the protocol, or `part_columns`.
 
     Returns:
-        A row per run, category of shapes, measure and shape. Columns: `run`, `category`, `regime`,
-        `templates`, `seed`, `measure`, `shape` (a key of `references.CANDIDATES`, "" for the network),
-        `num_samples` (test shapes), `mean` with its interval `low`, `high`, and `gain` with
-        `gain_low`, `gain_high`: the network's less this shape's, one by one (NaN for the network
-        itself). Shares, from 0 to 1. What was not scored (`evaluation.references=false`) has no
-        rows.
-
-    Raises:
-        DataError: a measure is missing.
+        A row per run, category of shapes, measure and shape that was scored. Columns: `run`,
+        `category`, `regime`, `templates`, `seed`, `measure`, `shape` (a key of
+        `candidates.CANDIDATES`, "" for the network), `num_samples` (test shapes), `mean` with its
+        95% interval `low`, `high`, and `gain` with `gain_low`, `gain_high`: the network's less this
+        shape's, one by one (NaN for the network itself). Shares, from 0 to 1.
     """
     rows = []
     for measure in [measures] if isinstance(measures, str) else measures:
         require_columns(samples, [measure])
-        columns = {shape: f"{shape}_{measure}" if shape else measure for shape in CANDIDATES}
-        columns = {shape: name for shape, name in columns.items() if name in samples}
+        columns = {f"{shape}_{measure}" if shape else measure: shape for shape in CANDIDATES}
         for values, part in samples.groupby(_RUN, sort=False):
-            scores = part.groupby("id")[list(columns.values())].mean()
+            scores = part.groupby("id")[[name for name in columns if name in part]].mean()
             scores = scores.dropna(axis=1, how="all").dropna()
-            own = scores[measure] if measure in scores else scores[:0]
-            for shape, name in columns.items():
-                if len(own) and name in scores:
-                    row = {**dict(zip(_RUN, values, strict=True)), "measure": measure}
-                    row |= {"shape": shape, "num_samples": len(own)}
-                    row |= _mean([scores[name].to_numpy(float)])
-                    gain = _mean([(own - scores[name]).to_numpy(float)] if shape else [], "gain_")
-                    rows.append(row | gain)
+            for name in scores if measure in scores and len(scores) else ():
+                row = dict(zip(_RUN, values, strict=True)) | {"measure": measure}
+                row |= {"shape": columns[name], "num_samples": len(scores)}
+                gains = [(scores[measure] - scores[name]).to_numpy(float)] if columns[name] else []
+                rows.append(row | _mean([scores[name].to_numpy(float)]) | _mean(gains, "gain_"))
     return pd.DataFrame(rows)
 
 
@@ -86,11 +76,10 @@ def family_table(
 
     Returns:
         Three rows per run and category, by column `family`: "same", where the selected template is
-        of the query's structural family, "other", and "same - other", their difference. Columns:
-        `run`, `category`, `regime`, `templates`, `seed`, `family`, `num_samples` (test shapes),
-        `mean` with its 95% interval `low`, `high`, and `gain`, `gain_low`, `gain_high`: the
-        deformed template's less that of the same template as it is. Shapes whose family is not
-        known are left out; a group without shapes is NaN.
+        of the query's structural family, "other", and "same - other", their difference. The other
+        columns are those of `transfer_table`; `gain` is the deformed template's less that of the
+        same template as it is. Shapes whose family is not known are left out; a group without
+        shapes is NaN.
     """
     require_columns(samples, ["family", "template", measure, f"undeformed_{measure}"])
     rows = []
@@ -121,16 +110,12 @@ def _mean(strata: Sequence[NDArray[np.float64]], prefix: str = "") -> dict[str, 
     """Return a mean over strata of shapes, (n,) each, with its interval."""
     counts = [len(values) for values in strata]
     mean = float(np.mean([x.mean() for x in strata])) if all(counts) and counts else np.nan
-    low, high = interval(strata) if min(counts, default=0) >= FEWEST else (np.nan, np.nan)
+    low, high = interval(strata) if min(counts, default=0) >= _FEWEST else (np.nan, np.nan)
     return {prefix.rstrip("_") or "mean": mean, f"{prefix}low": low, f"{prefix}high": high}
 
 
 def label_tables(results: Results) -> list[Table]:
-    """Return a table of shapes, one of single parts, and one of families where they are known.
-
-    Args:
-        results: under protocol parts.
-    """
+    """Return tables of results under protocol parts: shapes, single parts, families if known."""
     results.check_scored()
     samples, tables = results.samples, []
     for measures, title, over in (
@@ -153,8 +138,7 @@ def label_tables(results: Results) -> list[Table]:
         tables.append(Table(title, ["run", "category", "part", "shapes", *titles], rows, 3, note))
     rows = [
         [
-            *(row[name] for name in ("run", "category", "family")),
-            str(row["num_samples"]),
+            *(str(row[name]) for name in ("run", "category", "family", "num_samples")),
             f"{_number(row, 'mean')} {_span(row)}".rstrip(),
             f"{_number(row, 'gain', '+')} {_span(row, 'gain_')}".rstrip(),
         ]

@@ -7,7 +7,7 @@ import json
 import re
 import zipfile
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from os.path import commonpath, relpath
@@ -41,7 +41,7 @@ _DIGITS = "%.5g"  # of kept scores: more than any two runs agree in by chance
 _OLD = (1980, 1, 1, 0, 0, 0)  # the same file for the same results
 
 Families = Mapping[str, Mapping[str, str]]
-"""Of each run, `<category>/<structural family>` of every template it could select."""
+"""Of each run, `<category>/<structural family>` of templates it could select (kept: selects)."""
 
 
 @dataclass(frozen=True)
@@ -52,16 +52,13 @@ class Results:
         samples: a row per test image and finished run: `run`, `regime`, `templates`, `variant`,
             `seed`, and the columns of `samples.csv`: `id`, `category` (the shape's), `family`,
             `view`, `template`, `weight` and every measure of every shape.
-        runs: a row per run, by category, regime (as in the paper), templates and seed: `run` (its
-            path below `folder`), these, `variant` (what else tells its setting from others, ""
-            where regime and templates do), `state` (finished, failed, running, interrupted,
-            damaged), `reason` (of having no scores, "" with scores) and `seconds_per_step`. Runs
-            that have `naming.GROUP` in common are seeds of each other.
-        settings: of runs that are not damaged (index `run`), a column per setting by its name on
-            the command line.
+        runs: a row per run, sorted: `run` (its path below `folder`), `category`, `regime`,
+            `templates`, `seed`, `variant` (what else tells its setting from others), `state` (as
+            in `status.run_status`, or damaged), `reason` (of having no scores, else "") and
+            `seconds_per_step`. Runs that share `naming.GROUP` are seeds of each other.
+        settings: of runs that are not damaged (index `run`), by their names on the command line.
         protocol: that the scores are of.
-        families: of each run (as far as they are known), `<category>/<structural family>` of every
-            template that it could select; of kept results, of those that it does.
+        families: of runs where they are known.
         curves: of validation, in kept results alone: `run`, `step`, `box_chamfer` (x 1000) and
             `effective_templates`.
         about: what was written with kept results, such as machine and commands; one for each file.
@@ -79,10 +76,10 @@ class Results:
 
     @classmethod
     def read(cls, folder: Path, protocol: str | None = None) -> Results:
-        """Read all runs at any depth below a folder, or what `save` wrote.
+        """Read all runs at any depth below a folder, or what `save` wrote, a file `*.zip`.
 
         Args:
-            folder: or a file that ends in `.zip`.
+            folder: or the file.
             protocol: the name of the results; that of most runs where it is None.
 
         Raises:
@@ -104,33 +101,27 @@ class Results:
 
     @classmethod
     def of(
-        cls,
-        runs: Sequence[RunFolder],
-        protocol: str | None = None,
-        folder: Path | None = None,
+        cls, runs: Sequence[RunFolder], protocol: str | None = None, folder: Path | None = None
     ) -> Results:
-        """Read some runs as `read` does.
+        """Read some runs as `read` does, named as seen from `folder`, by default what all are in.
 
-        Args:
-            runs: their folders.
-            protocol: see `read`; `paper/val` where a search ends with the validation shapes.
-            folder: what they are named from, by default what all are in.
+        `protocol` may be `paper/val`, where a search ends with the validation shapes.
         """
         folder = folder or Path(commonpath([run.path for run in runs]) if runs else ".")
         known, settings, damaged = _read_settings(runs, folder)
         table = settings[list(_KEYS.values())].set_axis(list(_KEYS), axis=1).reset_index()
         table["variant"] = variants(table, deciding_settings(settings))
-        statuses = [run_status(run) for run in known.values()]
-        table["state"] = [status["state"] for status in statuses]
-        table["reason"] = [status["reason"] for status in statuses]
+        statuses = pd.DataFrame([run_status(run) for run in known.values()])
+        table[["state", "reason"]] = statuses[["state", "reason"]]
         summaries = [run.status.get("summary") or {} for run in known.values()]
         table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
         described = {name: described_protocols(run, protocol) for name, run in known.items()}
-        chosen = _usual_protocol(described.values(), protocol)
-        if chosen is None:  # no run has come to its evaluation
-            first = own_protocol(next(iter(known.values()))).split("/")[0]
-            chosen = ProtocolDescription(protocol or first)
+        every = [each for found in described.values() for each in found.values()]
+        usual = Counter(x for x in every if protocol in (None, x.name)).most_common(1)
+        own = own_protocol(next(iter(known.values()))).split("/")[0]
+        # Where no run has come to its evaluation, what it would be.
+        chosen = usual[0][0] if usual else ProtocolDescription(protocol or own)
         parts = []
         for place, row in enumerate(table.to_dict("records")):
             try:
@@ -145,17 +136,16 @@ class Results:
             parts.append(part)
         columns = ["run", *GROUP, "seed", "id", "view", "family", "template"]
         samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
-        families = {name: _families(run) for name, run in known.items()}
-        families = {name: found for name, found in families.items() if found}
+        families = {name: found for name, run in known.items() if (found := _families(run))}
         table = pd.concat([table, pd.DataFrame(damaged)], ignore_index=True)
         curves = pd.DataFrame(columns=_CURVE)
         return cls(samples, table, settings, chosen, families, curves, folder=folder)
 
     @cached_property
     def scored(self) -> pd.DataFrame:
-        """The runs that have scores, with the means of their numbers over test images.
+        """The runs that have scores, with means over test images, `num_samples` of them.
 
-        And `num_samples`, how many there are, and `effective_templates`.
+        And `effective_templates`.
         """
         groups = self.samples.groupby("run", sort=False)
         means = groups.mean(numeric_only=True).drop(columns=["templates", "seed"], errors="ignore")
@@ -183,10 +173,7 @@ class Results:
     def where(self, **columns: Any) -> Results:
         """Return the part in which columns of the samples have one of these values.
 
-        Runs without such samples are left out.
-
-        Raises:
-            DataError: nothing is left.
+        Runs without such samples are left out; a DataError where nothing is left.
         """
         samples = self.samples
         for column, wanted in columns.items():
@@ -201,35 +188,27 @@ class Results:
 
     @classmethod
     def concat(cls, *parts: Results) -> Results:
-        """Return kept results together.
-
-        Raises:
-            DataError: they were measured under different protocols.
-        """
+        """Return kept results together; a DataError if their protocols are different."""
         if len({part.protocol for part in parts}) > 1:
             raise DataError("the results were measured under several protocols")
-        families: dict[str, Mapping[str, str]] = {}
-        for part in parts:
-            families |= part.families
         return cls(
             pd.concat([part.samples for part in parts], ignore_index=True),
             pd.concat([part.runs for part in parts], ignore_index=True),
             pd.concat([part.settings for part in parts]),
             parts[0].protocol,
-            families,
+            {run: known for part in parts for run, known in part.families.items()},
             pd.concat([part.curves for part in parts], ignore_index=True),
             [about for part in parts for about in part.about],
         )
 
     def save(self, file: Path, about: Mapping[str, Any] | None = None) -> None:
-        """Keep the scores, curves and settings of finished runs in one file, without their folders.
+        """Keep the scores, curves and settings of finished runs in one file, `*.zip`.
+
+        Of settings that are paths it holds the names. A DataError if no run has scores.
 
         Args:
-            file: ends in `.zip`: CSV and JSON. Of settings that are paths it holds the names.
+            file: its place.
             about: plain values that a reader should know, such as the machine.
-
-        Raises:
-            DataError: no run has scores.
         """
         self.check_scored()
         runs = list(self.scored["run"])
@@ -237,8 +216,7 @@ class Results:
             self.families.get(run, {}).get(template, "")
             for run, template in zip(self.samples["run"], self.samples["template"], strict=True)
         ]
-        settings = self.settings.loc[runs].map(_without_folder)
-        settings = settings.drop(columns=[key for key in settings if key.startswith("paths.")])
+        settings = self.settings.loc[runs].filter(regex=r"^(?!paths\.)").map(_without_folder)
         shared = [key for key in settings if settings[key].map(repr).nunique() == 1]
         known = {
             "protocol": self.protocol.to_json(),
@@ -261,11 +239,7 @@ class Results:
 
 
 def _read_kept(file: Path) -> Results:
-    """Read what `Results.save` wrote.
-
-    Raises:
-        DataError: it is not there, or is something else.
-    """
+    """Read what `Results.save` wrote."""
     try:
         with zipfile.ZipFile(file) as archive:
             text = {name: archive.read(name).decode("utf-8") for name in archive.namelist()}
@@ -312,9 +286,7 @@ def setting_of(settings: Mapping[str, Any], key: str) -> Any:
 
 
 def decides(key: str) -> bool:
-    """Tell whether runs that differ in a setting are no seeds of each other.
-
-    It then decides what is computed, not where, how fast or under what name.
+    """Tell whether a setting decides what is computed, not where, how fast or under what name.
 
     >>> [decides(key) for key in ("schedule.steps", "seed", "trainer.devices", "trainer.precision")]
     [True, False, False, True]
@@ -329,9 +301,10 @@ def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     `category` is that of runs on several. Files in the folder of a run of the same category and
     seed are the same for all.
     """
-    unknown = pd.Series("", settings.index)
-    categories, seeds = (settings.get(key, unknown) for key in ("category.name", "seed"))
-    members = settings.get("category.members", unknown)
+    categories, seeds, members = (
+        settings.get(key, pd.Series("", settings.index))
+        for key in ("category.name", "seed", "category.members")
+    )
     joint = members.map(lambda names: isinstance(names, list) and len(names) > 1)
     columns = {"category": categories.where(joint, "")}
     places = [
@@ -340,11 +313,9 @@ def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     ]
     for key in settings:
         if decides(key) and not key.startswith("category."):
-            texts = zip(places, settings[key].map(setting_text), strict=True)
-            columns[key] = pd.Series(
-                [place.sub("*", text) for place, text in texts], settings.index
-            )
-    return pd.DataFrame(columns)
+            texts = settings[key].map(setting_text)
+            columns[key] = [place.sub("*", text) for place, text in zip(places, texts, strict=True)]
+    return pd.DataFrame(columns, settings.index)
 
 
 def own_protocol(run: RunFolder) -> str:
@@ -355,10 +326,9 @@ def own_protocol(run: RunFolder) -> str:
 
 
 def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
-    """Return the protocol of a run's results of this name, None where there are none.
+    """Return the protocol of a run's results of this name, None where there are none whole.
 
-    It is as their `summary.json` describes it, so that it need not be installed, and None where
-    that is damaged. Its name is that of the results.
+    It is as their `summary.json` describes it, so that it need not be installed.
     """
     try:
         text = (run.evaluation(name) / "summary.json").read_text(encoding="utf-8")
@@ -384,8 +354,6 @@ def described_protocols(run: RunFolder, name: str | None = None) -> dict[str, Pr
 def evaluate_command(run: object, name: str) -> str:
     """Return the command that makes a run's results of this name.
 
-    >>> evaluate_command("runs/a", "paper")
-    'ffd evaluate run=runs/a protocol=paper'
     >>> evaluate_command("DIR", "paper-points-300")
     'ffd evaluate run=DIR protocol=paper (with the settings that paper-points-300 names)'
     """
@@ -395,11 +363,7 @@ def evaluate_command(run: object, name: str) -> str:
 
 
 def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
-    """Read a run's `samples.csv`.
-
-    Raises:
-        DataError: it is damaged, or lacks what all have.
-    """
+    """Read a run's `samples.csv`; a DataError if it is damaged, or lacks what all have."""
     file = run.evaluation(protocol.name) / "samples.csv"
     measures = [measure.name for measure in protocol.metrics]
     try:
@@ -408,9 +372,10 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
             raise ValueError(f"no column {', '.join(sorted(missing))}")
         numbers = samples[measures].apply(pd.to_numeric, errors="coerce")
         wrong = [name for name in measures if not np.isfinite(numbers[name]).all()]
-        if samples.empty or wrong:
-            what = f"{wrong[0]} is not a finite number everywhere" if wrong else "no rows"
-            raise ValueError(what)
+        if wrong:
+            raise ValueError(f"{wrong[0]} is not a finite number everywhere")
+        if samples.empty:
+            raise ValueError("no rows")
         return samples
     except (OSError, ValueError) as error:
         raise DataError(
@@ -422,11 +387,7 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
 def _read_settings(
     runs: Sequence[RunFolder], folder: Path
 ) -> tuple[dict[str, RunFolder], pd.DataFrame, list[dict[str, str]]]:
-    """Return runs by name, their settings (a row each), and rows of those that are damaged.
-
-    Raises:
-        DataError: there is none, or all are damaged.
-    """
+    """Return runs by name, their settings (a row each), and rows of those that are damaged."""
     known: dict[str, RunFolder] = {}
     rows: list[pd.DataFrame] = []
     damaged: list[dict[str, str]] = []
@@ -449,14 +410,6 @@ def _read_settings(
         )
     settings = pd.concat(rows, ignore_index=True).set_axis(list(known)).rename_axis("run")
     return known, settings, damaged
-
-
-def _usual_protocol(
-    described: Iterable[Mapping[str, ProtocolDescription]], name: str | None
-) -> ProtocolDescription | None:
-    """Return the protocol that most runs have results under, of this name where it is given."""
-    found = [each for of_run in described for each in of_run.values() if name in (None, each.name)]
-    return Counter(found).most_common(1)[0][0] if found else None
 
 
 def _check_scores(
@@ -486,13 +439,12 @@ def _families(run: RunFolder) -> dict[str, str]:
         families = dict(zip(ranking["id"], ranking["family"], strict=True))
     except (OSError, ValueError, KeyError):
         return {}
+    if not any(families.values()):
+        return {}
     category = run.settings["category"]
     joint = len(category.get("members") or []) > 1
-    return {
-        i: family and f"{i.split('/')[0] if joint else category['name']}/{family}"
-        for i, family in families.items()
-        if any(families.values())
-    }
+    name = {i: i.split("/")[0] if joint else category["name"] for i in families}
+    return {i: family and f"{name[i]}/{family}" for i, family in families.items()}
 
 
 def _curves(name: str, run: RunFolder) -> pd.DataFrame:
@@ -514,8 +466,7 @@ def _curves(name: str, run: RunFolder) -> pd.DataFrame:
 
 
 def _without_folder(value: Any) -> Any:
-    absolute = isinstance(value, str) and Path(value).is_absolute()
-    return Path(value).name if absolute else value
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
 
 
 def _csv(table: pd.DataFrame) -> str:

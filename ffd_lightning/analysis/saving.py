@@ -16,12 +16,7 @@ from ffd_lightning.imaging.grid import png
 def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
     """Write a plot as PNG at 200 dpi, PDF or SVG, or a picture as PNG, whole or not at all.
 
-    Args:
-        figure: a plot of Matplotlib, or a picture.
-        path: with one of those endings; without, a plot is written as PNG and PDF.
-
-    Returns:
-        The files.
+    Without one of those endings a plot is written as PNG and PDF. Returns the files.
 
     Raises:
         ConfigError: another ending.

@@ -46,13 +46,11 @@ def selection_table(results: Results, measure: str | None = None) -> pd.DataFram
           `family_reachable`, how often the run has a template of the query's family at all.
 
         What no run has is left out; what only this run lacks is NaN.
-
-    Raises:
-        DataError: a column is missing, or a selected template that the run's families lack.
     """
     protocol = results.protocol
     judged = protocol.metric(measure) if measure else protocol.main_metric
     require_columns(results.samples, ["template", "family", judged.name])
+    names = [metric.name for metric in protocol.metrics]
     sign = 1 if judged.higher_is_better else -1
     rows = []
     for run, part in results.samples.groupby("run", sort=False):
@@ -74,9 +72,7 @@ def selection_table(results: Results, measure: str | None = None) -> pd.DataFram
                 gain = part[f"{best}{judged.name}"] - part[f"{shape}{judged.name}"]
                 row[f"{shape}regret"] = float(gain.mean() * sign)
                 # Equal in all measures, it is the same template.
-                same = [
-                    part[f"{shape}{m.name}"] == part[f"{best}{m.name}"] for m in protocol.metrics
-                ]
+                same = [part[f"{shape}{name}"] == part[f"{best}{name}"] for name in names]
                 row[f"{shape}best_share"] = float(np.mean(np.all(same, 0)))
         rows.append(row | _family_numbers(part, results.families.get(str(run), {})))
     return pd.DataFrame(rows)
@@ -87,8 +83,7 @@ def _family_numbers(part: pd.DataFrame, families: Mapping[str, str]) -> dict[str
     known = part[part["family"].fillna("") != ""]
     if known.empty or not families:
         return {}
-    strange = set(known["template"]) - set(families)
-    if strange:
+    if strange := set(known["template"]) - set(families):
         raise DataError(
             f"{part['run'].iloc[0]} selects {min(strange)}, which its template_ranking.csv lacks"
         )
@@ -115,32 +110,25 @@ def selection_stability(results: Results) -> pd.DataFrame:
         of seeds; `num_samples`, the fewest that a pair shares; over the pairs, the mean of the
         `adjusted_rand` index and of `same_template`, the share of samples for which both select
         the same. For one seed there is no pair, and these are NaN.
-
-    Raises:
-        DataError: a pair that shares fewer than two samples.
     """
     rows = []
     for values, part in results.samples.groupby(GROUP, sort=False):
-        runs = dict(list(part.set_index(["id", "view"]).groupby("run", sort=False)["template"]))
+        selected = part.pivot(index=["id", "view"], columns="run", values="template")
         shared = []
-        for a, b in combinations(runs, 2):
-            both = pd.concat([runs[a], runs[b]], axis=1, join="inner", keys=["a", "b"])
+        for a, b in combinations(part["run"].unique(), 2):
+            both = selected[[a, b]].dropna()
             if len(both) < 2:
                 raise DataError(
                     f"{a} and {b} share {len(both)} test samples, 2 at least are needed: compare "
                     "seeds with the same data and split"
                 )
-            alike = float((both["a"] == both["b"]).mean())
-            shared.append((len(both), adjusted_rand(both["a"], both["b"]), alike))
-        counts, rand, same = zip(*shared, strict=True) if shared else ([len(part)], [], [])
-        rows.append(
-            {
-                **dict(zip(GROUP, values, strict=True)),
-                "num_seeds": len(runs),
-                "num_pairs": len(shared),
-                "num_samples": min(counts),
-                "adjusted_rand": float(np.mean(rand)) if shared else np.nan,
-                "same_template": float(np.mean(same)) if shared else np.nan,
-            }
-        )
+            same = float((both[a] == both[b]).mean())
+            shared.append((len(both), adjusted_rand(both[a], both[b]), same))
+        numbers = pd.DataFrame(shared, columns=["samples", "adjusted_rand", "same_template"])
+        row = dict(zip(GROUP, values, strict=True)) | {
+            "num_seeds": selected.shape[1],
+            "num_pairs": len(shared),
+            "num_samples": min(numbers["samples"], default=len(part)),
+        }
+        rows.append(row | numbers.drop(columns="samples").astype(float).mean().to_dict())
     return pd.DataFrame(rows)

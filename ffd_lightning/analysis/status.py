@@ -41,16 +41,12 @@ def run_status(run: RunFolder) -> dict[str, object]:
 
 def _evaluated(run: RunFolder) -> int:
     """Return how many samples of an evaluation at work are done."""
-    files = list((run.path / "evaluation").rglob("samples.partial"))
+    files = (run.path / "evaluation").rglob("samples.partial")
     return max((len(f.read_text(encoding="utf-8").splitlines()) - 1 for f in files), default=0)
 
 
 def status_table(folder: Path) -> pd.DataFrame:
-    """Return a row per run below a folder, as `run_status` gives it.
-
-    Raises:
-        DataError: there is none.
-    """
+    """Return a row per run below a folder, as `run_status` gives it; a DataError without any."""
     rows = [run_status(run) for run in find_runs(folder)]
     if not rows:
         raise DataError(f"no run in {folder}: give a folder that ffd train has written to")
@@ -58,12 +54,7 @@ def status_table(folder: Path) -> pd.DataFrame:
 
 
 def printed(rows: pd.DataFrame, folder: Path) -> Table:
-    """Return a table for people.
-
-    Args:
-        rows: as `status_table` gives them.
-        folder: that the runs are in; they are named as seen from it.
-    """
+    """Return what `status_table` gives for people; runs are named as seen from `folder`."""
     table = Table("run", "state", box=None)
     table.add_column("done", justify="right")
     table.add_column("time left", justify="right")

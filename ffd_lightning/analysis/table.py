@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 from markupsafe import Markup, escape
 from rich import box
-from rich.console import Console, Group, RenderableType
+from rich.console import Console, Group, JustifyMethod, RenderableType
 from rich.constrain import Constrain
 from rich.table import Table as RichTable
 from rich.text import Text
@@ -21,13 +19,7 @@ _RULER = Console(width=10_000)
 
 
 class Cell(str):
-    """A cell with more than its text.
-
-    Attributes:
-        note: in small letters below the text.
-        mark: a sign after the text.
-        color: of a square before the text.
-    """
+    """A cell with more than its text: a note in small letters below, a sign after it, a square."""
 
     note: str
     mark: str
@@ -49,7 +41,7 @@ class Table:
         columns: headings; what follows a line break is the unit.
         rows: as many cells each.
         heads: so many columns, from the left, say what a row is about.
-        note: prose about it.
+        note: prose below it.
     """
 
     title: str
@@ -79,21 +71,19 @@ class Table:
         [['e', '0.5'], ['r', '-']]
         """
         names = [name for name in formats if name in frame and frame[name].notna().any()]
-        wanted = {name: frame[name].agg(which) for name, which in (best or {}).items()}
-        rows = [
-            [
-                str(head),
-                *(
+        columns: list[list[str]] = [list(map(str, frame.index))]
+        for name in names:
+            wanted = frame[name].agg(best[name]) if best and name in best else None
+            columns.append(
+                [
                     Cell(
                         "-" if pd.isna(value) else formats[name].format(value),
-                        mark="▲" if len(frame) > 1 and value == wanted.get(name) else "",
+                        mark="▲" if len(frame) > 1 and value == wanted else "",
                     )
-                    for name, value in zip(names, values, strict=True)
-                ),
-            ]
-            for head, *values in frame[names].itertuples(name=None)
-        ]
-        return cls(title, ["", *names], rows)
+                    for value in frame[name]
+                ]
+            )
+        return cls(title, ["", *names], list(map(list, zip(*columns, strict=True))))
 
     def rich(self, width: int | None = None) -> RenderableType:
         """Return it for a terminal: in several parts where it would be wider than `width`."""
@@ -107,24 +97,20 @@ class Table:
         for share in shares:
             parts += [self._part(share), Text()]
         if self.note:
-            told = Text(self.note, style="dim")
-            parts += [Constrain(told, min(width or _READ_EASILY, _READ_EASILY)), Text()]
+            note = Text(self.note, style="dim")
+            parts += [Constrain(note, min(width or _READ_EASILY, _READ_EASILY)), Text()]
         return Group(*parts)
 
     def _part(self, columns: Sequence[int]) -> RichTable:
         """Return the heads and some other columns."""
         table = RichTable(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-        shown = [*range(self.heads), *columns]
-        for k in shown:
-            number = self._is_number(k)
-            table.add_column(
-                Text(self.columns[k]),
-                justify="right" if number else "left",
-                no_wrap=number,
-                overflow="fold",
-            )
+        columns = [*range(self.heads), *columns]
+        for k in columns:
+            number, heading = self._is_number(k), Text(self.columns[k])
+            side: JustifyMethod = "right" if number else "left"
+            table.add_column(heading, justify=side, no_wrap=number, overflow="fold")
         for row in self.rows:
-            table.add_row(*(Text(_with_note(row[k], "\n")) for k in shown))
+            table.add_row(*(Text(_with_note(row[k], "\n")) for k in columns))
         return table
 
     def html(self) -> Markup:
@@ -159,20 +145,16 @@ class Table:
 
     def csv(self) -> str:
         """Return it as CSV, without notes and marks."""
-        buffer = io.StringIO()
-        csv.writer(buffer, lineterminator="\n").writerows(
-            [[" ".join(name.split()) for name in self.columns], *self.rows]
-        )
-        return buffer.getvalue()
+        return str(self._frame().to_csv(index=False, lineterminator="\n"))
 
     def latex(self) -> str:
         r"""Return it as a LaTeX `tabular`; it needs `\usepackage{booktabs}`."""
-        frame = pd.DataFrame(
-            [[str(cell) for cell in row] for row in self.rows],
-            columns=[" ".join(name.split()) for name in self.columns],
-        )
         shape = "l" * self.heads + "r" * (len(self.columns) - self.heads)
-        return str(frame.to_latex(index=False, escape=True, column_format=shape))
+        return str(self._frame().to_latex(index=False, escape=True, column_format=shape))
+
+    def _frame(self) -> pd.DataFrame:
+        names = [" ".join(name.split()) for name in self.columns]
+        return pd.DataFrame([list(map(str, row)) for row in self.rows], columns=names)
 
     def _is_number(self, column: int) -> bool:
         """Tell whether a column is set as numbers: all its cells begin as numbers do."""

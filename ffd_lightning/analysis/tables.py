@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from os.path import commonpath
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 from rich.console import RenderableType
@@ -33,30 +33,30 @@ NOTHING = "-"
 _BEST, _LEVEL = "▲", "≈"
 _MOST = 12  # settings that are compared: of more, the best
 _RETRIEVAL = {"network": "the network", "feature_retrieval": "what its encoder retrieves"}
-_SELECTION = {
-    "effective_templates": "effective\ntemplates",
-    "templates_used": "used\ntemplates",
-    "top1_share": "top 1\nshare",
-    "top5_share": "top 5\nshare",
-    "regret": "regret\ndeformed",
-    "best_share": "best selected\ndeformed",
-    "undeformed_regret": "regret\nas they are",
-    "undeformed_best_share": "best selected\nas they are",
-    "family_agreement": "same family\nselected",
-    "family_chance": "same family\nby chance",
-    "family_reachable": "same family\nexists",
+_Formats = Mapping[str, tuple[str, Callable[[Any], str]]]  # heading and text, by column
+_SELECTION: _Formats = {
+    "effective_templates": ("effective\ntemplates", "{:.1f}".format),
+    "templates_used": ("used\ntemplates", "{:.0f}".format),
+    "top1_share": ("top 1\nshare", "{:.0%}".format),
+    "top5_share": ("top 5\nshare", "{:.0%}".format),
+    "regret": ("regret\ndeformed", number),
+    "best_share": ("best selected\ndeformed", "{:.0%}".format),
+    "undeformed_regret": ("regret\nas they are", number),
+    "undeformed_best_share": ("best selected\nas they are", "{:.0%}".format),
+    "family_agreement": ("same family\nselected", "{:.0%}".format),
+    "family_chance": ("same family\nby chance", "{:.0%}".format),
+    "family_reachable": ("same family\nexists", "{:.0%}".format),
+}
+_AGREEMENT: _Formats = {
+    "num_seeds": ("seeds", str),
+    "num_samples": ("test\nsamples", str),
+    "adjusted_rand": ("adjusted\nRand index", "{:.2f}".format),
+    "same_template": ("same\ntemplate", "{:.0%}".format),
 }
 
 
 class Column(NamedTuple):
-    """A column of numbers.
-
-    Attributes:
-        name: in the table of runs.
-        heading: of the column.
-        factor: of its numbers where people read them.
-        better: 1 where higher is better, -1 where lower is, 0 where neither is.
-    """
+    """A column of the table of runs; `better` is 1 for higher, -1 for lower, 0 for neither."""
 
     name: str
     heading: str
@@ -75,12 +75,12 @@ class Column(NamedTuple):
 
 
 class Ranked(NamedTuple):
-    """The settings of runs, ranked by each measure.
+    """The settings of runs, ranked by each measure, by its name.
 
     Attributes:
-        best: by measure, for each category and, where all settings are in all, their mean.
-        compared: by measure, all pairs, as `compare` gives them.
-        titles: of the groups that are ranked, by label, for people.
+        best: for each category and, where all settings are in all, their mean.
+        compared: all pairs, as `compare` gives them.
+        titles: of the settings, by label.
         left_out: settings that are too many to be compared.
         error: why nothing is ranked, "" where something is, or where there is only one setting.
     """
@@ -100,8 +100,7 @@ class Ranked(NamedTuple):
 
 def judged(results: Results) -> list[Metric]:
     """Return the measures that settings are ranked by."""
-    folded = results.samples.get("folded", pd.Series(dtype=float))
-    known = len(folded) > 0 and bool(folded.notna().all())
+    known = "folded" in results.samples and results.samples["folded"].notna().all()
     return [*results.protocol.metrics, *([FOLDED] if known else [])]
 
 
@@ -141,21 +140,13 @@ def best_by_metric(results: Results, ranking: Ranked) -> Table | None:
         # What speaks for all first, then every category.
         of_measure = ranking.best.get(measure.name, ())
         for found in sorted(of_measure, key=lambda found: not is_mean(found.category)):
-            first, second = (
-                f"{ranking.titles[label]}: {number(measure.factor * found.means[label])}"
-                for label in list(found.means)[:2]
-            )
-            rows.append(
-                [
-                    scaled_title(measure) if measure != FOLDED else "folded surface, %",
-                    found.category,
-                    first,
-                    second,
-                    _difference(found.lead, measure),
-                    _verdict(found),
-                    str(found.lead["num_samples"]),
-                ]
-            )
+            title = scaled_title(measure) if measure != FOLDED else "folded surface, %"
+            means = [
+                f"{ranking.titles[label]}: {number(measure.factor * mean)}"
+                for label, mean in list(found.means.items())[:2]
+            ]
+            lead = _difference(found.lead, measure), _verdict(found), str(found.lead["num_samples"])
+            rows.append([title, found.category, *means, *lead])
     head = ["metric", "category", "best", "next", "difference", "shown?", "test shapes"]
     note = (
         "Differences are means over the same test shapes, in brackets the 95% interval (bootstrap "
@@ -175,10 +166,9 @@ def _verdict(found: Best) -> str:
         return "not shown" + (": the ranks disagree" if found.lead["low"] > 0 else "")
     if found.seeds == 1:
         return "shown for these trained networks"
-    agreement = found.lead["agreement"]
-    if agreement < 1:
-        return f"shown for the shapes, but only {agreement:.0%} of pairs of seeds agree"
-    return "shown, and all pairs of seeds agree"
+    if (agreement := found.lead["agreement"]) == 1:
+        return "shown, and all pairs of seeds agree"
+    return f"shown for the shapes, but only {agreement:.0%} of pairs of seeds agree"
 
 
 def pairs(results: Results, ranking: Ranked) -> list[Table]:
@@ -214,29 +204,28 @@ def scores(results: Results, ranking: Ranked | None = None, by: Sequence[str] = 
         results: of the runs.
         ranking: adds intervals over test shapes, and marks what is level with the best.
         by: columns that make a row; runs that share them are seeds of each other. With `seed` it
-            is for those who have just trained the runs, who are told how long a step took.
+            is for those who have just trained the runs: it says how long a step took.
     """
-    protocol, runs = results.protocol, results.scored
-    columns = [_of_measure(m, m.name) for m in protocol.metrics]
-    main = protocol.main_metric
-    columns.append(_of_measure(main, f"undeformed_{main.name}", "undeformed "))
-    columns.append(Column("effective_templates", "effective\ntemplates"))
-    if "seed" in by:
-        columns.append(Column("seconds_per_step", "seconds\nper step"))
+    protocol, main = results.protocol, results.protocol.main_metric
+    columns = [
+        *(_of_measure(m, m.name) for m in protocol.metrics),
+        _of_measure(main, f"undeformed_{main.name}", "undeformed "),
+        Column("effective_templates", "effective\ntemplates"),
+        *([Column("seconds_per_step", "seconds\nper step")] if "seed" in by else []),
+    ]
     notes: dict[str, list[tuple[str, bool]]] = {}
-    if ranking is not None:
-        for column, measure in zip(columns, protocol.metrics, strict=False):
-            notes[column.name] = _intervals(results, ranking, column, measure)
     note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
     note = f"Of the selected template, deformed. {note}. {protocol.note}."
     if ranking is not None:
+        for column, measure in zip(columns, protocol.metrics, strict=False):
+            notes[column.name] = _intervals(results, ranking, column, measure)
         level = any(is_level for column in notes.values() for _, is_level in column)
         marks = f", {_LEVEL} what is not shown to be worse" if level else ""
-        note = (
-            f"In brackets the 95% interval over test shapes. {_BEST} marks the best{marks}. {note}"
-        )
+        start = "In brackets the 95% interval over test shapes."
+        note = f"{start} {_BEST} marks the best{marks}. {note}"
     shapes = "validation shapes" if protocol.name.endswith("/val") else "test shapes"
-    return _numbers(runs, columns, by, f"Scores, protocol {protocol.name}", note, shapes, notes)
+    title = f"Scores, protocol {protocol.name}"
+    return _numbers(results.scored, columns, by, title, note, shapes, notes)
 
 
 def _of_measure(measure: Metric, name: str, words: str = "") -> Column:
@@ -248,23 +237,18 @@ def _of_measure(measure: Metric, name: str, words: str = "") -> Column:
 def _intervals(
     results: Results, ranking: Ranked, column: Column, measure: Metric
 ) -> list[tuple[str, bool]]:
-    """Return the interval of each setting's mean, and whether it is level with the best.
-
-    It says how far the mean would differ on other test shapes, not what another training would
-    give.
-    """
+    """Return the interval of each setting's mean, and whether it is level with the best."""
     by = differing(results.scored)
+    level = {best.category: best.level for best in ranking.best.get(measure.name, ())}
     category = results.scored.set_index("run")["category"]
     samples = results.samples.assign(trained_on=results.samples["run"].map(category))
     found = []
-    for _, part in samples.groupby(["trained_on", *SETTING], sort=False):
+    for (trained_on, *_), part in samples.groupby(["trained_on", *SETTING], sort=False):
         values = part.groupby(["category", "id"])[column.name].mean().dropna().to_numpy(float)
-        span = map(column.show, interval([values])) if len(values) > 1 else ()
+        ends = map(column.show, interval([values])) if len(values) > 1 else ()
+        text = f"[{', '.join(ends)}]" if len(values) > 1 else ""
         label = name_of(part.iloc[0], by, long=False)
-        ranks = ranking.best.get(measure.name, ())
-        of_category = [b for b in ranks if b.category == part["trained_on"].iloc[0]]
-        level = bool(of_category) and label in of_category[0].level
-        found.append(("[{}, {}]".format(*span) if len(values) > 1 else "", level))
+        found.append((text, label in level.get(trained_on, ())))
     return found
 
 
@@ -277,8 +261,8 @@ def decomposition(results: Results, by: Sequence[str] = GROUP) -> Table | None:
     # The floor tells nothing of a network.
     columns = [Column(s.name, s.name, better=0 if s is SHARES[0] else -1) for s in SHARES]
     columns += [Column("total", "total"), Column("regret", "regret\n%", 100.0, -1)]
-    meanings = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
-    note = f"{meanings}; regret: the selection's share of the total."
+    note = "; ".join(f"{share.name}: {share.meaning}" for share in SHARES)
+    note += "; regret: the selection's share of the total."
     title = f"Error budget, {scaled_title(results.protocol.main_metric)}"
     runs = results.scored[["run", *GROUP, "seed"]].join(parts, on="run", how="inner")
     return _numbers(runs, columns, by, title, note)
@@ -316,14 +300,8 @@ def _numbers(
 ) -> Table:
     """Return means over seeds, with deviations; the best of each category is marked.
 
-    Args:
-        runs: a row per run.
-        columns: of numbers; those that no run has are left out.
-        by: columns that make a row.
-        title: of the table; what all rows share is added.
-        note: below it.
-        shapes: what `num_samples` counts, "" where it is not to be said.
-        notes: of a column, what is below each cell, and whether it is level with the best.
+    Columns that no run has are left out. `shapes` is what `num_samples` counts, if it is to be
+    said; `notes` are of a column: what is below each cell, and whether it is level with the best.
     """
     columns = [c for c in columns if c.name in runs and runs[c.name].notna().any()]
     names = [*(column.name for column in columns), *(["num_samples"] if shapes else [])]
@@ -339,10 +317,10 @@ def _numbers(
         body.append([column.heading, *_cells(table, column, below)])
     if shapes:
         counts = [f"{count:.0f}" for count in table["num_samples"]]
-        if len(set(counts)) == 1:
-            common = f"{counts[0]} {shapes}"
-        else:
+        if len(set(counts)) > 1:
             body.append([shapes.replace(" ", "\n"), *counts])
+        else:
+            common = f"{counts[0]} {shapes}"
     return _table(title, table, by, body, note, common)
 
 
@@ -361,10 +339,7 @@ def _cells(table: pd.DataFrame, column: Column, below: Sequence[tuple[str, bool]
 
 
 def references(results: Results) -> Table | None:
-    """Return what scores may be held against, means over categories; None where there is nothing.
-
-    Of runs that have their own it is the range.
-    """
+    """Return what scores may be held against, means over categories, the range of several runs."""
     runs, measures = results.scored, results.protocol.metrics
     rows, meanings = [], []
     for shape in list(CANDIDATES)[1:]:
@@ -374,9 +349,8 @@ def references(results: Results) -> Table | None:
         ends = values.groupby(runs["category"]).agg(["min", "max"]).mean()
         cells = []
         for name, measure in zip(values, measures, strict=True):
-            low, high = (number(measure.factor * ends[(name, end)]) for end in ("min", "max"))
-            known = values[name].notna().any()
-            cells.append(NOTHING if not known else low if low == high else f"{low}\u2013{high}")
+            both = dict.fromkeys(number(x) for x in measure.factor * ends[name])
+            cells.append("\u2013".join(both) if values[name].notna().any() else NOTHING)
         rows.append([SHAPE_TITLES[shape], *cells])
         meanings.append(f"{SHAPE_TITLES[shape]}: {CANDIDATES[shape]}")
     head = ["", *(_of_measure(m, m.name).heading for m in measures)]
@@ -388,11 +362,7 @@ def selection(results: Results) -> Table:
     """Return how each run selects its templates."""
     main = results.protocol.main_metric
     table = selection_table(results)
-    columns = {k: v for k, v in _SELECTION.items() if k in table and table[k].notna().any()}
-    body = [
-        [heading, *(_selected(value, name, main) for value in table[name])]
-        for name, heading in columns.items()
-    ]
+    table = table.assign(**table.filter(like="regret").mul(main.factor))
     note = (
         "Effective templates: exp(entropy) of the shares. Regret: how much worse "
         f"{scaled_title(main)} is than with the best of the network's own templates; best "
@@ -401,44 +371,31 @@ def selection(results: Results) -> Table:
         "often it would be if the same templates were dealt out at random, and how often there is "
         "one of it."
     )
+    body = _formatted(table, _SELECTION)
     return _table("Template selection", table, [*GROUP, "seed"], body, note)
 
 
-def _selected(value: float, column: str, measure: Metric) -> str:
-    if pd.isna(value):
-        return NOTHING
-    if "regret" in column:
-        return number(measure.factor * value)
-    if "share" in column or "family" in column:
-        return f"{value:.0%}"
-    return f"{value:.0f}" if column == "templates_used" else f"{value:.1f}"
-
-
 def seeds_agree(results: Results) -> Table | None:
-    """Return how alike the seeds of a setting select, None where each has one.
-
-    Raises:
-        DataError: seeds that share too few samples.
-    """
+    """Return how alike the seeds of a setting select, None where each has one."""
     table = selection_stability(results)
     table = table[table["num_pairs"] > 0]
     if table.empty:
         return None
-    body = [
-        [heading, *map(form.format, table[name])]
-        for name, heading, form in (
-            ("num_seeds", "seeds", "{}"),
-            ("num_samples", "test\nsamples", "{}"),
-            ("adjusted_rand", "adjusted\nRand index", "{:.2f}"),
-            ("same_template", "same\ntemplate", "{:.0%}"),
-        )
-    ]
     note = (
         "Means over pairs of seeds, on the samples that both have. Adjusted Rand index: how alike "
         "they group the samples by their template, 1 for the same groups, 0 for chance. Same "
         "template: share of samples for which both select the very same."
     )
-    return _table("Agreement of seeds", table, GROUP, body, note)
+    return _table("Agreement of seeds", table, GROUP, _formatted(table, _AGREEMENT), note)
+
+
+def _formatted(table: pd.DataFrame, columns: _Formats) -> list[list[str]]:
+    """Return heading and cells of the columns that have values."""
+    return [
+        [heading, *(NOTHING if pd.isna(value) else text(value) for value in table[name])]
+        for name, (heading, text) in columns.items()
+        if name in table and table[name].notna().any()
+    ]
 
 
 def _table(
@@ -449,17 +406,10 @@ def _table(
     note: str,
     common: str = "",
 ) -> Table:
-    """Return a table headed by what differs, the regime where nothing does.
+    """Return a table headed by what differs of `by`, the regime where nothing does.
 
-    What all rows share is in its title.
-
-    Args:
-        title: of the table.
-        table: with a row for each of the table's.
-        by: columns that tell its rows apart.
-        body: the other columns: heading and cells.
-        note: below it.
-        common: what they share beside `by`.
+    What all rows share, and what else they have in `common`, is in its title. The other columns
+    are `body`, a heading and cells each.
     """
     kept = differing(table, by) or ["regime"]
     heads: list[Sequence[str]] = []
@@ -479,47 +429,39 @@ def _table(
 
 def differing_settings(results: Results) -> tuple[Table | None, list[str]]:
     """Return the settings in which runs differ, a row per run, and those that all share."""
-    kept = sorted(key for key in results.settings if decides(key) or key == "seed")
+    kept = [key for key in results.settings if decides(key) or key == "seed"]
     values = results.settings[kept].map(setting_text)
-    different = [key for key in results.settings if key in kept and values[key].nunique() > 1]
-    shared = [f"{key}={values[key].iloc[0]}" for key in kept if key not in different]
+    different = [key for key in kept if values[key].nunique() > 1]
+    shared = [f"{key}={values[key].iloc[0]}" for key in sorted(set(kept) - set(different))]
     if not different:
         return None, shared
-    values = values[different]
+    values, first = values[different], "run"
     if len(different) > len(values):  # a row per setting, so that the table is not too wide
-        values = values.T
-    head = ["run" if len(values) == len(results.settings) else "setting", *values]
+        values, first = values.T, "setting"
     rows = [list(row) for row in values.itertuples(name=None)]
-    return Table("Settings that differ", head, rows), shared
+    return Table("Settings that differ", [first, *values], rows), shared
 
 
 def without_results(*results: Results) -> Table | None:
     """Return the runs that have no scores and why, None where all have."""
-    rows = [
-        [str(row[name]) for name in ("run", "state", "reason")]
-        for part in results
-        for row in part.unscored.to_dict("records")
-    ]
     head = ["run", "state", "reason"]
+    rows = [row for each in results for row in each.unscored[head].astype(str).to_numpy().tolist()]
     return Table("Runs without results", head, rows, heads=3) if rows else None
 
 
 def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[RenderableType]:
     """Return what is printed when trainings have ended: results, with a row per run.
 
-    Each run is shown under the protocol that its training ended with. What all runs have in common
-    is in the title. Runs without results have a table of their own.
-
-    Args:
-        runs: their folders.
-        width: of the terminal, None for no limit; tables that are wider are split.
+    Each run is shown under the protocol that its training ended with. Tables that are wider than
+    `width`, if that is given, are split.
     """
     groups: dict[str, list[RunFolder]] = {}
     for run in runs:
         try:
-            groups.setdefault(own_protocol(run), []).append(run)
+            name = own_protocol(run)
         except ConfigError:
-            groups.setdefault("paper", []).append(run)
+            name = "paper"
+        groups.setdefault(name, []).append(run)
     folder, by = Path(commonpath([run.path for run in runs])), [*GROUP, "seed"]
     found: list[Table | None] = []
     read = []
@@ -531,11 +473,7 @@ def summary_tables(runs: Sequence[RunFolder], width: int | None = None) -> list[
             continue
         read.append(results)
         if len(results.samples):
-            found += [
-                scores(results, by=by),
-                references(results),
-                decomposition(results, by),
-                deformed_meshes(results, by),
-            ]
+            found += [scores(results, by=by), references(results)]
+            found += [decomposition(results, by), deformed_meshes(results, by)]
     found.append(without_results(*read))
     return [table.rich(width) for table in found if table is not None]

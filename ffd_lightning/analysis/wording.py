@@ -25,8 +25,7 @@ def scaled_title(measure: Metric) -> str:
     >>> scaled_title(Metric("chamfer", "")), scaled_title(Metric("fscore_1", "", True, 1.0))
     ('Chamfer x 1000', 'fscore_1')
     """
-    factor = "" if measure.factor == 1 else f" x {measure.factor:g}"
-    return f"{measure.title}{factor}"
+    return measure.title if measure.factor == 1 else f"{measure.title} x {measure.factor:g}"
 
 
 def measure_note(measure: Metric, protocol: ProtocolDescription) -> str:
@@ -35,5 +34,5 @@ def measure_note(measure: Metric, protocol: ProtocolDescription) -> str:
     >>> measure_note(Metric("iou", "of voxels", True), ProtocolDescription("mine", "filled"))
     'IoU: of voxels; filled; protocol mine'
     """
-    told = [measure.definition, *([protocol.note] if protocol.note else [])]
-    return f"{measure.title}: {'; '.join(told)}; protocol {protocol.name}"
+    note = f"{protocol.note}; " if protocol.note else ""
+    return f"{measure.title}: {measure.definition}; {note}protocol {protocol.name}"

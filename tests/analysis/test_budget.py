@@ -17,13 +17,9 @@ def samples_of(regime, *rows):
 
 
 def test_the_parts_add_up_to_the_total():
-    table = pd.concat(
-        [
-            samples_of("b", (0.02, 0.03, 0.05, 0.09, 0.5), (0.04, 0.05, 0.07, 0.07, 0.1)),
-            samples_of("r", (0.02, 0.03, 0.06, 0.06, 0.0), (None, None, None, 0.9, 0.0)),
-        ]
-    )
-    budget = error_budget(table, PAPER)
+    b = samples_of("b", (0.02, 0.03, 0.05, 0.09, 0.5), (0.04, 0.05, 0.07, 0.07, 0.1))
+    r = samples_of("r", (0.02, 0.03, 0.06, 0.06, 0.0), (None, None, None, 0.9, 0.0))
+    budget = error_budget(pd.concat([b, r]), PAPER)
     parts = {"floor": 30, "capacity": 10, "deformation": 20, "selection": 20, "total": 80}
     assert budget.loc["b"].round(6).to_dict() == {**parts, "regret": 0.25, "folded": 0.3}
     assert budget.loc["r", "total"] == pytest.approx(60), "of samples that have their references"
@@ -31,9 +27,8 @@ def test_the_parts_add_up_to_the_total():
 
 
 def test_density_is_what_points_drawn_anew_take_off_the_emd():
-    table = samples_of("b", (1, 2, 3, 4, 0), (1, 2, 3, 4, 0)).assign(
-        emd=[0.6, 0.2], resampled_emd=[0.4, 0.2]
-    )
+    table = samples_of("b", (1, 2, 3, 4, 0), (1, 2, 3, 4, 0))
+    table = table.assign(emd=[0.6, 0.2], resampled_emd=[0.4, 0.2])
     assert error_budget(table, PAPER).loc["b", "density"] == pytest.approx(0.25)
 
 

@@ -17,6 +17,10 @@ def run_samples(chamfer, regime="b", **columns):
     return made_samples(len(chamfer), regime, chamfer=chamfer, **columns)
 
 
+def pair(b, w, category="table", seed=0):
+    return [run_samples(x, r, category=category, seed=seed) for x, r in ((b, "b"), (w, "w"))]
+
+
 def compared(*samples, **options):
     return compare(results(*samples), "chamfer", **options)
 
@@ -33,29 +37,22 @@ def skewed(seed, n=60, shift=0.3):
 
 def test_fewer_than_six_shapes_never_show_a_difference():
     x = np.array([1.0, 1.1, 1.3, 1.6, 2.0, 2.5])
-    assert not compared(run_samples(0 * x[1:]), run_samples(x[1:], "w"))["shown"].any()
-    assert compared(run_samples(0 * x), run_samples(x, "w"))["shown"].all()
+    assert not compared(*pair(0 * x[1:], x[1:]))["shown"].any()
+    assert compared(*pair(0 * x, x))["shown"].all()
 
 
-def test_shapes_are_paired_by_id_not_by_row():
+def test_shapes_that_all_runs_have_are_paired_by_id_and_views_averaged():
     b, w = skewed(0)
-    in_order = compared(run_samples(b), run_samples(w, "w"))
-    shuffled = run_samples(w, "w").sample(frac=1, random_state=0)
-    pd.testing.assert_frame_equal(compared(run_samples(b), shuffled), in_order)
-
-
-def test_only_shapes_that_all_runs_have_count_and_views_are_averaged():
-    b, w = skewed(0)
-    row = compared(run_samples(b), run_samples(w, "w").iloc[10:]).iloc[0]
+    of_b, of_w = pair(b, w)
+    in_order = compared(of_b, of_w)
+    shuffled = of_w.sample(frac=1, random_state=0)
+    pd.testing.assert_frame_equal(compared(of_b, shuffled), in_order)
+    row = compared(of_b, of_w.iloc[10:]).iloc[0]
     assert row["num_samples"] == 50
     assert row["difference"] == pytest.approx(np.mean((w - b)[10:]))
-    views = [
-        run_samples(x + k, r).assign(view=k) for k in range(3) for x, r in ((b, "b"), (w, "w"))
-    ]
-    single = compared(run_samples(b), run_samples(w, "w")).iloc[0]
-    row = compared(*views).iloc[0]
-    for name in ("num_samples", "difference", "low", "high", "p"):
-        assert row[name] == pytest.approx(single[name]), name
+    views = [part.assign(view=k) for k in range(3) for part in pair(b + k, w + k)]
+    names = ["num_samples", "difference", "low", "high", "p"]
+    assert compared(*views)[names].iloc[0].tolist() == pytest.approx(in_order[names].iloc[0])
 
 
 def test_seeds_of_a_group_are_averaged_first():
@@ -93,22 +90,21 @@ def test_holm():
 def test_mean_and_ranks_must_agree():
     x = np.full(40, 0.1) + 1e-3 * np.arange(40)
     outliers = np.where(np.arange(40) < 6, 2.0 + np.arange(40), 0)
-    assert not compared(run_samples(0 * x), run_samples(x - outliers, "w"))["shown"].any()
+    assert not compared(*pair(0 * x, x - outliers))["shown"].any()
 
 
 def test_equal_differences_have_no_interval():
     x = np.sin(np.arange(30.0))
-    row = compared(run_samples(x), run_samples(x, "w")).iloc[0]
+    row = compared(*pair(x, x)).iloc[0]
     assert (row["difference"], row["low"], row["high"], row["p"]) == (0, 0, 0, 1)
-    row = compared(run_samples(x), run_samples(x + 0.5, "w")).iloc[0]
+    row = compared(*pair(x, x + 0.5)).iloc[0]
     assert (row["low"], row["high"]) == pytest.approx((0.5, 0.5))
     assert row["shown"]
 
 
 def test_many_shapes_need_little_memory(monkeypatch):
     monkeypatch.setattr(compare_module, "RESAMPLES", 500)
-    rng = np.random.default_rng(0)
-    samples = run_samples(rng.random(10_000)), run_samples(rng.random(10_000), "w")
+    samples = pair(*np.random.default_rng(0).random((2, 10_000)))
     tracemalloc.start()
     compared(*samples)
     peak = tracemalloc.get_traced_memory()[1]
@@ -121,12 +117,7 @@ def test_many_shapes_need_little_memory(monkeypatch):
 
 def test_each_category_counts_the_same_in_the_mean():
     (b1, w1), (b2, w2) = skewed(0, n=25), skewed(1, n=80, shift=1.0)
-    table = compared(
-        run_samples(b1),
-        run_samples(w1, "w"),
-        run_samples(b2, category="chair"),
-        run_samples(w2, "w", category="chair"),
-    ).set_index("category")
+    table = compared(*pair(b1, w1), *pair(b2, w2, "chair")).set_index("category")
     row = table.loc["mean of 2"]
     assert row["difference"] == pytest.approx((np.mean(w1 - b1) + np.mean(w2 - b2)) / 2)
     assert row["low"] < row["difference"] < row["high"]
@@ -141,12 +132,7 @@ def test_each_category_counts_the_same_in_the_mean():
 
 def test_categories_are_resampled_independently():
     x = np.random.default_rng(0).normal(size=30)
-    table = compared(
-        run_samples(0 * x),
-        run_samples(x, "w"),
-        run_samples(0 * x, category="chair"),
-        run_samples(-x, "w", category="chair"),
-    )
+    table = compared(*pair(0 * x, x), *pair(0 * x, -x, "chair"))
     row = table.set_index("category").loc["mean of 2"]
     spread = np.sqrt(2 * x.var() / 30) / 2
     assert row["high"] - row["low"] == pytest.approx(2 * 1.96 * spread, rel=0.1)
@@ -154,9 +140,8 @@ def test_categories_are_resampled_independently():
 
 def test_a_category_in_which_a_group_is_missing_is_left_out_of_the_mean():
     b, w = skewed(0)
-    three = [run_samples(x, r) for x, r in ((b, "b"), (w, "w"), (b + w, "e"))]
-    other = [run_samples(w, "b", category="chair"), run_samples(b, "w", category="chair")]
-    table = compared(*three, *other, run_samples(b, "b", category="lamp"))
+    three = (*pair(b, w), run_samples(b + w, "e"))
+    table = compared(*three, *pair(w, b, "chair"), run_samples(b, category="lamp"))
     assert table["category"].tolist() == ["table"] * 3 + ["chair", "mean of 2"]
     assert tuple(table.iloc[-1][["a", "b"]]) == ("w", "b")
     assert table.iloc[-1]["difference"] == pytest.approx(0, abs=1e-12)
@@ -197,8 +182,8 @@ def test_numbers_of_templates_are_held_apart_or_compared():
 
 def test_other_settings_must_be_equal():
     x = np.arange(9.0)
-    samples = run_samples(x), run_samples(x + 1, "w")
-    same = results(*samples, trainer__residency=["disk", "auto"], regime__name=["b", "w"])
+    samples = pair(x, x + 1)
+    same = results(*samples, trainer__devices=[1, 2], regime__name=["b", "w"])
     assert len(compare(same, "chamfer")) == 1
     other = results(*samples, schedule__steps=[1000, 300])
     with pytest.raises(DataError, match=r"schedule\.steps \(1000, 300\).* regime"):
@@ -222,10 +207,10 @@ def test_shapes_of_joint_runs_are_the_same_shapes():
 @pytest.mark.parametrize(
     ("samples", "measure", "message"),
     [
-        ([run_samples([1.0, 2]), run_samples([1.0, 2], "w")], "folded", "no measure"),
-        ([run_samples([1.0, 2]), run_samples([1.0, 2], "w")], "emd", "no column emd"),
-        ([run_samples([1.0, 2]), run_samples([1.0, np.nan], "w")], "chamfer", "w/t16/seed0 "),
-        ([run_samples([1.0]), run_samples([1.0], "w")], "chamfer", "share 1 test shapes"),
+        (pair([1.0, 2], [1.0, 2]), "folded", "no measure"),
+        (pair([1.0, 2], [1.0, 2]), "emd", "no column emd"),
+        (pair([1.0, 2], [1.0, np.nan]), "chamfer", "w/t16/seed0 "),
+        (pair([1.0], [1.0]), "chamfer", "share 1 test shapes"),
         ([run_samples([1.0, 2])], "chamfer", "same regime"),
     ],
 )
@@ -240,17 +225,16 @@ def test_what_cannot_be_compared_is_said(samples, measure, message):
 )
 def test_only_runs_trained_again_that_agree_beat_others(seeds, spread, verb):
     x = np.linspace(1, 2, 30) ** 2
-    parts = [run_samples(x + spread * s, "b", seed=s) for s in range(seeds)]
-    parts += [run_samples(x + spread * s - 0.5, "w", seed=s) for s in range(seeds)]
-    row = compared(*parts).iloc[0]
+    again = [x + spread * seed for seed in range(seeds)]
+    row = compared(*(p for k, y in enumerate(again) for p in pair(y, y - 0.5, seed=k))).iloc[0]
     assert row["statement"].startswith(f"w {verb} b on table (T = 16): Chamfer lower by 500.0")
     assert row["mean_a"] - row["mean_b"] == pytest.approx(row["difference"])
-    assert row["mean_b"] == pytest.approx((x + spread * np.arange(seeds)[:, None]).mean())
+    assert row["mean_b"] == pytest.approx(np.mean(again))
 
 
 def test_the_best_leads_by_a_positive_difference():
     x = np.linspace(1, 2, 30) ** 2
-    table = compared(run_samples(x), run_samples(x - 0.5, "w"), run_samples(x - 0.4, "e"))
+    table = compared(*pair(x, x - 0.5), run_samples(x - 0.4, "e"))
     (lower,) = best(table, Metric("chamfer", ""))
     (higher,) = best(table, Metric("chamfer", "", higher_is_better=True))
     assert (list(lower.means), list(higher.means)) == (["w", "e", "b"], ["b", "e", "w"])

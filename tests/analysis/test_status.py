@@ -7,17 +7,14 @@ from ffd_lightning.run_folder import RunFolder
 
 
 def test_the_status_of_runs(tmp_path, capsys):
-    runs = [RunFolder(tmp_path / name) for name in "be"]
+    runs = [RunFolder(tmp_path / name) for name in "befg"]
     for run in runs:
         run.path.mkdir()
         run.config.write_text("seed: 0\n")
-    runs[0].set_status("finished")
-    runs[1].set_status("failed", reason="the disk is full")
-    third, fourth = RunFolder(tmp_path / "f"), RunFolder(tmp_path / "g")
-    for run in (third, fourth):
-        run.path.mkdir()
-        run.config.write_text("seed: 0\n")
         run.set_status("running", steps=10)
+    first, second, third, fourth = runs
+    first.set_status("finished")
+    second.set_status("failed", reason="the disk is full")
     third.set_progress("training", 3, 10, 4000.0)
     fourth.set_progress("evaluating", 0, 8, None)
     journal = fourth.evaluation("paper") / "samples.partial"
@@ -30,7 +27,7 @@ def test_the_status_of_runs(tmp_path, capsys):
     for word in ("30% training", "67 min", "25% evaluating", "the disk is full", "1 interrupted"):
         assert word in shown
     expected = ["finished", "failed", "running", "interrupted"]
-    assert [table.loc[str(r.path), "state"] for r in (*runs, third, fourth)] == expected
+    assert [table.loc[str(run.path), "state"] for run in runs] == expected
     assert status_table(tmp_path)["state"].tolist()[2] == "interrupted", "its process is gone"
     with pytest.raises(DataError, match="no run in"):
         status_table(tmp_path / "b" / "no")
