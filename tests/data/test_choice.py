@@ -1,13 +1,11 @@
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES, paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.data.templates import choice, distances
+from ffd_lightning.data.templates import choice
 from ffd_lightning.data.templates.choice import (
     AutoTemplates,
     DiverseTemplates,
@@ -17,19 +15,13 @@ from ffd_lightning.data.templates.choice import (
     RandomTemplates,
     choose_templates,
 )
+from ffd_lightning.data.templates.distances import shape_distances
 from ffd_lightning.errors import ConfigError, DataError
 
 
 @pytest.fixture(scope="module")
 def table(prepared):
-    """Chamfer distances between the clouds that the choice looks at, by trees, (n, n)."""
-    clouds = [prepared.cloud(row, distances.POINTS) for row in range(len(prepared))]
-    trees = [cKDTree(cloud.astype(np.float64)) for cloud in clouds]
-    table = np.zeros((len(trees), len(trees)))
-    for i, j in itertools.permutations(range(len(trees)), 2):
-        table[i, j] += (trees[j].query(trees[i].data)[0] ** 2).mean()
-        table[j, i] += (trees[j].query(trees[i].data)[0] ** 2).mean()
-    return table
+    return shape_distances(prepared).table
 
 
 def choose_from(prepared, path, text, count=2):

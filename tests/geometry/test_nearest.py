@@ -133,6 +133,6 @@ def test_repeats_to_the_last_bit():
 
 def test_clouds_that_do_not_go_together_are_refused():
     one = torch.zeros(1, 3)
-    for a, b, match in ((one[:0], one, "no pair"), (one, one.double(), "differ")):
-        with pytest.raises(ValueError, match=match):
+    for a, b in ((one[:0], one), (one[:, :2], one[:, :2]), (one, one.double())):
+        with pytest.raises(ValueError, match=r"no pair|differ"):
             nearest_neighbors(a, b)
