@@ -44,14 +44,12 @@ TINY = (
 )
 
 
-THREADS = torch.get_num_threads()
-
-
 @pytest.fixture(autouse=True)
 def _few_threads():
     """A test that changes the number of threads does not change that of the next ones."""
+    threads = torch.get_num_threads()
     yield
-    torch.set_num_threads(THREADS)
+    torch.set_num_threads(threads)
 
 
 @pytest.fixture
@@ -82,10 +80,8 @@ def tiny_config(data_root):
 @pytest.fixture(scope="session")
 def prepared(data_root):
     """The prepared set of the tiny configuration."""
-    render = RenderSettings(height=48, width=64, samples=1)
-    return Preparation(
-        ProceduralSource(24), "table", 256, render, data_root, workers=2, progress=False
-    ).run()
+    given = ("table", 256, RenderSettings(height=48, width=64, samples=1), data_root)
+    return Preparation(ProceduralSource(24), *given, workers=2, progress=False).run()
 
 
 # The templates of the tiny run, of different families, with 117, 1, 2 (one of them glass) and 63
@@ -143,21 +139,6 @@ def selecting(tiny_run, tmp_path_factory):
         return path
 
     return make
-
-
-@pytest.fixture(scope="session")
-def second_run(tiny_run, selecting, tmp_path_factory):
-    """A run of the same data as the tiny run's, of regime b, that selects another template."""
-    import shutil
-
-    from ffd_lightning.run_folder import RunFolder
-
-    run = RunFolder(tmp_path_factory.mktemp("second") / "run")
-    shutil.copytree(tiny_run.path, run.path)
-    content = torch.load(selecting(PEDESTAL), weights_only=True)
-    content["model"]["record"]["regime"] = "b"
-    torch.save(content, run.checkpoint)
-    return run
 
 
 @pytest.fixture(scope="session")

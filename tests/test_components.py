@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
@@ -116,6 +117,7 @@ class Inner:
     angles: list[float] = field(default_factory=lambda: [45.0])
 
 
+Side = Enum("Side", ["left", "right"])
 VALUES = [
     (int, 3, 3),
     (float, 3, 3.0),
@@ -127,49 +129,44 @@ VALUES = [
     (list[float], (1, 2), [1.0, 2.0]),
     (dict[str, int], {"a": 1}, {"a": 1}),
     (Literal["a", "b"], "b", "b"),
+    (Side, "left", Side.left),
     (Inner, {"angles": [1]}, Inner([1.0])),
     (torch.Tensor | float, 1, 1.0),
     (Annotated[int, Range("(0, inf)")] | None, 1, 1),
 ]
+REFUSED = [
+    (int, True, "x=true must be a whole number"),
+    (bool, 3, "x=3 must be true or false"),
+    (float | None, "a", "x=a must be a number or null"),
+    (Literal["val", "test"], "tset", "x=tset must be one of val, test. Did you mean test?"),
+    (tuple[int, int], [1], r"x=\[1\] must be 2 values"),
+    (Annotated[int, Range("(0, inf)")] | None, 0, "x=0 must be above 0"),
+    (Annotated[list[float], Range("[0, 1)")], [0, 1], r"x=\[0.0,1.0\] must lie in \[0, 1\)"),
+    (Inner, {"angels": [1]}, "no setting 'x.angels'. Did you mean x.angles"),
+]
 
 
-@pytest.mark.parametrize(("hint", "value", "expected"), VALUES)
-def test_plain_values_become_what_the_signature_says(hint, value, expected):
-    found = typed(hint, value, "x")
-    assert found == expected
-    assert type(found) is type(expected)
-
-
-@pytest.mark.parametrize(
-    ("hint", "value", "message"),
-    [
-        (int, True, "x=true must be a whole number"),
-        (bool, 3, "x=3 must be true or false"),
-        (float | None, "a", "x=a must be a number or null"),
-        (Literal["val", "test"], "tset", "x=tset must be one of val, test. Did you mean test?"),
-        (tuple[int, int], [1], r"x=\[1\] must be 2 values"),
-        (Annotated[int, Range("(0, inf)")] | None, 0, "x=0 must be above 0"),
-        (Annotated[list[float], Range("[0, 1)")], [0, 1], r"x=\[0.0,1.0\] must lie in \[0, 1\)"),
-        (Inner, {"angels": [1]}, "no setting 'x.angels'. Did you mean x.angles"),
-    ],
-)
-def test_other_values_are_refused(hint, value, message):
-    with pytest.raises(ConfigError, match=message):
-        typed(hint, value, "x")
+def test_plain_values_become_what_the_signature_says_or_are_refused():
+    for hint, value, expected in VALUES:
+        found = typed(hint, value, "x")
+        assert (found, type(found)) == (expected, type(expected))
+    for hint, value, message in REFUSED:
+        with pytest.raises(ConfigError, match=message):
+            typed(hint, value, "x")
 
 
 def test_mistakes_are_named_with_the_way_out():
     patches()
-    with pytest.raises(ConfigError, match=r"no encoder 'patchs'\. Did you mean patches\?"):
-        find("encoder", "patchs")
-    with pytest.raises(ConfigError, match=r"encoder\.size=0 must be above 0"):
-        Component("encoder", "patches", {"size": 0}, where="encoder").build(image_size=(48, 64))
-    with pytest.raises(ConfigError, match=r"'tiny' comes from other 1\.0, which is not here"):
-        find("encoder", "tiny", "other 1.0")
-    with pytest.raises(ConfigError, match=r"'mobilenet' of .* is taken by ffd_lightning"):
-        component("encoder", "mobilenet")(Base)
-    with pytest.raises(ConfigError, match="no kind 'encoders'"):
-        component("encoders", "x")(Base)
+    zero = Component("encoder", "patches", {"size": 0}, where="encoder")
+    for call, message in (
+        (lambda: find("encoder", "patchs"), r"no encoder 'patchs'\. Did you mean patches\?"),
+        (lambda: zero.build(image_size=(48, 64)), r"encoder\.size=0 must be above 0"),
+        (lambda: find("encoder", "tiny", "other 1.0"), r"comes from other 1\.0, which is not here"),
+        (lambda: component("encoder", "mobilenet")(Base), "'mobilenet' of .* is taken by ffd_l"),
+        (lambda: component("encoders", "x")(Base), "no kind 'encoders'"),
+    ):
+        with pytest.raises(ConfigError, match=message):
+            call()
 
 
 def test_an_error_in_a_module_of_ones_own_names_file_and_line(tmp_path, monkeypatch):

@@ -8,30 +8,16 @@ import pytest
 import ffd_lightning
 
 ROOT = Path(ffd_lightning.__file__).parent
-RANK = {
-    "errors": 0,
-    "files": 0,
-    "parallel": 0,
-    "pretrained": 0,
-    "progress": 0,
-    "terminal": 0,
-    "run_folder": 0,
-    "components": 0,
-    "geometry": 0,
-    "palette": 1,
-    "shapes": 1,
-    "imaging": 1,
-    "losses": 1,
-    "nn": 1,
-    "metrics": 1,
-    "data": 2,
-    "checkpoint": 3,
-    "evaluation": 3,
-    "training": 4,
-    "inference": 4,
-    "analysis": 5,
-    "app": 6,
-}
+LAYERS = (
+    "errors files parallel pretrained progress terminal run_folder components geometry",
+    "palette shapes imaging losses nn metrics",
+    "data",
+    "checkpoint evaluation",
+    "training inference",
+    "analysis",
+    "app",
+)
+RANK = {name: rank for rank, names in enumerate(LAYERS) for name in names.split()}
 FILES = sorted(ROOT.rglob("*.py"))
 
 
@@ -58,15 +44,19 @@ def home(path):
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
-def test_imports_go_down_only(path):
-    own = home(path)
-    for name in imports(path):
+def test_imports_go_down_only_and_frameworks_stay_where_they_belong(path):
+    own, names = home(path), list(imports(path))
+    for name in names:
         package, _, rest = name.partition(".")
         if package == "ffd_lightning" and rest:
             other = rest.split(".")[0]
             assert other == own or RANK[other] < RANK[own] or RANK[own] == RANK[other] == 0, (
                 f"{path} imports {name}"
             )
+    roots = {name.split(".")[0] for name in names}
+    assert own == "app" or not {"hydra", "omegaconf"} & roots
+    if own not in ("training", "app") and path != ROOT / "data" / "datamodule.py":
+        assert "lightning" not in roots
 
 
 DATA = {
@@ -89,16 +79,6 @@ def test_imports_within_data_go_one_way():
             if name.startswith("ffd_lightning.data."):
                 other = name.split(".")[2]
                 assert other == own or other in DATA[own], f"{path} imports {name}"
-
-
-@pytest.mark.parametrize("path", FILES, ids=lambda p: str(p.relative_to(ROOT)))
-def test_frameworks_stay_where_they_belong(path):
-    roots = {name.split(".")[0] for name in imports(path)}
-    relative = str(path.relative_to(ROOT))
-    if "lightning" in roots:
-        assert home(path) in ("training", "app") or relative == "data/datamodule.py"
-    if {"hydra", "omegaconf"} & roots:
-        assert home(path) == "app"
 
 
 def test_workers_of_the_preparation_do_not_load_torch():

@@ -1,12 +1,11 @@
 import threading
 from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import suppress
 
 import pytest
 import torch
 
 from ffd_lightning import parallel
-from ffd_lightning.parallel import available_cores, in_threads
+from ffd_lightning.parallel import in_threads
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
@@ -62,19 +61,6 @@ def test_calls_that_overlap_leave_torch_its_threads():
     assert set(seen) == {1}
 
 
-def test_an_error_ends_the_work():
-    done = []
-
-    def work(k):
-        if k == 3:
-            raise ZeroDivisionError
-        done.append(k)
-
-    with pytest.raises(ZeroDivisionError):
-        list(in_threads(work, range(1000), 2))
-    assert len(done) < 100
-
-
 def test_what_is_done_comes_before_an_error(monkeypatch):
     def work(k):
         if k % 2:
@@ -87,10 +73,6 @@ def test_what_is_done_comes_before_an_error(monkeypatch):
     monkeypatch.setattr(parallel, "wait", all_of_them)
     for _ in range(20):
         found = []
-        with suppress(ZeroDivisionError):
-            found.extend(k for k, _ in in_threads(work, range(8), 4))
-        assert sorted(found) == [0, 2, 4, 6]
-
-
-def test_there_is_a_core():
-    assert available_cores() >= 1
+        with pytest.raises(ZeroDivisionError):
+            found.extend(k for k, _ in in_threads(work, range(1000), 4))
+        assert sorted(found) == [0, 2, 4, 6], "and the work ends"

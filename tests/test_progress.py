@@ -25,9 +25,9 @@ def lines(clock, capsys, seconds, total, **settings):
 
 
 def test_a_line_says_how_far_how_fast_and_how_long(clock, capsys):
-    told = lines(clock, capsys, 2, 20, unit="steps")
-    assert told[0] == "  training: 6 of 20 steps, 0.5/s, at 5, about 28 s left"
-    assert [line.split()[1] for line in told] == ["6", "12", "18"], "not within ten seconds"
+    found = lines(clock, capsys, 2, 20, unit="steps")
+    assert found[0] == "  training: 6 of 20 steps, 0.5/s, at 5, about 28 s left"
+    assert [line.split()[1] for line in found] == ["6", "12", "18"], "not within ten seconds"
 
 
 def test_long_jobs_say_less_and_less_but_something(clock, capsys):

@@ -225,11 +225,10 @@ def resident_bytes(prepared: PreparedSet, bank: TemplateBank, mask: bool = False
 
 
 def fits(size: int, device: torch.device) -> bool:
-    """Return whether `trainer.residency=auto` keeps so many bytes on a device.
+    """Return whether `trainer.residency=auto` keeps so many bytes: half of a GPU's free memory.
 
-    A GPU takes what fits into half of its free memory. Elsewhere the files stay where they are: the
-    system keeps what is read of them in memory, once for all runs of a machine, and unpacking
-    images is little beside a step there.
+    For the CPU the files stay where they are: the system keeps what is read of them in memory,
+    once for all runs of a machine, and unpacking images is little beside a step there.
     """
     return device.type == "cuda" and size <= torch.cuda.mem_get_info(device)[0] / 2
 

@@ -116,15 +116,12 @@ class EvaluationIndices(_Indices):
 
     def __getitem__(self, chunk: int) -> BatchIndices:
         rows = self.rows[chunk * self.batch_size : (chunk + 1) * self.batch_size]
-        points = [self._fixed_points(1, 3, int(row))[0] for row in rows]
+        points = [self._points(1, np.random.default_rng([self.seed, 3, k]))[0] for k in rows]
         return _batch_indices(rows, np.zeros(len(rows)), points, self._template_points)
 
     @cached_property
     def _template_points(self) -> NDArray[np.int64]:
-        return self._fixed_points(self.num_templates, 4, 0)
-
-    def _fixed_points(self, clouds: int, *key: int) -> NDArray[np.int64]:
-        return self._points(clouds, np.random.default_rng([self.seed, *key]))
+        return self._points(self.num_templates, np.random.default_rng([self.seed, 4, 0]))
 
 
 def _batch_indices(
@@ -139,7 +136,6 @@ class StepSampler(Sampler[int]):
     """Numbers of the batches of an epoch that are not done yet: batch k is the training's k-th.
 
     Its length stays that of the whole epoch, as Lightning counts from the epoch's first batch.
-
     """
 
     def __init__(self, length: int, trainer: Trainer | None = None) -> None:
@@ -390,9 +386,7 @@ class FfdDataModule(LightningDataModule):
             size = resident_bytes(self.prepared, self.bank, mask)
             kept = fits(size, device) if self.residency == "auto" else self.residency == "device"
             if kept:
-                log.info(
-                    "reading %.1f GB of images and clouds into memory (%s)", size / 1e9, device
-                )
+                log.info("reading %.1f GB of images and clouds (%s)", size / 1e9, device)
             store = ShapeStore(self.prepared, self.bank, device if kept else None, mask)
             self._stored = device, store
         return self._stored[1]
@@ -401,9 +395,8 @@ class FfdDataModule(LightningDataModule):
         """Batches of the training shapes, from the trainer's current one on."""
         rank, world_size = self._share
         given = (self.prepared, len(self.bank), self.batch_size, self.num_points, self.seed)
-        indices = TrainingIndices(
-            self.rows(self.split.train), *given, rank=rank, world_size=world_size
-        )
+        rows = self.rows(self.split.train)
+        indices = TrainingIndices(rows, *given, rank=rank, world_size=world_size)
         trainer, length = self.trainer, -(-len(self.split.train) // self.batch_size)
         if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):
             length = trainer.max_steps * trainer.accumulate_grad_batches
@@ -441,19 +434,16 @@ class FfdDataModule(LightningDataModule):
 
     def _loader(self, indices: _Indices, sampler: Sampler[int] | None = None) -> Batches:
         on_gpu = self.trainer is not None and self.trainer.strategy.root_device.type == "cuda"
-        workers = self.num_workers
-        if workers is None:
-            # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
-            workers = _GPU_WORKERS if on_gpu else 0
         # Processes of the loader reach what is in files, and not what is on a GPU.
         gather: Any = self.store.batch if self.store.device.type == "cpu" else None
-        return Batches(
-            DataLoader(
-                indices,
-                batch_size=None,
-                sampler=sampler,
-                num_workers=workers,
-                collate_fn=gather,
-                pin_memory=on_gpu,
-            )
+        # Beside a GPU other processes draw ahead; on the CPU they would take its cores.
+        usual = _GPU_WORKERS if on_gpu else 0
+        loader = DataLoader(
+            indices,
+            batch_size=None,
+            sampler=sampler,
+            num_workers=usual if self.num_workers is None else self.num_workers,
+            collate_fn=gather,
+            pin_memory=on_gpu,
         )
+        return Batches(loader)

@@ -170,7 +170,7 @@ def make_split(ids: Iterable[str], subsets: Mapping[str, str], val_fraction: flo
             where the rule has named none.
 
     Raises:
-        ConfigError: a subset that there is not, or a `val_fraction` outside [0, 1).
+        ConfigError: a subset that there is not.
         DataError: nothing to train on, or nothing to test on.
     """
     if not isinstance(subsets, Mapping):
@@ -178,8 +178,6 @@ def make_split(ids: Iterable[str], subsets: Mapping[str, str], val_fraction: flo
     wrong = sorted(set(subsets.values()) - set(SUBSETS))
     if wrong:
         raise ConfigError(f"the split has {wrong[0]!r} for one of {', '.join(SUBSETS)}")
-    if not 0 <= val_fraction < 1:
-        raise ConfigError(f"split.val_fraction={val_fraction} must lie in [0, 1)")
     rest = subsets.get("*", "")
     found = {i: subsets.get(i, rest) for i in sorted(set(ids))}
     if "val" not in subsets.values():

@@ -9,7 +9,7 @@ import pytest
 import torch
 from box_source import RENDER, BoxSource
 from lightning import Callback, Trainer
-from lightning.pytorch.callbacks import ModelCheckpoint
+from lightning.pytorch.callbacks import LambdaCallback, ModelCheckpoint
 from torch.optim.lr_scheduler import CosineAnnealingLR
 
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
@@ -29,18 +29,19 @@ from ffd_lightning.training.module import FfdModule
 BATCH, POINTS, STEPS = 4, 32, 6
 
 
+SETTINGS = {
+    "num_templates": 2,
+    "template_strategy": DiverseTemplates(),
+    "split": HashSplit(0.7),
+    "val_fraction": 0.2,
+    "batch_size": BATCH,
+    "num_points": POINTS,
+    "progress": False,
+}
+
+
 def make_module(category, source, root, **settings):
-    given = {
-        "num_templates": 2,
-        "template_strategy": DiverseTemplates(),
-        "split": HashSplit(0.7),
-        "val_fraction": 0.2,
-        "batch_size": BATCH,
-        "num_points": POINTS,
-        "progress": False,
-        **settings,
-    }
-    module = FfdDataModule(category, source, root=root, **given)
+    module = FfdDataModule(category, source, root=root, **{**SETTINGS, **settings})
     module.prepare_data()
     module.setup()
     return module
@@ -48,10 +49,8 @@ def make_module(category, source, root, **settings):
 
 def table_module(root, **settings):
     """Tables, on the prepared set that is there already."""
-    render = RenderSettings(height=48, width=64, samples=1)
-    return make_module(
-        "table", ProceduralSource(24), root, render=render, cloud_points=256, **settings
-    )
+    settings |= {"render": RenderSettings(height=48, width=64, samples=1), "cloud_points": 256}
+    return make_module("table", ProceduralSource(24), root, **settings)
 
 
 @pytest.fixture(scope="module")
@@ -67,10 +66,8 @@ def make_boxes(tmp_path_factory):
     root = tmp_path_factory.mktemp("boxes")
 
     def make(**settings):
-        source = BoxSource(10, root / "log")
-        return make_module(
-            "box", source, root, render=RENDER, cloud_points=64, prepare_workers=1, **settings
-        )
+        settings |= {"render": RENDER, "cloud_points": 64, "prepare_workers": 1}
+        return make_module("box", BoxSource(10, root / "log"), root, **settings)
 
     return make
 
@@ -129,31 +126,32 @@ def trained(module, device="cpu", **settings):
         module.trainer = None
 
 
-def loaded(module, **settings):
-    """Return the batches of an epoch."""
-    with trained(module, **settings):
-        return list(module.train_dataloader())
-
-
 def equal(a, b):
     pairs = zip(tensors(a).values(), tensors(b).values(), strict=True)
     return all(torch.equal(x, y) for x, y in pairs)
 
 
+def seen(module, batches):
+    return [module.on_after_batch_transfer(batch, 0) for batch in batches]
+
+
 # --- training steps -----------------------------------------------------------------------------
 
 
-def test_a_step_holds_what_the_prepared_set_holds(tables):
-    batch = Steps(tables)[3]
-    for row, image, points in zip(batch.rows, batch.images, batch.target_points, strict=True):
-        rgb = tables.prepared.image(int(row))[..., :3]
-        np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
-        cloud = {tuple(p) for p in tables.prepared.cloud(int(row)).tolist()}
-        drawn = {tuple(p) for p in points.tolist()}
-        assert len(drawn) == POINTS, "without replacement"
-        assert drawn <= cloud
-    assert batch.images.dtype == torch.uint8
-    assert batch.templates.deformation_matrix.shape == (2, POINTS, 64)
+def test_a_step_holds_what_the_prepared_set_holds_from_views_that_vary(boxes):
+    steps, views = Steps(boxes), set()
+    for k in range(40):
+        batch, drawn_views = steps[k], steps.indices[k].views.tolist()
+        for row, view, image, points in zip(
+            batch.rows.tolist(), drawn_views, batch.images, batch.target_points, strict=True
+        ):
+            views.add((row, view))
+            rgb = boxes.prepared.image(row, view)[..., :3]
+            np.testing.assert_array_equal(image.permute(1, 2, 0), rgb)
+            drawn = {tuple(p) for p in points.tolist()}
+            assert len(drawn) == POINTS, "without replacement"
+            assert drawn <= {tuple(p) for p in boxes.prepared.cloud(row).tolist()}
+    assert views == set(itertools.product(boxes.rows(boxes.split.train).tolist(), (0, 1)))
 
 
 def test_a_step_is_a_function_of_seed_and_number(tables):
@@ -165,49 +163,24 @@ def test_a_step_is_a_function_of_seed_and_number(tables):
     assert not any(equal(a, Steps(tables, seed=1)[k]) for k, a in enumerate(forth))
 
 
-@pytest.mark.parametrize("world_size", [2, 4])
-def test_devices_share_out_what_one_would_see(boxes, world_size):
-    for step in range(4):
-        whole = Steps(boxes, batch_size=8)[step]
-        shares = [
-            Steps(boxes, 0, rank, world_size, batch_size=8)[step] for rank in range(world_size)
-        ]
-        for rank, share in enumerate(shares):
-            for name in ("rows", "images", "target_points"):
-                expected = tensors(whole)[name][rank::world_size]
-                assert torch.equal(tensors(share)[name], expected), (name, rank)
-            assert torch.equal(
-                share.templates.deformation_matrix, whole.templates.deformation_matrix
-            )
-
-
-def test_a_batch_that_cannot_be_shared_out(tables):
+def test_devices_share_out_what_one_would_see(boxes):
+    whole = tensors(Steps(boxes, batch_size=8)[3])
+    for rank in range(4):
+        for name, share in tensors(Steps(boxes, 0, rank, 4, batch_size=8)[3]).items():
+            of_queries = name in ("rows", "images", "target_points")
+            assert torch.equal(share, whole[name][rank::4] if of_queries else whole[name])
     for size in (5, 2):
         with pytest.raises(ConfigError, match=rf"schedule\.batch_size={size} .* over 2 devices"):
-            Steps(tables, world_size=2, batch_size=size)
+            Steps(boxes, world_size=2, batch_size=size)
 
 
 def test_every_shape_is_seen_once_in_each_pass(boxes):
     rows, size = boxes.rows(boxes.split.train).tolist(), 5
     assert len(rows) % size, "passes begin within batches"
-    steps = Steps(boxes, batch_size=size)
-    seen = torch.cat([steps[k].rows for k in range(len(rows))]).tolist()
-    passes = [seen[i : i + len(rows)] for i in range(0, len(seen), len(rows))]
+    indices = Steps(boxes, batch_size=size).indices
+    passes = torch.cat([indices[k].rows for k in range(len(rows))]).reshape(size, -1).tolist()
     assert [sorted(p) for p in passes] == [rows] * size
     assert len({tuple(p) for p in passes}) > 1, "in other orders"
-
-
-def test_views_vary(boxes):
-    steps = Steps(boxes)
-    views = {row: set() for row in boxes.rows(boxes.split.train).tolist()}
-    for k in range(40):
-        batch = steps[k]
-        for row, image in zip(batch.rows.tolist(), batch.images, strict=True):
-            sides = [boxes.prepared.image(row, view)[..., :3] for view in (0, 1)]
-            matches = [v for v in (0, 1) if np.array_equal(sides[v], image.permute(1, 2, 0))]
-            assert len(matches) == 1
-            views[row].update(matches)
-    assert all(seen == {0, 1} for seen in views.values())
 
 
 # --- evaluation chunks --------------------------------------------------------------------------
@@ -230,18 +203,17 @@ def test_points_depend_on_the_shape_alone(tables):
 
 
 @pytest.mark.parametrize("subset", ["val", "test"])
-def test_subsets_are_the_same_at_every_call_and_show_the_first_view(boxes, subset):
-    load = getattr(boxes, f"{subset}_dataloader")
-    first, again = list(load()), list(load())
+def test_subsets_show_the_first_view_as_it_is(boxes, dark_boxes, subset):
+    first, again = (list(getattr(m, f"{subset}_dataloader")()) for m in (boxes, dark_boxes))
     ids = getattr(boxes.split, subset)
     assert torch.cat([batch.rows for batch in first]).tolist() == boxes.rows(ids).tolist()
-    for batch, same in zip(first, again, strict=True):
-        assert equal(batch, same)
+    for batch, same in zip(first, seen(dark_boxes, again), strict=True):
+        assert equal(batch, same), "whatever training images are"
         rgb = [boxes.prepared.image(row)[..., :3] for row in batch.rows.tolist()]
         np.testing.assert_array_equal(batch.images.permute(0, 2, 3, 1), rgb)
 
 
-@pytest.mark.parametrize("subset", ["val", "test", "predict"])
+@pytest.mark.parametrize("subset", ["val", "test"])
 def test_devices_share_out_what_is_scored(tables, subset):
     whole = scored(tables, subset)
     shares = [scored(tables, subset, global_rank=k, world_size=2) for k in range(2)]
@@ -276,10 +248,6 @@ def dark_boxes(make_boxes):
     return make_boxes(augmentation=darkened)
 
 
-def seen(module, batches):
-    return [module.on_after_batch_transfer(batch, 0) for batch in batches]
-
-
 def test_training_images_are_changed_with_their_masks(boxes, dark_boxes):
     plain, loaded_ = list(boxes.train_dataloader()), list(dark_boxes.train_dataloader())
     assert all(equal(a, b) for a, b in zip(plain, loaded_, strict=True)), "as they are loaded"
@@ -306,15 +274,11 @@ def test_what_is_drawn_of_images_follows_from_seed_and_step(dark_boxes):
     assert torch.equal(torch.get_rng_state(), before), "nothing is drawn from others' numbers"
     seeds = [Steps(dark_boxes, seed)[step].seed for seed in (0, 1) for step in range(6)]
     assert len(set(seeds)) == 2 * 6
-
-
-def test_devices_change_a_querys_image_as_one_would(dark_boxes):
-    whole = seen(dark_boxes, [Steps(dark_boxes)[2]])[0]
-    for rank in range(2):
+    for rank in range(2):  # of two devices each changes a query's image as one would
         with trained(dark_boxes, global_rank=rank, world_size=2):
             (share,) = seen(dark_boxes, [Steps(dark_boxes, 0, rank, 2)[2]])
-        assert torch.equal(share.images, whole.images[rank::2])
-        assert torch.equal(share.mask, whole.mask[rank::2])
+        assert torch.equal(share.images, forth[2].images[rank::2])
+        assert torch.equal(share.mask, forth[2].mask[rank::2])
 
 
 def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeypatch):
@@ -330,15 +294,6 @@ def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeyp
     monkeypatch.undo()
     assert {type(i) for i in indices} == {BatchIndices}, "gathered where the data is"
     assert all(equal(a, b) for a, b in zip(seen(kept, indices), files, strict=True))
-
-
-@pytest.mark.parametrize("subset", ["val", "test", "predict"])
-def test_only_training_images_are_changed(boxes, dark_boxes, subset):
-    given = list(getattr(dark_boxes, f"{subset}_dataloader")())
-    after = seen(dark_boxes, given)
-    assert all(a is b for a, b in zip(given, after, strict=True))
-    plain = getattr(boxes, f"{subset}_dataloader")()
-    assert all(equal(a, b) for a, b in zip(after, plain, strict=True))
 
 
 # --- residency ----------------------------------------------------------------------------------
@@ -360,20 +315,24 @@ def test_data_follows_the_trainer_to_another_device(make_boxes):
 def test_an_epoch_is_the_training_or_a_pass(tables):
     batches_of_a_pass = -(-len(tables.split.train) // BATCH)
     assert batches_of_a_pass != STEPS
-    assert len(loaded(tables)) == STEPS
-    assert len(loaded(tables, accumulate_grad_batches=3)) == 3 * STEPS
-    for limits in ({"max_steps": -1, "max_epochs": 4}, {"max_epochs": 4}):
-        assert len(loaded(tables, **limits)) == batches_of_a_pass
+    for settings, length in (
+        ({}, STEPS),
+        ({"accumulate_grad_batches": 3}, 3 * STEPS),
+        ({"max_steps": -1, "max_epochs": 4}, batches_of_a_pass),
+        ({"max_epochs": 4}, batches_of_a_pass),
+    ):
+        with trained(tables, **settings):
+            assert len(list(tables.train_dataloader())) == length
 
 
 def test_each_template_has_its_own_points(tables):
     for count in (40, 256):
         indices = drawn_from(TrainingIndices, tables, tables.split.train, num_points=count)[0]
         batch = tables.store.batch(indices)
-        drawn = [set(points) for points in indices.template_points.tolist()]
-        assert [len(points) for points in drawn] == [count] * 2, "without replacement"
-        assert (drawn[0] == drawn[1]) == (count == 256)
+        first, second = drawn = [set(points) for points in indices.template_points.tolist()]
+        assert (first == second) == (count == 256)
         for t, points in enumerate(indices.template_points):
+            assert len(drawn[t]) == count, "without replacement"
             matrix = tables.bank.deformation_matrix[t, points]
             assert torch.equal(batch.templates.deformation_matrix[t], matrix)
 
@@ -408,9 +367,8 @@ def test_templates_are_chosen_from_what_is_not_tested_on(make_boxes, hold_out):
     assert seen == [tuple(f"b{k:02d}" for k in range(4, 10))]
     assert module.bank.ids == ("b04", "b05")
     assert module.split.test == ("b00", "b01", "b02", "b03")
-    assert set(module.split.train + module.split.val) == {
-        f"b{k:02d}" for k in range(4 + (hold_out or 2), 9)
-    }
+    left = {f"b{k:02d}" for k in range(4 + (hold_out or 2), 9)}
+    assert set(module.split.train + module.split.val) == left
     with pytest.raises(DataError, match=r"holds only 6 shapes to choose from, and 4 that are"):
         make_boxes(split=lambda _: rule, hold_out=7)
 
@@ -424,14 +382,6 @@ def test_outliers_may_be_left_out(make_boxes, monkeypatch):
     assert not odd & {*without.bank.ids, *(i for subset in without.split for i in subset)}
     assert set(without.split.test) == set(whole.split.test) - odd
     assert len(without.bank) + sum(map(len, without.split)) == 7
-
-
-def test_held_out_templates_are_in_no_subset(make_boxes):
-    four = make_boxes(num_templates=4)
-    two = make_boxes(num_templates=2, hold_out=4)
-    assert two.bank.ids == four.bank.ids[:2]
-    assert two.split == four.split
-    assert not set(four.bank.ids) & {i for subset in two.split for i in subset}
 
 
 # --- whole trainings ----------------------------------------------------------------------------
@@ -457,36 +407,27 @@ def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
     objective = Objective({"chamfer": WeightedTerm(Chamfer())})
     module = FfdModule(network, objective, scheduler=CosineAnnealingLR)
     watch = Watch(fails_at)
-    trainer = Trainer(
-        accelerator="cpu",
-        logger=False,
-        callbacks=[watch, *more, ModelCheckpoint(folder, every_n_train_steps=1, save_top_k=-1)],
-        enable_progress_bar=False,
-        enable_model_summary=False,
-        **settings,
-    )
+    quiet = {"logger": False, "enable_progress_bar": False, "enable_model_summary": False}
+    keep = ModelCheckpoint(folder, every_n_train_steps=1, save_top_k=-1)
+    callbacks = [watch, *more, keep]
+    trainer = Trainer(accelerator="cpu", callbacks=callbacks, **quiet, **settings)
     failure = nullcontext() if fails_at is None else pytest.raises(RuntimeError, match="goes down")
     with failure:
         trainer.fit(module, datamodule=data, ckpt_path=resume)
     return watch.rows, {name: value.clone() for name, value in module.state_dict().items()}
 
 
-LIMITS = {
-    "steps": {"max_steps": 7},
-    "accumulated steps": {"max_steps": 4, "accumulate_grad_batches": 2},
-    "epochs": {"max_epochs": 3},
-    "accumulated epochs": {"max_epochs": 3, "accumulate_grad_batches": 2},
-    "parts of epochs": {"max_epochs": 4, "limit_train_batches": 2},
-    "accumulated parts of steps": {
-        "max_steps": 5,
-        "limit_train_batches": 3,
-        "accumulate_grad_batches": 2,
-    },
-}
-
-
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"max_steps": 7},
+        {"max_steps": 4, "accumulate_grad_batches": 2},
+        {"max_epochs": 3, "accumulate_grad_batches": 2},
+        {"max_epochs": 4, "limit_train_batches": 2},
+        {"max_steps": 5, "limit_train_batches": 3, "accumulate_grad_batches": 2},
+    ],
+)
 def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, limits):
     data = table_module(data_root, augmentation=darkened)
     length = -(-len(data.split.train) // BATCH)
@@ -508,21 +449,15 @@ def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, lim
         assert all(torch.equal(ends[name], weights[name]) for name in weights), fails_at
 
 
-class Save(Callback):
-    """Writes a checkpoint at a batch's end."""
-
-    def __init__(self, path, after):
-        self.path, self.after = path, after
-
-    def on_train_batch_end(self, trainer, module, outputs, batch, batch_idx):
-        if batch_idx + 1 == self.after:
-            trainer.save_checkpoint(self.path)
-
-
 @pytest.mark.filterwarnings("ignore")
 def test_a_checkpoint_in_the_middle_of_a_step_is_refused(data_root, tmp_path):
     data, path = table_module(data_root), tmp_path / "middle.ckpt"
     limits = {"max_steps": 2, "accumulate_grad_batches": 2}
-    fit(data, tmp_path, more=[Save(path, after=3)], **limits)
+
+    def save(trainer, module, outputs, batch, batch_idx):
+        if batch_idx + 1 == 3:
+            trainer.save_checkpoint(path)
+
+    fit(data, tmp_path, more=[LambdaCallback(on_train_batch_end=save)], **limits)
     with pytest.raises(ConfigError, match="after 3 batches of the epoch, of which 2 make a step"):
         fit(data, tmp_path, resume=path, **limits)

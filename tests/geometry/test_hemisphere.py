@@ -100,5 +100,6 @@ def test_a_point_has_no_scale_and_nan_no_bounds():
     assert (found.radius, found.center.tolist()) == (0, [1, 2, 3])
     with pytest.raises(ValueError, match="no extent"):
         found.transform([[1, 2, 3]])
-    with pytest.raises(ValueError, match="finite"):
-        bounding_hemisphere([[0, 0, 0], [1, np.nan, 0]])
+    for vertices in (np.zeros((0, 3)), [[0, 0, 0], [1, np.nan, 0]]):
+        with pytest.raises(ValueError, match="finite"):
+            bounding_hemisphere(vertices)

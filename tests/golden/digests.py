@@ -12,7 +12,7 @@ import itertools
 import json
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -47,40 +47,28 @@ def shapes(folder: Path) -> dict[str, Any]:
     """Return digests of procedural shapes: the first of each structural family."""
     result: dict[str, Any] = {}
     for category, families in subjects.families().items():
-        models: dict[str, Any] = {}
-        wanted = set(families)
-        for index in itertools.count():
-            shape_id = f"{category}-{index:06d}"
-            model = subjects.shape(category, shape_id)
-            if model["family"] in wanted:
-                wanted.remove(model["family"])
-                models[shape_id] = _shape(model)
+        wanted, ids = set(families), []
+        for shape_id in (f"{category}-{index:06d}" for index in itertools.count()):
+            family = subjects.shape(category, shape_id)["family"]
+            if family in wanted:
+                wanted.remove(family)
+                ids.append(shape_id)
             if not wanted:
                 break
-        result[category] = {"part_names": model["part_names"], "models": models}
+        result[category] = _category(category, ids)
     return result
 
 
 def shapes_again(stored: dict[str, Any]) -> dict[str, Any]:
     """Return digests of the shapes that were stored, whatever other shapes may be now."""
-    result: dict[str, Any] = {}
-    for category, entry in stored.items():
-        models = {i: subjects.shape(category, i) for i in entry["models"]}
-        names = next(iter(models.values()))["part_names"]
-        result[category] = {
-            "part_names": names,
-            "models": {i: _shape(model) for i, model in models.items()},
-        }
-    return result
+    return {category: _category(category, entry["models"]) for category, entry in stored.items()}
 
 
 def prepared(folder: Path) -> dict[str, Any]:
     """Return what a prepared set says of itself, and digests of its shapes."""
     found = subjects.prepared(folder)
-    return {
-        "facts": found["facts"],
-        "models": {name: _prepared_model(model) for name, model in found["models"].items()},
-    }
+    models = {name: _prepared_model(model) for name, model in found["models"].items()}
+    return {"facts": found["facts"], "models": models}
 
 
 def training(folder: Path) -> dict[str, Any]:
@@ -91,11 +79,8 @@ def training(folder: Path) -> dict[str, Any]:
     result = {}
     for regime in subjects.REGIMES:
         found = subjects.training(regime, folder, double=True)
-        usual = subjects.training(regime, folder, double=False)
-        result[regime] = found | {
-            "weights": len(found["weights"]),
-            "first_step": usual["steps"][0],
-        }
+        first = subjects.training(regime, folder, double=False)["steps"][0]
+        result[regime] = found | {"weights": len(found["weights"]), "first_step": first}
     return result
 
 
@@ -110,6 +95,12 @@ KINDS: dict[str, Callable[[Path], dict[str, Any]]] = {
     "training": training,
     "evaluation": evaluation,
 }
+
+
+def _category(category: str, ids: Iterable[str]) -> dict[str, Any]:
+    models = {shape_id: subjects.shape(category, shape_id) for shape_id in ids}
+    names = next(iter(models.values()))["part_names"]
+    return {"part_names": names, "models": {i: _shape(model) for i, model in models.items()}}
 
 
 def _shape(model: dict[str, Any]) -> dict[str, Any]:

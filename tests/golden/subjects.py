@@ -33,11 +33,7 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.evaluator import FORMAT_VERSION as EVALUATION_VERSION
-from ffd_lightning.evaluation.evaluator import (
-    EvaluatedNetwork,
-    EvaluationOptions,
-    evaluate,
-)
+from ffd_lightning.evaluation.evaluator import EvaluatedNetwork, EvaluationOptions, evaluate
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.evaluation.samples import Subset
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -209,14 +205,11 @@ def run(name: str, folder: Path) -> dict[str, Any]:
         The network's state, what the evaluation measured for each sample and in the mean, and how
         often each template was selected.
     """
-    run = _run_folder(name, folder)
+    run = RunFolder(folder / "runs" / name)
     summary = train(_run_config(name, folder), run)
     summary.pop("seconds_per_step")
-    samples = (
-        Results.of([run], "paper")
-        .samples.select_dtypes("number")
-        .drop(columns=["seed", "templates"])
-    )
+    samples = Results.of([run], "paper").samples.select_dtypes("number")
+    samples = samples.drop(columns=["seed", "templates"])
     ranking = pd.read_csv(run.path / "template_ranking.csv")
     return {
         "weights": _state(run),
@@ -228,8 +221,8 @@ def run(name: str, folder: Path) -> dict[str, Any]:
 
 def resumed(folder: Path) -> np.ndarray:
     """Return the weights of the first of `RUNS` where it fails at its last step and is resumed."""
-    name = next(iter(RUNS))
-    run = _run_folder("resumed", folder)
+    config = _run_config(next(iter(RUNS)), folder)
+    run = RunFolder(folder / "runs" / "resumed")
     step = FfdModule.training_step
 
     def fails(module: FfdModule, *arguments: Any) -> Any:
@@ -238,8 +231,8 @@ def resumed(folder: Path) -> np.ndarray:
         return step(module, *arguments)
 
     with mock.patch.object(FfdModule, "training_step", fails), suppress(KeyboardInterrupt):
-        train(_run_config(name, folder), run)
-    train(_run_config(name, folder), run)
+        train(config, run)
+    train(config, run)
     return _state(run)
 
 
@@ -262,17 +255,9 @@ def prediction() -> dict[str, Any]:
 
 def report(folder: Path) -> list[str]:
     """Return the numbers in the tables of the report on all `RUNS`, which are there already."""
-    page = write_report(_runs(folder), open_run, gallery_runs=0).read_text(encoding="utf-8")
+    page = write_report(folder / "runs", open_run, gallery_runs=0).read_text(encoding="utf-8")
     cells = re.findall(r"<td[^>]*>(.*?)</td>", page, re.DOTALL)
     return [number for cell in cells for number in re.findall(r"-?\d+\.\d+", cell)]
-
-
-def _runs(folder: Path) -> Path:
-    return folder / "runs"
-
-
-def _run_folder(name: str, folder: Path) -> RunFolder:
-    return RunFolder(_runs(folder) / name)
 
 
 def _run_config(name: str, folder: Path) -> TrainConfig:
@@ -297,9 +282,8 @@ def evaluation(folder: Path) -> dict[str, float]:
         tested_on=Subset(found, rows[-3:]),
         step=0,
     )
-    protocol = PaperProtocol()
     options = EvaluationOptions(references=True, progress=False, restart=True)
-    return evaluate(evaluated, protocol, folder / "evaluation", options)
+    return evaluate(evaluated, PaperProtocol(), folder / "evaluation", options)
 
 
 def _draw_weights(network: nn.Module) -> None:
@@ -351,10 +335,8 @@ class _FixedOutputs(nn.Module):
 
 
 def _config(folder: Path, *overrides: str) -> TrainConfig:
-    composed = compose_config(
-        "train", TrainConfig, [*_SETTINGS, f"paths.data={folder}", *overrides]
-    )
-    return typed_config(composed, TrainConfig)
+    given = [*_SETTINGS, f"paths.data={folder}", *overrides]
+    return typed_config(compose_config("train", TrainConfig, given), TrainConfig)
 
 
 def _prepared(folder: Path) -> PreparedSet:

@@ -19,7 +19,7 @@ def test_moving_a_cloud_costs_the_square_of_the_way(unchecked):
     inputs = clouds(1, 1)
     way = torch.tensor([0.1, -0.2, 0.05])
     inputs.target_points = inputs.pred_points[:, 0] + way
-    found = SlicedWasserstein(directions=20_000, points=40)(inputs)
+    found = SlicedWasserstein(directions=20_000, points=41)(inputs)  # of 40, all
     assert float(found) == pytest.approx(1000 * float(way.square().sum()), rel=0.05)
     inputs.target_points = inputs.pred_points[:, 0].flip(1)
     assert float(SlicedWasserstein(8, 40)(inputs)) == pytest.approx(0, abs=1e-9)
@@ -52,11 +52,3 @@ def test_every_template_has_a_cost_and_a_gradient(unchecked):
     a = np.sort(inputs.pred_points.detach().numpy()[1, 2, ::every][:16] @ axes, axis=0)
     b = np.sort(inputs.target_points.numpy()[1, ::every][:16] @ axes, axis=0)
     assert float(costs[1, 2].detach()) == pytest.approx(3000 * ((a - b) ** 2).mean(), rel=1e-4)
-
-
-def test_of_fewer_points_than_asked_for_all_are_taken(unchecked):
-    found = []
-    for points in (40, 41):
-        torch.manual_seed(0)
-        found.append(SlicedWasserstein(4, points)(clouds()))
-    assert torch.equal(*found)

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 import torch
 from torch.nn import functional
@@ -8,12 +9,13 @@ from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.encoders.mobilenet import EndPadConv2d, MobileNetV1, SamePadConv2d
 
 
-@pytest.mark.parametrize("size", [(192, 256), (97, 130), (31, 64), (33, 95)])
+@pytest.mark.parametrize("size", [(97, 130), (31, 64), (33, 95)])
 def test_output_size_is_that_of_the_feature_map(size):
-    encoder = MobileNetV1(0.25).eval()
-    with torch.no_grad():
-        features = encoder(torch.randn(1, 3, *size))
-    assert features.shape == (1, encoder.out_channels, *encoder.output_size(size))
+    encoder = MobileNetV1(0.25, batch_norm_momentum=1.0)
+    features = encoder(torch.randn(2, 3, *size))
+    assert features.shape == (2, encoder.out_channels, *encoder.output_size(size))
+    momenta = {m.momentum for m in encoder.modules() if isinstance(m, torch.nn.BatchNorm2d)}
+    assert momenta == {1.0}
 
 
 def test_table_1_and_howard_et_al_sizes():
@@ -38,17 +40,9 @@ def test_padding_against_a_loop_over_windows(layer, size):
     # TensorFlow: all the padding that the last window needs, the smaller half in front.
     before = max(2 * (outputs - 1) + 3 - size, 0) // 2 if layer is SamePadConv2d else 0
     padded = functional.pad(image, (before, 4, before, 4))
-    expected = torch.stack(
-        [
-            torch.stack(
-                [
-                    (padded[0, 0, 2 * i : 2 * i + 3, 2 * j : 2 * j + 3] * conv.weight).sum()
-                    for j in range(outputs)
-                ]
-            )
-            for i in range(outputs)
-        ]
-    )
+    expected = torch.zeros(outputs, outputs)
+    for i, j in np.ndindex(outputs, outputs):
+        expected[i, j] = (padded[0, 0, 2 * i : 2 * i + 3, 2 * j : 2 * j + 3] * conv.weight).sum()
     torch.testing.assert_close(conv(image)[0, 0], expected)
 
 
@@ -63,17 +57,6 @@ def test_weights_start_in_glorot_uniform_bounds():
     # Keras counts 9 c inputs and 9 outputs for a depthwise kernel of c channels.
     weight = encoder.layers.get_submodule("conv_dw_13").weight
     assert 0.95 < weight.abs().max() / math.sqrt(6 / (9 * 1024 + 9)) <= 1
-
-
-def test_momentum_reaches_every_batch_norm():
-    encoder = MobileNetV1(0.25, batch_norm_momentum=1.0)
-    images = torch.randn(4, 3, 64, 64)
-    encoder(images)
-    stem = encoder.layers.get_submodule("conv1")(images)
-    mean = encoder.layers.get_submodule("conv1_bn").running_mean
-    torch.testing.assert_close(mean, stem.mean(dim=(0, 2, 3)), atol=1e-5, rtol=1e-4)
-    momenta = {m.momentum for m in encoder.modules() if isinstance(m, torch.nn.BatchNorm2d)}
-    assert momenta == {1.0}
 
 
 def test_impossible_settings_say_so():

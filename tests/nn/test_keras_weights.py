@@ -15,10 +15,10 @@ os.environ.setdefault("KERAS_BACKEND", "torch")
 keras = pytest.importorskip("keras")
 
 
-def mobilenet(shape=(64, 64, 3), **options):
+def mobilenet(shape=(64, 64, 3)):
     """Keras' model with random weights and random moving statistics."""
     model = keras.applications.MobileNet(
-        input_shape=shape, alpha=0.25, weights=None, **{"include_top": False, **options}
+        input_shape=shape, alpha=0.25, weights=None, include_top=False
     )
     rng = np.random.default_rng(0)
     for layer in model.layers:
@@ -49,7 +49,9 @@ def write_published(model, path):
             group.attrs["weight_names"] = [name.encode() for name in names]
 
 
-def assert_same_features(model, encoder, size):
+def assert_same_features(model, path, size):
+    encoder = MobileNetV1(0.25)
+    load_keras_weights(encoder, path)
     images = torch.randn(2, 3, *size, generator=torch.Generator().manual_seed(1))
     expected = model(images.permute(0, 2, 3, 1).numpy(), training=False)
     expected = torch.as_tensor(keras.ops.convert_to_numpy(expected)).permute(0, 3, 1, 2)
@@ -74,24 +76,15 @@ def weight_file(model, tmp_path_factory):
 @pytest.mark.parametrize("name", ["x.weights.h5", "whole.h5", "whole.keras"])
 def test_features_agree_with_keras_in_every_layout(model, tmp_path, name):
     path = tmp_path / name
-    if name.startswith("whole"):
-        model.save(path)
-    else:
-        model.save_weights(path)
-    encoder = MobileNetV1(0.25)
-    load_keras_weights(encoder, path)
-    assert_same_features(model, encoder, (64, 64))
+    (model.save if name.startswith("whole") else model.save_weights)(path)
+    assert_same_features(model, path, (64, 64))
 
 
 @pytest.mark.parametrize("size", [(192, 256), (97, 130)])
 def test_features_of_the_published_layout_agree_at_every_size(model, weight_file, size):
-    other = keras.applications.MobileNet(
-        input_shape=(*size, 3), alpha=0.25, include_top=False, weights=None
-    )
+    other = mobilenet((*size, 3))
     other.set_weights(model.get_weights())
-    encoder = MobileNetV1(0.25)
-    load_keras_weights(encoder, weight_file)
-    assert_same_features(other, encoder, size)
+    assert_same_features(other, weight_file, size)
 
 
 def test_other_files_are_refused_and_nothing_is_loaded(weight_file, tmp_path, monkeypatch):

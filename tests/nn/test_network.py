@@ -1,3 +1,5 @@
+import copy
+
 import numpy as np
 import pytest
 import torch
@@ -44,6 +46,9 @@ def random_images(count=3, seed=0):
 @pytest.mark.parametrize("dtype", [torch.uint8, torch.float32, torch.float64])
 def test_standardize_against_the_formula_in_numpy(dtype):
     images = random_images().to(dtype)
+    images[0] = 7
+    if dtype != torch.uint8:
+        images[1] *= 1e-5  # so faint that the deviation is below the bound
     for image, result in zip(images.numpy(), standardize(images).numpy(), strict=True):
         values = image.astype(np.float64)
         expected = (values - values.mean()) / max(values.std(), 1 / np.sqrt(values.size))
@@ -58,14 +63,6 @@ def test_standardize_adds_up_many_pixels_without_loss():
     torch.testing.assert_close(standardize(images).double(), exact, atol=1e-5, rtol=0)
 
 
-def test_standardize_applies_its_lower_bound_to_faint_images():
-    images = torch.zeros(1, 3, 10, 12, dtype=torch.float64)
-    images[..., 0] = 1e-4
-    bound = 1 / np.sqrt(3 * 10 * 12)
-    expected = (images - images.mean()) / bound
-    torch.testing.assert_close(standardize(images), expected)
-
-
 def test_prediction_ignores_brightness_and_contrast():
     network = build_telling()
     images = random_images(seed=1).double()
@@ -74,8 +71,9 @@ def test_prediction_ignores_brightness_and_contrast():
     assert (a[0] - a[1:]).abs().amax(1).min() > 100 * ROUNDING
 
 
-@pytest.mark.parametrize("num_templates", [1, 2, 7])
-@pytest.mark.parametrize("min_weight", [0.0, 0.001, 0.1, 1.0])
+@pytest.mark.parametrize(
+    ("num_templates", "min_weight"), [(1, 0.1), (2, 0.0), (7, 0.001), (7, 0.1), (7, 1.0)]
+)
 def test_weights_sum_to_one_and_keep_the_floor(num_templates, min_weight):
     network = build(num_templates, min_weight)
     with torch.no_grad():
@@ -87,14 +85,6 @@ def test_weights_sum_to_one_and_keep_the_floor(num_templates, min_weight):
     expected = probs * (1 - min_weight) + min_weight / num_templates
     torch.testing.assert_close(weights, expected)
     assert torch.equal(prediction.template_logits.softmax(1), probs)
-    if num_templates == 1:
-        torch.testing.assert_close(probs, torch.ones(3, 1))
-
-
-def test_training_starts_from_undeformed_templates():
-    prediction = build()(random_images(4))
-    assert prediction.offsets.shape == (4, 5, 8, 3)
-    assert 0 < prediction.offsets.abs().max() < 0.02
 
 
 def test_gradient_reaches_every_parameter():
@@ -107,7 +97,7 @@ def test_gradient_reaches_every_parameter():
 
 def test_eval_mode_treats_images_one_by_one_and_changes_nothing():
     network = build_telling()
-    before = {name: value.clone() for name, value in network.state_dict().items()}
+    before = copy.deepcopy(network.state_dict())
     images = random_images(3, seed=1)
     together = network(images)
     alone = torch.cat([network(image[None]).template_logits for image in images])
@@ -117,6 +107,11 @@ def test_eval_mode_treats_images_one_by_one_and_changes_nothing():
     assert all(torch.equal(before[name], v) for name, v in network.state_dict().items())
     own = network.train()(images).template_logits  # by the statistics of these images
     assert (own - alone).abs().amax(1).min() > 100 * ROUNDING
+    described = network.description()
+    size = tuple(described.pop("image_size"))
+    other = TemplateFfdNetwork(MobileNetV1(0.25), size, **described).eval()
+    other.load_state_dict(before)
+    assert torch.equal(other(images).offsets, together.offsets), "built from its description"
 
 
 def test_offsets_of_mirrored_networks_are_their_own_mirror_image():
@@ -148,15 +143,14 @@ def test_a_shrunk_image_is_the_mean_of_its_squares():
 
 def test_lower_precision_keeps_float32_outputs():
     images = random_images()
-    reference = build().eval()(images).template_logits
+    reference = build().eval()(images).template_logits.detach()
     with torch.autocast("cpu", torch.bfloat16):
         mixed = build().eval()(images)
-    assert {value.dtype for value in mixed} == {torch.float32}
     low = build().to(torch.bfloat16).eval()(images)
-    assert {value.dtype for value in low} == {torch.float32}
-    scale = float(reference.detach().abs().max())
-    torch.testing.assert_close(mixed.template_logits, reference, rtol=0, atol=0.1 * scale)
-    torch.testing.assert_close(low.template_logits, reference, rtol=0, atol=0.2 * scale)
+    for found, error in ((mixed, 0.1), (low, 0.2)):
+        assert {value.dtype for value in found} == {torch.float32}
+        allowed = error * float(reference.abs().max())
+        torch.testing.assert_close(found.template_logits, reference, rtol=0, atol=allowed)
 
 
 def test_bad_input_and_settings_say_so():
@@ -165,12 +159,13 @@ def test_bad_input_and_settings_say_so():
         network(random_images().mT.contiguous())
     with pytest.raises(ConfigError, match="batch of one image"):
         network(random_images(1))
-    with pytest.raises(ConfigError, match="min_weight"):
-        build(min_weight=1.5)
-    with pytest.raises(ConfigError, match="one template or more, got 0"):
-        build(num_templates=0)
-    with pytest.raises(ConfigError, match="images cannot be shrunk by 0"):
-        build(shrink=0)
+    for setting, words in (
+        ({"min_weight": 1.5}, "min_weight"),
+        ({"num_templates": 0}, "one template or more, got 0"),
+        ({"shrink": 0}, "images cannot be shrunk by 0"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            build(**setting)
 
 
 def test_an_encoder_knows_what_it_was_made_of_and_nothing_of_first_weights():
@@ -203,29 +198,6 @@ def test_an_encoder_of_ones_own():
     network = TemplateFfdNetwork(_Pooled(), SIZE, 5, 8, hidden=32)
     assert network(random_images()).offsets.shape == (3, 5, 8, 3)
     assert network.encoder.component is None, "its class is none"
-    with pytest.raises(NotImplementedError):
-        ImageEncoder().output_size(SIZE)
-
-
-def test_a_network_of_the_same_layers_is_built_from_its_description():
-    network = build(3, 0.2)
-    described = network.description()
-    size = tuple(described.pop("image_size"))
-    other = TemplateFfdNetwork(MobileNetV1(0.25), size, **described)
-    other.load_state_dict(network.state_dict())
-    a, b = network.eval()(random_images()), other.eval()(random_images())
-    assert all(torch.equal(x, y) for x, y in zip(a, b, strict=True))
-
-
-class _Plain(torch.nn.Module):
-    """Not MobileNet: the compiler cannot see through the checks of shapes of the tests."""
-
-    def __init__(self):
-        super().__init__()
-        self.conv = torch.nn.Conv2d(3, 4, 3)
-
-    def forward(self, images):
-        return self.conv(images).relu()
 
 
 @pytest.mark.parametrize("works", [True, False])
@@ -241,7 +213,7 @@ def test_compilation_changes_nothing_and_may_fail(monkeypatch, works):
     monkeypatch.setattr("torch._inductor.compile_fx.compile_fx", compiler)
     torch.compiler.reset()
     network = build()
-    network.encoder = _Plain()
+    network.encoder = _Pooled()  # the compiler cannot see through MobileNet's checks of shapes
     names, images = list(network.state_dict()), torch.rand(2, 3, 8, 8)
     expected = network.encoder(images)
     compile_encoder(network)

@@ -50,19 +50,14 @@ def nearest_neighbors(
     clouds (q, T, N, 3). Gradients flow to both clouds through the indices, once. Nothing of size
     N x M is kept in memory.
 
+    A point that is not finite is nobody's neighbour, its own distance nan. A point without any
+    neighbour, for that or because squares overflow, has the distance inf; the index is 0 in both
+    cases.
+
     Args:
         a: (*batch_a, N, 3), float32 or float64 (other floating types work, in plain torch).
         b: (*batch_b, M, 3), same dtype and device; N and M may differ.
         backend: which of the backends to use, chosen by device and dtype when None.
-
-    Returns:
-        Squared distances a->b (*batch, N), indices into b, squared distances b->a (*batch, M),
-        indices into a. A point that is not finite is nobody's neighbour, its own distance nan.
-        A point without any neighbour, for that or because squares overflow, has the distance inf;
-        the index is 0 in both cases.
-
-    Raises:
-        ValueError: clouds or batches that are empty or do not go together.
 
     >>> result = nearest_neighbors(torch.zeros(1, 3), torch.tensor([[3.0, 0, 0], [1, 0, 0]]))
     >>> result.a_to_b, result.a_to_b_index, result.b_to_a
