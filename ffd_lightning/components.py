@@ -163,6 +163,11 @@ class Range:
     interval: str
 
 
+Positive = Annotated[int, Range("(0, inf)")]
+NotNegative = Annotated[int, Range("[0, inf)")]
+
+
+@functools.cache
 def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting]:
     """Return the settings that a signature declares, by name.
 
@@ -171,11 +176,6 @@ def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting
             "module:Class", names a signature that has the defaults and help that it lacks.
         context: parameters that are handed over, and no settings.
     """
-    return _settings_of(target, context)
-
-
-@functools.cache
-def _settings_of(target: Any, context: tuple[str, ...]) -> dict[str, Setting]:
     helps = _helps(target)
     factories: dict[str, Any] = {}
     if dataclasses.is_dataclass(target):
@@ -413,12 +413,7 @@ def _range_problem(name: str, value: Any, interval: str) -> str:
 
 
 def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return typed settings: those given, and the defaults of the others.
-
-    Raises:
-        ConfigError: a setting that does not exist, one that must be given, or a value of another
-            type; the message names it, with `where` before it.
-    """
+    """Return typed settings: those given, and the defaults of the others."""
     dot = f"{where}." if where else ""
     for key in given:
         if key not in known:
@@ -461,11 +456,7 @@ def build(
 
 
 def called(target: Any, place: str, /, **given: Any) -> Any:
-    """Call a constructor: its "width=0 must be ..." is "encoder.width=0 must be ..." to users.
-
-    Raises:
-        ConfigError: it refuses what it is given.
-    """
+    """Call a constructor: its "width=0 must be ..." is "encoder.width=0 must be ..." to users."""
     try:
         return target(**given)
     except ValueError as error:
@@ -626,9 +617,6 @@ def load_plugins(modules: Iterable[str] = ()) -> None:
 
     A package that cannot be imported is warned of, and named where something is missing; a module
     that the user named is an error.
-
-    Raises:
-        ConfigError: one of `modules` cannot be imported.
     """
     if ENTRY_POINTS not in _loaded:
         _loaded.add(ENTRY_POINTS)

@@ -96,9 +96,6 @@ def build_encoder(cfg: Any) -> ImageEncoder:
 
     Args:
         cfg: what has `encoder`, `data` and `network` of a `TrainConfig`.
-
-    Raises:
-        ConfigError: it is none, has no such weights, or its feature map is not as it says.
     """
     size = _seen(cfg)[2]
     momentum = cfg.network.batch_norm_momentum
@@ -200,11 +197,7 @@ def build_callbacks(cfg: TrainConfig) -> list[Callback]:
 
 
 def build_protocol(chosen: Component) -> Protocol:
-    """Return how predictions are measured.
-
-    Raises:
-        ConfigError: it is no protocol, or has no metrics.
-    """
+    """Return how predictions are measured."""
     protocol = chosen.build()
     if not isinstance(protocol, Protocol):
         raise ConfigError(
@@ -218,11 +211,7 @@ def build_protocol(chosen: Component) -> Protocol:
 
 
 def build_all(cfg: TrainConfig) -> None:
-    """Build whatever a training needs but its data, to see that it can be built.
-
-    Raises:
-        ConfigError: something cannot.
-    """
+    """Build whatever a training needs but its data, to see that it can be built."""
     with torch.random.fork_rng(devices=[]):
         build_data(cfg)
         module = build_module(cfg, build_network(cfg), {})
@@ -234,11 +223,7 @@ def build_all(cfg: TrainConfig) -> None:
 
 
 def _built(chosen: Component, kind: Callable[..., _Kind], **context: Any) -> _Kind:
-    """Build a component of a class that all of its kind have.
-
-    Raises:
-        ConfigError: it is something else.
-    """
+    """Build a component of a class that all of its kind have."""
     made = chosen.build(**context)
     if isinstance(made, cast(type, kind)):
         return cast(_Kind, made)

@@ -16,11 +16,7 @@ _CAMERAS = ("camera", "elevation", "azimuths", "random_views", "samples")
 
 
 def validate(cfg: PrepareConfig) -> None:
-    """Check a configuration to prepare data with, or to train with; build all that is cheap.
-
-    Raises:
-        ConfigError: names every setting that cannot work, and the way out.
-    """
+    """Check a configuration to prepare data with, or to train with; build all that is cheap."""
     from ffd_lightning.app import build
 
     problems = list(_data_problems(cfg))

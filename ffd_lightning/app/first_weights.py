@@ -26,11 +26,7 @@ KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/downl
 
 
 def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
-    """Give an encoder the weights that `encoder.weights` names.
-
-    Raises:
-        ConfigError: they are not there, or of another encoder.
-    """
+    """Give an encoder the weights that `encoder.weights` names."""
     if weights == "embedded":
         encoder.load_state_dict(_embedded(encoder))
     elif weights != "none":

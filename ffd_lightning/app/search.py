@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ffd_lightning import components
-from ffd_lightning.app.identity import decides
 from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
-from ffd_lightning.run_folder import find_runs
+from ffd_lightning.run_folder import decides, find_runs
 
 if TYPE_CHECKING:
     import optuna
@@ -45,9 +44,6 @@ def run_search(
 
     Returns:
         0 if all trials are finished.
-
-    Raises:
-        ConfigError: the protocol does not have the measure.
     """
     try:
         import optuna

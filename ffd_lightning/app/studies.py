@@ -89,11 +89,7 @@ class Study:
 
 
 def load_study(file: Path) -> Study:
-    """Read a study.
-
-    Raises:
-        ConfigError: no such file, or it is not a study.
-    """
+    """Read a study."""
     if not file.is_file():
         names = ", ".join(sorted(p.stem for p in file.parent.glob("*.yaml")))
         raise ConfigError(f"no study {file.stem!r}: {file.parent} has {names or 'none'}")
@@ -174,11 +170,6 @@ def check_study(
 
     Returns:
         The settings of the first job, and what would stop jobs at their start, "" for nothing.
-
-    Raises:
-        HydraException: an override that does not fit.
-        ConfigError: a value that does not fit.
-        DataError: the source is not what it should be, or has none of the categories.
     """
     configs: list[TrainConfig] = []
     problems: dict[str, None] = {}

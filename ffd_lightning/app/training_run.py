@@ -183,11 +183,7 @@ def evaluated(
     data: FfdDataModule,
     step: int = 0,
 ) -> EvaluatedNetwork:
-    """Return what is evaluated: a network, and the shapes of `evaluation.subset`.
-
-    Raises:
-        ConfigError: the validation shapes are to be evaluated, and there are none.
-    """
+    """Return what is evaluated: a network, and the shapes of `evaluation.subset`."""
     ids = data.split.test if cfg.evaluation.subset == "test" else data.split.val
     if not ids:
         raise ConfigError(
@@ -232,11 +228,7 @@ def _record(cfg: TrainConfig) -> dict[str, Any]:
 
 
 def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
-    """Return the step that the run's checkpoint continues from, 0 without one.
-
-    Raises:
-        DataError: it is damaged, or of other templates than are chosen now.
-    """
+    """Return the step that the run's checkpoint continues from, 0 without one."""
     if not run.checkpoint.exists():
         return 0
     try:

@@ -114,11 +114,7 @@ class _Graph(nn.Module):
 
 
 def build_graph(model: TrainedModel, notes: Mapping[str, str] | None = None) -> Any:
-    """Return the network as an `onnx.ModelProto` that says what it is; see `export_onnx`.
-
-    Raises:
-        ConfigError: torch cannot export this network.
-    """
+    """Return the network as an `onnx.ModelProto` that says what it is; see `export_onnx`."""
     import onnx
 
     height, width = model.network.image_size

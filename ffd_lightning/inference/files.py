@@ -50,9 +50,6 @@ class MeshWriter:
         """Write `mesh.glb`, `template.glb`, `lattice.glb`, and where asked `mesh.obj`.
 
         Textures are within the GLB files, and beside the OBJ file (`scenes.OBJ_TEXTURES`).
-
-        Raises:
-            DataError: a file cannot be written.
         """
         mesh = self._bank.meshes[reconstruction.index]
         split = pieces(mesh, self._colors, _PALETTE)
@@ -83,9 +80,6 @@ def write_cloud(
     """Write points of the deformed surface as PLY: colour and, where known, the part `label`.
 
     What the labels mean stands in comments of the header: `label 0 leg`; 255 is unknown.
-
-    Raises:
-        DataError: it cannot be written.
     """
     surface = reconstruction.surface
     points, faces = reconstruction.sample(count, seed)

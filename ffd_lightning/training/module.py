@@ -123,11 +123,7 @@ class FfdModule(LightningModule):
         torch.manual_seed(self.seed * 1_000_003 + self.global_step * every + batch_idx % every)
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
-        """Return the objective's total.
-
-        Raises:
-            ConfigError: a loss is not finite, see `FiniteLosses`.
-        """
+        """Return the objective's total."""
         with nullcontext() if self.trainer.world_size == 1 else SharedBatchStatistics():
             prediction = self.network(batch.images)
         every = int(self.trainer.accumulate_grad_batches)

@@ -65,7 +65,7 @@ def test_a_written_command_is_understood(page, command, arguments):
         config, schema = HYDRA[command]
         typed_config(compose_config(config, schema, first_values(arguments)), schema)
         return
-    module = importlib.import_module(f"ffd_lightning.app.commands.{COMMANDS[command].module}")
+    module = importlib.import_module(f"ffd_lightning.app.commands.{command}")
     read_settings(module.Settings, arguments, getattr(module, "MAIN", ""))
 
 

@@ -20,8 +20,6 @@ from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
-SCHEMA = TrainConfig
-
 
 def main(arguments: Sequence[str]) -> None:
     """Train what the command line names."""

@@ -48,11 +48,7 @@ def start(shared: Shared, port: int = 8080) -> Any:
 
 
 def import_viser() -> Any:
-    """Return the package that serves the page.
-
-    Raises:
-        ConfigError: it is not installed.
-    """
+    """Return the package that serves the page."""
     try:
         import viser
     except ImportError:

@@ -94,11 +94,7 @@ class Shared:
         return self._state(framed, shape_id, Truth(prepared.mesh(row), prepared.cloud(row)))
 
     def open_photo(self, photo: Photo) -> State:
-        """Reconstruct what a photograph shows.
-
-        Raises:
-            DataError: it cannot be used, or its mask cannot.
-        """
+        """Reconstruct what a photograph shows."""
         if photo.mask == photo.content:
             raise DataError(f"the mask is the photograph itself, {photo.name}")
         picture = read_photo(photo.content, photo.name)
