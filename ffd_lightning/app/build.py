@@ -92,11 +92,7 @@ def _seen(cfg: Any) -> tuple[tuple[int, int], int, tuple[int, int]]:
 
 
 def build_encoder(cfg: Any) -> ImageEncoder:
-    """Return the encoder with its first weights.
-
-    Args:
-        cfg: what has `encoder`, `data` and `network` of a `TrainConfig`.
-    """
+    """Return the encoder with its first weights; `cfg` has `encoder`, `data` and `network`."""
     size = _seen(cfg)[2]
     momentum = cfg.network.batch_norm_momentum
     encoder = _built(cfg.encoder, ImageEncoder, image_size=size, batch_norm_momentum=momentum)
@@ -198,12 +194,7 @@ def build_callbacks(cfg: TrainConfig) -> list[Callback]:
 
 def build_protocol(chosen: Component) -> Protocol:
     """Return how predictions are measured."""
-    protocol = chosen.build()
-    if not isinstance(protocol, Protocol):
-        raise ConfigError(
-            f"protocol={chosen.name} gives a {type(protocol).__name__}, not a Protocol: let its "
-            "class inherit from ffd_lightning.Protocol"
-        )
+    protocol = _built(chosen, Protocol)
     if not protocol.metrics:
         raise ConfigError(f"protocol={chosen.name} has no metrics: it needs one at least")
     object.__setattr__(protocol, "component", chosen)  # where a function makes it, too

@@ -29,11 +29,7 @@ def validate(cfg: PrepareConfig) -> None:
 
 
 def device_problems(cfg: Any) -> list[str]:
-    """Return what is wrong with where a run is to train on this machine.
-
-    Args:
-        cfg: what `train` reads, typed or as it was composed.
-    """
+    """Return what is wrong with where a run, typed or composed, is to train on this machine."""
     import torch
 
     accelerator = cfg.trainer.accelerator

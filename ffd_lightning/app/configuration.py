@@ -116,11 +116,7 @@ def _register(schema: type[Any]) -> None:
 
 
 def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> _Config:
-    """Turn a composed or read configuration into typed settings.
-
-    Args:
-        cfg: what Hydra composed, or a file held.
-        schema: of which command it is.
+    """Turn what Hydra composed, or a file held, into typed settings of a command.
 
     Raises:
         ConfigError: something is missing, does not exist or does not fit; the message names it.
@@ -331,12 +327,8 @@ def run_hydra(
 ) -> None:
     """Run a command as a Hydra application, once its first job is seen to be well spelled.
 
-    Args:
-        name: of the command and its configuration in `conf/`.
-        schema: of its settings.
-        run: takes the typed settings; what it returns is the job's result.
-        arguments: of the command line.
-        counted: a callback of the configuration counts the jobs of a multirun that have failed.
+    `run` takes the typed settings and returns the job's result. With `counted`, a callback of the
+    configuration counts the jobs of a multirun that have failed.
     """
     given = list(arguments)
     args, _ = get_args_parser().parse_known_args(given)

@@ -52,12 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def run(name: str, arguments: Sequence[str] | None = None) -> None:
-    """Run one subcommand; exits with its code.
-
-    Args:
-        name: one of `COMMANDS`.
-        arguments: those of the command line where they are None.
-    """
+    """Run one of `COMMANDS`, with the arguments of the command line by default; exits."""
     from ffd_lightning.app.messages import shown
 
     given = list(sys.argv[1:] if arguments is None else arguments)

@@ -33,17 +33,8 @@ def run_search(
     """Look for the settings with the best score on the validation shapes; resumes.
 
     Writes `search.db` (Optuna's own, for its dashboard), `trials.csv` and `best.json`. Trial k's
-    runs are in `search-DIGEST/trial-k`, whose digest is of the search and its overrides.
-
-    Args:
-        search: where to look, and for what.
-        trials: how many in all.
-        folder: the study's.
-        overrides: what all trials have in common.
-        train: sweeps with overrides and returns an exit code.
-
-    Returns:
-        0 if all trials are finished.
+    runs are in `search-DIGEST/trial-k`, whose digest is of the search and its overrides. `train`
+    sweeps with overrides and returns an exit code; so does this, 0 if all trials are finished.
     """
     try:
         import optuna

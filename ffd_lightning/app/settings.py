@@ -19,12 +19,9 @@ _Settings = TypeVar("_Settings")
 
 
 def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str = "") -> _Settings:
-    """Read `key=value` arguments into a dataclass.
+    """Read `key=value` arguments into a dataclass; fields of default `MISSING` must be given.
 
-    Args:
-        schema: a dataclass; fields whose default is `MISSING` must be given.
-        arguments: of the command line; commas make lists of `[a,b]` only.
-        main: the setting that a lone argument, one without "=", is the value of.
+    A lone argument, one without "=", is the value of the setting `main`.
     """
     known = settings_of(schema)
     given: dict[str, Any] = {}

@@ -50,7 +50,6 @@ from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import (
     Clock,
-    ExampleImages,
     Reconstructions,
     TemplateSelection,
     example_rows,
@@ -71,10 +70,6 @@ _NOISE = (
 
 def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     """Train and evaluate one run; resume where an earlier attempt stopped.
-
-    Args:
-        cfg: the whole configuration.
-        run: where everything is written.
 
     Returns:
         The summary of the evaluation; read back if the run is finished already; {} in further
@@ -297,7 +292,6 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         clock,
         Progress(run, clock, cfg.trainer.progress_bar),
         TemplateSelection(),
-        ExampleImages(figures.figure_examples),
         Reconstructions(
             figures.figure_examples, figures.training_examples, figures.training_figures, name
         ),

@@ -73,12 +73,8 @@ def selection_bars(
 def distance_colors(a: Tensor, b: Tensor) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Colour the points of two clouds by the distance to the nearest point of the other.
 
-    Args:
-        a: (n, 3), box diagonal 1.
-        b: (m, 3).
-
-    Returns:
-        RGB of both, (n, 3) and (m, 3) uint8: from blue (no distance) to orange (0.05 and more).
+    Clouds are (n, 3) and (m, 3), of box diagonal 1; RGB of both is returned, uint8 of the same
+    shapes: from blue (no distance) to orange (0.05 and more).
     """
     nearest = nearest_neighbors(a, b)
     return _colors(nearest.a_to_b), _colors(nearest.b_to_a)

@@ -15,7 +15,6 @@ from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
 from ffd_lightning.training.callbacks import (
     Clock,
-    ExampleImages,
     Reconstructions,
     TemplateSelection,
     example_rows,
@@ -49,7 +48,7 @@ class Session:
             network.heads.logits.bias[0] = 0.8
         self.module = build_module(config, network, {})
         drawn = Reconstructions(EXAMPLES, SHOWN, TIMES, "table/e/t2")
-        chosen = [*more, Clock(1), TemplateSelection(), ExampleImages(EXAMPLES), drawn]
+        chosen = [*more, Clock(1), TemplateSelection(), drawn]
         self.folder = folder / "tensorboard"
         self.trainer = Trainer(
             accelerator="cpu",
@@ -161,6 +160,7 @@ def test_learning_rate_and_weights_are_those_of_the_step(logged):
 def test_bars_and_histograms_are_drawn_at_every_validation(logged):
     events, step, scores = logged.events, [2, 4, 6, 8], logged.module.scores
     assert [i.step for i in events.Images("which_template/bars")] == step
+    assert [i.step for i in events.Images("which_template/all")] == step[:1]
     for tag in ("selected", "weight_of_selected"):
         assert [h.step for h in events.Histograms(f"which_template/{tag}")] == step
     last = events.Histograms("which_template/selected")[-1].histogram_value
@@ -171,7 +171,6 @@ def test_bars_and_histograms_are_drawn_at_every_validation(logged):
 def test_examples_are_drawn_as_often_as_asked(logged):
     events = logged.events
     assert [i.step for i in events.Images("worked_examples/reconstructions")] == [4]
-    assert [i.step for i in events.Images("worked_examples/input")] == [0]
     for part in ("VERTEX", "COLOR"):
         assert [t.step for t in events.Tensors(f"{CLOUDS}_{part}")] == [4, 8]
 

@@ -51,15 +51,7 @@ Settings:
 
 @dataclass
 class Request:
-    """What a command line asks for.
-
-    Attributes:
-        study: its name, or a file.
-        quick: the version that ends on two cores.
-        dry_run: print the sweeps, and run nothing.
-        overrides: settings as for `train`, before the study's.
-        config_dir: a folder with options of the user's own.
-    """
+    """What a command line asks for: see `_HELP`; `study` is its name, or a file."""
 
     study: str
     quick: bool = False
@@ -105,11 +97,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def run_study(request: Request) -> int:
-    """Run a study, resuming where it was interrupted.
-
-    Returns:
-        The exit code: 0 if all runs are finished.
-    """
+    """Run a study, resuming where it was interrupted; return 0 if all runs are finished."""
     study, stem = load_study(request.file), request.file.stem
     name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
     overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead
@@ -158,10 +146,8 @@ def _note(folder: Path, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
     options = [*(["--quick"] if request.quick else []), *request.options]
     command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
-    content: dict[str, object] = {"study": request.file.stem, "question": study.question}
-    content["command"] = command
-    if study.beside_paper:
-        content["beside_paper"] = True
+    content = {"study": request.file.stem, "question": study.question, "command": command}
+    content |= {"beside_paper": True} if study.beside_paper else {}
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     try:
         write_atomic(folder / "study.yaml", text)
