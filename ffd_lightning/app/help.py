@@ -27,13 +27,10 @@ _NOT_GIVEN = ("provided", "base")  # by users
 
 @dataclass(frozen=True)
 class Section:
-    """The settings of a group, or of one component of it.
+    """The settings of a group, or of one component of it, by their names on the command line.
 
-    Attributes:
-        title: "data.render", "encoder=" or "encoder=mobilenet" say; "" for the whole.
-        text: what it is.
-        options: files of the group, and what each is.
-        settings: by their names on the command line.
+    The title is "data.render", "encoder=" or "encoder=mobilenet", say; "" for the whole. Options
+    are files of the group, and what each is.
     """
 
     title: str

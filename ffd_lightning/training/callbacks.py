@@ -123,7 +123,7 @@ class TemplateSelection(Callback):
         if not self._pictures:
             self._pictures = [render(m, height=54, width=72) for m in data.bank.meshes]
         step, shares = trainer.global_step, 100 * scores.counts / scores.counts.sum()
-        if step <= int(trainer.val_check_batch):
+        if step <= int(trainer.val_check_batch or 0):
             figure = np.asarray(template_figure(data.bank))
             writer.add_image("which_template/all", figure, step, dataformats="HWC")
         image = np.asarray(selection_bars(scores.counts, scores.weights.mean(0), self._pictures))
@@ -146,7 +146,7 @@ class Reconstructions(Callback):
         examples: of how many the run's own figure is.
         count: how many of those are shown here.
         times: how often, spread evenly over training; 0 for never.
-        name: of the run.
+        name: the run's, which tags begin with.
     """
 
     def __init__(self, examples: int, count: int, times: int, name: str = "") -> None:

@@ -158,9 +158,7 @@ class FfdModule(LightningModule):
         """Score the templates on each query."""
         self.scoring.update(self.network(batch.images), batch)
 
-    def test_step(self, batch: Batch, batch_idx: int) -> None:
-        """Score the templates on each query."""
-        self.scoring.update(self.network(batch.images), batch)
+    test_step = validation_step
 
     def predict_step(self, batch: Batch, batch_idx: int) -> FfdPrediction:
         """Return the prediction for a batch's images."""
@@ -170,9 +168,7 @@ class FfdModule(LightningModule):
         """Make sure that losses and weights are finite."""
         self._check_finite(self.state_dict())
 
-    def on_train_end(self) -> None:
-        """Make sure that losses and weights are finite."""
-        self._check_finite(self.state_dict())
+    on_train_end = on_validation_start
 
     def on_validation_epoch_end(self) -> None:
         """Log means over all validation shapes."""

@@ -38,14 +38,10 @@ CLOUD_LEGEND = (
 def selection_bars(
     counts: ArrayLike, weights: ArrayLike, pictures: Sequence[Picture]
 ) -> Image.Image:
-    """Draw how often each template is selected, most used first, and its mean weight.
+    """Draw how often each template is selected, (T,), most used first, and its mean weight, (T,).
 
-    Below its bars a template has its picture, its number, which counts from 1, and its share.
-
-    Args:
-        counts: selections per template, (T,).
-        weights: mean weight per template, (T,).
-        pictures: of the templates, T of one size.
+    Below its bars a template has its picture, all of one size, its number, which counts from 1, and
+    its share.
     """
     counts, weights = np.asarray(counts), np.asarray(weights, float)
     shares = counts / counts.sum()

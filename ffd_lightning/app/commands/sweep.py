@@ -146,8 +146,10 @@ def _note(folder: Path, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
     options = [*(["--quick"] if request.quick else []), *request.options]
     command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
-    content = {"study": request.file.stem, "question": study.question, "command": command}
-    content |= {"beside_paper": True} if study.beside_paper else {}
+    content: dict[str, object] = {"study": request.file.stem, "question": study.question}
+    content["command"] = command
+    if study.beside_paper:
+        content["beside_paper"] = True
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
     try:
         write_atomic(folder / "study.yaml", text)

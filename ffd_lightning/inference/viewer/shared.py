@@ -47,12 +47,6 @@ class Shared:
         shapes: None for photographs alone.
         photo: that visitors see first, None for the first test shape.
         note: what visitors should know, written at the top.
-
-    Attributes:
-        heading: what is looked at, in a line.
-        views: images of each test shape.
-        camera: that the page begins with: the network's images', or three quarters where there are
-            several.
     """
 
     def __init__(
