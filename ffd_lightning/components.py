@@ -75,8 +75,7 @@ KINDS: dict[str, Kind] = {
     ),
     "term": Kind(
         "a term of the objective",
-        (),
-        _of("losses.terms", chamfer="Chamfer", mean_chamfer="MeanChamfer")
+        built_in=_of("losses.terms", chamfer="Chamfer", mean_chamfer="MeanChamfer")
         | _of("losses.terms", lattice_bending="LatticeBending", lattice_folding="LatticeFolding")
         | _of("losses.terms", negative_entropy="NegativeEntropy", offset_penalty="OffsetPenalty")
         | _of("losses.terms", uniform_penalty="UniformPenalty")
@@ -84,39 +83,33 @@ KINDS: dict[str, Kind] = {
     ),
     "selection": Kind(
         "how template weights are taught",
-        (),
-        _of("losses.selection", weighted="WeightedCosts", posterior="PosteriorTaught"),
+        built_in=_of("losses.selection", weighted="WeightedCosts", posterior="PosteriorTaught"),
     ),
     "augmentation": Kind(
         "changes training images",
-        (),
-        _of("imaging.augmentation", none="Unchanged", photo="PhotoAugmentation"),
+        built_in=_of("imaging.augmentation", none="Unchanged", photo="PhotoAugmentation"),
     ),
     "template_strategy": Kind(
         "how templates are chosen",
-        (),
-        _of("data.templates.choice", auto="AutoTemplates", paper="PaperTemplates")
+        built_in=_of("data.templates.choice", auto="AutoTemplates", paper="PaperTemplates")
         | _of("data.templates.choice", medoids="MedoidTemplates", diverse="DiverseTemplates")
         | _of("data.templates.choice", random="RandomTemplates")
         | _of("data.templates.choice", listed="ListedTemplates", ranking="ListedTemplates"),
     ),
     "source": Kind(
         "where shapes come from",
-        (),
-        _of("data.sources.procedural", procedural="ProceduralSource")
+        built_in=_of("data.sources.procedural", procedural="ProceduralSource")
         | _of("data.sources.folder", folder="FolderSource")
         | _of("data.sources.shapenet", shapenet="ShapeNetSource"),
     ),
     "split": Kind(
         "which shapes are trained on, validated on, tested on",
-        (),
-        _of("data.splits", hash="HashSplit", auto="AutoSplit", r2n2="R2n2Split")
+        built_in=_of("data.splits", hash="HashSplit", auto="AutoSplit", r2n2="R2n2Split")
         | _of("data.splits", listed="ListedSplit"),
     ),
     "protocol": Kind(
         "how predictions are measured",
-        (),
-        _of("evaluation.protocols.paper", paper="PaperProtocol")
+        built_in=_of("evaluation.protocols.paper", paper="PaperProtocol")
         | _of("evaluation.protocols.surface", modern="SurfaceProtocol", pixel2mesh="Pixel2Mesh")
         | _of("evaluation.protocols.surface", atlasnet="AtlasNet", mesh_rcnn="MeshRcnn")
         | _of("evaluation.protocols.surface", occnet="OccNet")
@@ -163,13 +156,15 @@ class Range:
     interval: str
 
 
-def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting]:
-    """Return the settings that a signature declares, by name.
+Positive = Annotated[int, Range("(0, inf)")]
+NotNegative = Annotated[int, Range("[0, inf)")]
 
-    Args:
-        target: a class or function; of a dataclass, the fields. An attribute `settings_like`,
-            "module:Class", names a signature that has the defaults and help that it lacks.
-        context: parameters that are handed over, and no settings.
+
+def settings_of(target: Any, context: tuple[str, ...] = ()) -> dict[str, Setting]:
+    """Return the settings that a signature, or a dataclass, declares, without its `context`.
+
+    A class's attribute `settings_like`, "module:Class", names a signature that has the defaults and
+    help that it lacks.
     """
     return _settings_of(target, context)
 
@@ -413,12 +408,7 @@ def _range_problem(name: str, value: Any, interval: str) -> str:
 
 
 def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return typed settings: those given, and the defaults of the others.
-
-    Raises:
-        ConfigError: a setting that does not exist, one that must be given, or a value of another
-            type; the message names it, with `where` before it.
-    """
+    """Return typed settings: those given, and the defaults of the others."""
     dot = f"{where}." if where else ""
     for key in given:
         if key not in known:
@@ -444,12 +434,8 @@ def build(
 ) -> Any:
     """Call a class with plain settings, defaults for the others, and what it names of the context.
 
-    Args:
-        target: the class.
-        given: plain values by name.
-        where: the settings' place, for messages: "encoder", say.
-        context: values by name.
-        names: of the parameters that are context, and no settings.
+    `where` is the settings' place, for messages: "encoder", say. `names` are those of the
+    parameters that are context, and no settings.
 
     Raises:
         ConfigError: a setting that does not fit, or that the constructor refuses.
@@ -461,11 +447,7 @@ def build(
 
 
 def called(target: Any, place: str, /, **given: Any) -> Any:
-    """Call a constructor: its "width=0 must be ..." is "encoder.width=0 must be ..." to users.
-
-    Raises:
-        ConfigError: it refuses what it is given.
-    """
+    """Call a constructor: its "width=0 must be ..." is "encoder.width=0 must be ..." to users."""
     try:
         return target(**given)
     except ValueError as error:
@@ -626,9 +608,6 @@ def load_plugins(modules: Iterable[str] = ()) -> None:
 
     A package that cannot be imported is warned of, and named where something is missing; a module
     that the user named is an error.
-
-    Raises:
-        ConfigError: one of `modules` cannot be imported.
     """
     if ENTRY_POINTS not in _loaded:
         _loaded.add(ENTRY_POINTS)

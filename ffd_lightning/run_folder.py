@@ -17,6 +17,21 @@ from filelock import FileLock, Timeout
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder, write_atomic
 
+NOT_DECIDING = (
+    *("trainer", "logger", "callbacks", "protocol", "evaluation", "paths", "preparation"),
+    *("name", "restart", "plugins", "provided", "base"),
+)
+"""Groups and settings of where, how fast, how measured and under what name."""
+
+
+def decides(key: str) -> bool:
+    """Tell whether a setting, by its name on the command line, decides what a run computes.
+
+    >>> [decides(key) for key in ("schedule.steps", "trainer.devices", "trainer.precision")]
+    [True, False, True]
+    """
+    return key == "trainer.precision" or key.split(".")[0] not in NOT_DECIDING
+
 
 def _read_json(file: Path) -> dict[str, Any]:
     """Return what a file holds, {} where there is none or it is damaged."""

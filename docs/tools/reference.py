@@ -81,7 +81,7 @@ def commands_page() -> str:
         "",
         "| command | |",
         "|---|---|",
-        *(f"| [`ffd {name}`](#ffd-{name}) | {c.summary} |" for name, c in COMMANDS.items()),
+        *(f"| [`ffd {name}`](#ffd-{name}) | {text} |" for name, text in COMMANDS.items()),
         "",
     ]
     for name in COMMANDS:

@@ -23,7 +23,7 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.metrics.selection import effective_templates
-from ffd_lightning.run_folder import RunFolder, find_runs
+from ffd_lightning.run_folder import RunFolder, decides, find_runs
 
 _KEYS = {
     "category": "category.name",
@@ -31,10 +31,6 @@ _KEYS = {
     "templates": "templates.count",
     "seed": "seed",
 }  # columns of tables, and the settings that they hold
-_NOT_DECIDING = (
-    *("seed", "name", "restart", "base", "plugins", "provided", "paths", "preparation", "trainer"),
-    *("logger", "callbacks", "protocol", "evaluation"),
-)  # settings, and groups of them, of where, how fast and how measured; see `decides`
 _HOW = ("format", "protocol", "all_views", "seed")  # in `summary.json`: decide scores, with weights
 _CURVE = ["run", "step", "box_chamfer", "effective_templates"]
 _DIGITS = "%.5g"  # of kept scores: more than any two runs agree in by chance
@@ -285,16 +281,6 @@ def setting_of(settings: Mapping[str, Any], key: str) -> Any:
     return value
 
 
-def decides(key: str) -> bool:
-    """Tell whether a setting decides what is computed, not where, how fast or under what name.
-
-    >>> [decides(key) for key in ("schedule.steps", "seed", "trainer.devices", "trainer.precision")]
-    [True, False, False, True]
-    """
-    where = any(f"{key}.".startswith(f"{name}.") for name in _NOT_DECIDING)
-    return not where or key == "trainer.precision"
-
-
 def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     """Return what decides runs but their category and seed, as text; null is the same as nothing.
 
@@ -312,7 +298,7 @@ def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
         for category, seed in zip(categories, seeds, strict=True)
     ]
     for key in settings:
-        if decides(key) and not key.startswith("category."):
+        if decides(key) and key != "seed" and not key.startswith("category."):
             texts = settings[key].map(setting_text)
             columns[key] = [place.sub("*", text) for place, text in zip(places, texts, strict=True)]
     return pd.DataFrame(columns, settings.index)

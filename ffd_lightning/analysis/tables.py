@@ -14,7 +14,7 @@ from rich.console import RenderableType
 from ffd_lightning.analysis.budget import QUALITY, SHARES, error_budget, mesh_quality
 from ffd_lightning.analysis.compare import Best, best, compare, compare_with, interval, is_mean
 from ffd_lightning.analysis.naming import GROUP, SETTING, differing, name_of, setting_text
-from ffd_lightning.analysis.results import Results, decides, own_protocol
+from ffd_lightning.analysis.results import Results, own_protocol
 from ffd_lightning.analysis.selection import selection_stability, selection_table
 from ffd_lightning.analysis.table import Cell, Table, number
 from ffd_lightning.analysis.wording import SHAPE_TITLES, scaled_title
@@ -22,7 +22,7 @@ from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.candidates import CANDIDATES
 from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.palette import REGIME_COLORS, regime_title
-from ffd_lightning.run_folder import RunFolder
+from ffd_lightning.run_folder import RunFolder, decides
 
 FOLDED = Metric("folded", QUALITY["folded"][1], factor=QUALITY["folded"][2])
 """Judged beside the protocol's measures, which say nothing of how a mesh is deformed."""
@@ -429,7 +429,7 @@ def _table(
 
 def differing_settings(results: Results) -> tuple[Table | None, list[str]]:
     """Return the settings in which runs differ, a row per run, and those that all share."""
-    kept = [key for key in results.settings if decides(key) or key == "seed"]
+    kept = [key for key in results.settings if decides(key)]
     values = results.settings[kept].map(setting_text)
     different = [key for key in kept if values[key].nunique() > 1]
     shared = [f"{key}={values[key].iloc[0]}" for key in sorted(set(kept) - set(different))]

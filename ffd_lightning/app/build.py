@@ -92,14 +92,7 @@ def _seen(cfg: Any) -> tuple[tuple[int, int], int, tuple[int, int]]:
 
 
 def build_encoder(cfg: Any) -> ImageEncoder:
-    """Return the encoder with its first weights.
-
-    Args:
-        cfg: what has `encoder`, `data` and `network` of a `TrainConfig`.
-
-    Raises:
-        ConfigError: it is none, has no such weights, or its feature map is not as it says.
-    """
+    """Return the encoder with its first weights; `cfg` has `encoder`, `data` and `network`."""
     size = _seen(cfg)[2]
     momentum = cfg.network.batch_norm_momentum
     encoder = _built(cfg.encoder, ImageEncoder, image_size=size, batch_norm_momentum=momentum)
@@ -200,17 +193,8 @@ def build_callbacks(cfg: TrainConfig) -> list[Callback]:
 
 
 def build_protocol(chosen: Component) -> Protocol:
-    """Return how predictions are measured.
-
-    Raises:
-        ConfigError: it is no protocol, or has no metrics.
-    """
-    protocol = chosen.build()
-    if not isinstance(protocol, Protocol):
-        raise ConfigError(
-            f"protocol={chosen.name} gives a {type(protocol).__name__}, not a Protocol: let its "
-            "class inherit from ffd_lightning.Protocol"
-        )
+    """Return how predictions are measured."""
+    protocol = _built(chosen, Protocol)
     if not protocol.metrics:
         raise ConfigError(f"protocol={chosen.name} has no metrics: it needs one at least")
     object.__setattr__(protocol, "component", chosen)  # where a function makes it, too
@@ -218,11 +202,7 @@ def build_protocol(chosen: Component) -> Protocol:
 
 
 def build_all(cfg: TrainConfig) -> None:
-    """Build whatever a training needs but its data, to see that it can be built.
-
-    Raises:
-        ConfigError: something cannot.
-    """
+    """Build whatever a training needs but its data, to see that it can be built."""
     with torch.random.fork_rng(devices=[]):
         build_data(cfg)
         module = build_module(cfg, build_network(cfg), {})
@@ -234,11 +214,7 @@ def build_all(cfg: TrainConfig) -> None:
 
 
 def _built(chosen: Component, kind: Callable[..., _Kind], **context: Any) -> _Kind:
-    """Build a component of a class that all of its kind have.
-
-    Raises:
-        ConfigError: it is something else.
-    """
+    """Build a component of a class that all of its kind have."""
     made = chosen.build(**context)
     if isinstance(made, cast(type, kind)):
         return cast(_Kind, made)

@@ -16,11 +16,7 @@ _CAMERAS = ("camera", "elevation", "azimuths", "random_views", "samples")
 
 
 def validate(cfg: PrepareConfig) -> None:
-    """Check a configuration to prepare data with, or to train with; build all that is cheap.
-
-    Raises:
-        ConfigError: names every setting that cannot work, and the way out.
-    """
+    """Check a configuration to prepare data with, or to train with; build all that is cheap."""
     from ffd_lightning.app import build
 
     problems = list(_data_problems(cfg))
@@ -33,11 +29,7 @@ def validate(cfg: PrepareConfig) -> None:
 
 
 def device_problems(cfg: Any) -> list[str]:
-    """Return what is wrong with where a run is to train on this machine.
-
-    Args:
-        cfg: what `train` reads, typed or as it was composed.
-    """
+    """Return what is wrong with where a run, typed or composed, is to train on this machine."""
     import torch
 
     accelerator = cfg.trainer.accelerator

@@ -13,11 +13,8 @@ from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
 from ffd_lightning import pretrained
-from ffd_lightning.components import MISSING, Component, Range
+from ffd_lightning.components import MISSING, Component, NotNegative, Positive, Range
 from ffd_lightning.imaging.render_settings import RenderSettings
-
-Positive = Annotated[int, Range("(0, inf)")]
-NotNegative = Annotated[int, Range("[0, inf)")]
 
 EMBEDDED_WIDTH = 0.25
 """Of the encoder that comes with the package, a MobileNet."""

@@ -68,11 +68,7 @@ def common_settings(kind: str) -> dict[str, Setting]:
 
 
 def all_settings(kind: str, name: str) -> dict[str, Setting]:
-    """Return the settings of a component, its own and those of its kind.
-
-    Raises:
-        ConfigError: there is no such component, or a setting of its own has a taken name.
-    """
+    """Return the settings of a component, its own and those of its kind."""
     own, common = components.settings(kind, name), common_settings(kind)
     taken = [key for key in own if key in common or key == label_of(kind)]
     if taken:
@@ -120,11 +116,7 @@ def _register(schema: type[Any]) -> None:
 
 
 def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> _Config:
-    """Turn a composed or read configuration into typed settings.
-
-    Args:
-        cfg: what Hydra composed, or a file held.
-        schema: of which command it is.
+    """Turn what Hydra composed, or a file held, into typed settings of a command.
 
     Raises:
         ConfigError: something is missing, does not exist or does not fit; the message names it.
@@ -153,9 +145,6 @@ def choose(kind: str, node: Any, where: str, provided: Mapping[str, str] = {}) -
     """Return what a group of a configuration, `where`, chooses: `node` has its name and settings.
 
     `provided` tells from which packages components came when the configuration was written.
-
-    Raises:
-        ConfigError: no such component, or settings that do not fit.
     """
     values, label = _mapping(where, node), label_of(kind)
     name = str(values.pop(label, where.rpartition(".")[2]))
@@ -260,11 +249,7 @@ def chooses(override: Override) -> bool:
 
 
 def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> list[str]:
-    """Return overrides as Hydra is to read them: what sets a value may name what is not there.
-
-    Raises:
-        ConfigError: several values that are no list, or an option that is no name.
-    """
+    """Return overrides as Hydra is to read them: what sets a value may name what is not there."""
     found, own = [], settings_of(schema)
     for override in OverridesParser.create().parse_overrides(list(overrides)):
         text, key = str(override.input_line), override.key_or_group
@@ -342,15 +327,8 @@ def run_hydra(
 ) -> None:
     """Run a command as a Hydra application, once its first job is seen to be well spelled.
 
-    Args:
-        name: of the command and its configuration in `conf/`.
-        schema: of its settings.
-        run: takes the typed settings; what it returns is the job's result.
-        arguments: of the command line.
-        counted: a callback of the configuration counts the jobs of a multirun that have failed.
-
-    Raises:
-        ConfigError, HydraException: a setting that does not exist or does not fit.
+    `run` takes the typed settings and returns the job's result. With `counted`, a callback of the
+    configuration counts the jobs of a multirun that have failed.
     """
     given = list(arguments)
     args, _ = get_args_parser().parse_known_args(given)

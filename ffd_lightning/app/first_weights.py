@@ -26,11 +26,7 @@ KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/downl
 
 
 def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
-    """Give an encoder the weights that `encoder.weights` names.
-
-    Raises:
-        ConfigError: they are not there, or of another encoder.
-    """
+    """Give an encoder the weights that `encoder.weights` names."""
     if weights == "embedded":
         encoder.load_state_dict(_embedded(encoder))
     elif weights != "none":
@@ -83,10 +79,6 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
 
     They are known again by their ids, where the data is of the same name and seed. Templates of the
     network that the weights are from do not count: it was never shown images of them.
-
-    Args:
-        cfg: of the run.
-        tested: ids of the shapes that it is tested on, as its data module names them.
     """
     from ffd_lightning.checkpoint import read_checkpoint
 

@@ -26,7 +26,7 @@ def gpu_slot(gpus: list[str], jobs_per_gpu: int, folder: Path | None = None) -> 
     The locks are the system's: they are free again however a job ends.
 
     Args:
-        gpus: a name of each visible GPU that is the same for all processes of the machine.
+        gpus: `visible_gpus`.
         jobs_per_gpu: how many jobs may share one.
         folder: where the locks are; a folder of the user's by default.
     """

@@ -27,13 +27,10 @@ _NOT_GIVEN = ("provided", "base")  # by users
 
 @dataclass(frozen=True)
 class Section:
-    """The settings of a group, or of one component of it.
+    """The settings of a group, or of one component of it, by their names on the command line.
 
-    Attributes:
-        title: "data.render", "encoder=" or "encoder=mobilenet" say; "" for the whole.
-        text: what it is.
-        options: files of the group, and what each is.
-        settings: by their names on the command line.
+    The title is "data.render", "encoder=" or "encoder=mobilenet", say; "" for the whole. Options
+    are files of the group, and what each is.
     """
 
     title: str
@@ -45,9 +42,7 @@ class Section:
 def sections(schema: type[Any], folders: Sequence[Path]) -> Iterator[Section]:
     """Yield all settings of a command: the one source of help and of the documentation.
 
-    Args:
-        schema: of the command's settings.
-        folders: of configurations, whose subfolders hold options.
+    `folders` are of configurations; their subfolders hold options.
     """
     fields = settings_of(schema)
     own = {k: s for k, s in fields.items() if not _is_group(s) and k not in _NOT_GIVEN}
@@ -98,12 +93,8 @@ def command_help(
 ) -> str:
     """Return the help of a command: what is usual, or everything.
 
-    Args:
-        name: of the command; `<name>.yaml` in the first folder holds its introduction under
-            `hydra.help.template`.
-        schema: of its settings.
-        folders: of configurations: ours, then those of --config-dir.
-        everything: also the settings of each choice.
+    `<name>.yaml` in the first of the folders of configurations, which is ours, holds its
+    introduction under `hydra.help.template`.
     """
     file = OmegaConf.load(folders[0] / f"{name}.yaml")
     intro = str(OmegaConf.select(file, "hydra.help.template")).rstrip()
@@ -134,6 +125,6 @@ def command_help(
 
 
 def _section_help(section: Section) -> str:
-    lines = [f"{section.title or 'Of the whole'}    {section.text}"]
-    lines += [two_columns(section.options.items()), settings_help(section.settings)]
-    return "\n".join(line for line in lines if line)
+    title = f"{section.title or 'Of the whole'}    {section.text}"
+    texts = (title, two_columns(section.options.items()), settings_help(section.settings))
+    return "\n".join(filter(None, texts))

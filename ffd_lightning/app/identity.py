@@ -1,7 +1,7 @@
 """Which settings make two runs the same; names of folders and resuming derive from it.
 
 A run is its configuration without the groups that say where, how fast and how measured
-(`NOT_DECIDING`): all other settings decide what comes out.
+(`run_folder.NOT_DECIDING`): all other settings decide what comes out.
 """
 
 from __future__ import annotations
@@ -26,27 +26,12 @@ from ffd_lightning.app.configuration import chooses, content, differences, flat,
 from ffd_lightning.components import plain
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.files import write_atomic
-from ffd_lightning.run_folder import RunFolder
-
-NOT_DECIDING = (
-    *("trainer", "logger", "callbacks", "protocol", "evaluation", "paths", "preparation"),
-    *("name", "restart", "plugins", "provided", "base"),
-)
-"""Groups and settings of where, how fast, how measured and under what name."""
+from ffd_lightning.run_folder import RunFolder, decides
 
 _PLACED = ("category.name", "regime.name", "templates.name", "seed")  # the folder's path has them
 _PLACED_GROUPS = ("category", "regime", "templates")
 _LONGEST = 60  # characters of a name's readable part
 _HASH = 6  # hexadecimal digits
-
-
-def decides(key: str) -> bool:
-    """Tell whether a setting decides what a run computes.
-
-    >>> [decides(key) for key in ("schedule.steps", "trainer.devices", "trainer.precision")]
-    [True, False, True]
-    """
-    return key == "trainer.precision" or key.split(".")[0] not in NOT_DECIDING
 
 
 def identity(config: Any) -> dict[str, Any]:
@@ -68,11 +53,7 @@ def identity(config: Any) -> dict[str, Any]:
 
 
 def check_folder(cfg: TrainConfig, run: RunFolder) -> None:
-    """Write `config.yaml`, or make sure that the one there is of the same run.
-
-    Raises:
-        ConfigError: the folder holds a run with other settings; the message lists them.
-    """
+    """Write `config.yaml`, or make sure that the one there is of the same run."""
     if run.config.exists() and not cfg.restart:
         try:
             earlier = identity(typed_config(run.settings, TrainConfig))

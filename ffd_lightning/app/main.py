@@ -7,7 +7,6 @@ import inspect
 import os
 import sys
 from collections.abc import Sequence
-from typing import NamedTuple
 
 # Threads of OpenMP that spin while they wait take the cores from the nearest neighbours' own
 # threads, and from everything else on a busy machine. Read when torch is loaded.
@@ -17,25 +16,19 @@ os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 _COMMAND = "FFD_LIGHTNING_COMMAND"
 
 
-class Command(NamedTuple):
-    """A subcommand: what it does, in a line, and the module of `commands` that does it."""
-
-    summary: str
-    module: str
-
-
 COMMANDS = {
-    "train": Command("train and evaluate a run, or a sweep of runs with -m", "train"),
-    "evaluate": Command("score a run under a protocol", "evaluate"),
-    "predict": Command("reconstruct what photographs show", "predict"),
-    "prepare": Command("prepare data, without training", "prepare"),
-    "sweep": Command("run a study of sweeps/, from its runs to its report", "sweep"),
-    "status": Command("say what the runs of a folder are doing", "status"),
-    "report": Command("write one page about all runs of a folder", "report"),
-    "figures": Command("draw the paper's figures of runs", "figures"),
-    "view": Command("look at reconstructions in a local page", "view"),
-    "export": Command("write a trained network small, or as ONNX", "export"),
+    "train": "train and evaluate a run, or a sweep of runs with -m",
+    "evaluate": "score a run under a protocol",
+    "predict": "reconstruct what photographs show",
+    "prepare": "prepare data, without training",
+    "sweep": "run a study of sweeps/, from its runs to its report",
+    "status": "say what the runs of a folder are doing",
+    "report": "write one page about all runs of a folder",
+    "figures": "draw the paper's figures of runs",
+    "view": "look at reconstructions in a local page",
+    "export": "write a trained network small, or as ONNX",
 }
+"""What each subcommand does; the module of `commands` of its name does it."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -59,17 +52,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def run(name: str, arguments: Sequence[str] | None = None) -> None:
-    """Run one subcommand; exits with its code.
-
-    Args:
-        name: one of `COMMANDS`.
-        arguments: those of the command line where they are None.
-    """
+    """Run one of `COMMANDS`, with the arguments of the command line by default; exits."""
     from ffd_lightning.app.messages import shown
 
     given = list(sys.argv[1:] if arguments is None else arguments)
     os.environ[_COMMAND] = name
-    module = importlib.import_module(f"ffd_lightning.app.commands.{COMMANDS[name].module}")
+    module = importlib.import_module(f"ffd_lightning.app.commands.{name}")
     schema = getattr(module, "Settings", None)
     if schema is None:  # a Hydra application: it reads its own arguments
         shown(lambda: sys.exit(module.main(given)))
@@ -85,9 +73,8 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
         main_setting = getattr(module, "MAIN", "")
         alone = getattr(module, "ALONE", False)  # without a setting there is something to do
         if {"-h", "--help"} & set(given) or not (given or alone):
-            print(
-                f"{inspect.getdoc(module)}\n\nSettings:\n\n{settings_help(components.settings_of(schema))}"
-            )
+            listed = settings_help(components.settings_of(schema))
+            print(f"{inspect.getdoc(module)}\n\nSettings:\n\n{listed}")
             print(f"  {'plugins=[]':<20}modules with components of your own.")
             return
         own = [argument for argument in given if argument not in plugins]
@@ -97,15 +84,10 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
 
 
 def _help() -> str:
-    lines = [f"  ffd {name:<10}{command.summary}" for name, command in COMMANDS.items()]
-    return "\n".join(
-        [
-            "Learn to select a template mesh and deform it into the object that an image shows.",
-            "",
-            *lines,
-            "",
-            "Settings are key=value everywhere; ffd COMMAND --help lists them.",
-        ]
+    commands = "\n".join(f"  ffd {name:<10}{summary}" for name, summary in COMMANDS.items())
+    return (
+        "Learn to select a template mesh and deform it into the object that an image shows.\n\n"
+        f"{commands}\n\nSettings are key=value everywhere; ffd COMMAND --help lists them."
     )
 
 

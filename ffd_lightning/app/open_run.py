@@ -25,8 +25,7 @@ def open_data(
         prepare: data that is not there will be prepared anew.
 
     Raises:
-        ConfigError: its `config.yaml` is missing, damaged or of another version, or a component is
-            of a package that is not here.
+        ConfigError: its `config.yaml` cannot be used here.
         DataError: its prepared data is not there.
     """
     settings = run.settings
@@ -51,13 +50,7 @@ def open_run(
     checkpoint: Path | None = None,
     prepare: bool = False,
 ) -> OpenRun:
-    """Open a run, finished or not, to look at what it predicts.
-
-    Args:
-        run: its folder.
-        data_root: see `open_data`.
-        checkpoint: another one than the run's newest.
-        prepare: see `open_data`.
+    """Open a run, finished or not, or another checkpoint of it; see `open_data`.
 
     Raises:
         ConfigError: no run, no checkpoint, or one that does not fit.

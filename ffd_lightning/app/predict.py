@@ -13,8 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from ffd_lightning.app.settings import MISSING
-from ffd_lightning.components import check_ranges
+from ffd_lightning.components import MISSING, NotNegative, Positive
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.framing import Background
@@ -76,22 +75,16 @@ class PredictSettings:
     out: str = "predictions"
     mask: str | None = None
     background: Background = "auto"
-    top_k: int = 1
-    points: int = 16384
+    top_k: Positive = 1
+    points: Positive = 16384
     colors: MeshColors = "material"
     obj: bool = False
     preview: bool = True
-    seed: int = 0
-    workers: int = 0
+    seed: NotNegative = 0
+    workers: NotNegative = 0
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(
-            vars(self), top_k="[1, inf)", points="[1, inf)", seed="[0, inf)", workers="[0, inf)"
-        )
 
 
 @dataclass(frozen=True)
@@ -118,10 +111,6 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
 
     A photograph that cannot be used does not stop the others. What is there already, from the same
     photograph, checkpoint and settings, is not made again.
-
-    Raises:
-        ConfigError: settings that cannot work, no run or checkpoint, or no photographs.
-        DataError: the checkpoint is damaged.
     """
     out = Path(settings.out).expanduser()
     jobs = find_jobs(settings.image, settings.mask, out)
@@ -235,11 +224,7 @@ def _remove(folder: Path, files: Sequence[str]) -> None:
 
 
 def file_bytes(path: Path) -> bytes:
-    """Return what a file holds.
-
-    Raises:
-        DataError: there is none, or it cannot be read.
-    """
+    """Return what a file holds."""
     try:
         if path.exists() and not path.is_file():
             raise DataError(f"{path} is not a file")  # reading a pipe would wait for ever
@@ -270,11 +255,7 @@ def _line(job: Job, content: dict[str, Any]) -> str:
 
 
 def find_jobs(image: str | Sequence[str], mask: str | None, out: Path) -> list[Job]:
-    """Return the photographs that `image` names, sorted within a folder or pattern.
-
-    Raises:
-        ConfigError: it names none, or `mask` does not fit them.
-    """
+    """Return the photographs that `image` names, sorted within a folder or pattern."""
     entries = [image] if isinstance(image, str) else image
     try:
         images = list(dict.fromkeys(path for entry in entries for path in _expand(entry)))

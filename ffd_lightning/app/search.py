@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ffd_lightning import components
-from ffd_lightning.app.identity import decides
 from ffd_lightning.app.studies import Search, merged, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic, write_csv
-from ffd_lightning.run_folder import find_runs
+from ffd_lightning.run_folder import decides, find_runs
 
 if TYPE_CHECKING:
     import optuna
@@ -34,20 +33,8 @@ def run_search(
     """Look for the settings with the best score on the validation shapes; resumes.
 
     Writes `search.db` (Optuna's own, for its dashboard), `trials.csv` and `best.json`. Trial k's
-    runs are in `search-DIGEST/trial-k`, whose digest is of the search and its overrides.
-
-    Args:
-        search: where to look, and for what.
-        trials: how many in all.
-        folder: the study's.
-        overrides: what all trials have in common.
-        train: sweeps with overrides and returns an exit code.
-
-    Returns:
-        0 if all trials are finished.
-
-    Raises:
-        ConfigError: the protocol does not have the measure.
+    runs are in `search-DIGEST/trial-k`, whose digest is of the search and its overrides. `train`
+    sweeps with overrides and returns an exit code; so does this, 0 if all trials are finished.
     """
     try:
         import optuna

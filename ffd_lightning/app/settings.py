@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeVar
@@ -18,15 +19,9 @@ _Settings = TypeVar("_Settings")
 
 
 def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str = "") -> _Settings:
-    """Read `key=value` arguments into a dataclass.
+    """Read `key=value` arguments into a dataclass; fields of default `MISSING` must be given.
 
-    Args:
-        schema: a dataclass; fields whose default is `MISSING` must be given.
-        arguments: of the command line; commas make lists of `[a,b]` only.
-        main: the setting that a lone argument, one without "=", is the value of.
-
-    Raises:
-        ConfigError: an unknown setting, a value that does not fit, or one that is missing.
+    A lone argument, one without "=", is the value of the setting `main`.
     """
     known = settings_of(schema)
     given: dict[str, Any] = {}
@@ -44,6 +39,24 @@ def read_settings(schema: type[_Settings], arguments: Sequence[str], main: str =
         given[key] = _value(value, known.get(key, Setting(str)).hint)
     settings: _Settings = components.build(schema, given, "")
     return settings
+
+
+def read_options(
+    command: str, arguments: Sequence[str], *flags: str
+) -> tuple[argparse.Namespace, list[str]]:
+    """Read --config-dir and the flags of a command; return the other words, too.
+
+    Raises:
+        ConfigError: an option that there is not.
+    """
+    parser = argparse.ArgumentParser(f"ffd {command}", allow_abbrev=False, add_help=False)
+    for flag in flags:
+        parser.add_argument(flag, action="store_true")
+    parser.add_argument("--config-dir")
+    options, words = parser.parse_known_args(arguments)
+    if unknown := [word for word in words if word.startswith("-")]:
+        raise ConfigError(f"no option {unknown[0]}: {', '.join([*flags, '--config-dir'])}")
+    return options, words
 
 
 def _value(text: str, hint: Any) -> Any:
@@ -86,6 +99,3 @@ def two_columns(rows: Iterable[tuple[str, str]], width: int = 20) -> str:
             head = ""
         lines += [f"  {head:<{width}}{wrapped[0]}", *(" " * (width + 2) + x for x in wrapped[1:])]
     return "\n".join(line.rstrip() for line in lines if line.strip())
-
-
-__all__ = ["MISSING", "default_text", "read_settings", "settings_help", "two_columns"]

@@ -89,11 +89,7 @@ class Study:
 
 
 def load_study(file: Path) -> Study:
-    """Read a study.
-
-    Raises:
-        ConfigError: no such file, or it is not a study.
-    """
+    """Read a study."""
     if not file.is_file():
         names = ", ".join(sorted(p.stem for p in file.parent.glob("*.yaml")))
         raise ConfigError(f"no study {file.stem!r}: {file.parent} has {names or 'none'}")
@@ -110,13 +106,8 @@ def sweeps(study: Study, name: str, quick: bool, overrides: Sequence[str]) -> li
     """Return what each stage gives to `ffd train -m`.
 
     What the study itself sets is given as `base`: names of folders leave it out, so that runs of a
-    study are where its stages look for them, and only what a user adds is seen in the name.
-
-    Args:
-        study: the study.
-        name: of its folder.
-        quick: the quick version.
-        overrides: the user's, which replace the study's of the same key.
+    study are where its stages look for them, and only what a user adds is seen in the name. Their
+    overrides replace the study's of the same key.
     """
     parser, result = OverridesParser.create(), []
     for stage in study.stages or [Stage()]:
@@ -168,17 +159,8 @@ def check_study(
     Jobs of other encoders, schedules and devices than the first are checked too. Files of earlier
     stages need not be there.
 
-    Args:
-        stages: what each gives to `ffd train -m`.
-        config_dir: a folder with options of the user's own.
-
     Returns:
         The settings of the first job, and what would stop jobs at their start, "" for nothing.
-
-    Raises:
-        HydraException: an override that does not fit.
-        ConfigError: a value that does not fit.
-        DataError: the source is not what it should be, or has none of the categories.
     """
     configs: list[TrainConfig] = []
     problems: dict[str, None] = {}

@@ -50,7 +50,6 @@ from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import (
     Clock,
-    ExampleImages,
     Reconstructions,
     TemplateSelection,
     example_rows,
@@ -71,10 +70,6 @@ _NOISE = (
 
 def train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     """Train and evaluate one run; resume where an earlier attempt stopped.
-
-    Args:
-        cfg: the whole configuration.
-        run: where everything is written.
 
     Returns:
         The summary of the evaluation; read back if the run is finished already; {} in further
@@ -183,11 +178,7 @@ def evaluated(
     data: FfdDataModule,
     step: int = 0,
 ) -> EvaluatedNetwork:
-    """Return what is evaluated: a network, and the shapes of `evaluation.subset`.
-
-    Raises:
-        ConfigError: the validation shapes are to be evaluated, and there are none.
-    """
+    """Return what is evaluated: a network, and the shapes of `evaluation.subset`."""
     ids = data.split.test if cfg.evaluation.subset == "test" else data.split.val
     if not ids:
         raise ConfigError(
@@ -232,11 +223,7 @@ def _record(cfg: TrainConfig) -> dict[str, Any]:
 
 
 def _checkpoint_step(run: RunFolder, templates: Sequence[str]) -> int:
-    """Return the step that the run's checkpoint continues from, 0 without one.
-
-    Raises:
-        DataError: it is damaged, or of other templates than are chosen now.
-    """
+    """Return the step that the run's checkpoint continues from, 0 without one."""
     if not run.checkpoint.exists():
         return 0
     try:
@@ -305,7 +292,6 @@ def _trainer(cfg: TrainConfig, run: RunFolder, done: int, clock: Clock) -> Train
         clock,
         Progress(run, clock, cfg.trainer.progress_bar),
         TemplateSelection(),
-        ExampleImages(figures.figure_examples),
         Reconstructions(
             figures.figure_examples, figures.training_examples, figures.training_figures, name
         ),

@@ -114,11 +114,7 @@ class _Graph(nn.Module):
 
 
 def build_graph(model: TrainedModel, notes: Mapping[str, str] | None = None) -> Any:
-    """Return the network as an `onnx.ModelProto` that says what it is; see `export_onnx`.
-
-    Raises:
-        ConfigError: torch cannot export this network.
-    """
+    """Return the network as an `onnx.ModelProto` that says what it is; see `export_onnx`."""
     import onnx
 
     height, width = model.network.image_size
@@ -159,11 +155,7 @@ def build_graph(model: TrainedModel, notes: Mapping[str, str] | None = None) -> 
 
 @torch.no_grad()
 def compare(model: TrainedModel, content: bytes) -> dict[str, float]:
-    """Hold an ONNX graph, as onnxruntime runs it on the CPU, against torch in float64.
-
-    Args:
-        model: what the graph was made of.
-        content: the graph's bytes.
+    """Hold an ONNX graph's bytes, as onnxruntime runs it on the CPU, against torch in float64.
 
     Returns:
         Largest absolute difference of each output, over pictures of the templates from all sides;

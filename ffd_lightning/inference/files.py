@@ -8,7 +8,6 @@ from typing import Any, cast
 
 import numpy as np
 import trimesh
-from PIL import Image
 from trimesh.exchange.obj import export_obj
 
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -50,9 +49,6 @@ class MeshWriter:
         """Write `mesh.glb`, `template.glb`, `lattice.glb`, and where asked `mesh.obj`.
 
         Textures are within the GLB files, and beside the OBJ file (`scenes.OBJ_TEXTURES`).
-
-        Raises:
-            DataError: a file cannot be written.
         """
         mesh = self._bank.meshes[reconstruction.index]
         split = pieces(mesh, self._colors, _PALETTE)
@@ -83,9 +79,6 @@ def write_cloud(
     """Write points of the deformed surface as PLY: colour and, where known, the part `label`.
 
     What the labels mean stands in comments of the header: `label 0 leg`; 255 is unknown.
-
-    Raises:
-        DataError: it cannot be written.
     """
     surface = reconstruction.surface
     points, faces = reconstruction.sample(count, seed)
@@ -105,13 +98,11 @@ def write_cloud(
     write_file(path, content.replace(b"element vertex", notes + b"element vertex", 1))
 
 
-def preview(reconstruction: Reconstruction, view: RenderSettings) -> Image.Image:
+def write_preview(reconstruction: Reconstruction, path: Path, view: RenderSettings) -> None:
     """Draw what the network saw, its template, the deformed cloud and mesh, and the parts.
 
-    Args:
-        reconstruction: what is drawn.
-        view: size and camera of the network's own images; shapes are drawn by that camera, or from
-            three quarters if there are several, and small images are enlarged.
+    `view` has size and camera of the network's own images; shapes are drawn by that camera, or from
+    three quarters if there are several, and small images are enlarged.
     """
     surface = reconstruction.surface
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
@@ -127,7 +118,7 @@ def preview(reconstruction: Reconstruction, view: RenderSettings) -> Image.Image
     times = max(1, _PREVIEW_HEIGHT // view.height)
     seen = View(view.picture_camera, times * view.height, times * view.width)
     cells = reconstruction_row(reconstruction.photo.image, list(meshes.values()), seen)
-    return grid(cells, len(cells), ["what the network saw", *meshes])
+    write_file(path, png(grid(cells, len(cells), ["what the network saw", *meshes])))
 
 
 def record(reconstruction: Reconstruction) -> dict[str, Any]:
@@ -158,11 +149,6 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
         },
         "frame": "y up, facing -z; the template's bounding box has diagonal 1",
     }
-
-
-def write_preview(reconstruction: Reconstruction, path: Path, view: RenderSettings) -> None:
-    """Write `preview` as PNG."""
-    write_file(path, png(preview(reconstruction, view)))
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:

@@ -104,15 +104,15 @@ class Clock(Callback):
 class TemplateSelection(Callback):
     """Draws template selection into TensorBoard at every validation.
 
-    An image, `which_template/bars`, see `selection_bars`. Histograms: `which_template/selected`
-    (share of the images, in percent, by the template's number from 1) and
-    `which_template/weight_of_selected` (over the validation images).
+    Images: `which_template/all`, see `template_figure`, at the first, and `which_template/bars`,
+    see `selection_bars`. Histograms: `which_template/selected` (share of the images, in percent, by
+    the template's number from 1) and `which_template/weight_of_selected`.
     """
 
     _pictures: Sequence[Picture] = ()
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Write the image and the histograms."""
+        """Write the images and the histograms."""
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         if writer is None or trainer.sanity_checking or not isinstance(data, FfdDataModule):
             return
@@ -123,33 +123,15 @@ class TemplateSelection(Callback):
         if not self._pictures:
             self._pictures = [render(m, height=54, width=72) for m in data.bank.meshes]
         step, shares = trainer.global_step, 100 * scores.counts / scores.counts.sum()
+        if step <= int(trainer.val_check_batch or 0):
+            figure = np.asarray(template_figure(data.bank))
+            writer.add_image("which_template/all", figure, step, dataformats="HWC")
         image = np.asarray(selection_bars(scores.counts, scores.weights.mean(0), self._pictures))
         writer.add_image("which_template/bars", image, step, dataformats="HWC")
         numbers = np.arange(len(shares) + 1) + 0.5
         write_histogram(writer, "which_template/selected", shares, numbers, step)
         largest, edges = np.histogram(scores.weights.max(1), _WEIGHT_BINS, (0, 1))
         write_histogram(writer, "which_template/weight_of_selected", largest, edges, step)
-
-
-class ExampleImages(Callback):
-    """Writes the templates and a few of the validation images into TensorBoard, at the start.
-
-    Tags: `which_template/all`, see `template_figure`, and `worked_examples/input`.
-    """
-
-    def __init__(self, count: int) -> None:
-        self.count = count
-
-    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Write the images once."""
-        writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
-        if writer is None or trainer.global_step > 0 or not isinstance(data, FfdDataModule):
-            return
-        figure = np.asarray(template_figure(data.bank))
-        writer.add_image("which_template/all", figure, 0, dataformats="HWC")
-        images = [data.prepared.image(row)[..., :3] for row in example_rows(data, self.count)]
-        if images:
-            writer.add_images("worked_examples/input", np.stack(images), 0, dataformats="NHWC")
 
 
 class Reconstructions(Callback):
@@ -164,7 +146,7 @@ class Reconstructions(Callback):
         examples: of how many the run's own figure is.
         count: how many of those are shown here.
         times: how often, spread evenly over training; 0 for never.
-        name: of the run.
+        name: the run's, which tags begin with.
     """
 
     def __init__(self, examples: int, count: int, times: int, name: str = "") -> None:

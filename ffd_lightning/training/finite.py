@@ -30,21 +30,13 @@ class FiniteLosses:
         self._unread: list[tuple[int, dict[str, Tensor]]] = []
 
     def add(self, step: int, parts: dict[str, Tensor], trainer: Trainer) -> None:
-        """Take what a loss is made of, see `Objective.parts`, and read it if it is time to.
-
-        Raises:
-            ConfigError: see `read`.
-        """
+        """Take what a loss is made of, see `Objective.parts`, and read it if it is time to."""
         self._unread.append((step, parts))
         if _free_to_read(trainer) or len(self._unread) == _UNREAD:
             self.read(trainer)
 
     def read(self, trainer: Trainer) -> None:
-        """Read all losses since the last time.
-
-        Raises:
-            ConfigError: one is not finite; it names the step and the first part that is not.
-        """
+        """Read all losses since the last time."""
         unread, self._unread = self._unread, []
         first = _first_non_finite([list(parts.values())[-1] for _, parts in unread], trainer)
         if first is not None:

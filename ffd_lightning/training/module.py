@@ -123,11 +123,7 @@ class FfdModule(LightningModule):
         torch.manual_seed(self.seed * 1_000_003 + self.global_step * every + batch_idx % every)
 
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
-        """Return the objective's total.
-
-        Raises:
-            ConfigError: a loss is not finite, see `FiniteLosses`.
-        """
+        """Return the objective's total."""
         with nullcontext() if self.trainer.world_size == 1 else SharedBatchStatistics():
             prediction = self.network(batch.images)
         every = int(self.trainer.accumulate_grad_batches)
@@ -162,9 +158,7 @@ class FfdModule(LightningModule):
         """Score the templates on each query."""
         self.scoring.update(self.network(batch.images), batch)
 
-    def test_step(self, batch: Batch, batch_idx: int) -> None:
-        """Score the templates on each query."""
-        self.scoring.update(self.network(batch.images), batch)
+    test_step = validation_step
 
     def predict_step(self, batch: Batch, batch_idx: int) -> FfdPrediction:
         """Return the prediction for a batch's images."""
@@ -174,9 +168,7 @@ class FfdModule(LightningModule):
         """Make sure that losses and weights are finite."""
         self._check_finite(self.state_dict())
 
-    def on_train_end(self) -> None:
-        """Make sure that losses and weights are finite."""
-        self._check_finite(self.state_dict())
+    on_train_end = on_validation_start
 
     def on_validation_epoch_end(self) -> None:
         """Log means over all validation shapes."""

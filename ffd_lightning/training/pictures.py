@@ -38,14 +38,10 @@ CLOUD_LEGEND = (
 def selection_bars(
     counts: ArrayLike, weights: ArrayLike, pictures: Sequence[Picture]
 ) -> Image.Image:
-    """Draw how often each template is selected, most used first, and its mean weight.
+    """Draw how often each template is selected, (T,), most used first, and its mean weight, (T,).
 
-    Below its bars a template has its picture, its number, which counts from 1, and its share.
-
-    Args:
-        counts: selections per template, (T,).
-        weights: mean weight per template, (T,).
-        pictures: of the templates, T of one size.
+    Below its bars a template has its picture, all of one size, its number, which counts from 1, and
+    its share.
     """
     counts, weights = np.asarray(counts), np.asarray(weights, float)
     shares = counts / counts.sum()
@@ -73,12 +69,8 @@ def selection_bars(
 def distance_colors(a: Tensor, b: Tensor) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
     """Colour the points of two clouds by the distance to the nearest point of the other.
 
-    Args:
-        a: (n, 3), box diagonal 1.
-        b: (m, 3).
-
-    Returns:
-        RGB of both, (n, 3) and (m, 3) uint8: from blue (no distance) to orange (0.05 and more).
+    Clouds are (n, 3) and (m, 3), of box diagonal 1; RGB of both is returned, uint8 of the same
+    shapes: from blue (no distance) to orange (0.05 and more).
     """
     nearest = nearest_neighbors(a, b)
     return _colors(nearest.a_to_b), _colors(nearest.b_to_a)

@@ -41,13 +41,8 @@ class StepLogger(TensorBoardLogger):
     ) -> None:
         """Write a run's results to the page HPARAMS, among its settings.
 
-        What that page calls a metric would be a dot among the curves, too.
-
-        Args:
-            settings: what tells runs apart.
-            summary: means of the evaluation.
-            protocol: that they are of.
-            steps: optimizer steps done.
+        What that page calls a metric would be a dot among the curves, too. `summary` has means
+        under the protocol, after so many optimizer steps.
         """
         main = protocol.main_metric
         measures = {m.name: (m.title, m.factor) for m in protocol.metrics}

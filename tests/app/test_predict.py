@@ -315,7 +315,7 @@ def test_one_command_at_a_time_and_the_number_of_workers_changes_nothing(config,
     ("arguments", "message"),
     [
         (["top_k=5"], "top_k=5: the model has 4 templates of table"),
-        (["top_k=0"], "top_k=0 must be 1 or more"),
+        (["top_k=0"], "top_k=0 must be above 0"),
         (["colors=red"], "colors=red must be one of material, parts"),
         (["run=/nowhere"], "there is no run /nowhere"),
         (["device=abacus"], "device=abacus cannot be used"),

@@ -17,7 +17,6 @@ from PIL import Image
 from ffd_lightning.app.commands.sweep import Request
 from ffd_lightning.app.config import EvaluateConfig, PrepareCommandConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
-from ffd_lightning.app.main import COMMANDS
 from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.studies import load_study
 from ffd_lightning.run_folder import RunFolder
@@ -64,7 +63,7 @@ def test_a_written_command_is_understood(page, command, arguments):
         config, schema = HYDRA[command]
         typed_config(compose_config(config, schema, first_values(arguments)), schema)
         return
-    module = importlib.import_module(f"ffd_lightning.app.commands.{COMMANDS[command].module}")
+    module = importlib.import_module(f"ffd_lightning.app.commands.{command}")
     read_settings(module.Settings, arguments, getattr(module, "MAIN", ""))
 
 

@@ -2,12 +2,7 @@ import pytest
 import torch
 from torch import nn
 
-<<<<<<< HEAD
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.network import TemplateHeads
-=======
-from ffd_lightning.nn.heads import TemplateHeads
->>>>>>> h-t1
 
 
 def test_table_1_sizes():

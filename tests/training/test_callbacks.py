@@ -15,7 +15,6 @@ from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
 from ffd_lightning.training.callbacks import (
     Clock,
-    ExampleImages,
     Reconstructions,
     TemplateSelection,
     example_rows,
@@ -45,7 +44,7 @@ class Session:
         self.data.setup()
         self.module = build_module(config, build_network(config), {})
         drawn = Reconstructions(EXAMPLES, SHOWN, TIMES, "table/e/t2")
-        chosen = [*more, Clock(1), TemplateSelection(), ExampleImages(EXAMPLES), drawn]
+        chosen = [*more, Clock(1), TemplateSelection(), drawn]
         self.folder = folder / "tensorboard"
         self.trainer = Trainer(
             accelerator="cpu",
@@ -111,10 +110,10 @@ def test_learning_rate_and_weights_are_those_of_the_step(logged):
 def test_selections_are_drawn_at_every_validation_and_examples_as_often_as_asked(logged):
     events, scores = logged.events, logged.module.scores
     assert [i.step for i in events.Images("which_template/bars")] == VALIDATIONS
+    assert [i.step for i in events.Images("which_template/all")] == VALIDATIONS[:1]
     for tag in ("selected", "weight_of_selected"):
         assert [h.step for h in events.Histograms(f"which_template/{tag}")] == VALIDATIONS
     assert [i.step for i in events.Images("worked_examples/reconstructions")] == [4]
-    assert [i.step for i in events.Images("worked_examples/input")] == [0]
     for part in ("VERTEX", "COLOR"):
         tensors = events.Tensors(f"{CLOUDS}_{part}")
         assert [t.step for t in tensors] == [4, 8]

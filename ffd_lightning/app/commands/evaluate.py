@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import logging
 import sys
 from collections.abc import Sequence
@@ -11,10 +10,9 @@ from pathlib import Path
 
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, config_folder, typed_config
+from ffd_lightning.app.settings import read_options
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
-
-SCHEMA = EvaluateConfig
 
 _FILES = ("run", "checkpoint", "prepared", "data_root")
 _DIGITS = 8  # of digests in names
@@ -26,15 +24,11 @@ def main(arguments: Sequence[str]) -> int:
     from ffd_lightning.app.help import command_help
     from ffd_lightning.evaluation.tables import print_summary
 
-    parser = argparse.ArgumentParser("ffd evaluate", allow_abbrev=False, add_help=False)
-    parser.add_argument("--config-dir")
-    options, words = parser.parse_known_args(arguments)
-    if {"-h", "--help"} & set(words):
+    options, words = read_options("evaluate", arguments, "-h", "--help")
+    if options.help or options.h:
         more = [] if options.config_dir is None else [Path(options.config_dir)]
         print(command_help("evaluate", EvaluateConfig, [config_folder(), *more], "all" in words))
         return 0
-    if unknown := [word for word in words if word.startswith("-")]:
-        raise ConfigError(f"no option {unknown[0]}: --config-dir")
     files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
     rest = [word for word in words if word.partition("=")[0] not in files]
     composed = compose_config("evaluate", EvaluateConfig, rest, options.config_dir)
@@ -54,10 +48,6 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     Returns:
         The summary, and the folder of the results. What is not measured as a training measures it,
         or not of the network that it ended with on its test shapes, is in a folder of its own.
-
-    Raises:
-        ConfigError: no run, no checkpoint, one that does not fit, or settings that cannot work.
-        DataError: data that is missing or damaged.
     """
     import numpy as np
 

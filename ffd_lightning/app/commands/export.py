@@ -39,12 +39,7 @@ class Settings:
 
 
 def main(settings: Settings) -> int:
-    """Export the run that is named, and print what was written.
-
-    Raises:
-        ConfigError: no run, no checkpoint, a missing package, or a setting that cannot work.
-        DataError: a damaged checkpoint, a graph that differs, or a file that cannot be written.
-    """
+    """Export the run that is named, and print what was written."""
     out = Path(settings.out).expanduser()
     if out.suffix == ".ckpt":
         _write_checkpoint(checkpoint_of(settings.checkpoint or settings.run), out)

@@ -20,9 +20,9 @@ import os
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
-from ffd_lightning.app.settings import MISSING
-from ffd_lightning.components import check_ranges
+from ffd_lightning.components import MISSING, NotNegative, Positive, Range
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
@@ -52,20 +52,14 @@ class Settings:
     figure: str = MISSING
     runs: list[str] = MISSING
     models: list[str] = field(default_factory=list)
-    number: int = 6
+    number: Positive = 6
     pick: str = "spread"
-    seed: int = 0
+    seed: NotNegative = 0
     protocol: str | None = None
-    size: int = 320
-    top: int = 4
+    size: Annotated[int, Range("[64, 2048]")] = 320
+    top: Positive = 4
     out: str | None = None
     data_root: str | None = None
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(
-            vars(self), number="(0, inf)", seed="[0, inf)", size="[64, 2048]", top="(0, inf)"
-        )
 
 
 def main(settings: Settings) -> int:

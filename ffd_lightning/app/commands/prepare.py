@@ -16,8 +16,6 @@ from ffd_lightning.errors import DataError
 if TYPE_CHECKING:
     from ffd_lightning.data.preparation.preparation import Preparation
 
-SCHEMA = PrepareCommandConfig
-
 _TRIED = 16  # shapes of a category, evenly spread over its sorted ids
 _NAMED = 3  # of them with a reason
 
@@ -28,12 +26,7 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def prepare(cfg: PrepareCommandConfig) -> None:
-    """Prepare a category, or several; with `cfg.trial`, print what is to be known before.
-
-    Raises:
-        ConfigError: settings that cannot work.
-        DataError: no usable shape, or a disk that is full or not writable.
-    """
+    """Prepare a category, or several; with `cfg.trial`, print what is to be known before."""
     from ffd_lightning.app.build import build_preparations
     from ffd_lightning.app.checks import validate
     from ffd_lightning.data.templates.summary import outlier_note, outlier_rows

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from ffd_lightning.app.settings import MISSING
-from ffd_lightning.components import check_ranges
+from ffd_lightning.components import MISSING, NotNegative
 
 MAIN = "runs"
 
@@ -35,11 +34,7 @@ class Settings:
     runs: str = MISSING
     protocol: str | None = None
     data_root: str | None = None
-    gallery: int = 12
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), gallery="[0, inf)")
+    gallery: NotNegative = 12
 
 
 def main(settings: Settings) -> int:
@@ -55,18 +50,13 @@ def main(settings: Settings) -> int:
 
 
 def print_labels(folder: Path) -> None:
-    """Print how well the labels of runs fit.
-
-    Raises:
-        ConfigError: no run was evaluated under protocol parts.
-    """
+    """Print how well the labels of runs fit."""
     from ffd_lightning.analysis.parts import PROTOCOL, label_tables
     from ffd_lightning.analysis.results import Results
     from ffd_lightning.terminal import table_console, terminal_width
 
     results = Results.read(folder, PROTOCOL)
-    console = table_console()
     for table in label_tables(results):
-        console.print(table.rich(terminal_width()))
+        table_console().print(table.rich(terminal_width()))
     if not results.families:
         print("structural families: none are known of this data")

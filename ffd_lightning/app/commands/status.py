@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ffd_lightning.app.settings import MISSING
+from ffd_lightning.components import MISSING
 
 MAIN = "runs"
 

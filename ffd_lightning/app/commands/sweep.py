@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import shlex
 import subprocess
@@ -15,14 +14,13 @@ from pathlib import Path
 import yaml
 
 from ffd_lightning.app.commands.train import train_command
-from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import config_folder
 from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
+from ffd_lightning.app.settings import read_options
 from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import write_atomic
 
-SCHEMA = TrainConfig
 _INTERRUPTED = 130
 _FOLDER = config_folder("sweeps")
 _ALIASES = {"quick=true": ["--quick"], "dry_run=true": ["--dry-run"]}
@@ -53,15 +51,7 @@ Settings:
 
 @dataclass
 class Request:
-    """What a command line asks for.
-
-    Attributes:
-        study: its name, or a file.
-        quick: the version that ends on two cores.
-        dry_run: print the sweeps, and run nothing.
-        overrides: settings as for `train`, before the study's.
-        config_dir: a folder with options of the user's own.
-    """
+    """What a command line asks for: see `_HELP`; `study` is its name, or a file."""
 
     study: str
     quick: bool = False
@@ -82,20 +72,9 @@ class Request:
 
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> Request:
-        """Read a command line.
-
-        Raises:
-            ConfigError: no study, two of them, or an option that there is not.
-        """
-        parser = argparse.ArgumentParser("ffd sweep", allow_abbrev=False, add_help=False)
-        for name in ("--quick", "--dry-run"):
-            parser.add_argument(name, action="store_true")
-        parser.add_argument("--config-dir")
-        found, words = parser.parse_known_args(
-            [word for each in arguments for word in _ALIASES.get(each, [each])]
-        )
-        if unknown := [word for word in words if word.startswith("-")]:
-            raise ConfigError(f"no option {unknown[0]}: --quick, --dry-run, --config-dir")
+        """Read a command line."""
+        given = [word for each in arguments for word in _ALIASES.get(each, [each])]
+        found, words = read_options("sweep", given, "--quick", "--dry-run")
         named = [x for x in words if "=" not in x or x.startswith("study=")]
         overrides = [x for x in words if x not in named]
         if len(named) != 1:
@@ -118,14 +97,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def run_study(request: Request) -> int:
-    """Run a study, resuming where it was interrupted.
-
-    Returns:
-        The exit code: 0 if all runs are finished.
-
-    Raises:
-        ConfigError: no such study, or settings that cannot work: nothing has run then.
-    """
+    """Run a study, resuming where it was interrupted; return 0 if all runs are finished."""
     study, stem = load_study(request.file), request.file.stem
     name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
     overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead

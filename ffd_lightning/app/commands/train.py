@@ -20,8 +20,6 @@ from ffd_lightning.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
-SCHEMA = TrainConfig
-
 
 def main(arguments: Sequence[str]) -> None:
     """Train what the command line names."""
@@ -33,6 +31,8 @@ def train_job(cfg: TrainConfig) -> dict[str, float] | None:
 
     In a multirun a failed job is recorded in its `status.json` and does not stop the others.
     """
+    import torch
+
     from ffd_lightning.app.training_run import train
 
     hydra = HydraConfig.get()
@@ -46,8 +46,10 @@ def train_job(cfg: TrainConfig) -> dict[str, float] | None:
     except Exception:
         log.exception("%s failed", run.path)
         return None
-    finally:
-        _free_memory()
+    finally:  # free what the job held in cycles and in the GPU's cache
+        gc.collect()
+        if torch.cuda.is_available():
+            torch.cuda.empty_cache()
 
 
 def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:
@@ -64,15 +66,6 @@ def _train_in_sweep(cfg: TrainConfig, run: RunFolder, hydra: HydraConf) -> dict[
     with gpu_slot(gpus, cfg.trainer.jobs_per_gpu) as gpu:
         cfg.trainer.devices = f"{gpu},"  # a list of one, as Lightning writes it
         return train(cfg, run)
-
-
-def _free_memory() -> None:
-    """Free what a finished job held in cycles and in the GPU's cache."""
-    import torch
-
-    gc.collect()
-    if torch.cuda.is_available():
-        torch.cuda.empty_cache()
 
 
 def _train_in_own_process(run: RunFolder, hydra: HydraConf) -> dict[str, float] | None:

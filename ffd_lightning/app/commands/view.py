@@ -13,10 +13,11 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 from ffd_lightning.app.open_run import open_data
 from ffd_lightning.app.predict import file_bytes
-from ffd_lightning.components import check_ranges
+from ffd_lightning.components import Range
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.server import import_viser, start
@@ -48,21 +49,12 @@ class Settings:
     image: str | None = None
     mask: str | None = None
     data_root: str | None = None
-    port: int = 8080
+    port: Annotated[int, Range("[1, 65535]")] = 8080
     device: str = "auto"
-
-    def __post_init__(self) -> None:
-        """Refuse what is out of range."""
-        check_ranges(vars(self), port="[1, 65535]")
 
 
 def main(settings: Settings) -> int:
-    """Serve the page until interrupted.
-
-    Raises:
-        ConfigError: no run, no checkpoint, or viser is missing.
-        DataError: a damaged checkpoint, or a photograph that cannot be used.
-    """
+    """Serve the page until interrupted."""
     if settings.mask and not settings.image:
         raise ConfigError("mask= is of a photograph: name it by image=")
     import_viser()  # before anything is loaded that would be for nothing
@@ -79,12 +71,7 @@ def main(settings: Settings) -> int:
 
 
 def open_shared(settings: Settings) -> Shared:
-    """Load a run, or a checkpoint alone, and the photograph to begin with.
-
-    Raises:
-        ConfigError: no run and no checkpoint.
-        DataError: a damaged checkpoint, or a photograph that cannot be used.
-    """
+    """Load a run, or a checkpoint alone, and the photograph to begin with."""
     predictor = Predictor.load(settings.checkpoint or settings.run, settings.device)
     shapes, note = None, "A checkpoint alone: open a photo."
     path = None if settings.run is None else Path(settings.run).expanduser()

@@ -38,10 +38,6 @@ class Page:
     Inputs only say that something changed. One thread then reads them all and brings the page up
     to date, so that what comes while it is busy is done at once afterwards, the newest alone.
 
-    Args:
-        client: viser's.
-        shared: the network and the test shapes.
-
     Attributes:
         state: what is looked at, None before the first input.
     """

@@ -31,11 +31,6 @@ class Scene:
         scene: viser's, of one client.
         view: of the camera that the page begins with: the row runs across it.
         refresh: called when a control point was pulled; it must return at once.
-
-    Attributes:
-        drawn: the state, its template and the colours that are there.
-        nodes: viser's, by name.
-        moving: the pieces of the reconstruction, with their nodes.
     """
 
     def __init__(self, scene: Any, view: CameraPose, refresh: Callable[[], None]) -> None:

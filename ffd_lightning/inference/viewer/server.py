@@ -14,12 +14,7 @@ _BRAND = (52, 73, 94)  # of no regime
 def start(shared: Shared, port: int = 8080) -> Any:
     """Serve the page to this machine and return viser's server; `stop()` ends it.
 
-    Args:
-        shared: what is served.
-        port: or the next one that is free.
-
-    Raises:
-        ConfigError: viser is not installed.
+    Where the port is taken, the next one that is free is used.
     """
     server = import_viser().ViserServer(
         host="127.0.0.1", port=port, label="ffd_lightning", verbose=False
@@ -48,11 +43,7 @@ def start(shared: Shared, port: int = 8080) -> Any:
 
 
 def import_viser() -> Any:
-    """Return the package that serves the page.
-
-    Raises:
-        ConfigError: it is not installed.
-    """
+    """Return the package that serves the page."""
     try:
         import viser
     except ImportError:

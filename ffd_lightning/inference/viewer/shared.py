@@ -47,12 +47,6 @@ class Shared:
         shapes: None for photographs alone.
         photo: that visitors see first, None for the first test shape.
         note: what visitors should know, written at the top.
-
-    Attributes:
-        heading: what is looked at, in a line.
-        views: images of each test shape.
-        camera: that the page begins with: the network's images', or three quarters where there are
-            several.
     """
 
     def __init__(
@@ -94,11 +88,7 @@ class Shared:
         return self._state(framed, shape_id, Truth(prepared.mesh(row), prepared.cloud(row)))
 
     def open_photo(self, photo: Photo) -> State:
-        """Reconstruct what a photograph shows.
-
-        Raises:
-            DataError: it cannot be used, or its mask cannot.
-        """
+        """Reconstruct what a photograph shows."""
         if photo.mask == photo.content:
             raise DataError(f"the mask is the photograph itself, {photo.name}")
         picture = read_photo(photo.content, photo.name)
