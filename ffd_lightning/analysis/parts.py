@@ -46,10 +46,10 @@ def transfer_table(
 
     Returns:
         A row per run, category of shapes, measure and shape. Columns: `run`, `category`, `regime`,
-        `templates`, `seed`, `measure`, `shape` (a key of `references.CANDIDATES`, "" for the network),
-        `num_samples` (test shapes), `mean` with its interval `low`, `high`, and `gain` with
-        `gain_low`, `gain_high`: the network's less this shape's, one by one (NaN for the network
-        itself). Shares, from 0 to 1. What was not scored (`evaluation.references=false`) has no
+        `templates`, `seed`, `measure`, `shape` (a key of `references.CANDIDATES`, "" for the
+        network), `num_samples` (test shapes), `mean` with its interval `low`, `high`, and `gain`
+        with `gain_low`, `gain_high`: the network's less this shape's, one by one (NaN for the
+        network itself). Shares, from 0 to 1. What was not scored (`evaluation.references=false`) has no
         rows.
 
     Raises:

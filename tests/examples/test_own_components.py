@@ -44,6 +44,8 @@ OWN = (
     "templates=t2",
     "protocol=extents",
     "augmentation=specks",
+    "optimizer=rmsprop",
+    "lr_schedule=linear",
     "callback=[frozen_start]",
     "callback.frozen_start.steps=1",
 )
@@ -95,7 +97,7 @@ def test_all_components_are_used_and_named(trained):
     settings = (run / "config.yaml").read_text()
     for part in (
         *("boxes", "every_fifth", "specks", "patches", "taught", "smoothness", "by_height"),
-        *("extents", "frozen_start"),
+        *("extents", "rmsprop", "linear", "frozen_start"),
     ):
         assert part in settings
     assert "own-components 0.1.0" in settings
