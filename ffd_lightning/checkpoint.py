@@ -7,7 +7,9 @@ no code of its own is ever run.
 
 from __future__ import annotations
 
+import io
 import pickle
+import re
 import warnings
 import zipfile
 from collections.abc import Mapping
@@ -98,6 +100,26 @@ def model_entry(
         "record": dict(record),
     }
     return {_ENTRY: content}
+
+
+def check_plain(name: str, entry: Any) -> None:
+    """Make sure that a checkpoint with an entry can be read again.
+
+    Raises:
+        ConfigError: it holds other things than tensors and plain values.
+    """
+    file = io.BytesIO()
+    try:
+        torch.save(entry, file)
+        file.seek(0)
+        torch.load(file, weights_only=True)
+    except (TypeError, AttributeError, RuntimeError, pickle.PickleError) as error:
+        found = re.search(r"GLOBAL (\S+)", str(error))
+        what = f"an object of {found[1]}" if found else str(error).split("\n")[0]
+        raise ConfigError(
+            f"the state of {name} cannot be kept in a checkpoint, which holds tensors and plain "
+            f"values only: {what}"
+        ) from None
 
 
 def load_model(checkpoint: Path) -> TrainedModel:

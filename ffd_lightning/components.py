@@ -124,6 +124,7 @@ KINDS: dict[str, Kind] = {
     "callback": Kind("takes part in the training"),
 }
 """Everything that can be replaced, and what it does."""
+_DESCRIBED = ("encoder", "protocol")  # to attributes of others, a schedule's say, nothing is added
 
 _registered: dict[tuple[str, str], tuple[Any, str]] = {}  # -> target, provider
 _loaded: set[str] = set()
@@ -491,8 +492,9 @@ class Component:
 def component(kind: str, name: str) -> Callable[[_Target], _Target]:
     """Give a class the name by which command lines, run folders and checkpoints know it.
 
-    Its objects have an attribute `component`, which says what they were made of; classes of other
-    packages, `component("optimizer", "adamw")(torch.optim.AdamW)`, stay as they are.
+    Encoders and protocols have an attribute `component`, which says what they were made of: also
+    of those made in scripts, checkpoints and results say it. Classes of other packages,
+    `component("optimizer", "adamw")(torch.optim.AdamW)`, stay as they are.
 
     Args:
         kind: one of `KINDS`.
@@ -505,7 +507,8 @@ def component(kind: str, name: str) -> Callable[[_Target], _Target]:
         raise ConfigError(f"no kind {kind!r} to register {name!r} as: use one of {_list(KINDS)}")
     if not name.isidentifier():
         raise ConfigError(f"{kind} {name!r}: a name has letters, digits and underscores only")
-    caller = sys._getframe(1).f_globals.get("__name__")
+    caller = sys._getframe(1).f_globals.get("__name__", "")
+    ours = caller.split(".")[0] == OWN  # also where a plugin is the first to import it
 
     def add(target: _Target) -> _Target:
         place = f"{target.__module__}:{target.__qualname__}"
@@ -517,9 +520,9 @@ def component(kind: str, name: str) -> Callable[[_Target], _Target]:
             raise ConfigError(
                 f"{kind} {name!r} of {target.__module__} is taken by {whose}: choose another name"
             )
-        if inspect.isclass(target) and target.__module__ == caller:
+        if kind in _DESCRIBED and inspect.isclass(target) and target.__module__ == caller:
             _remember(target, kind, name)
-        _registered[kind, name] = target, _provider
+        _registered[kind, name] = target, OWN if ours else _provider
         return target
 
     return add
@@ -556,8 +559,7 @@ def find(kind: str, name: str, from_package: str = OWN) -> Any:
     """
     load_plugins()
     if (kind, name) not in _registered and name in KINDS[kind].built_in:
-        with _from(OWN):
-            target = _imported(KINDS[kind].built_in[name])
+        target = _imported(KINDS[kind].built_in[name])
         _registered.setdefault((kind, name), (target, OWN))  # torch's classes register nothing
     if (kind, name) in _registered:
         return _registered[kind, name][0]

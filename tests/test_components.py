@@ -1,5 +1,7 @@
 """Components are found, typed, built and known again; each kind of mistake has one message."""
 
+import os
+import subprocess
 import sys
 from dataclasses import dataclass, field
 from enum import Enum
@@ -13,6 +15,8 @@ from torch import nn
 from ffd_lightning import components
 from ffd_lightning.components import Component, Range, component, find, make, settings_of, typed
 from ffd_lightning.errors import ConfigError
+
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
 
 
 @pytest.fixture(autouse=True)
@@ -167,6 +171,15 @@ def test_mistakes_are_named_with_the_way_out():
     ):
         with pytest.raises(ConfigError, match=message):
             call()
+
+
+def test_ours_stay_ours_where_a_plugin_imports_them_first(tmp_path):
+    (tmp_path / "early.py").write_text("from ffd_lightning.evaluation.protocols import paper\n")
+    code = """from ffd_lightning import components
+components.load_plugins(["early"])
+assert components.provider("protocol", "paper") == "ffd_lightning"
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=tmp_path, env=ENVIRONMENT)
 
 
 def test_an_error_in_a_module_of_ones_own_names_file_and_line(tmp_path, monkeypatch):

@@ -44,6 +44,8 @@ OWN = (
     "templates=t2",
     "protocol=extents",
     "augmentation=specks",
+    "optimizer=rmsprop",
+    "lr_schedule=linear",
     "callback=[frozen_start]",
     "callback.frozen_start.steps=1",
 )
@@ -94,7 +96,7 @@ def test_all_components_are_used_and_named(trained):
     _, run, output = trained
     settings = (run / "config.yaml").read_text()
     named = ("boxes", "every_fifth", "specks", "patches", "taught", "smoothness", "by_height")
-    for part in (*named, "extents", "frozen_start", "own-components 0.1.0"):
+    for part in (*named, "extents", "rmsprop", "linear", "frozen_start", "own-components 0.1.0"):
         assert part in settings
     assert json.loads((run / "status.json").read_text())["state"] == "finished"
     assert "side_error" in output

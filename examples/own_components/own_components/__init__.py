@@ -1,5 +1,23 @@
 """Components of one's own for ffd_lightning: importing this registers them."""
 
-from own_components import augmentation, boxes, callback, encoder, extents, objective, templates
+from own_components import (
+    augmentation,
+    boxes,
+    callback,
+    encoder,
+    extents,
+    objective,
+    schedule,
+    templates,
+)
 
-__all__ = ["augmentation", "boxes", "callback", "encoder", "extents", "objective", "templates"]
+__all__ = [
+    "augmentation",
+    "boxes",
+    "callback",
+    "encoder",
+    "extents",
+    "objective",
+    "schedule",
+    "templates",
+]
