@@ -49,8 +49,8 @@ def transfer_table(
         `templates`, `seed`, `measure`, `shape` (a key of `references.CANDIDATES`, "" for the
         network), `num_samples` (test shapes), `mean` with its interval `low`, `high`, and `gain`
         with `gain_low`, `gain_high`: the network's less this shape's, one by one (NaN for the
-        network itself). Shares, from 0 to 1. What was not scored (`evaluation.references=false`) has no
-        rows.
+        network itself). Shares, from 0 to 1. What was not scored (`evaluation.references=false`)
+        has no rows.
 
     Raises:
         DataError: a measure is missing.

@@ -10,7 +10,7 @@ from torch import nn
 
 import ffd_lightning as ffd
 from ffd_lightning import components
-from ffd_lightning.app.build import build_network, build_source
+from ffd_lightning.app.build import build_all, build_network, build_source
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import all_settings, compose_config, typed_config
@@ -102,6 +102,15 @@ def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone():
 def test_a_class_of_another_kind_is_named():
     ffd.component("source", "odd")(type("Odd", (), {}))
     with pytest.raises(ConfigError, match="data: odd gives a Odd, not a Source"):
+        build_source(small("data=odd"))
+    ffd.component("lr_schedule", "odd")(lambda optimizer: 3)
+    with pytest.raises(ConfigError, match="lr_schedule: odd gives a int, not a LRScheduler"):
+        build_all(small("lr_schedule=odd"))
+
+
+def test_a_class_without_a_method_of_its_kind_is_named():
+    ffd.component("source", "odd")(type("Odd", (ffd.Source,), {"categories": None}))
+    with pytest.raises(ConfigError, match=r"data: Odd of .* lacks fingerprint, load, shape_ids"):
         build_source(small("data=odd"))
 
 
