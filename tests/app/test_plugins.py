@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 import yaml
@@ -139,11 +140,18 @@ class OddSource(ffd.Source):
         return self.kept
 
 
+class PartsOfOthers(OddSource):
+    def load(self, category, shape_id):
+        colors, parts = np.zeros((1, 4), np.uint8), np.zeros(2, np.uint8)
+        return ffd.SourceShape(ffd.Mesh(np.eye(3), np.array([[0, 1, 2]]), colors, parts, ("a",)))
+
+
 @pytest.mark.parametrize(
     ("source", "words"),
     [
         (OddSource(kept={"root": Path("x")}), "fingerprint of OddSource .* not JSON"),
         (OddSource(), "its source gives a NoneType, not a SourceShape"),
+        (PartsOfOthers(), "its source gives 2 face_parts for 1 faces"),
     ],
 )
 def test_a_source_that_gives_something_else(tmp_path, source, words):
