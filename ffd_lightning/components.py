@@ -439,12 +439,21 @@ def build(
     parameters that are context, and no settings.
 
     Raises:
-        ConfigError: a setting that does not fit, or that the constructor refuses.
+        ConfigError: a setting that does not fit, or that the constructor refuses; a class without
+            one of its kind's methods.
     """
+    if inspect.isclass(target) and (absent := ", ".join(_abstract(target))):
+        raise ConfigError(f"{where}: {target.__name__} of {target.__module__} lacks {absent}")
     parameters = inspect.signature(target).parameters
     settings = read(settings_of(target, names), given, where)
     handed = {key: value for key, value in context.items() if key in parameters}
     return called(target, where, **settings, **handed)
+
+
+def _abstract(target: type) -> list[str]:
+    """Return the methods that a class should have, and has not: bases need not be ABCs."""
+    found = {name: inspect.getattr_static(target, name, None) for name in dir(target)}
+    return [name for name, each in found.items() if getattr(each, "__isabstractmethod__", False)]
 
 
 def called(target: Any, place: str, /, **given: Any) -> Any:

@@ -8,6 +8,8 @@ from typing import Any, TypeVar, cast
 
 import torch
 from lightning import Callback
+from torch.optim import Optimizer
+from torch.optim.lr_scheduler import LRScheduler
 
 from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig
 from ffd_lightning.app.first_weights import load_first_weights
@@ -177,10 +179,14 @@ def build_module(
     return FfdModule(
         network,
         build_objective(cfg.regime, cfg.schedule.annealing_steps),
-        optimizer=lambda params: cfg.optimizer.build(params=params, lr=rate, fused=True),
+        optimizer=lambda params: _built(
+            cfg.optimizer, Optimizer, params=params, lr=rate, fused=True
+        ),
         scheduler=None
         if cfg.lr_schedule.name == "none"
-        else lambda optimizer, steps: cfg.lr_schedule.build(optimizer=optimizer, total_steps=steps),
+        else lambda optimizer, steps: _built(
+            cfg.lr_schedule, LRScheduler, optimizer=optimizer, total_steps=steps
+        ),
         offset_rate=cfg.schedule.offset_rate,
         seed=cfg.seed,
         record=record,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
@@ -64,10 +65,12 @@ class Source:
 
     own_images: ClassVar[bool] = False
 
+    @abstractmethod
     def categories(self) -> list[str]:
         """Return what can be asked for, sorted: names where the project has one, else ids."""
         raise NotImplementedError
 
+    @abstractmethod
     def shape_ids(self, category: str) -> list[str]:
         """Return the ids of all shapes of `category`, sorted.
 
@@ -76,6 +79,7 @@ class Source:
         """
         raise NotImplementedError
 
+    @abstractmethod
     def load(self, category: str, shape_id: str) -> SourceShape:
         """Return one shape of `shape_ids`.
 
@@ -84,6 +88,7 @@ class Source:
         """
         raise NotImplementedError
 
+    @abstractmethod
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return the JSON-able facts that decide what `load` returns for this category."""
         raise NotImplementedError

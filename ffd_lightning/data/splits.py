@@ -49,7 +49,7 @@ class Split(NamedTuple):
             raise DataError(
                 f"{sum(map(len, left))} shapes beside {len(templates)} templates leave "
                 f"{_counts(left)}: add shapes, take fewer templates (templates=t1 ... t30) or "
-                "change the split (split.train_fraction=..., say)"
+                "change the split (split=hash split.train_fraction=..., say)"
             )
         return left
 
@@ -59,8 +59,8 @@ class Split(NamedTuple):
             return ""
         return (
             f"there are only {_counts(self)}: what is measured on fewer than {_FEW} shapes says "
-            "little. Add shapes, take fewer templates or change the split (split.train_fraction, "
-            "split.val_fraction)"
+            "little. Add shapes, take fewer templates or change the split (split.val_fraction, or "
+            "split.train_fraction of split=hash)"
         )
 
 

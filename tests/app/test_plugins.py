@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 import yaml
@@ -10,7 +11,7 @@ from torch import nn
 
 import ffd_lightning as ffd
 from ffd_lightning import components
-from ffd_lightning.app.build import build_network, build_source
+from ffd_lightning.app.build import build_all, build_network, build_source
 from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import all_settings, compose_config, typed_config
@@ -103,6 +104,15 @@ def test_a_class_of_another_kind_is_named():
     ffd.component("source", "odd")(type("Odd", (), {}))
     with pytest.raises(ConfigError, match="data: odd gives a Odd, not a Source"):
         build_source(small("data=odd"))
+    ffd.component("lr_schedule", "odd")(lambda optimizer: 3)
+    with pytest.raises(ConfigError, match="lr_schedule: odd gives a int, not a LRScheduler"):
+        build_all(small("lr_schedule=odd"))
+
+
+def test_a_class_without_a_method_of_its_kind_is_named():
+    ffd.component("source", "odd")(type("Odd", (ffd.Source,), {"categories": None}))
+    with pytest.raises(ConfigError, match=r"data: Odd of .* lacks fingerprint, load, shape_ids"):
+        build_source(small("data=odd"))
 
 
 def test_a_source_with_images_of_its_own_refuses_cameras():
@@ -130,11 +140,18 @@ class OddSource(ffd.Source):
         return self.kept
 
 
+class PartsOfOthers(OddSource):
+    def load(self, category, shape_id):
+        colors, parts = np.zeros((1, 4), np.uint8), np.zeros(2, np.uint8)
+        return ffd.SourceShape(ffd.Mesh(np.eye(3), np.array([[0, 1, 2]]), colors, parts, ("a",)))
+
+
 @pytest.mark.parametrize(
     ("source", "words"),
     [
         (OddSource(kept={"root": Path("x")}), "fingerprint of OddSource .* not JSON"),
         (OddSource(), "its source gives a NoneType, not a SourceShape"),
+        (PartsOfOthers(), "its source gives 2 face_parts for 1 faces"),
     ],
 )
 def test_a_source_that_gives_something_else(tmp_path, source, words):

@@ -110,6 +110,7 @@ class ShapeMaker:
         if not isinstance(loaded, SourceShape):
             kind = type(loaded).__name__
             raise RejectedShapeError(f"its source gives a {kind}, not a SourceShape")
+        _check_mesh(loaded.mesh)
         shape = _normalized(loaded)
         mesh = shape.mesh
         # The id alone decides the draw, so that no shape's sample depends on the others.
@@ -180,6 +181,18 @@ def _normalized(shape: SourceShape) -> SourceShape:
         cameras = tuple(camera.moved(center, 1 / diagonal) for camera in cameras)
     mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
     return replace(shape, mesh=mesh, parts=parts, cameras=cameras)
+
+
+def _check_mesh(mesh: Mesh) -> None:
+    """Make sure that whatever a mesh has of its faces is there for each."""
+    for name in ("face_colors", "face_parts", "face_textures", "face_uvs"):
+        each = getattr(mesh, name)
+        if each is not None and len(each) != len(mesh.faces):
+            raise RejectedShapeError(
+                f"its source gives {len(each)} {name} for {len(mesh.faces)} faces"
+            )
+    if mesh.faces.size and not 0 <= mesh.faces.min() <= mesh.faces.max() < len(mesh.vertices):
+        raise RejectedShapeError("its source gives faces of vertices that are not there")
 
 
 def _fitted(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+
 from torch import nn
 
 from ffd_lightning.components import Component
@@ -22,6 +24,7 @@ class ImageEncoder(nn.Module):
     out_channels: int
     component: Component | None = None
 
+    @abstractmethod
     def output_size(self, image_size: tuple[int, int]) -> tuple[int, int]:
         """Return (h, w) of the feature map for images of (height, width) pixels.
 
