@@ -293,13 +293,8 @@ def prepare_hydra(schema: type[Any], arguments: Sequence[str]) -> None:
 
     components.load_plugins(named_plugins(arguments))
     _register(schema)
-    for name in ("run_folder", "run_suffix"):
-        resolver = partial(_resolved, getattr(identity, name))
-        OmegaConf.register_new_resolver(name, resolver, replace=True)
-
-
-def _resolved(function: Callable[[DictConfig], str], *, _root_: DictConfig) -> str:
-    return function(_root_)
+    for resolver in (identity.run_folder, identity.run_suffix):
+        OmegaConf.register_new_resolver(resolver.__name__, resolver, replace=True)
 
 
 def compose_config(

@@ -84,22 +84,23 @@ def to_yaml(cfg: TrainConfig) -> str:
 # --- names of folders ----------------------------------------------------------------------------
 
 
-def run_folder(root: DictConfig) -> str:
+def run_folder(_root_: DictConfig) -> str:
     """Return a run's folder below its experiment's: `<category>/<regime>/<templates>/seed<k>...`.
 
-    The last part ends with what else differs from the defaults; see `run_suffix`.
+    The last part ends with what else differs from the defaults; see `run_suffix`. OmegaConf gives
+    resolvers the whole configuration as `_root_`.
     """
-    names = [str(OmegaConf.select(root, key)) for key in _PLACED]
-    return f"{'/'.join(names[:3])}/seed{names[3]}{run_suffix(root)}"
+    names = [str(OmegaConf.select(_root_, key)) for key in _PLACED]
+    return f"{'/'.join(names[:3])}/seed{names[3]}{run_suffix(_root_)}"
 
 
-def run_suffix(root: DictConfig) -> str:
+def run_suffix(_root_: DictConfig) -> str:
     """Return what a run's folder says beside category, regime, templates and seed.
 
     Options that were chosen and matter, then settings that are not as the options have them. What
     cannot be run has a folder of its own, for its log.
     """
-    whole: Any = OmegaConf.to_container(root, resolve=False)
+    whole: Any = OmegaConf.to_container(_root_, resolve=False)
     # In the job itself the configuration comes without Hydra's own.
     hydra: Any = whole.pop("hydra", None) or HydraConfig.get()
     overrides = list(hydra["overrides"]["task"])

@@ -37,7 +37,7 @@ class Stage:
 
 
 @dataclass(frozen=True)
-class Range:
+class Bounds:
     """Where a setting is looked for: from `low` to `high`, evenly in its logarithm if `log`."""
 
     low: float
@@ -56,7 +56,7 @@ class Search:
         measure: of the protocol; averaged over what the overrides sweep.
     """
 
-    parameters: Mapping[str, Range]
+    parameters: Mapping[str, Bounds]
     trials: int = 50
     quick_trials: int = 4
     measure: str = "chamfer"

@@ -30,11 +30,8 @@ def write_packed(checkpoint: Path, out: Path) -> Packed:
 
     Matrices and kernels are rounded to float16; vectors stay as they are: they are few, and the
     variances of batch norm may be larger than float16 holds. `load_model` reads the file as it
-    reads any other, and computes in float32.
-
-    Args:
-        checkpoint: the file.
-        out: the file to write; one that is there is replaced, and never left half written.
+    reads any other, and computes in float32. A file that is there is replaced, and never left half
+    written.
 
     Raises:
         ConfigError: `out` is the checkpoint itself, or the checkpoint cannot be used.

@@ -22,7 +22,7 @@ from ffd_lightning.app.configuration import (
 )
 from ffd_lightning.app.identity import run_folder
 from ffd_lightning.app.search import run_search
-from ffd_lightning.app.studies import Range, Search, check_study, jobs, load_study, sweeps
+from ffd_lightning.app.studies import Bounds, Search, check_study, jobs, load_study, sweeps
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.run_folder import RunFolder
 
@@ -297,7 +297,7 @@ def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
 
 # --- search ---------------------------------------------------------------------------------------
 
-SEARCH = Search({"schedule.learning_rate": Range(1e-4, 1e-1, True)}, measure="chamfer")
+SEARCH = Search({"schedule.learning_rate": Bounds(1e-4, 1e-1, True)}, measure="chamfer")
 
 
 class Trainer:
