@@ -54,10 +54,7 @@ def unpack_image(packed: NDArray[np.uint8], shape: tuple[int, ...]) -> NDArray[n
 
 
 def pack_cameras(cameras: Sequence[Camera] | None, views: int) -> NDArray[np.float64]:
-    """Return a row for each of so many images, (views, 7): angles, distance, lens and target.
-
-    Where nobody knows the cameras, rows are NaN.
-    """
+    """Return angles, distance, lens and target for each image, (views, 7); NaN where unknown."""
     if cameras is None:
         return np.full((views, 7), np.nan)
     return np.array([[*astuple(camera)[:4], *camera.target] for camera in cameras], np.float64)
@@ -72,11 +69,7 @@ def unpack_camera(packed: NDArray[np.float64]) -> Camera:
 
 
 def pack_mesh(mesh: Mesh, point_parts: NDArray[np.uint8]) -> bytes:
-    """Compress a mesh, and the parts of its cloud's points, (N,).
-
-    Vertices are kept as float32, faces as int32, UVs as multiples of `UV_STEP`. Textures lose what
-    the eye hardly sees, and again when they are packed again.
-    """
+    """Compress a mesh, and the parts of its cloud's points, (N,); textures lose a little."""
     parts = mesh.face_parts
     if parts is None:
         parts = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
@@ -123,7 +116,11 @@ def _packed_textures(mesh: Mesh) -> dict[str, Any]:
     """Return the arrays that hold a mesh's textures; none where it has no textures."""
     if mesh.face_textures is None or mesh.face_uvs is None or not mesh.textures:
         return {}
-    pictures = [_webp(texture) for texture in mesh.textures]
+    pictures = []
+    for texture in mesh.textures:  # a tenth of what it takes without loss
+        data = io.BytesIO()
+        Image.fromarray(np.ascontiguousarray(texture)).save(data, "WEBP", quality=_QUALITY)
+        pictures.append(data.getvalue())
     textured = mesh.face_textures >= 0
     corners = mesh.faces[textured].reshape(-1)
     steps = np.clip(mesh.face_uvs[textured].astype(np.float64) / UV_STEP, -_MAX_UV, _MAX_UV)
@@ -135,7 +132,7 @@ def _packed_textures(mesh: Mesh) -> dict[str, Any]:
     vertex_uvs[used] = uvs[first]
     return {
         "textures": np.frombuffer(b"".join(pictures), np.uint8),
-        "texture_sizes": np.array([len(picture) for picture in pictures]),
+        "texture_sizes": np.array(list(map(len, pictures))),
         "face_textures": mesh.face_textures,
         "vertex_uvs": _planes(vertex_uvs),
         "uv_differences": _planes(uvs - vertex_uvs[corners]),
@@ -158,13 +155,6 @@ def _with_textures(mesh: Mesh, arrays: Mapping[str, NDArray]) -> Mesh:
         face_textures=face_textures,
         face_uvs=uvs,
     )
-
-
-def _webp(texture: NDArray[np.uint8]) -> bytes:
-    """Return a texture, (h, w, 4), as a file of a tenth of what it takes without loss."""
-    data = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(texture)).save(data, "WEBP", quality=_QUALITY)
-    return data.getvalue()
 
 
 def _planes(values: NDArray[np.generic]) -> NDArray[np.uint8]:

@@ -13,15 +13,15 @@ import json
 import multiprocessing
 import pickle
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from filelock import FileLock, Timeout
+from filelock import AcquireReturnProxy, FileLock, Timeout
 
 from ffd_lightning.data.preparation.overview import describe, sheet_of, write_sheet
 from ffd_lightning.data.preparation.prepared import (
@@ -117,8 +117,7 @@ class Preparation:
             canonical = json.dumps(settings, sort_keys=True, separators=(",", ":"))
         except (TypeError, ValueError) as error:
             name = type(self.source).__name__
-            message = f"the fingerprint of {name} must be what JSON can hold: {error}"
-            raise ConfigError(message) from None
+            raise ConfigError(f"the fingerprint of {name} must be JSON-able: {error}") from None
         key = hashlib.sha256(canonical.encode()).hexdigest()[:12]
         return Path(self.root) / "prepared" / f"{self.category}-{key}"
 
@@ -126,8 +125,7 @@ class Preparation:
         """Return the prepared set, building what is missing of it.
 
         Raises:
-            DataError: no usable shape, shapes whose files could not be read just now, a damaged
-                set, or a disk that is full or not writable.
+            DataError: no usable shape, files that cannot be read or written, a damaged set.
         """
         if self._missing() == []:
             return PreparedSet.open(self.target)
@@ -147,8 +145,7 @@ class Preparation:
             ) from error
         prepared = PreparedSet.open(self.target)
         if missing is None and self.progress:
-            lines = [*describe(prepared), write_sheet(prepared, sheet_of(prepared.path))]
-            print("\n".join(lines), file=sys.stderr)
+            _say(*describe(prepared), write_sheet(prepared, sheet_of(prepared.path)))
         return prepared
 
     def _missing(self) -> list[str] | None:
@@ -185,15 +182,13 @@ class Preparation:
         done = len(ids) - len(todo)
         if self.progress:
             resumed = f" ({done} are done already)" if done else ""
-            line = f"preparing {len(ids)} shapes of {self.category} in {self.target}{resumed}"
-            print(line, file=sys.stderr)
+            _say(f"preparing {len(ids)} shapes of {self.category} in {self.target}{resumed}")
         try:
             with CountProgress(self.category, len(ids), done, self.progress) as bar:
                 workers = self.workers or available_cores()
                 return make_shapes(maker, todo, workers, self.timeout, bar.advance)
         except KeyboardInterrupt:
-            line = "preparation interrupted: the same command resumes with the shapes that are left"
-            print(line, file=sys.stderr)
+            _say("preparation interrupted: the same command resumes with the shapes that are left")
             raise
 
     def _make_set(self, ids: list[str]) -> None:
@@ -222,19 +217,18 @@ class Preparation:
         folder.rename(self._folder(settings))
 
 
-@contextmanager
-def _locked(target: Path) -> Iterator[None]:
+def _locked(target: Path) -> AcquireReturnProxy:
     """Hold the kernel's lock of a set: it is freed when its holder ends, however it ends."""
     lock = FileLock(target.with_name(f".{target.name}.lock"))
     try:
-        lock.acquire(timeout=0)
+        return lock.acquire(timeout=0)
     except Timeout:
-        print(f"another process is preparing {target}: waiting for it", file=sys.stderr)
-        lock.acquire()
-    try:
-        yield
-    finally:
-        lock.release()
+        _say(f"another process is preparing {target}: waiting for it")
+        return lock.acquire()
+
+
+def _say(*lines: str) -> None:
+    print(*lines, sep="\n", file=sys.stderr)
 
 
 def _some(failures: Mapping[str, Failure]) -> str:

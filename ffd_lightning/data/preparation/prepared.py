@@ -37,8 +37,7 @@ class PreparedSet:
     """One category or several, ready for training; immutable on disk.
 
     Rows count the shapes of all categories, one after the other. Where there are several, a shape's
-    id is `<category>/<its own>`. All that reads a shape's file raises a DataError that names it
-    where it is damaged.
+    id is `<category>/<its own>`. A damaged file raises a DataError that names it when it is read.
 
     Attributes:
         paths: the folder of each category.
@@ -52,15 +51,11 @@ class PreparedSet:
 
     @classmethod
     def open(cls, *paths: Path) -> PreparedSet:
-        """Open prepared sets as one, and check that no file is missing.
+        """Open prepared sets as one; a DataError says which file is missing or what differs.
 
         What a file holds is checked when it is read.
-
-        Raises:
-            DataError: a file is missing or damaged, or the sets have other images or numbers of
-                points; the message names it.
         """
-        found = cls(paths, tuple(_read_manifest(path) for path in paths))
+        found = cls(paths, tuple(map(_read_manifest, paths)))
         sizes = [(*m["image_shape"], m["settings"]["num_points"]) for m in found.manifests]
         for path, size in zip(paths, sizes, strict=True):
             if size != sizes[0]:
@@ -162,10 +157,7 @@ class PreparedSet:
         return self._read(row, "points")
 
     def cloud(self, row: int, count: int | None = None) -> NDArray[np.float32]:
-        """Return a shape's surface samples, (N, 3), in its frame: bounding-box diagonal 1.
-
-        The first `count` alone cover the surface too: their order is random.
-        """
+        """Return surface samples, (N, 3), of diagonal 1; the first `count` cover it too."""
         return unpack_points(self.packed_cloud(row)[:count])
 
     def image(self, row: int, view: int = 0) -> NDArray[np.uint8]:
@@ -179,10 +171,7 @@ class PreparedSet:
     def spread_views(
         self, rows: Sequence[int] | NDArray[np.int64], count: int
     ) -> list[tuple[int, int]]:
-        """Return row and view of one image each of at most `count` shapes, spread over `rows`.
-
-        Views take turns.
-        """
+        """Return row and view of an image of at most `count` shapes of `rows`; views take turns."""
         places = np.linspace(0, len(rows) - 1, min(len(rows), count)).astype(int)
         return [(int(rows[place]), k % self.image_shape[0]) for k, place in enumerate(places)]
 
@@ -191,10 +180,7 @@ class PreparedSet:
         return self._mesh(row)[0]
 
     def point_parts(self, row: int) -> NDArray[np.uint8] | None:
-        """Return the parts of a cloud's points, (N,) index into `part_names`, 255 unknown.
-
-        None where the set has no parts at all.
-        """
+        """Return parts of a cloud's points, (N,) of `part_names`, 255 unknown; None without any."""
         return self._mesh(row)[1] if self.part_names else None
 
     def index(self, shape_id: str) -> int:
@@ -242,7 +228,12 @@ class PreparedSet:
             with self.file(row).open("rb", buffering=0) as file:
                 if (row, name) not in self._places:
                     self._places[row, name] = _place(file, name)
-                return _read_array(file, self._places[row, name])
+                place = self._places[row, name]
+                file.seek(place.start)
+                content = file.read(place.size)
+            if zlib.crc32(content) != place.checksum:
+                raise zipfile.BadZipFile(f"bad checksum of {name}")
+            return np.frombuffer(content, place.dtype, offset=place.header).reshape(place.shape)
         except (
             *(OSError, zipfile.BadZipFile, zlib.error, EOFError, struct.error),
             *(ValueError, KeyError, NotImplementedError),
@@ -266,7 +257,6 @@ class PreparedSet:
 class _Place(NamedTuple):
     """Where an array is in an .npz file that stores arrays as they are, without compression."""
 
-    name: str
     start: int
     size: int
     checksum: int
@@ -286,20 +276,12 @@ def _place(file: IO[bytes], name: str) -> _Place:
     file.seek(entry.header_offset + 26)  # the lengths of the entry's name and extra field
     name_size, extra_size = struct.unpack("<HH", file.read(4))
     start = entry.header_offset + 30 + name_size + extra_size
-    return _Place(name, start, entry.file_size, entry.CRC, header, shape, dtype)
-
-
-def _read_array(file: IO[bytes], place: _Place) -> NDArray[Any]:
-    file.seek(place.start)
-    content = file.read(place.size)
-    if zlib.crc32(content) != place.checksum:
-        raise zipfile.BadZipFile(f"bad checksum of {place.name}")
-    return np.frombuffer(content, place.dtype, offset=place.header).reshape(place.shape)
+    return _Place(start, entry.file_size, entry.CRC, header, shape, dtype)
 
 
 def damaged(file: Path, why: Exception | str, category: str = "NAME") -> DataError:
     """Return the error for a file of a category's set that is not as it was written."""
-    reason = why if isinstance(why, str) else f"{type(why).__name__}: {why}"
+    reason = f"{type(why).__name__}: {why}" if isinstance(why, Exception) else why
     return DataError(
         f"{file} is damaged ({reason}): delete it and run the same command again, or ffd prepare "
         f"category={category} with the data settings of the run"

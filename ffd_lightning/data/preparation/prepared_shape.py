@@ -42,12 +42,9 @@ def shape_file(folder: Path, shape_id: str) -> Path:
 
 @dataclass(frozen=True)
 class Failure:
-    """Why a shape was not made.
+    """Why a shape was not made, with a line of text as the reason.
 
-    Attributes:
-        kind: "rejected": it cannot be used; "given up": it took too much time or memory; "unread":
-            the disk or the network failed, so that nothing is known of it.
-        reason: a line of text.
+    It cannot be used, took too much time or memory, or the disk or the network failed ("unread").
     """
 
     kind: Literal["rejected", "given up", "unread"]
@@ -120,8 +117,9 @@ class ShapeMaker:
         )
         cameras: Sequence[Camera] | None
         if shape.images is None:
-            cameras = self.render.cameras(f"{self.category}/{shape_id}")
-            images = self._rendered(mesh, cameras)
+            to, cameras = self.render, self.render.cameras(f"{self.category}/{shape_id}")
+            size = {"height": to.height, "width": to.width, "samples": to.samples}
+            images = np.stack([render(mesh, camera, **size) for camera in cameras])
         else:
             images, cameras = _fitted(shape, self.render.height, self.render.width)
         if shape.parts is not None:
@@ -145,12 +143,6 @@ class ShapeMaker:
             "part_names": np.array(mesh.part_names, dtype=np.str_),
             "warning": np.str_("\n".join(" ".join(line.split()) for line in warnings)),
         }
-
-    def _rendered(self, mesh: Mesh, cameras: Sequence[Camera]) -> NDArray[np.uint8]:
-        """Return a mesh's images, (views, H, W, 4)."""
-        to = self.render
-        size = {"height": to.height, "width": to.width, "samples": to.samples}
-        return np.stack([render(mesh, camera, **size) for camera in cameras])
 
 
 def shrink_textures(mesh: Mesh) -> Mesh:

@@ -29,11 +29,8 @@ def make_shapes(
     """Make shapes of these ids in worker processes, and return why some could not be made, by id.
 
     One that takes more than `timeout` seconds, or kills its process, is given up. `advance` is
-    called for every shape that was made or failed.
-
-    Raises:
-        DataError: worker processes cannot start, or no shape of the source can be loaded.
-        OSError: a shape's file cannot be written.
+    called for every shape that was made or failed. Errors are those of `ShapeMaker.make`, and a
+    DataError where worker processes cannot start.
     """
     failures: dict[str, Failure] = {}
     if not ids:
@@ -49,7 +46,7 @@ def make_shapes(
             pending: dict[Future[Failure | None], str]
             pending = {pool.schedule(_work, (i,), timeout=timeout): i for i in ids}
             for future in as_completed(pending):
-                shape_id, failure = pending[future], None
+                shape_id = pending[future]
                 try:
                     failure = future.result()
                 except TimeoutError:

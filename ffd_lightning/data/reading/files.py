@@ -48,23 +48,16 @@ def digest_of_files(facts: Iterable[tuple[str, object]]) -> str:
 
 
 class Tree:
-    """The files of a folder or of a zip archive, by their paths in it.
+    """The files of a folder or of an archive `*.zip`, by their paths in it.
 
     Where an archive holds a folder of its own name, paths are below that.
-
-    Args:
-        place: the folder, or an archive `*.zip`.
     """
 
     def __init__(self, place: Path) -> None:
         self.place, self.packed = place, place.suffix == ".zip" and not place.is_dir()
 
     def sizes(self) -> dict[PurePath, int]:
-        """Return the size of each file in bytes, sorted, without paths that lead elsewhere.
-
-        Raises:
-            DataError: the archive cannot be opened.
-        """
+        """Return the size of each file in bytes, sorted, without paths that lead elsewhere."""
         if not self.packed:
             return {path: stat.st_size for path, stat in files_below(self.place).items()}
         found = {}

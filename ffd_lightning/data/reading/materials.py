@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -36,8 +37,7 @@ ABSENT = _absent()
 class Textures:
     """The textures of one shape, each picture kept once per tint.
 
-    Args:
-        undecodable: where the names of those that cannot be decoded are added.
+    `undecodable` gets the names of those that cannot be decoded.
 
     Attributes:
         images: RGBA, (h, w, 4) uint8 each.
@@ -81,15 +81,10 @@ class Textures:
 def face_colors(
     geometry: trimesh.Trimesh, faces: NDArray[np.int64], textures: Textures
 ) -> tuple[Color, NDArray[np.int16], NDArray[np.float32]]:
-    """Return colours (F, 4), texture indices (F,) and UVs (F, 3, 2) of a geometry.
+    """Return colours (F, 4), texture indices (F,) and UVs (F, 3, 2) of a geometry's faces (F, 3).
 
-    A material whose texture cannot be shown is grey: the colour beside it is white as a rule, and
-    would not be seen on white.
-
-    Args:
-        geometry: as trimesh loaded it.
-        faces: its faces, (F, 3), all of them pointing to vertices.
-        textures: where those of its material are put.
+    All faces point to vertices. A material whose texture cannot be shown is grey: the colour beside
+    it is white as a rule, and would not be seen on white.
     """
     visual: Any = geometry.visual
     colors = np.tile(_NO_COLOR, (len(faces), 1))
@@ -169,10 +164,8 @@ def _material(material: Any) -> tuple[Color, Image.Image | None, Color, float | 
 def _mtl_alpha(options: dict[str, Any]) -> float:
     """Return the alpha that an MTL's `d` or `Tr` means; 0 is an exporter's slip for opaque."""
     for key in ("d", "tr"):
-        try:
+        with suppress(KeyError, IndexError, TypeError, ValueError):
             value = float(options[key][-1])
-        except (KeyError, IndexError, TypeError, ValueError):
-            continue
-        alpha = value if key == "d" else 1 - value
-        return alpha if 0 < alpha <= 1 else 1.0
+            alpha = value if key == "d" else 1 - value
+            return alpha if 0 < alpha <= 1 else 1.0
     return 1.0

@@ -43,9 +43,7 @@ Read = Callable[[Any], bytes]
 def read_mesh(
     path: PurePath, side_files: Iterable[PurePath] = (), read: Read = Path.read_bytes
 ) -> tuple[Mesh, tuple[str, ...]]:
-    """Read a mesh with its colours and textures, and say what of its materials could not be had.
-
-    Coordinates are taken as they are: OBJ and glTF are y up; PLY, OFF and STL have no rule.
+    """Read a mesh with its colours and textures, its coordinates as they are.
 
     Args:
         path: the mesh file; its extension is one of `EXTENSIONS`, in any case.
@@ -94,8 +92,7 @@ def _quiet() -> Iterator[None]:
     level = logger.level
     logger.setLevel(logging.CRITICAL)
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+        with warnings.catch_warnings(action="ignore"):
             yield
     finally:
         logger.setLevel(level)
@@ -107,12 +104,7 @@ class SideFiles(Resolver):
     So `C:\textures\wood.png`, `../maps/WOOD.PNG` and `-s 1 1 1 wood.png` all find `wood.png`,
     and no name leads outside. Of several namesakes the one that shares most of the named path is
     taken, then the first. Textures that are absent or no pictures are given as `ABSENT`, since
-    trimesh would forget that a material has one.
-
-    Args:
-        files: that belong to the mesh.
-        read: returns a file's content.
-        problems: where the names of files are added that cannot be had, by kind of problem.
+    trimesh would forget that a material has one. `problems` gets the names of what cannot be had.
 
     Attributes:
         failure: of the system, over a file that is there: trimesh passes over errors of any kind.
@@ -215,10 +207,7 @@ def _as_utf8(data: bytes) -> bytes:
 
 
 def _absolute_indices(data: bytes) -> bytes:
-    """Replace an OBJ's negative indices, which count back from the line they stand in.
-
-    trimesh takes them to count back from the end of the file.
-    """
+    """Replace an OBJ's negative indices: they count back from their line, trimesh from the end."""
     if not re.search(rb"^f[^\n]*[ \t/]-\d", data, re.MULTILINE):
         return data
     lines = re.sub(rb"\\\r?\n", b" ", data).splitlines()
@@ -256,8 +245,7 @@ def _check_off(data: bytes, name: str) -> None:
 
 def _merge(name: str, scene: trimesh.Scene, textures: Textures) -> Mesh:
     """Put all geometry of a scene in place and into one clean mesh, its textures in `textures`."""
-    vertices, faces, colors, face_textures, uvs = [], [], [], [], []
-    offset = 0
+    vertices, of_faces, offset = [], [], 0
     for node in scene.graph.nodes_geometry:
         matrix, part = scene.graph[node]
         geometry = scene.geometry[part]
@@ -266,29 +254,26 @@ def _merge(name: str, scene: trimesh.Scene, textures: Textures) -> Mesh:
         points = np.asarray(geometry.vertices, np.float64)
         index = np.asarray(geometry.faces, np.int64)
         valid = np.asarray(((index >= 0) & (index < len(points))).all(axis=1), np.bool_)
-        color, texture, uv = face_colors(geometry, np.where(valid[:, None], index, 0), textures)
+        paint = face_colors(geometry, np.where(valid[:, None], index, 0), textures)
         vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
-        faces.append(index[valid] + offset)
-        colors.append(color[valid])
-        face_textures.append(texture[valid])
-        uvs.append(uv[valid])
+        of_faces.append([values[valid] for values in (index + offset, *paint)])
         offset += len(points)
-    if not faces:
+    if not vertices:
         raise RejectedShapeError(f"{name} has no faces")
-    corners, triangles = np.concatenate(vertices), np.concatenate(faces)
-    a, b, c = corners[triangles].swapaxes(0, 1)
+    corners = np.concatenate(vertices)
+    faces, colors, texture, uvs = map(np.concatenate, zip(*of_faces, strict=True))
+    a, b, c = corners[faces].swapaxes(0, 1)
     area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
     keep = np.asarray(np.isfinite(area) & (area > 0))
     if not keep.any():
         raise RejectedShapeError(f"{name} has no face with a finite area above zero")
-    used, triangles = np.unique(triangles[keep], return_inverse=True)
-    texture = np.concatenate(face_textures)[keep]
-    textured = bool((texture >= 0).any())
+    used, faces = np.unique(faces[keep], return_inverse=True)
+    textured = bool((texture[keep] >= 0).any())
     return Mesh(
         vertices=corners[used],
-        faces=triangles.reshape(-1, 3),
-        face_colors=np.concatenate(colors)[keep],
+        faces=faces.reshape(-1, 3),
+        face_colors=colors[keep],
         textures=tuple(textures.images) if textured else (),
-        face_textures=texture if textured else None,
-        face_uvs=np.concatenate(uvs)[keep] if textured else None,
+        face_textures=texture[keep] if textured else None,
+        face_uvs=uvs[keep] if textured else None,
     )

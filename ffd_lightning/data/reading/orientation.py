@@ -46,6 +46,5 @@ def check_orientation(up: str, yaw: float) -> None:
 
 def orient(mesh: Mesh, up: Up, yaw: float) -> Mesh:
     """Turn a mesh as `turn` does its points; the very same mesh where nothing is to be turned."""
-    if up == "y" and yaw % 360 == 0:
-        return mesh
-    return mesh.with_vertices(turn(mesh.vertices, up, yaw))
+    unturned = up == "y" and yaw % 360 == 0
+    return mesh if unturned else mesh.with_vertices(turn(mesh.vertices, up, yaw))

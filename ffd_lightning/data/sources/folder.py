@@ -44,11 +44,7 @@ class FolderSource(Source):
         return sorted({name_of(folder) for folder in self._folders()})
 
     def shape_ids(self, category: str) -> list[str]:
-        """Return the ids of all shapes of `category`, sorted: names of folders or files.
-
-        Raises:
-            DataError: there is no such folder, or no shape in it.
-        """
+        """Return the ids of all shapes of `category`, sorted: names of folders or files."""
         self._shapes.pop(category, None)
         return sorted(self._of(category))
 

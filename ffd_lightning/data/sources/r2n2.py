@@ -49,9 +49,8 @@ class R2n2Images:
     def synsets(self) -> set[str]:
         """Return the categories of which there are renderings: 3D-R2N2 has 13 of ShapeNet's 57."""
         for top in (self.root / _FOLDER, self.root):
-            folders = [f for f in top.glob("*") if next(f.glob("*/rendering"), None) is not None]
-            if folders:
-                return {folder.name for folder in folders}
+            if folders := {f.name for f in top.glob("*") if any(f.glob("*/rendering"))}:
+                return folders
         return set()
 
     def fingerprint(self, category: str) -> dict[str, object]:
@@ -63,11 +62,7 @@ class R2n2Images:
         return {"source": "r2n2", "sha256": digest_of_files(facts)}
 
     def read(self, category: str, shape_id: str) -> list[NDArray[np.uint8]]:
-        """Return a shape's 24 images, (137, 137, 4) each.
-
-        Raises:
-            RejectedShapeError: one is missing or damaged; the message names it.
-        """
+        """Return a shape's 24 images, (137, 137, 4) each; a RejectedShapeError names a bad one."""
         folder, images = self._folder(category) / shape_id / "rendering", []
         for view in range(VIEWS):
             file = folder / f"{view:02d}.png"
@@ -109,7 +104,7 @@ class R2n2Images:
     def _folder(self, category: str) -> Path:
         synset = SYNSETS.get(category, category)
         for top in (self.root / _FOLDER, self.root):
-            if next((top / synset).glob("*/rendering"), None) is not None:
+            if any((top / synset).glob("*/rendering")):
                 return top / synset
         archive = self.root / f"{_FOLDER}.tgz"
         hint = f"; unpack {archive}" if archive.exists() else ""
@@ -120,13 +115,7 @@ class R2n2Images:
 
 
 def mismatch(image: NDArray[np.uint8], camera: Camera, mesh: Mesh) -> str:
-    """Return what is wrong where a shape covers other pixels than its image shows, else "".
-
-    Args:
-        image: of the shape, (H, W, 4).
-        camera: that took it.
-        mesh: of the shape, facing -z.
-    """
+    """Return what is wrong where a shape, facing -z, covers other pixels than its image, or ""."""
     seen = render(mesh, camera, height=image.shape[0], width=image.shape[1], samples=1)
     covered, shown = seen[..., 3] > 127, image[..., 3] > 127
     agreement = (covered & shown).sum() / max((covered | shown).sum(), 1)

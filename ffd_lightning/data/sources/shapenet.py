@@ -26,10 +26,7 @@ _SYNSET = re.compile(r"\d{8}")
 
 
 class _Category(NamedTuple):
-    """One category's shapes, of a version of ShapeNetCore.
-
-    Files have their sizes in bytes, by the shape's id and by the path below the shape's folder.
-    """
+    """One category's shapes: the sizes of their files, by id and path below the shape's folder."""
 
     tree: Tree
     files: dict[str, dict[PurePath, int]]
@@ -78,11 +75,7 @@ class ShapeNetSource(Source):
         self._categories: dict[str, _Category] = {}
 
     def categories(self) -> list[str]:
-        """Return the categories that are there: by name where they have one, else by synset.
-
-        Raises:
-            DataError: renderings are asked for, and there are none of any category.
-        """
+        """Return the categories that are there: by name where they have one, else by synset."""
         found = set(self._places())
         if self.images is not None and found:
             rendered = found & self.images.synsets()
@@ -92,11 +85,7 @@ class ShapeNetSource(Source):
         return sorted(map(name_of, found))
 
     def shape_ids(self, category: str) -> list[str]:
-        """Return the ids of all shapes of `category`, sorted.
-
-        Raises:
-            DataError: no such category; the message lists those that are there.
-        """
+        """Return the ids of all shapes of `category`, sorted; see `Source.shape_ids`."""
         self._categories.pop(category, None)
         return sorted(self._category(category).files)
 
@@ -156,11 +145,7 @@ class ShapeNetSource(Source):
         }
 
     def _category(self, name: str) -> _Category:
-        """Return a category's shapes, as found when first asked for.
-
-        Raises:
-            DataError: no such category, or its shapes are of neither version.
-        """
+        """Return a category's shapes, as found when first asked for."""
         if name not in self._categories:
             synset, places = SYNSETS.get(name, name), self._places()
             if not places:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 
 import numpy as np
@@ -23,25 +24,13 @@ NAME = "shapenetcore_partanno_segmentation_benchmark_v0_normal"
 """The folder's published name."""
 
 _LOADER_VERSION = 2  # part of the fingerprint: raise it when the same files give other labels
-# Where each category's parts begin among all 50, and how many it has.
-_PARTS = {
-    "02691156": (0, 4),
-    "02773838": (4, 2),
-    "02954340": (6, 2),
-    "02958343": (8, 4),
-    "03001627": (12, 4),
-    "03261776": (16, 3),
-    "03467517": (19, 3),
-    "03624134": (22, 2),
-    "03636649": (24, 4),
-    "03642806": (28, 2),
-    "03790512": (30, 6),
-    "03797390": (36, 2),
-    "03948459": (38, 3),
-    "04099429": (41, 3),
-    "04225987": (44, 3),
-    "04379243": (47, 3),
-}
+_SYNSETS = (
+    *("02691156", "02773838", "02954340", "02958343", "03001627", "03261776", "03467517"),
+    *("03624134", "03636649", "03642806", "03790512", "03797390", "03948459", "04099429"),
+    *("04225987", "04379243"),
+)
+_COUNTS = (4, 2, 2, 4, 4, 3, 3, 2, 4, 2, 6, 2, 3, 3, 3, 3)  # of parts, of 50 numbered in order
+_PARTS = dict(zip(_SYNSETS, zip(accumulate((0, *_COUNTS[:-1])), _COUNTS, strict=True), strict=True))
 
 
 @dataclass(frozen=True)
@@ -59,11 +48,7 @@ class PartAnnotations:
         return [synset for synset in _PARTS if self._folder(synset) is not None]
 
     def ids(self, category: str) -> list[str]:
-        """Return the ids of the shapes that are annotated, sorted.
-
-        Raises:
-            DataError: the category has no annotation; the message lists those that have.
-        """
+        """Return the ids of the shapes that are annotated, sorted; a DataError without any."""
         return sorted(self._sizes(category))
 
     def fingerprint(self, category: str) -> dict[str, object]:
@@ -74,8 +59,7 @@ class PartAnnotations:
     def read(self, category: str, shape_id: str, mesh: Mesh) -> tuple[PartCloud | None, str]:
         """Return a shape's annotation in its mesh's frame, and what is wrong with it or "".
 
-        The same shape gives the same result in any process. What cannot be used gives no parts and
-        the reason, never an error.
+        What cannot be used gives no parts and the reason, never an error.
         """
         synset = SYNSETS.get(category, category)
         first, count = _PARTS[synset]
@@ -97,10 +81,8 @@ class PartAnnotations:
             return None, str(error)
 
     def _folder(self, synset: str) -> Path | None:
-        for top in (self.root, self.root / NAME):
-            if synset in _PARTS and next((top / synset).glob("*.txt"), None) is not None:
-                return top / synset
-        return None
+        folders = (self.root / synset, self.root / NAME / synset) if synset in _PARTS else ()
+        return next((folder for folder in folders if any(folder.glob("*.txt"))), None)
 
     def _sizes(self, category: str) -> dict[str, int]:
         """Return the size of each shape's file, by id."""
