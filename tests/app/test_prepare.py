@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from commands import run_command
-from ffd_lightning.data.templates.coverage import ShapeDistances
 from PIL import Image
 from shapenet_tree import BAD, bad_models, good_models, write_folder
 
@@ -10,6 +9,7 @@ from ffd_lightning.app.config import PrepareCommandConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.main import main
 from ffd_lightning.data.categories import paper_templates
+from ffd_lightning.data.templates.distances import ShapeDistances
 
 
 @pytest.fixture
