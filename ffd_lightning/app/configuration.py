@@ -263,7 +263,10 @@ def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> li
             components.find(LISTS[key], value[0] if isinstance(value, list) else str(value))
         if override.is_hydra_override() or override.is_delete():
             found.append(text)
-        elif chooses(override) and key.split("/")[0] in own:
+        elif chooses(override):
+            group = key.split("/")[0]
+            if group not in own:
+                components.read(own, {group: value}, "")  # names what there is
             if isinstance(value, int | float):
                 raise ConfigError(f"{text}: an option is a name, not a number: templates=t30, say")
             found.append(text)

@@ -117,7 +117,7 @@ def command_help(
             there = common_settings(kind) if kind else settings_of(hint) if place else fields
             if not _is_group(there[setting]):
                 known[f"{key}={default_text(there[setting])}"] = there[setting].help.split(". ")[0]
-    settings = two_columns(((k, text.rstrip(".")) for k, text in known.items()), 28)
+    settings = two_columns(((k, re.sub(r"(?<!\.)\.$", "", text)) for k, text in known.items()), 28)
     end = f"ffd {name} --help all lists all settings, and those of each choice."
     return "\n\n".join(
         [intro, f"Choices:\n{two_columns(choices, 28)}", f"Settings:\n{settings}", end]

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from commands import run_command
-from ffd_lightning.data.templates.coverage import ShapeDistances
 from PIL import Image
 from shapenet_tree import BAD, bad_models, good_models, write_folder
 
@@ -10,6 +9,7 @@ from ffd_lightning.app.config import PrepareCommandConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.main import main
 from ffd_lightning.data.categories import paper_templates
+from ffd_lightning.data.templates.distances import ShapeDistances
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_a_trial_of_what_is_prepared_already(tried, prepared, data_root):
 
 def test_outliers_are_named(tiny_config, prepared, capsys, monkeypatch):
     odd = np.array([shape_id == "table-000003" for shape_id in prepared.ids])
-    monkeypatch.setattr(ShapeDistances, "outlying", lambda found: (odd, np.ones(len(odd))))
+    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (odd, np.ones(len(odd))))
     cfg = tiny_config()
     data = {"category": cfg.category, "data": cfg.data, "paths": cfg.paths}
     prepare(PrepareCommandConfig(**data, preparation=cfg.preparation))
