@@ -79,5 +79,5 @@ def test_a_sweep_without_failure_ends_quietly(runs, tmp_path, capsys):
 def test_a_sweep_of_which_nothing_came_to_its_end(runs, tmp_path):
     callback = SweepEnd()
     ended(callback, tmp_path, [], [])
-    with pytest.raises(SystemExit, match="no job came to its end"):
+    with pytest.raises(SystemExit, match="no job has ended"):
         callback.on_multirun_end(hydra_config(tmp_path))

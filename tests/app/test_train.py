@@ -67,7 +67,7 @@ def test_a_ranking_may_count_every_image_that_was_trained_on(tiny_config, tmp_pa
     given = ["schedule.steps=2", "data.render.azimuths=[45,135]"]
     counted = ["template_ranking.subset=train", "template_ranking.all_views=true"]
     summary = train(tiny_config(*given, *counted, "evaluation.subset=val"), run)
-    (row,) = Results.of([run], subset="val").scored.to_dict("records")
+    (row,) = Results.of([run], "paper/val").scored.to_dict("records")
     assert row["chamfer"] == pytest.approx(summary["chamfer"]), "of the validation shapes"
     assert summary_tables([run])
     opened = open_run(run)
