@@ -69,13 +69,13 @@ class CountProgress:
             self._bar.update(self._task, completed=done)
             if since > _NOTE_EVERY:
                 self._last = now
-                told = f"  {note()}" if note else ""
-                self._bar.update(self._task, note=f"{rate:.1f}/s{told}")
+                text = f"  {note()}" if note else ""
+                self._bar.update(self._task, note=f"{rate:.1f}/s{text}")
         elif self._show and since > max(_LINE_EVERY, (now - self._start) / 20):
             self._last = now
-            told = f"{note()}, " if note else ""
+            text = f"{note()}, " if note else ""
             print(
-                f"  {self._label}: {done} of {self._total}{self._unit}, {rate:.1f}/s, {told}"
+                f"  {self._label}: {done} of {self._total}{self._unit}, {rate:.1f}/s, {text}"
                 f"about {duration((self._total - done) / rate)} left",
                 file=sys.stderr,
             )

@@ -232,8 +232,8 @@ def config_folder(name: str = "conf") -> Path:
 def named_plugins(arguments: Sequence[str]) -> list[str]:
     """Return the modules that `plugins=` names on a command line.
 
-    >>> named_plugins(["regime=e", "plugins=[my_parts,more.parts]"])
-    ['my_parts', 'more.parts']
+    >>> named_plugins(["regime=e", "plugins=[my_module,more.module]"])
+    ['my_module', 'more.module']
     """
     given = [x for x in arguments if re.match(r"\+{0,2}plugins=", x)]
     values = [x.value() for x in OverridesParser.create().parse_overrides(given)]

@@ -44,11 +44,11 @@ def _embedded(encoder: ImageEncoder) -> dict[str, Any]:
             "encoder.weights=embedded: this installation has no trained model: leave it out"
         ) from None
     there, asked = encoder_component(content["model"]), encoder.component
-    told = (there.name, dict(there.settings)) if there else ("", {})
-    if asked is None or told != (asked.name, dict(asked.settings)):
-        own = " ".join(f"encoder.{key}={value}" for key, value in told[1].items())
+    recorded = (there.name, dict(there.settings)) if there else ("", {})
+    if asked is None or recorded != (asked.name, dict(asked.settings)):
+        own = " ".join(f"encoder.{key}={value}" for key, value in recorded[1].items())
         raise ConfigError(
-            f"encoder.weights=embedded is of encoder={told[0]} {own}: leave encoder.weights out"
+            f"encoder.weights=embedded is of encoder={recorded[0]} {own}: leave encoder.weights out"
         )
     weights, prefix = content["state_dict"], "network.encoder."
     return {k.removeprefix(prefix): v for k, v in weights.items() if k.startswith(prefix)}

@@ -165,17 +165,17 @@ def difference_name(settings: Mapping[str, Any]) -> str:
     >>> difference_name({"data": "folder", "data.root": "/data/meshes"})
     '_data-folder_75155b'
     """
-    told = {key: str(plain(value)) for key, value in settings.items()}
+    given = {key: str(plain(value)) for key, value in settings.items()}
     words: list[str] = []
-    for key, value in told.items():
+    for key, value in given.items():
         word = f"{key}-{value}"
         if (
             re.fullmatch(r"[A-Za-z0-9.+_-]{1,20}", value)
             and len("_".join([*words, word])) < _LONGEST
         ):
             words.append(word)
-    if len(words) < len(told):
-        words.append(_digest(json.dumps(told, sort_keys=True)))
+    if len(words) < len(given):
+        words.append(_digest(json.dumps(given, sort_keys=True)))
     return "".join(f"_{word}" for word in words)
 
 

@@ -50,7 +50,7 @@ class FiniteLosses:
 def not_finite(module: LightningModule, state: Mapping[str, Any]) -> str | None:
     """Return the first of a module's weights that is infinite or nan in a state of it.
 
-    Of buffers only nan is told: some are meant to be infinite.
+    Of buffers only nan counts: some are meant to be infinite.
     """
     weights = {name for name, _ in module.named_parameters()}
     for name, value in state.items():
