@@ -101,6 +101,15 @@ def test_damage_of_a_shape_is_named_on_reading_and_mended_alone(copy, boxes, tmp
     assert mended.file(2).read_bytes() == boxes.file(2).read_bytes()
 
 
+def test_a_file_that_was_made_anew_is_read_by_a_set_that_is_open(copy):
+    before, file = copy.packed_cloud(0), copy.file(0)
+    with np.load(file) as arrays:
+        content = {name: arrays[name] for name in sorted(arrays.files, reverse=True)}
+    file.unlink()
+    np.savez(file, **(content | {"points": before[::-1]}))
+    np.testing.assert_array_equal(copy.packed_cloud(0), before[::-1])
+
+
 @pytest.mark.parametrize(
     ("damage", "words"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import struct
 import zipfile
 import zlib
@@ -216,7 +217,7 @@ class PreparedSet:
         }
 
     @cached_property
-    def _places(self) -> dict[tuple[int, str], _Place]:
+    def _places(self) -> dict[tuple[int, str, int], _Place]:
         return {}
 
     def _read(self, row: int, name: str) -> NDArray[Any]:
@@ -226,9 +227,10 @@ class PreparedSet:
         """
         try:
             with self.file(row).open("rb", buffering=0) as file:
-                if (row, name) not in self._places:
-                    self._places[row, name] = _place(file, name)
-                place = self._places[row, name]
+                key = row, name, os.fstat(file.fileno()).st_mtime_ns  # a mended file is another
+                if key not in self._places:
+                    self._places[key] = _place(file, name)
+                place = self._places[key]
                 file.seek(place.start)
                 content = file.read(place.size)
             if zlib.crc32(content) != place.checksum:
