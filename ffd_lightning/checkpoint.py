@@ -67,21 +67,31 @@ class TrainedModel:
 
     @property
     def template_categories(self) -> tuple[str, ...]:
-        """The category of each of the T templates: `<category>/<id>` where there are several."""
+        """The category of each of the T templates: `<category>/<id>` where there are several.
+
+        Templates that the network was not trained with may be of none of its categories. They are
+        of one group then.
+        """
         if len(self.categories) == 1:
             return self.categories * len(self.bank)
-        return tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        own = tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        return own if set(own) <= set(self.categories) else ("any",) * len(self.bank)
 
     def templates_of(self, category: str) -> tuple[int, ...]:
         """Return the indices of a category's templates.
 
         Raises:
-            ConfigError: the model does not know the category.
+            ConfigError: the model does not know the category, or has no templates of it.
         """
-        if category not in self.categories:
+        if category not in {*self.categories, *self.template_categories}:
             known = ", ".join(self.categories)
             raise ConfigError(f"category={category}: the model was trained on {known}")
-        return tuple(t for t, own in enumerate(self.template_categories) if own == category)
+        found = tuple(t for t, own in enumerate(self.template_categories) if own == category)
+        if not found:
+            raise ConfigError(
+                f"category={category}: none of these templates is known to be of it: leave category= out"
+            )
+        return found
 
 
 def model_entry(

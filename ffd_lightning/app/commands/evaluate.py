@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, config_folder, typed_config
@@ -14,7 +15,11 @@ from ffd_lightning.app.settings import read_options
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
-_FILES = ("run", "checkpoint", "prepared", "data_root")
+if TYPE_CHECKING:
+    from ffd_lightning.checkpoint import TrainedModel
+    from ffd_lightning.data.datamodule import FfdDataModule
+
+_FILES = ("run", "checkpoint", "prepared", "data_root", "templates")
 _DIGITS = 8  # of digests in names
 
 
@@ -29,11 +34,13 @@ def main(arguments: Sequence[str]) -> int:
         more = [] if options.config_dir is None else [Path(options.config_dir)]
         print(command_help("evaluate", EvaluateConfig, [config_folder(), *more], "all" in words))
         return 0
-    files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
+    given = (word.partition("=") for word in words if not word.startswith("templates=["))
+    files = {key: name for key, _, name in given if key in _FILES and name}
     rest = [word for word in words if word.partition("=")[0] not in files]
     composed = compose_config("evaluate", EvaluateConfig, rest, options.config_dir)
     for key, name in files.items():  # names of files are taken as they are
-        composed[key] = None if name == "null" else name
+        whole = [name] if key == "templates" else name
+        composed[key] = None if name == "null" else whole
     cfg = typed_config(composed, EvaluateConfig)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     summary, folder = evaluate_run(cfg)
@@ -78,13 +85,43 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         rows = [k for k, i in enumerate(other.ids) if i not in opened.data.bank.ids]
         subject = replace(subject, tested_on=Subset(other, np.asarray(rows, np.int64)))
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
+    if (own := _own_templates(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
+        model, digest = own
+        there = {mesh.vertices.tobytes() for mesh in model.bank.meshes}
+        tested, rows = subject.tested_on
+        rows = rows[[tested.mesh(int(row)).vertices.tobytes() not in there for row in rows]]
+        if not len(rows):
+            raise ConfigError("all shapes to test on are among the templates")
+        subject = replace(
+            subject, network=model.network, bank=model.bank, tested_on=Subset(tested, rows)
+        )
+        subset = f"templates-{digest[:_DIGITS]}_{subset}".removesuffix("_test")
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
         run.checkpoint.is_file() and weights_digest(load_model(run.checkpoint).network) == weights
     )
     if not (newest and run.finished):  # a checkpoint of an unfinished training will be another
         subset = f"weights-{weights[:_DIGITS]}_{subset}".removesuffix("_test")
-    opened.network.to(device)
+    subject.network.to(device)
     options = evaluation_options(cfg, opened.data, cfg.progress_bar, cfg.restart)
     folder = run.evaluation(evaluation_name(cfg), subset)
     return evaluate(subject, protocol, folder, options), folder
+
+
+def _own_templates(
+    cfg: EvaluateConfig, data: FfdDataModule, checkpoint: Path
+) -> tuple[TrainedModel, str] | None:
+    """Return a run's model with the templates that are asked for, and what tells these apart."""
+    from ffd_lightning.app.own_templates import named_templates
+    from ffd_lightning.checkpoint import load_model
+    from ffd_lightning.inference.own_templates import of_prepared
+
+    model = load_model(checkpoint)
+    if cfg.templates == ["train"]:
+        unseen = {*data.split.test, *(data.split.val if cfg.evaluation.subset == "val" else ())}
+        own = of_prepared(model, data.prepared, [i for i in data.prepared.ids if i not in unseen])
+    elif (named := named_templates(cfg, model, data.root, cfg.progress_bar)) is None:
+        return None
+    else:
+        own = named
+    return model.with_templates(own.bank, own.pictures), own.digest
