@@ -89,7 +89,8 @@ class TrainedModel:
         found = tuple(t for t, own in enumerate(self.template_categories) if own == category)
         if not found:
             raise ConfigError(
-                f"category={category}: none of these templates is known to be of it: leave category= out"
+                f"category={category}: none of these templates is known to be of it; leave "
+                "category= out"
             )
         return found
 

@@ -11,8 +11,8 @@ Writes for each image a folder below `out`: mesh.glb (the deformed template, sub
 template.glb, lattice.glb (control cage before and after), cloud.ply, prediction.json and
 preview.png; with top_k=3 the next candidates too. An object is told from its background by a mask,
 by transparency, or by the border's colour. A network of heads=conditioned takes any meshes as
-templates (obj, glb, gltf, ply, off, stl): a folder, files, or a pattern. The same command again makes only what is not there yet.
-The exit code is 1 if a photograph failed.
+templates: a folder, files or a pattern (obj, glb, gltf, ply, off, stl). The same command again
+makes only what is not there yet. The exit code is 1 if a photograph failed.
 """
 
 from __future__ import annotations
