@@ -28,6 +28,7 @@ from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
 from ffd_lightning.evaluation.evaluator import bank_digest
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.pose import better_turn
 
 AnyMesh = Mesh | trimesh.Trimesh | trimesh.Scene
 Places = str | Path | Sequence[str | Path]
@@ -85,11 +86,10 @@ def of_files(
         given = (source, category, points, model.render, Path(root), None, workers)
         preparations.append(Preparation(*given, progress=progress))
     prepared = PreparedSet.join([preparation.run() for preparation in preparations])
-    _warn(prepared.rejected)
+    own = of_prepared(model, prepared, prepared.ids)
     sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]
-    if progress and sheets:
-        print(f"how they stand: {', '.join(sheets)}; up= and yaw= turn them", file=sys.stderr)
-    return of_prepared(model, prepared, prepared.ids)
+    _warn(prepared.rejected, model.bank, own.bank, up, yaw, sheets)
+    return own
 
 
 def of_prepared(model: TrainedModel, prepared: PreparedSet, ids: Sequence[str]) -> OwnTemplates:
@@ -131,8 +131,8 @@ def of_meshes(
             usable[name] = mesh
     if not usable:
         raise DataError(f"no usable template: {_some(rejected)}")
-    _warn(rejected)
     bank = TemplateBank.of_meshes(usable, points, model.bank.degrees, model.bank.max_edge)
+    _warn(rejected, model.bank, bank, up, yaw)
     to = model.render
     size = {"height": to.height, "width": to.width, "samples": to.samples}
     pictures = (
@@ -215,12 +215,27 @@ def _categories(folder: Path, of_model: Sequence[str]) -> list[Path]:
     return [folder]
 
 
-def _warn(rejected: Mapping[str, str]) -> None:
+def _warn(
+    rejected: Mapping[str, str],
+    known: TemplateBank,
+    own: TemplateBank,
+    up: Up,
+    yaw: float,
+    sheets: Sequence[str] = (),
+) -> None:
+    """Say which meshes cannot be used, and if the others seem to stand wrongly."""
+    warnings = []
     if rejected:
-        print(
-            f"warning: {len(rejected)} meshes cannot be used as templates ({_some(rejected)})",
-            file=sys.stderr,
+        warnings.append(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
+    better = better_turn(own, known, up, yaw)
+    if better != (up, yaw):
+        seen = f"; {', '.join(sheets)} shows them" if sheets else ""
+        warnings.append(
+            f"the templates seem to stand wrongly: with up={better[0]} yaw={better[1]:g} they are "
+            f"more like those of the network's training{seen}"
         )
+    for warning in warnings:
+        print(f"warning: {warning}", file=sys.stderr)
 
 
 def _some(rejected: Mapping[str, str]) -> str:
