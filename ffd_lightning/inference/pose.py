@@ -7,6 +7,7 @@ from typing import get_args
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from ffd_lightning.data.reading.orientation import Up, turn
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -44,7 +45,7 @@ def better_turn(own: TemplateBank, known: TemplateBank, up: Up, yaw: float) -> t
     return turns[best] if nearer and far[best].mean() < _MEAN * far[0].mean() else (up, yaw)
 
 
-def _distances(clouds: np.ndarray, known: TemplateBank) -> list[float]:
+def _distances(clouds: NDArray[np.float64], known: TemplateBank) -> list[float]:
     """Return the Chamfer distance of each cloud, (k, n, 3), to the nearest template."""
     aims = known.points[:, :_POINTS]
     return [
