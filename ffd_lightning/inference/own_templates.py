@@ -83,7 +83,7 @@ def of_files(
     check_apart(places, data_root=root)
     points, preparations = model.bank.points.shape[1], []
     for category, source in found.items():
-        given = (source, category, points, model.render, Path(root), None, workers)
+        given = (source, category, points, model.render, Path(root).expanduser(), None, workers)
         preparations.append(Preparation(*given, progress=progress))
     prepared = PreparedSet.join([preparation.run() for preparation in preparations])
     own = of_prepared(model, prepared, prepared.ids)
