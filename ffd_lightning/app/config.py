@@ -90,8 +90,8 @@ HOLDERS = {"source": Data, "split": Split, "encoder": Encoder, "term": Term}
 """Kinds whose components have settings in common."""
 
 _OF_THEIR_KIND = (
-    *("split", "template_strategy", "augmentation", "encoder", "optimizer", "lr_schedule"),
-    "protocol",
+    *("split", "template_strategy", "augmentation", "encoder", "heads", "optimizer"),
+    *("lr_schedule", "protocol"),
 )
 GROUPS = {"data": "source", "regime.selection": "selection", **{k: k for k in _OF_THEIR_KIND}}
 """The groups that choose one component, and of which kind."""
@@ -357,6 +357,7 @@ class TrainConfig(PrepareConfig):
     template_ranking: TemplateRankingConfig
     augmentation: Component
     encoder: Encoder
+    heads: Component
     network: NetworkConfig
     optimizer: Component
     lr_schedule: Component
