@@ -93,16 +93,24 @@ class TrainedModel:
             ConfigError: the heads know no other templates than those of their training; or the
                 templates have lattices of other degrees.
         """
-        if not self.network.heads.conditioned:
-            raise ConfigError(
-                "this network knows the templates of its training only (heads=per_template): "
-                "train one with heads=conditioned to give it others"
-            )
+        self.check_conditioned()
         if bank.degrees != self.bank.degrees:
             raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
         network = copy.deepcopy(self.network)
         network.use_templates(bank.points, pictures)
         return replace(self, network=network, bank=bank)
+
+    def check_conditioned(self) -> None:
+        """Make sure that the network can be told templates.
+
+        Raises:
+            ConfigError: it knows no other templates than those of its training.
+        """
+        if not self.network.heads.conditioned:
+            raise ConfigError(
+                "this network knows the templates of its training only (heads=per_template): "
+                "train one with heads=conditioned to give it others"
+            )
 
     def templates_of(self, category: str) -> tuple[int, ...]:
         """Return the indices of a category's templates.

@@ -78,7 +78,7 @@ def of_files(
         ConfigError: there is nothing, or nothing that is a mesh; or `root` is among the meshes.
         DataError: none of the meshes can be used.
     """
-    _check(model)
+    model.check_conditioned()
     found = _sources(model, [places] if isinstance(places, str | Path) else places, up, yaw)
     check_apart(places, data_root=root)
     points, preparations = model.bank.points.shape[1], []
@@ -94,7 +94,6 @@ def of_files(
 
 def of_prepared(model: TrainedModel, prepared: PreparedSet, ids: Sequence[str]) -> OwnTemplates:
     """Take shapes of a prepared set as templates."""
-    _check(model)
     bank = TemplateBank.of(prepared, ids, model.bank.degrees, model.bank.max_edge)
     rows, views = [prepared.index(i) for i in ids], range(prepared.image_shape[0])
     pictures = (np.stack([prepared.image(row, view) for view in views]) for row in rows)
@@ -116,7 +115,7 @@ def of_meshes(
         ConfigError: there are none.
         DataError: none of them can be used.
     """
-    _check(model)
+    model.check_conditioned()
     check_orientation(up, yaw)
     if not meshes:
         raise ConfigError("templates: there are no meshes")
@@ -159,12 +158,6 @@ def check_apart(places: Places, **written: str | Path) -> None:
                     f"{setting}={folder} lies in templates={place}, all of whose meshes are taken: "
                     f"choose another {setting}=, or work in another folder"
                 )
-
-
-def _check(model: TrainedModel) -> None:
-    """Refuse a network that cannot take other templates before anything is prepared."""
-    if not model.network.heads.conditioned:
-        model.with_templates(model.bank, ())
 
 
 def _absolute(path: str | Path) -> Path:
