@@ -20,7 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
+from torch import Tensor
 
 from ffd_lightning.components import OWN, Component
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -98,6 +99,20 @@ class TrainedModel:
             raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
         network = copy.deepcopy(self.network)
         network.use_templates(bank.points, pictures)
+        return replace(self, network=network, bank=bank)
+
+    def with_codes(
+        self, bank: TemplateBank, codes: Float[Tensor, "templates code"]
+    ) -> TrainedModel:
+        """Return the same as `with_templates`, of which the network's `template_codes` are known.
+
+        Raises:
+            ValueError: they are of another number of templates.
+        """
+        if len(codes) != len(bank):
+            raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
+        network = copy.deepcopy(self.network)
+        network.template_codes = codes.to(network.heads.offsets.weight.device)
         return replace(self, network=network, bank=bank)
 
     def check_conditioned(self) -> None:

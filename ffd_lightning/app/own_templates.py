@@ -27,9 +27,9 @@ def named_templates(
     Raises:
         ConfigError, DataError: see `of_files`; or meshes are to be turned, and none are named.
     """
-    turned = {"up": settings.up, "yaw": settings.yaw}
+    up, yaw = settings.up, settings.yaw
     if settings.templates is not None:
-        return of_files(model, settings.templates, **turned, root=root, progress=progress)
-    if turned != {"up": "y", "yaw": 0.0}:
+        return of_files(model, settings.templates, up=up, yaw=yaw, root=root, progress=progress)
+    if (up, yaw) != ("y", 0.0):
         raise ConfigError("up= and yaw= turn the meshes that templates= names: there are none")
     return None

@@ -44,8 +44,10 @@ _RECORD, _UNFINISHED = "prediction.json", "unfinished.json"
 _MESHES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply")
 _OBJ = ("mesh.obj", "mesh.mtl", OBJ_TEXTURES)
 _PREVIEW = ("preview.png",)
-_ELSEWHERE = ("run", "image", "out", "mask", "workers", "device", "progress_bar", "restart")
-_ELSEWHERE += ("templates", "up", "yaw", "data_root")  # the templates' digest is in the key
+_ELSEWHERE = (
+    *("run", "image", "out", "mask", "workers", "device", "progress_bar", "restart"),
+    *("templates", "up", "yaw", "data_root"),  # the templates' own digest says more
+)
 """Settings that do not decide what is written of a photograph."""
 
 
@@ -132,7 +134,7 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
     check_apart(settings.templates or (), out=out)
     own = named_templates(settings, predictor.model, settings.data_root, settings.progress_bar)
     if own is not None:
-        predictor = predictor.told(own)
+        predictor = predictor.told(own, settings.progress_bar)
     model = predictor.model
     asked = model.template_categories if settings.category is None else (settings.category,)
     most, name = min((len(model.templates_of(name)), name) for name in set(asked))

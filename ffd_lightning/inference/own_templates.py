@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import glob
+import io
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import torch
 import trimesh
 from numpy.typing import NDArray
 
+from ffd_lightning import __version__
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.data.categories import SYNSETS, name_of
 from ffd_lightning.data.preparation.overview import sheet_of
@@ -25,10 +29,12 @@ from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.mesh_files import MeshFiles, name_files
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
-from ffd_lightning.evaluation.evaluator import bank_digest
+from ffd_lightning.evaluation.evaluator import bank_digest, weights_digest
+from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.pose import better_turn
+from ffd_lightning.progress import CountProgress
 
 AnyMesh = Mesh | trimesh.Trimesh | trimesh.Scene
 Places = str | Path | Sequence[str | Path]
@@ -38,17 +44,19 @@ _NAMED = 5  # meshes that cannot be used, with the reason
 
 @dataclass(frozen=True, eq=False)
 class OwnTemplates:
-    """Templates for `TrainedModel.with_templates`.
+    """Templates to `tell` a model.
 
     Attributes:
         bank: the templates.
         pictures: of each, (views, H, W, 4) uint8, as the model's training images are rendered.
         digest: what tells them from others, in hexadecimal.
+        root: what the network makes of them is kept in `root/codes`; None to make it each time.
     """
 
     bank: TemplateBank
     pictures: Iterable[NDArray[np.uint8]]
     digest: str
+    root: Path | None = None
 
 
 def of_files(
@@ -97,7 +105,8 @@ def of_prepared(model: TrainedModel, prepared: PreparedSet, ids: Sequence[str]) 
     bank = TemplateBank.of(prepared, ids, model.bank.degrees, model.bank.max_edge)
     rows, views = [prepared.index(i) for i in ids], range(prepared.image_shape[0])
     pictures = (np.stack([prepared.image(row, view) for view in views]) for row in rows)
-    return OwnTemplates(bank, pictures, digest_of([prepared.digest, list(ids)]))
+    digest = digest_of([prepared.digest, list(ids)])
+    return OwnTemplates(bank, pictures, digest, prepared.paths[0].parents[1])
 
 
 def of_meshes(
@@ -139,6 +148,38 @@ def of_meshes(
         for name, mesh in zip(bank.ids, bank.meshes, strict=True)
     )
     return OwnTemplates(bank, pictures, bank_digest(bank))
+
+
+def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> TrainedModel:
+    """Return the same network with other templates.
+
+    Args:
+        model: what is told.
+        own: the templates, for this model; once.
+        progress: show on stderr how far it is.
+
+    Raises:
+        ConfigError: the network knows the templates of its training only.
+    """
+    key = digest_of([__version__, weights_digest(model.network), own.digest])[:20]
+    file = None if own.root is None else own.root / "codes" / f"{key}.npy"
+    if file is not None:
+        with suppress(OSError, ValueError, EOFError):
+            return model.with_codes(own.bank, torch.from_numpy(np.load(file)))
+    with CountProgress("looking at templates", len(own.bank), 0, progress) as bar:
+
+        def seen() -> Iterator[NDArray[np.uint8]]:
+            for picture in own.pictures:
+                yield picture
+                bar.advance()
+
+        told = model.with_templates(own.bank, seen())
+    if file is not None:
+        content = io.BytesIO()
+        np.save(content, told.network.template_codes.cpu().numpy())
+        with suppress(OSError):  # of a folder that cannot be written to
+            write_bytes_atomic(file, content.getvalue())
+    return told
 
 
 def check_apart(places: Places, **written: str | Path) -> None:

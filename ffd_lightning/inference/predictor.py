@@ -21,6 +21,7 @@ from ffd_lightning.inference.own_templates import (
     Places,
     of_files,
     of_meshes,
+    tell,
 )
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.pretrained import pretrained_model
@@ -94,13 +95,12 @@ class Predictor:
         if isinstance(templates, Mapping):
             own = of_meshes(self.model, templates, up=up, yaw=yaw)
         else:
-            how = {"root": root, "progress": progress}
-            own = of_files(self.model, templates, up=up, yaw=yaw, **how)
-        return self.told(own)
+            own = of_files(self.model, templates, up=up, yaw=yaw, root=root, progress=progress)
+        return self.told(own, progress)
 
-    def told(self, own: OwnTemplates) -> Predictor:
+    def told(self, own: OwnTemplates, progress: bool = True) -> Predictor:
         """Return a predictor by the same network with templates of `own_templates`."""
-        return Predictor(self.model.with_templates(own.bank, own.pictures), str(self.device))
+        return Predictor(tell(self.model, own, progress), str(self.device))
 
     def frame(
         self, image: Photo, *, mask: Photo | None = None, background: Background = "auto"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,6 +18,8 @@ from ffd_lightning.run_folder import RunFolder
 if TYPE_CHECKING:
     from ffd_lightning.checkpoint import TrainedModel
     from ffd_lightning.data.datamodule import FfdDataModule
+    from ffd_lightning.evaluation.samples import Subset
+    from ffd_lightning.geometry.mesh import Mesh
 
 _FILES = ("run", "checkpoint", "prepared", "data_root", "templates")
 _DIGITS = 8  # of digests in names
@@ -87,14 +89,9 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     if (own := _own_templates(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
         model, digest = own
-        there = {mesh.vertices.tobytes() for mesh in model.bank.meshes}
-        tested, rows = subject.tested_on
-        rows = rows[[tested.mesh(int(row)).vertices.tobytes() not in there for row in rows]]
-        if not len(rows):
-            raise ConfigError("all shapes to test on are among the templates")
-        subject = replace(
-            subject, network=model.network, bank=model.bank, tested_on=Subset(tested, rows)
-        )
+        tested_on = _without(subject.tested_on, model.bank.meshes)
+        told = {"network": model.network, "bank": model.bank, "tested_on": tested_on}
+        subject = replace(subject, **told)
         subset = f"templates-{digest[:_DIGITS]}_{subset}".removesuffix("_test")
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
@@ -114,7 +111,7 @@ def _own_templates(
     """Return a run's model with the templates that are asked for, and what tells these apart."""
     from ffd_lightning.app.own_templates import named_templates
     from ffd_lightning.checkpoint import load_model
-    from ffd_lightning.inference.own_templates import of_prepared
+    from ffd_lightning.inference.own_templates import of_prepared, tell
 
     model = load_model(checkpoint)
     if cfg.templates == ["train"]:
@@ -124,4 +121,18 @@ def _own_templates(
         return None
     else:
         own = named
-    return model.with_templates(own.bank, own.pictures), own.digest
+    return tell(model, own, cfg.progress_bar), own.digest
+
+
+def _without(shapes: Subset, meshes: Iterable[Mesh]) -> Subset:
+    """Return the shapes whose mesh is none of some, whatever they are called.
+
+    Raises:
+        ConfigError: none is left.
+    """
+    known = {mesh.vertices.tobytes() for mesh in meshes}
+    prepared, rows = shapes
+    new = [prepared.mesh(int(row)).vertices.tobytes() not in known for row in rows]
+    if not any(new):
+        raise ConfigError("all shapes to test on are among the templates")
+    return shapes._replace(rows=rows[new])
