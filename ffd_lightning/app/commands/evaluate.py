@@ -89,9 +89,8 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     if (own := _own_templates(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
         model, digest = own
-        tested_on = _without(subject.tested_on, model.bank.meshes)
-        told = {"network": model.network, "bank": model.bank, "tested_on": tested_on}
-        subject = replace(subject, **told)
+        left = _without(subject.tested_on, model.bank.meshes)
+        subject = replace(subject, network=model.network, bank=model.bank, tested_on=left)
         subset = f"templates-{digest[:_DIGITS]}_{subset}".removesuffix("_test")
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
