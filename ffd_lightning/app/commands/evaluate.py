@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import yaml
+
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, config_folder, typed_config
 from ffd_lightning.app.settings import read_options
@@ -36,13 +38,13 @@ def main(arguments: Sequence[str]) -> int:
         more = [] if options.config_dir is None else [Path(options.config_dir)]
         print(command_help("evaluate", EvaluateConfig, [config_folder(), *more], "all" in words))
         return 0
-    given = (word.partition("=") for word in words if not word.startswith("templates=["))
-    files = {key: name for key, _, name in given if key in _FILES and name}
+    files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
     rest = [word for word in words if word.partition("=")[0] not in files]
     composed = compose_config("evaluate", EvaluateConfig, rest, options.config_dir)
     for key, name in files.items():  # names of files are taken as they are
-        whole = [name] if key == "templates" else name
-        composed[key] = None if name == "null" else whole
+        composed[key] = None if name == "null" else name
+    if isinstance(one := composed["templates"], str):
+        composed["templates"] = yaml.safe_load(one) if one.startswith("[") else [one]
     cfg = typed_config(composed, EvaluateConfig)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     summary, folder = evaluate_run(cfg)
