@@ -138,5 +138,5 @@ def test_a_network_starts_from_a_trained_one(conditioned_checkpoint, tiny_config
     with pytest.raises(ConfigError, match=r"another network \(size mismatch for heads.of_image"):
         validate(wider)
     said = tiny_config(*CONDITIONED, "network.weights=x", "encoder.weights=embedded")
-    with pytest.raises(ConfigError, match="leave encoder.weights out"):
+    with pytest.raises(ConfigError, match=r"leave encoder.weights out"):
         validate(said)
