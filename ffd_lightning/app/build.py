@@ -12,7 +12,7 @@ from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LRScheduler
 
 from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig
-from ffd_lightning.app.first_weights import load_first_weights
+from ffd_lightning.app.first_weights import load_first_weights, load_network_weights
 from ffd_lightning.components import Component
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -114,7 +114,7 @@ def build_encoder(cfg: Any) -> ImageEncoder:
 def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     """Return the network, weights drawn from torch's global seed."""
     image_size, shrink, _ = _seen(cfg)
-    return TemplateFfdNetwork(
+    network = TemplateFfdNetwork(
         build_encoder(cfg),
         image_size=image_size,
         num_templates=cfg.templates.count,
@@ -128,6 +128,9 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
         mirror_degrees=cfg.network.degrees if cfg.regime.mirror_offsets else None,
         heads=cfg.heads,
     )
+    if cfg.network.weights is not None:
+        load_network_weights(network, cfg.network.weights)
+    return network
 
 
 def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:

@@ -178,6 +178,8 @@ class NetworkConfig:
         batch_norm_momentum: share of a new batch in moving statistics, of encoder and heads.
         seen_height: of the images as the encoder sees them: higher ones are shrunk, by the largest
             whole factor that leaves so many pixels; null takes them as they are.
+        weights: the first weights of the whole network, `encoder.weights` included: a run's folder,
+            a checkpoint, or embedded, the network for any templates that comes with the package.
     """
 
     settings_like: ClassVar[str] = "ffd_lightning.nn.network:TemplateFfdNetwork"
@@ -187,6 +189,7 @@ class NetworkConfig:
     offset_std: Annotated[float, Range("(0, inf)")]
     batch_norm_momentum: Annotated[float, Range("(0, 1]")]
     seen_height: Annotated[int, Range("[32, inf)")] | None = None
+    weights: str | None = None
 
 
 @dataclass

@@ -109,6 +109,9 @@ class ShapeStore:
             self.control_points = bank.control_points.to(place)
             self.matrix = bank.deformation_matrix.to(place)
             self.own_templates = _own_templates(prepared, bank, place)
+            numbers = {name: k for k, name in enumerate(prepared.categories)}
+            whose = [numbers[prepared.category(row)] for row in range(len(prepared))]
+            self.categories = torch.tensor(whose, device=place)
         except torch.OutOfMemoryError:
             size = resident_bytes(prepared, bank, mask)
             raise DataError(
@@ -135,6 +138,9 @@ class ShapeStore:
         if indices.template_rows is not None and indices.template_views is not None:
             chosen = indices.template_rows.to(self.device), indices.template_views.to(self.device)
             templates, drawn = self._drawn(*chosen, template_points)
+            if self.own_templates is not None:  # as many of each category
+                same = self.categories[rows][:, None] == self.categories[chosen[0]]
+                own = same.nonzero()[:, 1].unflatten(0, (len(rows), -1))
         else:
             numbers = torch.arange(len(template_points), device=rows.device)[:, None]
             matrix = _select(self.matrix, numbers, template_points)
