@@ -30,7 +30,7 @@ from ffd_lightning.imaging.rendering import render
 SHOWN = 32
 """Shapes of which an image is shown."""
 
-_NAMED = 3  # shapes, with the reason for which they were rejected
+_NAMED = 3  # kinds of reasons for which shapes were rejected
 _KINDS = 6  # of warnings in one line; a source of one's own may word each its own way
 _SUGGESTED = 20  # shapes with a line for the table
 _COLUMNS = 8
@@ -57,13 +57,28 @@ def describe(prepared: PreparedSet) -> list[str]:
     size = sum(prepared.file(row).stat().st_size for row in range(len(prepared)))
     line = f"prepared {len(prepared)} shapes in {prepared.path} ({size / 1e6:.0f} MB)"
     if rejected := prepared.rejected:
-        first = "; ".join(f"{i}: {why}" for i, why in list(rejected.items())[:_NAMED])
-        more = "; ..." if len(rejected) > _NAMED else ""
-        line += f"; rejected {len(rejected)} ({first}{more}), see {prepared.path / MANIFEST}"
+        why = some_reasons(rejected)
+        line += f"; rejected {len(rejected)} ({why}), see {prepared.path / MANIFEST}"
     lines = [line]
     if counted := count_warnings(prepared):
         lines.append(f"warnings: {counted}; see {prepared.path / MANIFEST}")
     return lines
+
+
+def some_reasons(reasons: Mapping[str, str]) -> str:
+    """Return an example of each of the commonest reasons, by id, as text.
+
+    As with warnings, what comes before the first colon of a reason is its kind.
+    """
+    alike: dict[str, list[str]] = {}
+    for shape_id, why in reasons.items():
+        alike.setdefault(why.partition(": ")[0], []).append(shape_id)
+    kinds = sorted(alike.values(), key=len, reverse=True)
+    parts = [
+        f"{shape_id}{f' and {len(others)} more' if others else ''}: {reasons[shape_id]}"
+        for shape_id, *others in kinds[:_NAMED]
+    ]
+    return "; ".join([*parts, *(["..."] if len(kinds) > _NAMED else [])])
 
 
 def present_pose(prepared: PreparedSet, shape_id: str) -> Orientation | None:

@@ -26,6 +26,7 @@ from filelock import AcquireReturnProxy, FileLock, Timeout
 from ffd_lightning.data.preparation.overview import (
     describe,
     sheet_of,
+    some_reasons,
     suggestion,
     write_sheet,
 )
@@ -264,8 +265,8 @@ def _say(*lines: str) -> None:
 
 
 def _some(failures: Mapping[str, Failure]) -> str:
-    """Return the first few shapes that failed, and why."""
-    return "; ".join(f"{i}: {failure.reason}" for i, failure in sorted(failures.items())[:3])
+    """Return a few of the shapes that failed, and why."""
+    return some_reasons({i: failure.reason for i, failure in sorted(failures.items())})
 
 
 def _write_manifest(

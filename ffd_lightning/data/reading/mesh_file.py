@@ -100,14 +100,14 @@ def unread(path: PurePath) -> str:
     """Return why a file of one of the formats `FOREIGN` is not read, and the way out.
 
     >>> unread(PurePath("cars/mini.ac"))
-    'mini.ac is AC3D, which is not read: `assimp export mini.ac mini.obj` makes an OBJ of it'
+    'AC3D is not read: `assimp export mini.ac mini.obj` makes an OBJ of it'
     """
     kind, name = path.suffix.lower(), path.name
     if kind in _CONVERTED:
         out = path.with_suffix(".obj").name
         way = f"`{shlex.join(['assimp', 'export', name, out])}` makes an OBJ of it"
-        return f"{name} is {_CONVERTED[kind]}, which is not read: {way}"
-    return f"{name} is {_EXPORTED[kind]}, which is not read: export it as .glb or .obj"
+        return f"{_CONVERTED[kind]} is not read: {way}"
+    return f"{_EXPORTED[kind]} is not read: export {name} as .glb or .obj"
 
 
 def _warning(what: str, which: Sequence[str]) -> str:
