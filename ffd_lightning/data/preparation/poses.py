@@ -10,10 +10,10 @@ import torch
 from ffd_lightning.data.preparation.overview import present_pose
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.reading.orientation import Orientation, Up, turn_anew
-from ffd_lightning.data.templates.distances import CANDIDATES, spread_rows
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.progress import CountProgress
 
+_LOOKED_AT = 1000  # shapes of a set
 _COMPARED = 100  # shapes of a set, with which each is compared
 _NEAR = 10  # of these, the nearest count
 _FEWEST = 10  # shapes: of fewer, none can be told to be the usual ones
@@ -38,12 +38,15 @@ def likely_poses(prepared: PreparedSet) -> dict[str, Orientation]:
 
     Returns:
         Orientations by id; none where the source has no table of them (see `FolderSource`), or
-        where there are few shapes. Of a large set, `CANDIDATES` shapes are looked at.
+        where there are few shapes. Of a set of more than 1,000, 1,000 are looked at.
     """
     if present_pose(prepared, "") is None or len(prepared) < _FEWEST:
         return {}
-    rows, others = (spread_rows(len(prepared), count) for count in (CANDIDATES, _COMPARED))
-    clouds = torch.from_numpy(np.stack([prepared.cloud(int(row), _POINTS) for row in others]))
+    rows, others = (
+        np.array([row for row, _ in prepared.spread_views(range(len(prepared)), count)])
+        for count in (_LOOKED_AT, _COMPARED)
+    )
+    clouds = torch.from_numpy(np.stack([prepared.cloud(row, _POINTS) for row in others]))
     found = {}
     label = f"{prepared.category(0)}: orientations"
     with CountProgress(label, len(rows), 0, len(rows) >= _WORTH_A_BAR) as bar:
@@ -53,7 +56,7 @@ def likely_poses(prepared: PreparedSet) -> dict[str, Orientation]:
             assert present is not None
             ups = sorted(get_args(Up), key=lambda up: up != present.up)  # the present one first
             poses = [Orientation(up, (present.yaw + k) % 360) for up in ups for k in _QUARTERS]
-            cloud = prepared.cloud(int(row), _POINTS)
+            cloud = prepared.cloud(row, _POINTS)
             turned = np.stack([turn_anew(cloud, present, pose) for pose in poses])
             distances = chamfer_distance(
                 torch.from_numpy(turned).float()[:, None], clouds[others != row], "mean"
