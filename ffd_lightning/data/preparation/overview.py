@@ -104,7 +104,13 @@ def suggestion(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list
 
 
 def _line(shape_id: str, pose: Orientation) -> str:
-    """Return a line of the table of orientations."""
+    """Return a line of the table of orientations.
+
+    >>> _line("chair, red", Orientation("z", 90.0))
+    '"chair, red",90,z'
+    """
+    if set(shape_id) & set(',"'):
+        shape_id = '"' + shape_id.replace('"', '""') + '"'
     return f"{shape_id},{pose.yaw:g},{pose.up}"
 
 

@@ -176,9 +176,10 @@ class Preparation:
             # Not at the top: workers need no torch.
             from ffd_lightning.data.preparation.poses import likely_poses
 
+            _say(*describe(prepared))
             likely = likely_poses(prepared)
             sheet = write_sheet(prepared, sheet_of(prepared.path), likely)
-            _say(*describe(prepared), *suggestion(prepared, likely), sheet)
+            _say(*suggestion(prepared, likely), sheet)
         return prepared
 
     def _missing(self) -> list[str] | None:
