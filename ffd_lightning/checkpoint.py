@@ -7,22 +7,27 @@ no code of its own is ever run.
 
 from __future__ import annotations
 
+import copy
 import io
 import pickle
 import re
 import warnings
 import zipfile
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import torch
+from jaxtyping import Float, UInt8
+from torch import Tensor
 
 from ffd_lightning.components import OWN, Component
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.nn import consensus
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 
 if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
@@ -67,39 +72,115 @@ class TrainedModel:
 
     @property
     def template_categories(self) -> tuple[str, ...]:
-        """The category of each of the T templates: `<category>/<id>` where there are several."""
+        """The category of each of the T templates: `<category>/<id>` where there are several.
+
+        Templates that the network was not trained with may be of none of its categories. They are
+        of one group then.
+        """
         if len(self.categories) == 1:
             return self.categories * len(self.bank)
-        return tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        own = tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        return own if set(own) <= set(self.categories) else ("any",) * len(self.bank)
+
+    def with_templates(
+        self, bank: TemplateBank, pictures: Iterable[UInt8[np.ndarray, "views height width c"]]
+    ) -> TrainedModel:
+        """Return the same network with other templates, which conditioned heads are told.
+
+        Args:
+            bank: the templates.
+            pictures: of each, as `render` says, (views, H, W, 3 or 4) uint8; views are averaged.
+
+        Raises:
+            ConfigError: the heads know no other templates than those of their training; or the
+                templates have lattices of other degrees.
+        """
+        self.check_conditioned()
+        if bank.degrees != self.bank.degrees:
+            raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
+        return self.with_codes(bank, self.network.codes(bank.points, pictures))
+
+    def with_codes(
+        self, bank: TemplateBank, codes: Float[Tensor, "templates code"]
+    ) -> TrainedModel:
+        """Return the same as `with_templates`, of which the network's `codes` are known.
+
+        Raises:
+            ValueError: they are of another number of templates.
+        """
+        if len(codes) != len(bank):
+            raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
+        network = copy.deepcopy(self.network)
+        network.use_templates(codes, bank.sample(consensus.POINTS))
+        return replace(self, network=network, bank=bank)
+
+    def with_codes(
+        self, bank: TemplateBank, codes: Float[Tensor, "templates code"]
+    ) -> TrainedModel:
+        """Return the same as `with_templates`, of which the network's `template_codes` are known.
+
+        Raises:
+            ValueError: they are of another number of templates.
+        """
+        if len(codes) != len(bank):
+            raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
+        network = copy.deepcopy(self.network)
+        network.template_codes = codes.to(network.heads.offsets.weight.device)
+        return replace(self, network=network, bank=bank)
+
+    def check_conditioned(self) -> None:
+        """Make sure that the network can be told templates.
+
+        Raises:
+            ConfigError: it knows no other templates than those of its training.
+        """
+        if not self.network.heads.conditioned:
+            raise ConfigError(
+                "this network knows the templates of its training only (heads=per_template): "
+                "train one with heads=conditioned to give it others"
+            )
 
     def templates_of(self, category: str) -> tuple[int, ...]:
         """Return the indices of a category's templates.
 
         Raises:
-            ConfigError: the model does not know the category.
+            ConfigError: the model does not know the category, or has no templates of it.
         """
-        if category not in self.categories:
+        if category not in {*self.categories, *self.template_categories}:
             known = ", ".join(self.categories)
             raise ConfigError(f"category={category}: the model was trained on {known}")
-        return tuple(t for t, own in enumerate(self.template_categories) if own == category)
+        found = tuple(t for t, own in enumerate(self.template_categories) if own == category)
+        if not found:
+            raise ConfigError(
+                f"category={category}: none of these templates is known to be of it; leave "
+                "category= out"
+            )
+        return found
 
 
 def model_entry(
     network: TemplateFfdNetwork, data: FfdDataModule, record: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return what a checkpoint needs beside the weights, for `load_model`."""
-    made_of = network.encoder.component
-    named = ("kind", "name", "settings", "provider")
-    content = {
+    content: dict[str, Any] = {
         "network": network.description(),
-        "encoder": None if made_of is None else {n: getattr(made_of, n) for n in named},
+        "encoder": _named(network.encoder.component),
+        "heads": _named(network.made_of),
         "templates": data.bank.state(),
         "object_fill": data.object_fill,
         "render": asdict(data.render),
         "categories": list(data.categories),
         "record": dict(record),
     }
+    if network.heads.conditioned:
+        data.give_templates(network)
+        content["template_codes"] = network.template_codes
     return {_ENTRY: content}
+
+
+def _named(made_of: Component | None) -> dict[str, Any] | None:
+    names = ("kind", "name", "settings", "provider")
+    return None if made_of is None else {name: getattr(made_of, name) for name in names}
 
 
 def check_plain(name: str, entry: Any) -> None:
@@ -145,6 +226,7 @@ def load_model(checkpoint: Path) -> TrainedModel:
         render = RenderSettings(**content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         sizes, encoder = dict(content["network"]), encoder_component(content)
+        sizes["heads"] = Component(**content["heads"]) if "heads" in content else None
         sizes["image_size"] = tuple(sizes["image_size"])
     except _DAMAGED as error:
         reason = str(error).split("\n")[0]
@@ -165,6 +247,8 @@ def load_model(checkpoint: Path) -> TrainedModel:
     except RuntimeError as error:
         reason = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
         raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})") from None
+    if "template_codes" in content:
+        network.use_templates(content["template_codes"], bank.sample(consensus.POINTS))
     step = int(state["global_step"])
     return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
 

@@ -14,6 +14,7 @@ from typing import Annotated, ClassVar, Literal
 
 from ffd_lightning import pretrained
 from ffd_lightning.components import MISSING, Component, NotNegative, Positive, Range
+from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 EMBEDDED_WIDTH = 0.25
@@ -91,8 +92,8 @@ HOLDERS = {"source": Data, "split": Split, "encoder": Encoder, "term": Term}
 """Kinds whose components have settings in common."""
 
 _OF_THEIR_KIND = (
-    *("split", "template_strategy", "augmentation", "encoder", "optimizer", "lr_schedule"),
-    "protocol",
+    *("split", "template_strategy", "augmentation", "encoder", "heads", "optimizer"),
+    *("lr_schedule", "protocol"),
 )
 GROUPS = {"data": "source", "regime.selection": "selection", **{k: k for k in _OF_THEIR_KIND}}
 """The groups that choose one component, and of which kind."""
@@ -179,6 +180,8 @@ class NetworkConfig:
         batch_norm_momentum: share of a new batch in moving statistics, of encoder and heads.
         seen_height: of the images as the encoder sees them: higher ones are shrunk, by the largest
             whole factor that leaves so many pixels; null takes them as they are.
+        weights: the first weights of the whole network, `encoder.weights` included: a run's folder,
+            a checkpoint, or embedded, the network for any templates that comes with the package.
     """
 
     settings_like: ClassVar[str] = "ffd_lightning.nn.network:TemplateFfdNetwork"
@@ -188,6 +191,7 @@ class NetworkConfig:
     offset_std: Annotated[float, Range("(0, inf)")]
     batch_norm_momentum: Annotated[float, Range("(0, 1]")]
     seen_height: Annotated[int, Range("[32, inf)")] | None = None
+    weights: str | None = None
 
 
 @dataclass
@@ -358,6 +362,7 @@ class TrainConfig(PrepareConfig):
     template_ranking: TemplateRankingConfig
     augmentation: Component
     encoder: Encoder
+    heads: Component
     network: NetworkConfig
     optimizer: Component
     lr_schedule: Component
@@ -386,6 +391,10 @@ class EvaluateConfig:
         checkpoint: another file than the run's newest.
         prepared: the folder of another prepared set than the run's own; all its shapes are tested.
         data_root: where the run's prepared data is, if not where it was.
+        templates: meshes to take as templates in place of the run's, see `ffd predict`; `train` for
+            all shapes of the run that are not tested on. Shapes among them are not tested.
+        up: the axis of those meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
         device: auto, cpu, cuda, cuda:1, ...
         progress_bar: shows how far it is.
         restart: scores everything again.
@@ -398,6 +407,9 @@ class EvaluateConfig:
     checkpoint: str | None = None
     prepared: str | None = None
     data_root: str | None = None
+    templates: list[str] | None = None
+    up: Up = "y"
+    yaw: float = 0.0
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False

@@ -121,3 +121,22 @@ def test_without_a_model_it_is_refused_and_scratch_is_meant(tiny_config):
     assert tiny_config("encoder.weights=null").encoder.first_weights == "none"
     with pytest.raises(ConfigError, match="weights=embedded: this installation has no"):
         validate(tiny_config(EMBEDDED))
+
+
+# --- a whole network ------------------------------------------------------------------------------
+
+
+CONDITIONED = ("category=table", "heads=conditioned", "heads.draw=3", "templates=t2")
+
+
+def test_a_network_starts_from_a_trained_one(conditioned_checkpoint, tiny_config):
+    cfg = tiny_config(*CONDITIONED, f"network.weights={conditioned_checkpoint}")
+    validate(cfg)
+    expected = load_model(conditioned_checkpoint).network.state_dict()
+    assert all(torch.equal(v, expected[k]) for k, v in build_network(cfg).state_dict().items())
+    wider = tiny_config(*CONDITIONED, "heads.width=8", f"network.weights={conditioned_checkpoint}")
+    with pytest.raises(ConfigError, match=r"another network \(size mismatch for heads.of_image"):
+        validate(wider)
+    said = tiny_config(*CONDITIONED, "network.weights=x", "encoder.weights=embedded")
+    with pytest.raises(ConfigError, match=r"leave encoder.weights out"):
+        validate(said)

@@ -2,6 +2,7 @@ import re
 import sys
 
 import pytest
+import trimesh
 from PIL import Image
 
 from ffd_lightning.app.commands.view import MAIN, Settings, main, open_shared
@@ -47,6 +48,14 @@ def test_a_photo_and_its_mask_can_be_named(tiny_run, checkpoint, tmp_path):
         opened(image=tmp_path / "no.png")
     with pytest.raises(DataError, match="is not a file"):
         opened(image=tmp_path)
+
+
+def test_other_templates_are_shown(conditioned_checkpoint, tmp_path):
+    (tmp_path / "meshes").mkdir()
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "meshes" / "box.ply")
+    settings = ["data_root=" + str(tmp_path / "data"), f"templates={tmp_path / 'meshes'}"]
+    run = f"run={conditioned_checkpoint}"
+    assert "1 templates" in open_shared(read_settings(Settings, [run, *settings], MAIN)).heading
 
 
 def test_mistakes_are_named(monkeypatch):
