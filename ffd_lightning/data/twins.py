@@ -25,7 +25,9 @@ MARGIN = 1.03
 _HALF = 8192  # points of each of two samplings: the two halves of a cloud
 _FEWEST = 1024  # with fewer, shapes that are merely alike are as near
 _FIRST_LOOKS = (512, 1.2), (2048, 1.1)  # distances of few points vary: greater margins
-_ALIKE = 1.0  # of how two samplings of one shape differ in what `_described` says
+_ALIKE = 1.5  # times what samplings of one shape differ by in what `_described` says
+_PARTS = 4  # samplings of a shape that are described
+_LEAST_ERROR = 1e-5  # in diagonals
 _BINS = 16
 _AT_ONCE = 4096  # pairs
 _HELD = 256  # shapes in memory
@@ -98,7 +100,7 @@ def _groups(prepared: PreparedSet) -> dict[str, str]:
         looks = *_FIRST_LOOKS, (half, MARGIN)
         return all(_times_farther(halves(i), halves(j), n) <= margin for n, margin in looks)
 
-    pairs = [pair for pair in _alike(prepared, half).tolist() if near(*pair)]
+    pairs = [pair for pair in _alike(prepared, 2 * half // _PARTS * _PARTS).tolist() if near(*pair)]
     rows = np.array(pairs, np.int64).reshape(-1, 2).T
     graph = coo_array((np.ones(len(pairs)), rows), (count, count))
     _, group = connected_components(graph, directed=False)
@@ -108,15 +110,18 @@ def _groups(prepared: PreparedSet) -> dict[str, str]:
     return {i: min(ids) for ids in members.values() if len(ids) > 1 for i in ids}
 
 
-def _alike(prepared: PreparedSet, half: int) -> NDArray[np.int64]:
+def _alike(prepared: PreparedSet, points: int) -> NDArray[np.int64]:
     """Return the pairs that are worth a look, (k, 2) rows, sorted.
 
-    A k-d tree finds shapes of which the same can be said as nearly as of two samplings of one.
+    A k-d tree finds shapes of which the same can be said as nearly as of samplings of one; what
+    samplings of a shape have in common counts the more. A quarter of the points is a sampling.
     """
-    clouds = (prepared.cloud(row, 2 * half) for row in range(len(prepared)))
-    said = np.stack([(_described(c[:half]), _described(c[half:])) for c in clouds])
-    means, noise = said.mean(1), np.linalg.norm(said[:, 0] - said[:, 1], axis=1) / 2
-    reach = 2 * _ALIKE * float(noise.max())
+    clouds = (prepared.cloud(row, points) for row in range(len(prepared)))
+    said = np.stack([[_described(part) for part in np.split(c, _PARTS)] for c in clouds])
+    errors = said.std(1, ddof=1) / np.sqrt(_PARTS)  # of their means
+    unit = np.maximum(np.sqrt(np.square(errors).mean(0)), _LEAST_ERROR)
+    means, noise = said.mean(1) / unit, np.linalg.norm(errors / unit, axis=1)
+    reach = _ALIKE * np.sqrt(2) * float(noise.max())
     pairs = cKDTree(means).query_pairs(reach, output_type="ndarray")
     pairs = pairs[np.lexsort(pairs.T[::-1])]  # the same shapes close after each other
     found = []
