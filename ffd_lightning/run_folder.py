@@ -90,6 +90,8 @@ class RunFolder:
             raise ConfigError(f"{self.config} is damaged: {reason}") from None
         if not isinstance(content, dict):
             raise ConfigError(f"{self.config} is damaged: it holds no settings")
+        if isinstance(content.get("data"), dict):
+            content["data"].setdefault("variants", 0)  # of runs from before there were any
         return content
 
     @property

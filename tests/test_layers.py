@@ -68,7 +68,8 @@ DATA = {
     "preparation": ("categories", "source", "reading"),
     "templates": ("categories", "source", "preparation"),
     "batches": ("preparation", "templates"),
-    "datamodule": ("source", "splits", "preparation", "templates", "batches"),
+    "twins": ("preparation",),
+    "datamodule": ("source", "splits", "preparation", "templates", "batches", "twins"),
 }
 
 

@@ -46,7 +46,13 @@ SWEEPS = {
     "real": (
         *("train", "-m", "name=real", "data=folder", "data.root=meshes", "data.yaw=180"),
         *("data.render.azimuths=[45,90,135,180,225,270,315,0]", "split.train_fraction=0.6"),
-        *("templates=t8", "category=chair,table", f"regime={','.join(REGIMES)}", "seed=0,1,2"),
+        *(
+            "templates=t8",
+            "category=chair,table",
+            "data.variants=0",
+            f"regime={','.join(REGIMES)}",
+            "seed=0,1,2",
+        ),
         *SHORT,
     ),
 }

@@ -144,7 +144,13 @@ class Results:
         And `effective_templates`.
         """
         groups = self.samples.groupby("run", sort=False)
-        means = groups.mean(numeric_only=True).drop(columns=["templates", "seed"], errors="ignore")
+        means = groups.mean(numeric_only=True).drop(
+            columns=["templates", "seed", "twin"], errors="ignore"
+        )
+        if "twin" in self.samples:
+            others = self.samples[self.samples["twin"].ne(True)].groupby("run", sort=False)
+            names = [metric.name for metric in self.protocol.metrics]
+            means = means.join(others[names].mean().add_prefix("without_twins_"))
         means["effective_templates"] = [
             effective_templates(part["template"].value_counts()) for _, part in groups
         ]

@@ -209,6 +209,7 @@ def scores(results: Results, ranking: Ranked | None = None, by: Sequence[str] = 
     protocol, main = results.protocol, results.protocol.main_metric
     columns = [
         *(_of_measure(m, m.name) for m in protocol.metrics),
+        *(_of_measure(m, f"without_twins_{m.name}", "without\ncopies ") for m in protocol.metrics),
         _of_measure(main, f"undeformed_{main.name}", "undeformed "),
         Column("effective_templates", "effective\ntemplates"),
         *([Column("seconds_per_step", "seconds\nper step")] if "seed" in by else []),
@@ -216,6 +217,8 @@ def scores(results: Results, ranking: Ranked | None = None, by: Sequence[str] = 
     notes: dict[str, list[tuple[str, bool]]] = {}
     note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
     note = f"Of the selected template, deformed. {note}. {protocol.note}."
+    if "twin" in results.samples:
+        note += " Without copies: less the test shapes of which training had a near copy."
     if ranking is not None:
         for column, measure in zip(columns, protocol.metrics, strict=False):
             notes[column.name] = _intervals(results, ranking, column, measure)

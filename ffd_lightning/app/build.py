@@ -50,6 +50,7 @@ def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
             root=Path(cfg.paths.data),
             limit=cfg.data.limit,
             leave_out=cfg.data.leave_out,
+            variants=cfg.data.asked_variants,
             workers=cfg.preparation.workers,
             timeout=cfg.preparation.timeout,
         )
@@ -81,6 +82,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         root=cfg.paths.data,
         limit=cfg.data.limit,
         leave_out=cfg.data.leave_out,
+        variants=cfg.data.asked_variants,
         augmentation=augmentation,
         residency=cfg.trainer.residency,
         num_workers=cfg.trainer.num_workers,

@@ -28,14 +28,25 @@ class Data(Component):
     Attributes:
         limit: so many shapes of each category, evenly spread over their sorted ids; null for all.
         leave_out: ids of shapes that are not prepared; `<category>/<id>` for one category's alone.
+        variants: deformed variants of each shape, in other colours, to train on beside it; auto
+            brings fewer than 300 shapes to as many, with 15 of each at most. Where nothing is said,
+            auto is meant by data=folder, and none by other data.
         num_points: surface samples kept of each shape.
         render: the images.
     """
 
     limit: Positive | None = None
     leave_out: list[str] = field(default_factory=list)
+    variants: NotNegative | Literal["auto"] | None = None
     num_points: Positive = 16384
     render: RenderSettings = field(default_factory=RenderSettings)
+
+    @property
+    def asked_variants(self) -> int | Literal["auto"]:
+        """What `variants` means."""
+        if self.variants is None:
+            return "auto" if self.name == "folder" else 0
+        return self.variants
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from ffd_lightning import components
-from ffd_lightning.app.config import GROUPS, HOLDERS, LISTS, Encoder
+from ffd_lightning.app.config import GROUPS, HOLDERS, LISTS, Data, Encoder
 from ffd_lightning.app.messages import SHOWN, explain
 from ffd_lightning.components import OWN, Component, Setting, settings_of
 from ffd_lightning.errors import ConfigError, DataError
@@ -196,6 +196,8 @@ def content(node: Any) -> Any:
         common = {name: content(getattr(node, name)) for name in names}
         if isinstance(node, Encoder):
             common["weights"] = node.first_weights
+        if isinstance(node, Data):
+            common["variants"] = node.asked_variants
         return {label_of(node.kind): node.name, **node.settings, **common}
     if dataclasses.is_dataclass(node):
         return {f.name: content(getattr(node, f.name)) for f in dataclasses.fields(node)}

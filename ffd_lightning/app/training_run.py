@@ -32,6 +32,7 @@ from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.components import OWN
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.templates.summary import outlier_note, outlier_rows, template_rows
+from ffd_lightning.data.twins import twin_warning
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import (
     SHARED_FOLDER,
@@ -128,13 +129,15 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
         compile_encoder(network)
     module = build_module(cfg, network, _record(cfg))
     train_on, validate_on, test_on = map(len, data.split)
+    made = f" and {len(data.variants)} variants" if data.variants else ""
     log.info(
         f"{run.path}: {cfg.category.name}, regime {cfg.regime.name}, {len(data.bank)} templates, "
-        f"{train_on} shapes to train on, {validate_on} to validate on, {test_on} to test on, "
+        f"{train_on} shapes{made} to train on, {validate_on} to validate on, {test_on} to test on, "
         f"{cfg.schedule.steps} steps"
     )
     tested = [data.prepared.ids[row] for row in subject.tested_on.rows]
-    for warning in filter(None, (data.split.warning(), leak_warning(cfg, tested))):
+    copies = twin_warning(len(subject.twins), len(tested))
+    for warning in filter(None, (data.split.warning(), leak_warning(cfg, tested), copies)):
         log.warning("%s: %s", run.path, warning)
     done = _checkpoint_step(run, data.bank.ids)
     if _rank() == 0:
@@ -185,7 +188,8 @@ def evaluated(
             "evaluation.subset=val: there are no validation shapes (split.val_fraction)"
         )
     trained_on, tested_on = (Subset(data.prepared, data.rows(x)) for x in (data.split.train, ids))
-    return EvaluatedNetwork(network, data.bank, trained_on, tested_on, step)
+    twins = data.seen_twins.intersection(ids)
+    return EvaluatedNetwork(network, data.bank, trained_on, tested_on, step, twins)
 
 
 def evaluation_options(

@@ -10,7 +10,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import torch
@@ -35,6 +35,7 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import AutoTemplates, TemplateStrategy, choose_templates
 from ffd_lightning.data.templates.pool import TemplatePool
 from ffd_lightning.data.templates.summary import outlier_rows
+from ffd_lightning.data.twins import twins
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import Degrees
 from ffd_lightning.imaging.augmentation import Augmentation
@@ -237,8 +238,7 @@ class FfdDataModule(LightningDataModule):
         render: the images.
         cloud_points: surface samples kept of each shape, of which steps draw theirs.
         root: prepared data is kept below it.
-        limit: see `Preparation`.
-        leave_out: see `Preparation`.
+        limit, leave_out, variants: see `Preparation`.
         augmentation: changes the images that are trained on, and no others.
         residency: where images and clouds are kept while training, see `Residency`.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
@@ -254,11 +254,17 @@ class FfdDataModule(LightningDataModule):
         prepared: the prepared set, after `setup`.
         bank: the templates, after `setup`.
         split: ids of each subset, after `setup`.
+        variants: ids of the variants that are trained on beside the training shapes, after `setup`:
+            those of training shapes and of templates.
+        seen_twins: ids of the shapes that are not trained on, but have a near copy that is, or is a
+            template, after `setup`; see `data.twins`.
     """
 
     prepared: PreparedSet
     bank: TemplateBank
     split: Split
+    variants: tuple[str, ...]
+    seen_twins: frozenset[str]
 
     def __init__(
         self,
@@ -282,6 +288,7 @@ class FfdDataModule(LightningDataModule):
         root: str | Path = "data",
         limit: int | None = None,
         leave_out: Sequence[str] = (),
+        variants: int | Literal["auto"] = 0,
         augmentation: Augmentation | None = None,
         residency: Residency = "auto",
         num_workers: int | None = None,
@@ -313,6 +320,7 @@ class FfdDataModule(LightningDataModule):
                 root=Path(root),
                 limit=limit,
                 leave_out=leave_out,
+                variants=variants,
                 workers=prepare_workers,
                 timeout=prepare_timeout,
                 progress=progress,
@@ -348,26 +356,41 @@ class FfdDataModule(LightningDataModule):
         """Open the prepared sets, split them and choose templates; once, whatever the stage."""
         if hasattr(self, "prepared"):
             return
-        sets, templates, splits = zip(*map(self._member, self.preparations), strict=True)
+        found = zip(*map(self._member, self.preparations), strict=True)
+        sets, templates, splits, variants, seen = found
         self.prepared = PreparedSet.join(sets)
+        self.variants, self.seen_twins = self._ids(variants), frozenset(self._ids(seen))
         self.split = Split(*(self._ids(subsets) for subsets in zip(*splits, strict=True)))
         chosen = self._ids(templates)
         self.bank = TemplateBank.of(self.prepared, chosen, self.degrees, self.max_edge)
 
-    def _member(self, preparation: Preparation) -> tuple[PreparedSet, tuple[str, ...], Split]:
-        """Open a category's set, split it, and choose templates from what is not tested on."""
+    def _member(
+        self, preparation: Preparation
+    ) -> tuple[PreparedSet, tuple[str, ...], Split, list[str], list[str]]:
+        """Open a category's set, split it, and choose templates from what is not tested on.
+
+        Returns also the variants to train on, and the shapes that have a near copy in training.
+        """
         prepared, category = preparation.run(), preparation.category
+        shapes, origins = prepared.originals, prepared.origins
         shares = len(self.preparations)
         count = self.num_templates // shares
         most = max(count, (self.hold_out or 0) // shares)
         published = preparation.source.split(category)
-        given = SplitInput(category, prepared.ids, tuple(prepared.rejected), published)
+        rejected = tuple(i for i in prepared.rejected if i not in origins)
+        alike = twins(shapes)
+        given = SplitInput(category, shapes.ids, rejected, published, alike)
         dropped = {row["id"] for row in outlier_rows(prepared)} if self.drop_outliers else ()
-        kept = [shape_id for shape_id in prepared.ids if shape_id not in dropped]
-        split = make_split(kept, self.split_rule(given), self.val_fraction)
+        kept = [shape_id for shape_id in shapes.ids if shape_id not in dropped]
+        split = make_split(kept, self.split_rule(given), self.val_fraction, alike)
         tested = {*split.test, *dropped}
-        templates = choose_templates(self.template_strategy, prepared, most, tested)
-        return prepared, templates[:count], split.without(templates)
+        templates = choose_templates(self.template_strategy, shapes, most, tested)
+        trained = set(split.train)
+        variants = [i for i in prepared.ids if origins.get(i) in trained]
+        split = split.without(templates)
+        known = {alike.get(i) for i in (*split.train, *templates)}
+        seen = [i for i in (*split.val, *split.test) if i in alike and alike[i] in known]
+        return prepared, templates[:count], split, variants, seen
 
     def _ids(self, ids: Sequence[Sequence[str]]) -> tuple[str, ...]:
         """Return ids of each category as the joined set names them."""
@@ -380,13 +403,16 @@ class FfdDataModule(LightningDataModule):
         """Return what there is to say of the data afterwards: plain values, after `setup`.
 
         `sources` is the fingerprint of each category's source, `prepared` the name of its set,
-        `templates` are ids, `shapes` how many are in each subset.
+        `templates` are ids, `shapes` how many are in each subset, `variants` apart.
         """
         return {
             "sources": {p.category: p.settings["source"] for p in self.preparations},
             "prepared": {p.category: p.target.name for p in self.preparations},
             "templates": list(self.bank.ids),
-            "shapes": {name: len(ids) for name, ids in self.split._asdict().items()},
+            "shapes": {
+                **{name: len(ids) for name, ids in self.split._asdict().items()},
+                **({"variants": len(self.variants)} if self.variants else {}),
+            },
         }
 
     @cached_property
@@ -394,7 +420,8 @@ class FfdDataModule(LightningDataModule):
         """What training steps draw templates from; None where they see the bank's."""
         if self.draw is None:
             return None
-        return TemplatePool(self.prepared, self.split.train, self.bank.ids, self.draw)
+        trained_on = (*self.split.train, *self.variants)
+        return TemplatePool(self.prepared, trained_on, self.bank.ids, self.draw)
 
     def give_templates(self, network: TemplateFfdNetwork) -> None:
         """Tell conditioned heads the bank's templates; other heads know theirs."""
@@ -431,13 +458,13 @@ class FfdDataModule(LightningDataModule):
         return self._stored[1]
 
     def train_dataloader(self) -> Batches:
-        """Batches of the training shapes, from the trainer's current one on."""
+        """Batches of training shapes and variants, from the trainer's current one on."""
         rank, world_size = self._share
         templates = len(self.bank) if self.pool is None else self.pool.count
         given = (self.prepared, templates, self.batch_size, self.num_points, self.seed)
-        rows = self.rows(self.split.train)
+        rows = self.rows((*self.split.train, *self.variants))
         indices = TrainingIndices(rows, *given, rank=rank, world_size=world_size, pool=self.pool)
-        trainer, length = self.trainer, -(-len(self.split.train) // self.batch_size)
+        trainer, length = self.trainer, -(-len(rows) // self.batch_size)
         if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):
             length = trainer.max_steps * trainer.accumulate_grad_batches
         return self._loader(indices, StepSampler(length, trainer))

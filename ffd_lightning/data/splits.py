@@ -72,12 +72,15 @@ class SplitInput(NamedTuple):
         ids: of the shapes that are there.
         rejected: ids of those that could not be prepared.
         published: the data set's own subset by id, {} where it has none.
+        twins: the shapes that have near copies, each with the id of the copy whose subset all of
+            them should be in; see `data.twins`.
     """
 
     category: str
     ids: tuple[str, ...]
     rejected: tuple[str, ...]
     published: Mapping[str, str]
+    twins: Mapping[str, str] = {}
 
 
 SplitRule = Callable[[SplitInput], Mapping[str, str]]
@@ -89,6 +92,8 @@ It raises `ConfigError` where it does not apply to the shapes.
 
 class HashSplit:
     """Assigns each id by its hash alone, so that added shapes never move others.
+
+    Near copies go where the one of the least id goes.
 
     Args:
         train_fraction: share of the training subset, met in expectation; the rest is tested on.
@@ -103,7 +108,9 @@ class HashSplit:
 
     def __call__(self, shapes: SplitInput) -> Mapping[str, str]:
         """See `SplitRule`."""
-        return {i: "train" if _position(i) < self.train_fraction else "test" for i in shapes.ids}
+        deciding = {i: shapes.twins.get(i, i) for i in shapes.ids}
+        below = self.train_fraction
+        return {i: "train" if _position(k) < below else "test" for i, k in deciding.items()}
 
 
 class AutoSplit(HashSplit):
@@ -160,7 +167,12 @@ class ListedSplit:
         return {name.strip().rstrip("/").rsplit("/", 1)[-1]: listed[name] for name in listed}
 
 
-def make_split(ids: Iterable[str], subsets: Mapping[str, str], val_fraction: float = 0.0) -> Split:
+def make_split(
+    ids: Iterable[str],
+    subsets: Mapping[str, str],
+    val_fraction: float = 0.0,
+    twins: Mapping[str, str] = {},
+) -> Split:
     """Return the three subsets of the shapes that there are.
 
     Args:
@@ -168,6 +180,7 @@ def make_split(ids: Iterable[str], subsets: Mapping[str, str], val_fraction: flo
         subsets: as a `SplitRule` gives them; shapes that are in none are left out.
         val_fraction: share of the training shapes to validate on instead, by the hash of the id,
             where the rule has named none.
+        twins: see `SplitInput`.
 
     Raises:
         ConfigError: a subset that there is not.
@@ -182,7 +195,7 @@ def make_split(ids: Iterable[str], subsets: Mapping[str, str], val_fraction: flo
     found = {i: subsets.get(i, rest) for i in sorted(set(ids))}
     if "val" not in subsets.values():
         own = {i for i, subset in found.items() if subset == "train"}
-        found |= {i: "val" for i in own if _position(f"val/{i}") < val_fraction}
+        found |= {i: "val" for i in own if _position(f"val/{twins.get(i, i)}") < val_fraction}
     unnamed = sum(not subset for subset in found.values())
     if unnamed:
         log.info("left out: %d shapes that the split does not name", unnamed)

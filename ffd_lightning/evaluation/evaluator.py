@@ -41,6 +41,7 @@ from ffd_lightning.evaluation.summaries import (
     means,
     selection_summary,
     template_ranking,
+    without_twins,
 )
 from ffd_lightning.files import lock_folder, write_atomic, write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork
@@ -65,6 +66,7 @@ class EvaluatedNetwork:
         trained_on: the shapes of its training.
         tested_on: the shapes to test on.
         step: of the training that its weights are from, for the record.
+        twins: ids of shapes to test on that have a near copy among those that the training saw.
     """
 
     network: TemplateFfdNetwork
@@ -72,6 +74,7 @@ class EvaluatedNetwork:
     trained_on: Subset
     tested_on: Subset
     step: int
+    twins: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -126,6 +129,7 @@ def evaluate(
             table, prediction = _score(evaluated, protocol, journal, settings, folder, options)
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
         summary = {**means(table), **selection_summary(counts), "num_samples": float(len(table))}
+        summary |= without_twins(table, [metric.name for metric in protocol.metrics])
         mean_weights = prediction.weights.mean(0, dtype=np.float64)
         ranking = template_ranking(evaluated.bank, counts, mean_weights)
         content = {
@@ -161,6 +165,7 @@ def _settings(
         "trained_on": evaluated.trained_on.fingerprint() if options.references else None,
         "all_views": options.all_views,
         "seed": options.seed,
+        **({"twins": sorted(evaluated.twins)} if evaluated.twins else {}),
     }
 
 
@@ -222,6 +227,7 @@ def _score(
             "view": sample.view,
             "template": bank.ids[t],
             "weight": float(prediction.weights[k, t]),
+            **({"twin": prepared.ids[row] in evaluated.twins} if evaluated.twins else {}),
             **score_sample(protocol, prepared, row, candidates, options.seed),
             **model.distortion(),
         }

@@ -12,7 +12,7 @@ from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.samples import Row
 from ffd_lightning.metrics.selection import effective_templates, selection_entropy
 
-_WORDS = frozenset(("id", "category", "family", "view", "template"))  # columns without a mean
+_WORDS = frozenset(("id", "category", "family", "view", "template", "twin"))  # have no mean
 
 
 def means(table: Sequence[Row]) -> dict[str, float]:
@@ -36,6 +36,22 @@ def by_category(table: Sequence[Row]) -> dict[str, Any]:
     names = sorted({row["category"] for row in table})
     categories = {name: means([r for r in table if r["category"] == name]) for name in names}
     return {"categories": categories, "category_mean": means(list(categories.values()))}
+
+
+def without_twins(table: Sequence[Row], metrics: Sequence[str]) -> dict[str, float]:
+    """Return `num_twins`, and `without_twins_<metric>`, means over the other shapes.
+
+    Twins are samples of shapes that have a near copy in training. {} where there are none.
+
+    >>> without_twins([{"iou": 1.0, "twin": True}, {"iou": 0.5, "twin": False}], ["iou"])
+    {'num_twins': 1.0, 'without_twins_iou': 0.5}
+    """
+    others = [row for row in table if not row.get("twin")]
+    if len(others) == len(table):
+        return {}
+    found = means([{name: row[name] for name in metrics} for row in others])
+    count = float(len(table) - len(others))
+    return {"num_twins": count, **{f"without_twins_{name}": found[name] for name in found}}
 
 
 def selection_summary(counts: NDArray[np.int64]) -> dict[str, float]:

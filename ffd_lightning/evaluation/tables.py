@@ -32,6 +32,10 @@ def print_summary(
         values = [f"{m.factor * x:.4g}" for m, x in scores.items() if x is not None]
         if values:
             table.add_row(title, *values, style=None if name else "bold")
+    if twins := summary.get("num_twins"):
+        scores = {m: summary.get(f"without_twins_{m.name}") for m in protocol.metrics}
+        values = ["" if x is None else f"{m.factor * x:.4g}" for m, x in scores.items()]
+        table.add_row(f"model, less {twins:.0f} near copies of training shapes", *values)
     table_console().print(table)
     print(f"effective templates {summary['effective_templates']:.1f}")
     print(

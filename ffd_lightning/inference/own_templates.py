@@ -91,8 +91,8 @@ def of_files(
     check_apart(places, data_root=root)
     points, preparations = model.bank.points.shape[1], []
     for category, source in found.items():
-        given = (source, category, points, model.render, Path(root).expanduser(), None, workers)
-        preparations.append(Preparation(*given, progress=progress))
+        given = (source, category, points, model.render, Path(root).expanduser())
+        preparations.append(Preparation(*given, workers=workers, progress=progress))
     prepared = PreparedSet.join([preparation.run() for preparation in preparations])
     own = of_prepared(model, prepared, prepared.ids)
     sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]

@@ -13,6 +13,7 @@ class _Set:
 
     def __init__(self, *ids):
         self.ids = ids
+        self.origins = {i: i.partition("~")[0] for i in ids if "~" in i}
 
     def __len__(self):
         return len(self.ids)

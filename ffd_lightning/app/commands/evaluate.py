@@ -90,9 +90,10 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
     subject = evaluated(cfg, opened.network, opened.data, opened.step)
     subset: str = cfg.evaluation.subset
     if cfg.prepared is not None:
-        other = PreparedSet.open(Path(cfg.prepared))
+        other = PreparedSet.open(Path(cfg.prepared)).originals
         rows = [k for k, i in enumerate(other.ids) if i not in opened.data.bank.ids]
-        subject = replace(subject, tested_on=Subset(other, np.asarray(rows, np.int64)))
+        tested_on = Subset(other, np.asarray(rows, np.int64))
+        subject = replace(subject, tested_on=tested_on, twins=frozenset())
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
     if (own := _own_templates(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
         model, digest = own

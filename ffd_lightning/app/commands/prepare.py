@@ -29,6 +29,7 @@ def prepare(cfg: PrepareCommandConfig) -> None:
     from ffd_lightning.app.build import build_preparations
     from ffd_lightning.app.checks import validate
     from ffd_lightning.data.templates.summary import outlier_note, outlier_rows
+    from ffd_lightning.data.twins import twin_note, twins
 
     validate(cfg)
     preparations = build_preparations(cfg)
@@ -41,7 +42,12 @@ def prepare(cfg: PrepareCommandConfig) -> None:
                 print(f"{preparation.category}: {line}")
             continue
         prepared = preparation.run()
-        if note := outlier_note(prepared, outlier_rows(prepared)):
+        published = preparation.source.split(preparation.category)
+        notes = (
+            outlier_note(prepared, outlier_rows(prepared)),
+            twin_note(twins(prepared.originals), published),
+        )
+        for note in filter(None, notes):
             print(f"{preparation.category}: {note}", file=sys.stderr)
 
 
@@ -55,7 +61,9 @@ def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]
     rejected = source.rejected(category)
     usable = [i for i in ids if i not in rejected]
     unusable = {i: rejected[i] for i in ids if i in rejected}
-    yield f"{len(ids):,} shapes, {_listed(unusable, 'cannot be used')}"
+    each = preparation.num_variants
+    made = f", {each} deformed variants of each to train on" if each else ""
+    yield f"{len(ids):,} shapes{made}, {_listed(unusable, 'cannot be used')}"
     if not usable:
         return
     shapes = SplitInput(category, tuple(usable), tuple(unusable), source.split(category))
@@ -77,7 +85,7 @@ def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]
         return
     with tempfile.TemporaryDirectory() as folder:
         limit = min(_TRIED, preparation.limit or _TRIED)
-        trial = replace(preparation, root=Path(folder), limit=limit, progress=False)
+        trial = replace(preparation, root=Path(folder), limit=limit, variants=0, progress=False)
         try:
             tried = trial.run()
         except DataError as error:

@@ -55,7 +55,9 @@ def sheet_of(folder: Path) -> Path:
 def describe(prepared: PreparedSet) -> list[str]:
     """Return what was prepared and rejected, and in a line of its own the warnings by kind."""
     size = sum(prepared.file(row).stat().st_size for row in range(len(prepared)))
-    line = f"prepared {len(prepared)} shapes in {prepared.path} ({size / 1e6:.0f} MB)"
+    shapes = len(prepared.originals)
+    made = f" and {len(prepared) - shapes} variants of them" if prepared.origins else ""
+    line = f"prepared {shapes} shapes{made} in {prepared.path} ({size / 1e6:.0f} MB)"
     if rejected := prepared.rejected:
         why = some_reasons(rejected)
         line += f"; rejected {len(rejected)} ({why}), see {prepared.path / MANIFEST}"
@@ -119,7 +121,8 @@ def count_warnings(prepared: PreparedSet) -> str:
     counts: Counter[str] = Counter()
     for lines in prepared.warnings.values():
         counts.update(dict.fromkeys(line.partition(": ")[0] for line in lines).keys())
-    parts = [f"{kind} ({count} of {len(prepared)})" for kind, count in counts.most_common(_KINDS)]
+    shapes = len(prepared.originals)
+    parts = [f"{kind} ({count} of {shapes})" for kind, count in counts.most_common(_KINDS)]
     more = [f"{len(counts) - _KINDS} more kinds"] if len(counts) > _KINDS else []
     return "; ".join(parts + more)
 
@@ -141,14 +144,13 @@ def write_sheet(
 def draw_set(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> Image.Image:
     """Draw the first image of up to 32 shapes of a set, and some shapes from four sides.
 
-    Of those that probably stand otherwise, eight are drawn as they do and as they should.
+    Of those that probably stand otherwise, eight are drawn as they do and as they should; of a set
+    with variants, a row of these.
     """
+    whole, prepared = prepared, prepared.originals
     views, category = prepared.spread_views(range(len(prepared)), SHOWN), prepared.category(0)
     rows = [row for row, _ in views]
-    images = [
-        fit_picture(Image.fromarray(prepared.image(row)), _HEIGHT, _WIDTH)[..., :3] for row in rows
-    ]
-    seen = grid(images, _COLUMNS, [prepared.ids[row] for row in rows], font_size=_FONT)
+    seen = _first_images(prepared, rows)
     known, expected = _embedded(category), _expected(category)
     own = [row for row, _ in prepared.spread_views(range(len(prepared)), _POSED)]
     cameras = [prepared.camera(row) for row in own]
@@ -163,8 +165,13 @@ def draw_set(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> Image.
         _headed(right, "orientation of this set", turning),
     ]
     which = f"{len(rows)} of {len(prepared)} shapes, the first image of each, {prepared.path.name}"
-    above = _headed(seen, f"{category}: what the network sees", which)
-    return joined([above, joined(poses, across=True), *_suggested(prepared, likely)])
+    sheets = [_headed(seen, f"{category}: what the network sees", which)]
+    if whole.origins:
+        made = [row for row, i in enumerate(whole.ids) if i in whole.origins]
+        some = [row for row, _ in whole.spread_views(made, _COLUMNS)]
+        note = f"{len(some)} of {len(made)} variants of these shapes, that are only trained on"
+        sheets.append(_headed(_first_images(whole, some), "deformed variants", note))
+    return joined([*sheets, joined(poses, across=True), *_suggested(prepared, likely)])
 
 
 def _suggested(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list[Image.Image]:
@@ -184,6 +191,13 @@ def _suggested(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list
     pictures = grid([*before, *after], len(shown), labels, font_size=_FONT)
     note = f"{len(shown)} of {len(likely)}, and as these lines of {ORIENTATIONS} turn them"
     return [_headed(pictures, "probably standing otherwise than the rest", note)]
+
+
+def _first_images(prepared: PreparedSet, rows: Sequence[int]) -> Image.Image:
+    images = [
+        fit_picture(Image.fromarray(prepared.image(row)), _HEIGHT, _WIDTH)[..., :3] for row in rows
+    ]
+    return grid(images, _COLUMNS, [prepared.ids[row] for row in rows], font_size=_FONT)
 
 
 def _embedded(category: str) -> str:

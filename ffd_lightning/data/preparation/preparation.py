@@ -18,7 +18,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from filelock import AcquireReturnProxy, FileLock, Timeout
@@ -38,6 +38,7 @@ from ffd_lightning.data.preparation.prepared import (
     without_file,
 )
 from ffd_lightning.data.preparation.prepared_shape import Failure, ShapeMaker, shape_file
+from ffd_lightning.data.preparation.variants import enough_variants, variant_ids
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError, DataError, did_you_mean
@@ -65,6 +66,8 @@ class Preparation:
         limit: take so many shapes at most, evenly spread over their ids.
         leave_out: ids not to take; `<category>/<id>`, as sets of several categories name shapes,
             leaves a shape out of that category alone.
+        variants: deformed variants that are made of each shape, to train on; "auto" brings fewer
+            than 300 shapes to as many, with 15 of each at most.
         workers: processes, 0 for one per core.
         timeout: seconds after which a shape is given up: it is left out.
         progress: show on stderr how far it is, and what the set holds in a contact sheet.
@@ -77,6 +80,7 @@ class Preparation:
     root: Path
     limit: int | None = None
     leave_out: Sequence[str] = ()
+    variants: int | Literal["auto"] = 0
     workers: int = 0
     timeout: float = 600.0
     progress: bool = True
@@ -84,6 +88,13 @@ class Preparation:
     def __post_init__(self) -> None:
         if self.limit is not None and self.limit < 1:
             raise ConfigError(f"limit={self.limit} must be 1 or more")
+        if self.variants != "auto" and self.variants < 0:
+            raise ConfigError(f"variants={self.variants} must be 0 or more")
+        if self.variants and self.source.own_images:
+            raise ConfigError(
+                f"variants={self.variants} of shapes that come with images of their own would not "
+                "look like these: leave data.variants out, or have the shapes rendered"
+            )
 
     @property
     def shape_ids(self) -> list[str]:
@@ -113,11 +124,23 @@ class Preparation:
         return sorted(own)
 
     @cached_property
+    def num_variants(self) -> int:
+        """How many variants are made of each shape."""
+        return enough_variants(len(self.shape_ids)) if self.variants == "auto" else self.variants
+
+    @cached_property
+    def origins(self) -> dict[str, str]:
+        """Which shape each variant is made of, by their ids."""
+        return variant_ids(self.shape_ids, self.num_variants) if self.num_variants else {}
+
+    @cached_property
     def settings(self) -> dict[str, object]:
         """What decides the set, JSON-able."""
         more: dict[str, object] = {} if self.limit is None else {"limit": self.limit}
         if left_out := self.leave_out and self._left_out(self.source.shape_ids(self.category)):
             more["leave_out"] = left_out
+        if self.num_variants:
+            more["variants"] = self.num_variants
         return {
             "format": FORMAT_VERSION,
             "source": {**self.source.fingerprint(self.category), **more},
@@ -211,12 +234,14 @@ class Preparation:
 
         What failed in an earlier call is tried again: its cause may have been mended.
         """
-        maker = ShapeMaker(self.source, self.category, self.num_points, self.render, folder)
+        how = self.source, self.category, self.num_points, self.render
+        maker = ShapeMaker(*how, folder, self.origins)
         todo = [i for i in ids if not maker.is_done(i)]
         done = len(ids) - len(todo)
         if self.progress:
             resumed = f" ({done} are done already)" if done else ""
-            _say(f"preparing {len(ids)} shapes of {self.category} in {self.target}{resumed}")
+            what = "variants of shapes" if self.origins.keys() >= set(ids) else "shapes"
+            _say(f"preparing {len(ids)} {what} of {self.category} in {self.target}{resumed}")
         try:
             with CountProgress(self.category, len(ids), done, self.progress) as bar:
                 workers = self.workers or available_cores()
@@ -230,6 +255,16 @@ class Preparation:
         folder = self._whole.with_name(f".{self._whole.name}.partial")
         folder.mkdir(exist_ok=True)
         failures = self._make(ids, folder)
+        # What cannot be used is not tried again in other forms.
+        variants = [i for i, origin in self.origins.items() if origin not in failures]
+        if variants:
+            if self.variants == "auto" and self.progress:
+                _say(
+                    f"{len(ids)} shapes of {self.category} are few: {self.num_variants} deformed "
+                    "variants of each will be trained on, too (data.variants=0: none)"
+                )
+            failures |= self._make(variants, folder)
+            ids = sorted([*ids, *variants])
         if unread := {i: f for i, f in failures.items() if f.kind == "unread"}:
             raise DataError(
                 f"{len(unread)} of {len(ids)} shapes of {self.category} could not be read "
@@ -247,7 +282,7 @@ class Preparation:
         if any(failure.kind == "given up" for failure in failures.values()):
             settings = {**settings, "timeout": float(self.timeout)}
         reasons = {i: failures[i].reason for i in ids if i in failures}
-        _write_manifest(folder, ids, reasons, settings)
+        _write_manifest(folder, ids, reasons, settings, {i: self.origins[i] for i in variants})
         folder.rename(self._folder(settings))
 
 
@@ -271,9 +306,16 @@ def _some(failures: Mapping[str, Failure]) -> str:
 
 
 def _write_manifest(
-    folder: Path, ids: Sequence[str], rejected: Mapping[str, str], settings: Mapping[str, Any]
+    folder: Path,
+    ids: Sequence[str],
+    rejected: Mapping[str, str],
+    settings: Mapping[str, Any],
+    origins: Mapping[str, str],
 ) -> None:
-    """Write what is known of all shapes together: those tried, and why some were rejected."""
+    """Write what is known of all shapes together: those tried, and why some were rejected.
+
+    `origins` names the variants among them, and the shape that each is of.
+    """
     good = [i for i in ids if i not in rejected]
     families, warnings, image_shape = [], {}, None
     part_names: dict[str, None] = {}
@@ -306,5 +348,6 @@ def _write_manifest(
         "families": families,
         "rejected": rejected,
         "warnings": warnings,
+        **({"origins": origins} if origins else {}),
     }
     write_atomic(folder / MANIFEST, json.dumps(manifest, indent=1) + "\n")

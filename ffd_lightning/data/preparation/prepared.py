@@ -83,6 +83,11 @@ class PreparedSet:
         return self if self.taken is None else replace(self, taken=None)
 
     @cached_property
+    def originals(self) -> PreparedSet:
+        """The set without variants."""
+        return self.without(self.origins) if self.origins else self
+
+    @cached_property
     def path(self) -> Path:
         """The folder; of several categories their folders with a `+` in between."""
         return Path("+".join(map(str, self.paths)))
@@ -130,6 +135,15 @@ class PreparedSet:
     def warnings(self) -> dict[str, list[str]]:
         """What is wrong with shapes that are in the set all the same, by their ids."""
         return self._joined("warnings")
+
+    @cached_property
+    def origins(self) -> dict[str, str]:
+        """Which shape each variant is of, by their ids; a rejected variant may be among them."""
+        return {
+            self._name(k, variant): self._name(k, shape_id)
+            for k, manifest in enumerate(self.manifests)
+            for variant, shape_id in manifest.get("origins", {}).items()
+        }
 
     @property
     def image_shape(self) -> tuple[int, int, int, int]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import zipfile
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,6 +20,7 @@ from ffd_lightning.data.preparation.packing import (
     pack_points,
 )
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
+from ffd_lightning.data.preparation.variants import vary
 from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import RejectedShapeError, UserError, explain_unforeseen, is_of_machine
 from ffd_lightning.files import atomic_file
@@ -53,13 +54,17 @@ class Failure:
 
 @dataclass(frozen=True)
 class ShapeMaker:
-    """Makes the files of a category's shapes in a folder."""
+    """Makes the files of a category's shapes in a folder.
+
+    `origins` names the variants among them, and the shape that each is made of.
+    """
 
     source: Source
     category: str
     num_points: int
     render: RenderSettings
     folder: Path
+    origins: Mapping[str, str] = field(default_factory=dict)
 
     def make(self, shape_id: str) -> Failure | None:
         """Make one shape's file, or return why it cannot be made.
@@ -103,12 +108,15 @@ class ShapeMaker:
 
     def arrays(self, shape_id: str) -> dict[str, Any]:
         """Load, normalise, sample and render one shape; return what its file holds."""
-        loaded = self.source.load(self.category, shape_id)
+        origin = self.origins.get(shape_id, shape_id)
+        loaded = self.source.load(self.category, origin)
         if not isinstance(loaded, SourceShape):
             kind = type(loaded).__name__
             raise RejectedShapeError(f"its source gives a {kind}, not a SourceShape")
         _check_mesh(loaded.mesh)
         shape = _normalized(loaded)
+        if origin != shape_id:
+            shape = _normalized(vary(shape, f"{self.category}/{shape_id}"))
         mesh = shape.mesh
         # The id alone decides the draw, so that no shape's sample depends on the others.
         key = hashlib.sha256(f"{self.category}/{shape_id}".encode()).digest()

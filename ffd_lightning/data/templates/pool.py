@@ -45,7 +45,7 @@ class TemplatePool:
         ids = [*trained_on, *others]
         self._prepared = prepared
         self.rows = np.array([prepared.index(i) for i in ids], np.int64)
-        _, self._shapes = np.unique([i.partition("~")[0] for i in ids], return_inverse=True)
+        _, self._shapes = np.unique([prepared.origins.get(i, i) for i in ids], return_inverse=True)
         self._members = [np.flatnonzero(self._shapes == k) for k in range(self._shapes.max() + 1)]
         self._queries = np.arange(len(ids)) < len(trained_on)
         whose = np.array([prepared.category(self.rows[m[0]]) for m in self._members])

@@ -43,6 +43,7 @@ def template_rows(prepared: PreparedSet, bank: TemplateBank) -> tuple[list[Row],
         these, nan where there are none. And the mean distance of all shapes that are no templates
         to the nearest one, nan where there are none.
     """
+    prepared = prepared.originals
     own = np.array([prepared.index(i) for i in bank.ids])
     rows = np.union1d(spread_rows(len(prepared), CANDIDATES), own)
     points = torch.from_numpy(np.stack([prepared.cloud(int(row), POINTS) for row in rows]))
@@ -75,6 +76,7 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
     """
     result: list[Row] = []
     for member in prepared.members:
+        member = member.originals
         found = shape_distances(member)
         outlier, factor = found.outliers()
         prefix = f"{member.category(0)}/" if len(prepared.paths) > 1 else ""
@@ -94,7 +96,7 @@ def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = Fal
     """
     if not rows:
         return ""
-    looked_at = sum(min(len(member), CANDIDATES) for member in prepared.members)
+    looked_at = sum(min(len(member.originals), CANDIDATES) for member in prepared.members)
     ids = [str(row["id"]) for row in rows[:_NAMED]]
     more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
     setting = shlex.quote(f"data.leave_out=[{','.join(map(_in_list, ids))}]")
