@@ -64,13 +64,13 @@ class Preparation:
         render: the images.
         root: prepared sets are kept in `root/prepared`.
         limit: take so many shapes at most, evenly spread over their ids.
-        leave_out: ids not to take; `<category>/<id>`, as sets of several categories name shapes,
-            leaves a shape out of that category alone.
         variants: deformed variants that are made of each shape, to train on; "auto" brings fewer
             than 300 shapes to as many, with 15 of each at most.
         workers: processes, 0 for one per core.
         timeout: seconds after which a shape is given up: it is left out.
         progress: show on stderr how far it is, and what the set holds in a contact sheet.
+        leave_out: ids not to take; `<category>/<id>`, as sets of several categories name shapes,
+            leaves a shape out of that category alone.
     """
 
     source: Source
@@ -79,11 +79,11 @@ class Preparation:
     render: RenderSettings
     root: Path
     limit: int | None = None
-    leave_out: Sequence[str] = ()
     variants: int | Literal["auto"] = 0
     workers: int = 0
     timeout: float = 600.0
     progress: bool = True
+    leave_out: Sequence[str] = ()
 
     def __post_init__(self) -> None:
         if self.limit is not None and self.limit < 1:
