@@ -2,7 +2,6 @@
 
     python docs/tools/findings.py                       write all pages and figures
     python docs/tools/findings.py keep NAME RUNS        keep the runs of a folder as a study
-    python docs/tools/findings.py compare NAME RUNS     put runs trained again beside the kept ones
 
 No training is needed for the first. A study in several parts has names like `paper_table/chairs`.
 The texts are the templates in docs/tools/findings; what the kept scores say is computed there.
@@ -43,7 +42,6 @@ from claims import (
     read,
     with_regimes_of,
 )
-from findings_minutes import draw
 
 from ffd_lightning.analysis import compare as comparison
 from ffd_lightning.analysis.budget import error_budget
@@ -468,34 +466,7 @@ def labels(name: str) -> str:
     return _table(["category", "regime", *heads], rows)
 
 
-# --- minutes, figures, pages ---------------------------------------------------------------------
-
-
-def recipes() -> str:
-    """Return the scores that recipes of training reach in some seconds: the quality benchmark's."""
-    table = pd.read_csv(DATA / "quality.csv")
-    lengths = sorted(table["asked_seconds"].unique())
-    rows = []
-    for recipe, part in table.groupby("recipe", sort=False):
-        runs = part.set_index("asked_seconds").loc[lengths]
-        cells = [
-            f"{' / '.join(_number(run[m], m) for m in ('chamfer', 'emd', 'iou'))} "
-            f"({run['steps']:,} steps, {run['seconds']:.0f} s)"
-            for _, run in runs.iterrows()
-        ]
-        rows.append([str(recipe), *cells])
-    return _table(["recipe", *(f"{seconds} s" for seconds in lengths)], rows)
-
-
-def recipe_of(recipe: str, column: str, seconds: int) -> str:
-    """Return a number of a recipe after so many seconds, for a sentence."""
-    runs = pd.read_csv(DATA / "quality.csv").set_index(["recipe", "asked_seconds"])
-    return _number(runs.loc[(recipe, seconds), column], column)
-
-
-def recipes_figure(alt: str) -> str:
-    """Draw the recipes' scores into a file beside the pages; return the link to it."""
-    return _drawn("recipes.svg", draw(pd.read_csv(DATA / "quality.csv")), alt)
+# --- figures, pages ------------------------------------------------------------------------------
 
 
 def figure(kind: str, name: str, alt: str, **where: Any) -> str:
@@ -532,7 +503,7 @@ _FUNCTIONS: tuple[Callable[..., str], ...] = (
     *(setup, scores, versions, seeds_of, by_category, categories_of, course, drift),
     *(changes, change, changes_in, changes_by_category, counts, versus, against),
     *(verdicts, word, claim, stability, same_template, agreement, right_category),
-    *(budgets, budgets_of, labels, recipes, recipe_of, recipes_figure, figure),
+    *(budgets, budgets_of, labels, figure),
 )  # that the templates of pages may call
 
 
@@ -562,28 +533,12 @@ def processor() -> str:
     return f"{kind} ({capability}, {count}), torch {torch.__version__}"
 
 
-def compare(name: str, folder: Path) -> None:
-    """Print the scores of runs that were trained again beside those of the kept runs."""
-    kept = study(name)
-    again = Results.read(folder, kept.protocol.name)
-    for run, new in again.samples.groupby("run", sort=False):
-        old = kept.samples[kept.samples["run"] == run]
-        if old.empty:
-            print(f"{run}: not in the kept study")
-            continue
-        both = pd.concat([new.assign(label="again", run="again"), old.assign(label="kept")])
-        for measure in kept.protocol.metrics:
-            part = replace(kept, samples=both)
-            table = comparison.compare(part, measure.name, "label", held=())
-            print(f"{run}: {table['statement'].iloc[0]}")
-
-
 def main() -> int:
     """See the top of this file."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("action", nargs="?", default="write", choices=("write", "keep", "compare"))
+    parser.add_argument("action", nargs="?", default="write", choices=("write", "keep"))
     parser.add_argument("study", nargs="?", help="its name")
     parser.add_argument("runs", nargs="?", type=Path, help="folder of its runs")
     parser.add_argument("--protocol", help="keep: whose scores (default: the training's)")
@@ -593,8 +548,6 @@ def main() -> int:
         parser.error(f"{given.action} needs the name of a study and a folder of runs")
     if given.action == "keep":
         keep(given.study, given.runs, given.protocol, given.command)
-    elif given.action == "compare":
-        compare(given.study, given.runs)
     else:
         for name, text in pages().items():
             write_atomic(FOLDER / name, text)

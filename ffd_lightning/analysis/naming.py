@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any
@@ -54,7 +53,7 @@ def setting_text(value: Any) -> str:
 def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     """Return for each run what else tells its setting apart: "schedule.steps=300", say.
 
-    "" where regime and templates do; the folder of runs that have all in common.
+    "" where regime and templates do; the run's name where runs have all in common.
 
     Args:
         runs: `run`, `category`, `regime`, `templates` and `seed`.
@@ -75,11 +74,7 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     twice = same.duplicated([*GROUP, "seed"])
     if twice.any():
         alike = same.set_index(GROUP).index.isin(same[twice].set_index(GROUP).index)
-        folders = runs["run"].map(_without_seed)
-        unique = not runs.assign(folder=folders)[alike].duplicated(["folder", "seed"]).any()
-        found[alike] = found[alike].map(lambda x: f"{x}, " if x else "") + (
-            folders if unique else runs["run"]
-        )
+        found[alike] = found[alike].map(lambda x: f"{x}, " if x else "") + runs["run"]
     return found
 
 
@@ -87,11 +82,6 @@ def _shortened(values: pd.Series) -> pd.Series:
     """Return values without the folders of files, where that does not make them equal."""
     names = values.map(lambda value: PurePath(value).name if value.startswith("/") else value)
     return names if names.nunique() == values.nunique() else values
-
-
-def _without_seed(run: str) -> str:
-    """Return a run's folder without what names its seed: of `b/t8/seed1_x-50` `b/t8/x-50`."""
-    return str(PurePath(*(re.sub(r"^seed\d+_?", "", part) for part in run.split("/"))))
 
 
 def place(value: Any) -> tuple[int, float, str]:

@@ -76,23 +76,16 @@ class Results:
 
         Args:
             folder: or the file.
-            protocol: the name of the results; that of most runs where it is None.
+            protocol: the name of the results; by default that which most trainings ended with.
 
         Raises:
-            ConfigError: no run was evaluated under this protocol.
-            DataError: no run, or no such file.
+            DataError: no run, no such file, or none was evaluated under the protocol that is named.
         """
         if folder.suffix == ".zip":
             return _read_kept(folder)
         results = cls.of(find_runs(folder), protocol, folder)
-        if protocol is not None and not results.protocol.metrics:
-            folders = [results.run_folder(run) for run in results.settings.index]
-            if names := {name for run in folders for name in described_protocols(run)}:
-                raise ConfigError(
-                    f"no run was evaluated under protocol {protocol!r}: choose one of "
-                    f"{', '.join(sorted(names))}, or evaluate one: "
-                    f"{evaluate_command(folders[0].path, protocol)}"
-                )
+        if protocol is not None:
+            results.check_scored()
         return results
 
     @classmethod
@@ -112,12 +105,10 @@ class Results:
         summaries = [run.status.get("summary") or {} for run in known.values()]
         table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
-        described = {name: described_protocols(run, protocol) for name, run in known.items()}
-        every = [each for found in described.values() for each in found.values()]
-        usual = Counter(x for x in every if protocol in (None, x.name)).most_common(1)
-        own = own_protocol(next(iter(known.values()))).split("/")[0]
-        # Where no run has come to its evaluation, what it would be.
-        chosen = usual[0][0] if usual else ProtocolDescription(protocol or own)
+        protocol = protocol or Counter(map(own_protocol, known.values())).most_common(1)[0][0]
+        described = {name: described_protocol(run, protocol) for name, run in known.items()}
+        usual = Counter(filter(None, described.values())).most_common(1)
+        chosen = usual[0][0] if usual else ProtocolDescription(protocol)
         parts = []
         for place, row in enumerate(table.to_dict("records")):
             try:
@@ -326,17 +317,6 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
         return None
 
 
-def described_protocols(run: RunFolder, name: str | None = None) -> dict[str, ProtocolDescription]:
-    """Return the protocols that a run was evaluated under, by name, that of its training first.
-
-    Results of others than the test shapes are known by their `name` alone.
-    """
-    names = {*(folder.name for folder in run.path.glob("evaluation/*")), *filter(None, [name])}
-    found = {name: known for name in sorted(names) if (known := described_protocol(run, name))}
-    own = own_protocol(run) if len(found) > 1 else ""
-    return {name: found[name] for name in sorted(found, key=lambda name: name != own)}
-
-
 def evaluate_command(run: object, name: str) -> str:
     """Return the command that makes a run's results of this name.
 
@@ -401,7 +381,7 @@ def _read_settings(
 def _check_scores(
     run: RunFolder,
     state: object,
-    described: Mapping[str, ProtocolDescription],
+    described: ProtocolDescription | None,
     protocol: ProtocolDescription,
 ) -> None:
     """Raise a DataError that says why a run has no scores, if it has none."""
@@ -410,11 +390,9 @@ def _check_scores(
         # Samples may be there from before: they would not be of the run as it is now.
         on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
-    if not described:
-        raise DataError(f"it has no evaluation of this version: {again}")
-    if protocol.name not in described:
-        raise DataError(f"evaluated under protocol {' and '.join(described)} only: {again}")
-    if described[protocol.name] != protocol:
+    if described is None:
+        raise DataError(f"it has no results of protocol {protocol.name}: {again}")
+    if described != protocol:
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from rich.table import Table
 
 from ffd_lightning.evaluation.candidates import CANDIDATES
-from ffd_lightning.evaluation.protocols import Protocol, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Protocol
 from ffd_lightning.terminal import table_console
 
 _PART = "part_iou_"
@@ -20,13 +20,12 @@ def print_summary(
     caption = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
     table = Table(
         title=f"{folder}, {summary['num_samples']:.0f} images of {subset} shapes",
-        caption=f"Means over the {subset} shapes. {caption}. {protocol.note}."
-        f"{ProtocolDescription.of(protocol).factors}",
+        caption=f"Means over the {subset} shapes. {caption}. {protocol.note}.",
         caption_justify="left",
     )
     table.add_column("shape")
     for metric in protocol.metrics:
-        table.add_column(f"{metric.title} {metric.arrow}", justify="right")
+        table.add_column(f"{metric.scaled_title} {metric.arrow}", justify="right")
     for name, title in CANDIDATES.items():
         scores = {m: summary.get(f"{name}_{m.name}" if name else m.name) for m in protocol.metrics}
         values = [f"{m.factor * x:.4g}" for m, x in scores.items() if x is not None]

@@ -1,4 +1,3 @@
-import json
 import re
 import shutil
 import zipfile
@@ -8,8 +7,8 @@ import numpy as np
 import pytest
 from analysis.folders import write_run
 
-from ffd_lightning.analysis.results import Results, described_protocols
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.analysis.results import Results
+from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 
 OWN = ProtocolDescription("own", "no unit", (Metric("warmth", "degrees", True, 1.0),))
@@ -39,23 +38,15 @@ def test_protocols_are_known_from_the_runs_alone(tmp_path):
     run = write_run(tmp_path / "b")
     write_run(tmp_path / "b2" / "own", protocol=OWN, warmth=0.7)
     shutil.copytree(tmp_path / "b2/own/evaluation/own", run.evaluation("own"))
-    assert list(described_protocols(run)) == ["paper", "own"], "that of its training first"
-    results = Results.read(tmp_path)
-    assert results.protocol == ProtocolDescription(**vars(OWN)), "that of most runs"
+    results = Results.read(tmp_path, "own")
+    assert results.protocol == ProtocolDescription(**vars(OWN))
     assert results.scored["warmth"].tolist() == [0.7, 0.7]
-    (reason,) = Results.read(tmp_path, "paper").unscored["reason"]
-    assert reason.startswith("evaluated under protocol own only: ffd evaluate run=")
-    with pytest.raises(ConfigError, match=r"under protocol 'mine': choose one of own, paper, or"):
+    (reason,) = Results.read(tmp_path).unscored["reason"]
+    assert reason.startswith("it has no results of protocol paper: ffd evaluate run=")
+    with pytest.raises(DataError, match=r"under protocol mine: b: .* protocol=mine$"):
         Results.read(tmp_path, "mine")
-
-
-def test_descriptions_that_are_damaged_are_none(tmp_path):
-    run = write_run(tmp_path / "b")
-    file = run.evaluation("paper") / "summary.json"
-    for damaged in ("{", "[]", "{}", json.dumps({"protocol": {"name": "paper", "measures": [{}]}})):
-        file.write_text(damaged)
-        assert described_protocols(run) == {}, damaged
-    assert Results.read(tmp_path).samples.empty
+    (run.evaluation("paper") / "summary.json").write_text('{"protocol": {"metrics": [{}]}}')
+    assert Results.read(run.path).samples.empty, "damaged"
 
 
 def test_damaged_runs_are_rows_and_nothing_else(tmp_path):
@@ -93,11 +84,10 @@ def test_where_a_run_is_and_files_of_its_own_make_no_variant(tmp_path):
     assert set(variants(tmp_path).values()) == {""}
 
 
-def test_runs_that_are_alike_are_told_apart_by_their_folders(tmp_path):
-    folders = ("slow/seed0", "fast/seed0", "fast/seed1")
-    for name in folders:
-        write_run(tmp_path / name, seed=int(name[-1]))
-    assert variants(tmp_path) == {name: name[:4] for name in folders}
+def test_runs_that_are_alike_are_told_apart_by_their_names(tmp_path):
+    for name in ("slow", "fast"):
+        write_run(tmp_path / name)
+    assert variants(tmp_path) == {"slow": "slow", "fast": "fast"}
 
 
 # --- families ------------------------------------------------------------------------------------
