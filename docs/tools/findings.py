@@ -10,8 +10,11 @@ The texts are the templates in docs/tools/findings; what the kept scores say is 
 from __future__ import annotations
 
 import argparse
+import io
+import json
 import platform
 import sys
+import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
@@ -24,6 +27,7 @@ import pandas as pd
 import torch
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parent))
@@ -53,7 +57,7 @@ from ffd_lightning.analysis.plots import (
     template_count_curves,
     to_svg,
 )
-from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.results import CURVE, Results
 from ffd_lightning.analysis.selection import selection_stability
 from ffd_lightning.analysis.table import Table
 from ffd_lightning.errors import UserError
@@ -512,11 +516,61 @@ _FUNCTIONS: tuple[Callable[..., str], ...] = (
 
 def keep(name: str, runs: Path, protocol: str | None, commands: Sequence[str]) -> None:
     """Keep the finished runs of a folder as a study, or as a part of one."""
-    file = DATA / f"{name}.zip"
-    file.parent.mkdir(parents=True, exist_ok=True)
     about = {"processor": processor(), "commands": list(commands)}
-    Results.read(runs, protocol).save(file, about)
+    file = DATA / f"{name}.zip"
+    save(Results.read(runs, protocol), file, about)
     print(f"{file}: {file.stat().st_size / 1e6:.2f} MB")
+
+
+def save(results: Results, file: Path, about: Mapping[str, Any]) -> None:
+    """Write scores, curves and settings of finished runs, of settings that are paths the names."""
+    results.check_scored()
+    runs = list(results.scored["run"])
+    names = zip(results.samples["run"], results.samples["template"], strict=True)
+    family = [results.families.get(run, {}).get(template, "") for run, template in names]
+    settings = results.settings.loc[runs].filter(regex=r"^(?!paths\.)").map(_without_folder)
+    shared = [key for key in settings if settings[key].map(repr).nunique() == 1]
+    known = {
+        "protocol": results.protocol.to_json(),
+        "settings": json.loads(settings[shared].iloc[0].to_json()),
+        "seconds_per_step": results.scored.set_index("run")["seconds_per_step"].to_dict(),
+        **about,
+    }
+    tables = {
+        "samples.csv": results.samples.assign(template_family=family),
+        "curves.csv": pd.concat([_curves(run, results.run_folder(run).path) for run in runs]),
+        "settings.csv": settings.drop(columns=shared).reset_index(),
+    }
+    content = {
+        name: table.to_csv(index=False, float_format="%.5g", lineterminator="\n")
+        for name, table in tables.items()
+    }
+    content["about.json"] = json.dumps(known, indent=1, sort_keys=True)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_LZMA) as archive:
+        for name, text in content.items():  # of one date: the same file for the same results
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_LZMA)
+    write_bytes_atomic(file, packed.getvalue())
+
+
+def _without_folder(value: Any) -> Any:
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
+
+
+def _curves(name: str, run: Path) -> pd.DataFrame:
+    """Read the validation scores of a run from its TensorBoard log; no rows where there is none."""
+    if not (run / "tensorboard").is_dir():
+        return pd.DataFrame(columns=CURVE)
+    log = EventAccumulator(str(run / "tensorboard"), {"scalars": 0})
+    log.Reload()
+    tags = log.Tags()["scalars"]
+    columns = {
+        name: {event.step: event.value for event in log.Scalars(f"val/{name}")}
+        for name in CURVE[2:]
+        if f"val/{name}" in tags
+    }
+    table = pd.DataFrame(columns).sort_index().rename_axis("step").reset_index()
+    return table.assign(run=name).reindex(columns=CURVE)
 
 
 def processor() -> str:

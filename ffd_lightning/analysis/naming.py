@@ -108,21 +108,18 @@ def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
 def setting_labels(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """Return a row per run (index) with `category` and `label`, and the colour of each label.
 
-    A regime has its own colour, lighter for fewer templates; of one regime, numbers of templates
-    have colours in order.
+    A regime has its own colour where each is there once; other settings have colours in order.
     """
     runs = _runs(table)
     columns = differing(runs)
     runs["label"] = [name_of(row, columns or ["regime"]) for row in runs.to_dict("records")]
-    firsts = runs.drop_duplicates("label").set_index("label")
+    firsts = runs.drop_duplicates("label")
     if columns == ["templates"]:
-        return runs, _scale(list(firsts.sort_values("templates", kind="stable").index))
-    of_regime = colors_of(list(dict.fromkeys(firsts["regime"])))
-    colors = {}
-    for regime, part in firsts.groupby("regime", sort=False):
-        for place, label in enumerate(part.sort_values("templates", kind="stable").index):
-            colors[str(label)] = _lighter(of_regime[str(regime)], place, len(part))
-    return runs, {label: colors[label] for label in firsts.index}
+        firsts = firsts.sort_values("templates", kind="stable")
+    if firsts["regime"].is_unique:
+        of_regime = colors_of(list(firsts["regime"]))
+        return runs, dict(zip(firsts["label"], of_regime.values(), strict=True))
+    return runs, _scale(list(firsts["label"]))
 
 
 def _runs(table: pd.DataFrame) -> pd.DataFrame:
@@ -148,10 +145,3 @@ def _scale(names: Sequence[str]) -> dict[str, str]:
     places = np.linspace(0, 0.85, len(names))
     colors = matplotlib.colormaps["viridis"](places)
     return {n: matplotlib.colors.to_hex(c) for n, c in zip(names, colors, strict=True)}
-
-
-def _lighter(color: str, place: int, count: int) -> str:
-    """Return a colour mixed with white: the last of `count` places is the colour itself."""
-    share = 0.6 * (count - 1 - place) / max(count - 1, 1)
-    rgb = matplotlib.colors.to_rgb(color)
-    return matplotlib.colors.to_hex(tuple((1 - share) * np.array(rgb) + share))

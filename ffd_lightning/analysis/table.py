@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -48,41 +48,6 @@ class Table:
     rows: Sequence[Sequence[str]]
     heads: int = 1
     note: str = ""
-
-    @classmethod
-    def of(
-        cls,
-        frame: pd.DataFrame,
-        title: str,
-        formats: Mapping[str, str],
-        best: Mapping[str, str] | None = None,
-    ) -> Table:
-        """Return the columns of a frame that `formats` names and that have values.
-
-        Args:
-            frame: its index heads the rows.
-            title: of the table.
-            formats: of each column, as of `str.format`; missing values are dashes.
-            best: columns whose least ("min") or greatest ("max") value is marked.
-
-        >>> frame = pd.DataFrame({"EMD": [0.52, float("nan")], "IoU": 2 * [None]}, index=["e", "r"])
-        >>> Table.of(frame, "", {"EMD": "{:.1f}", "IoU": "{}"}, {"EMD": "min"}).rows
-        [['e', '0.5'], ['r', '-']]
-        """
-        names = [name for name in formats if name in frame and frame[name].notna().any()]
-        columns: list[list[str]] = [list(map(str, frame.index))]
-        for name in names:
-            wanted = frame[name].agg(best[name]) if best and name in best else None
-            columns.append(
-                [
-                    Cell(
-                        "-" if pd.isna(value) else formats[name].format(value),
-                        mark="▲" if len(frame) > 1 and value == wanted else "",
-                    )
-                    for value in frame[name]
-                ]
-            )
-        return cls(title, ["", *names], list(map(list, zip(*columns, strict=True))))
 
     def rich(self, width: int | None = None) -> RenderableType:
         """Return it for a terminal: in several parts where it would be wider than `width`."""

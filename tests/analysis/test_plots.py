@@ -9,10 +9,9 @@ import pandas as pd
 import pytest
 from analysis.made import PAPER
 from matplotlib import pyplot
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import to_hex
 from PIL import Image
 
-from ffd_lightning.analysis.naming import run_labels
 from ffd_lightning.analysis.plots import (
     cumulative_curves,
     save_figure,
@@ -20,7 +19,7 @@ from ffd_lightning.analysis.plots import (
     template_count_curves,
     to_svg,
 )
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import DataError
 from ffd_lightning.palette import REGIME_COLORS
 
 
@@ -103,25 +102,6 @@ def test_seeds_share_a_colour_and_regimes_keep_theirs_in_all_panels():
         assert [to_hex(line.get_color()) for line in axes.lines] == colors[2:4]
 
 
-def test_colours_are_lighter_for_fewer_templates():
-    table = samples(("sofa", "e", 8, 0), ("sofa", "b", 1, 0), ("sofa", "e", 2, 0))
-    lines = legend(cumulative_curves(table, PAPER))
-    assert list(lines)[:3] == ["b, base, T = 1", "e, entropy, T = 2", "e, entropy, T = 8"]
-    _, light, full = (np.array(to_rgb(line.get_color())) for line in list(lines.values())[:3])
-    assert to_hex(full) == REGIME_COLORS["e"].lower()
-    assert (light > full).all()
-    counts = samples(*(("sofa", "e", count, 0) for count in (1, 16, 2)))
-    assert list(legend(cumulative_curves(counts, PAPER)))[:3] == ["T = 1", "T = 2", "T = 16"]
-
-
-def test_labels_say_what_differs():
-    table = samples(("sofa", "b", 4, 0), ("sofa", "e", 4, 0), ("sofa", "e", 4, 1))
-    assert list(run_labels(table).values()) == ["b, seed 0", "e, seed 0", "e, seed 1"]
-    assert next(iter(run_labels(table, titled=True).values())) == "b, base, seed 0"
-    mixed = samples(*(("sofa", regime, 4, 0) for regime in ("mine", "e", "w", "b")))
-    assert list(run_labels(mixed).values()) == ["b", "w", "e", "mine"], "the paper's order"
-
-
 def test_bars_are_the_sorted_counts_of_all_templates():
     table = samples(("sofa", "b", 8, 0), ("sofa", "e", 3, 0), count=20)
     panels = visible(selection_histograms(table))
@@ -149,16 +129,6 @@ def test_points_are_means_over_seeds_and_bars_their_deviations():
     one = template_count_curves(table[table["seed"] == 0], PAPER)
     assert all(not container.has_yerr for container in one.axes[0].containers)
     assert "one seed" in one.get_suptitle()
-
-
-def test_what_cannot_be_drawn_is_said():
-    one = samples(("sofa", "b", 4, 0))
-    with pytest.raises(ConfigError, match="choose one of chamfer, emd"):
-        cumulative_curves(one, PAPER, "fscore")
-    with pytest.raises(DataError, match="hold no emd: they have"):
-        cumulative_curves(one, PAPER, "emd")
-    with pytest.raises(DataError, match=r"1 runs with chamfer, T = \[4\]"):
-        template_count_curves(runs(("sofa", "b", 4, 0, 0.1)), PAPER)
 
 
 def test_figures_are_files_the_same_each_time_that_need_nothing(tmp_path):

@@ -1,9 +1,6 @@
-import re
 import shutil
-import zipfile
 from itertools import product
 
-import numpy as np
 import pytest
 from analysis.folders import write_run
 
@@ -105,59 +102,3 @@ def test_families_come_with_the_ranking_of_the_templates(tmp_path):
     assert families("joint", "0,lamp/1,desk\n1,table/1,desk\n", ", members: [table, lamp]") == joint
     assert families("unknown", "0,a,\n") is None
     assert families("damaged", '"') is None
-
-
-# --- kept results --------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def study(tiny_run, tmp_path_factory):
-    root = tmp_path_factory.mktemp("study")
-    for seed in (0, 1):
-        folder = root / "table" / "r" / f"seed{seed}"
-        shutil.copytree(tiny_run.path, folder)
-        config = folder / "config.yaml"
-        config.write_text(config.read_text().replace("\nseed: 0", f"\nseed: {seed}"))
-    return Results.read(root)
-
-
-def test_scores_come_back(study, tmp_path):
-    study.save(tmp_path / "study.zip", {"machine": "a small one"})
-    kept = Results.read(tmp_path / "study.zip")
-    assert kept.scored["run"].tolist() == ["table/r/seed0", "table/r/seed1"]
-    for name in ("run", "variant", "id", "family", "template"):
-        assert kept.samples[name].tolist() == study.samples[name].tolist(), name
-    numbers = study.samples.select_dtypes("number").columns
-    np.testing.assert_allclose(kept.samples[numbers], study.samples[numbers], rtol=1e-4)
-    for run, families in kept.families.items():
-        assert families.items() <= study.families[run].items()
-        assert families
-    assert kept.protocol.name == "paper"
-    assert kept.about[0]["machine"] == "a small one"
-    assert kept.settings[["regime.name", "seed"]].to_numpy().tolist() == [["r", 0], ["r", 1]]
-    assert (kept.curves.groupby("run")["step"].max() == 8).all()
-    assert kept.curves["box_chamfer"].gt(0).all()
-    assert len(Results.concat(kept, kept).samples) == 2 * len(kept.samples)
-
-
-def test_the_same_study_gives_the_same_file_without_the_machines_folders(study, tmp_path):
-    for name in ("a.zip", "b.zip"):
-        study.save(tmp_path / name)
-    assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
-    with zipfile.ZipFile(tmp_path / "a.zip") as archive:
-        text = "".join(archive.read(name).decode() for name in archive.namelist())
-    assert str(tmp_path.parent) not in text
-    assert not re.search(r'["\s,](/\w+)+', text)
-
-
-def test_nothing_finished_and_nothing_there(tmp_path):
-    run = write_run(tmp_path / "run")
-    Results.read(tmp_path).save(tmp_path / "kept.zip")
-    assert Results.read(tmp_path / "kept.zip").curves.empty, "there is no log"
-    run.set_status("failed")
-    with pytest.raises(DataError, match="no run has results under protocol paper: run: "):
-        Results.read(tmp_path).save(tmp_path / "kept.zip")
-    (tmp_path / "broken.zip").write_bytes(b"no zip")
-    for name in ("broken.zip", "absent.zip"):
-        with pytest.raises(DataError, match="no kept results"):
-            Results.read(tmp_path / name)

@@ -3,19 +3,17 @@ import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import torch
 from commands import run_command
 
-from ffd_lightning import components
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig
-from ffd_lightning.app.configuration import choose, compose_config, typed_config
-from ffd_lightning.app.identity import evaluation_name
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation import evaluator, references
@@ -207,34 +205,14 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     assert len(list(copy.evaluation(f"{FEW}_seed-1").glob("weights-*/samples.csv"))) == 1
 
 
-@dataclass(frozen=True)
-class Thresholds:
-    """A protocol's settings, one of them without a default."""
-
-    within: tuple[float, ...]
-    places: list[int] = field(default_factory=lambda: [1])
-
-
-def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy, monkeypatch):
-    monkeypatch.setattr(components, "_registered", dict(components._registered))
-    components.component("protocol", "shares")(Thresholds)
-    given = [{"within": [0.01]}, {"within": [0.5]}, {"within": [0.01], "places": [1, 2]}]
-    protocols = [choose("protocol", {"name": "shares", **x}, "protocol") for x in given]
-    names = [evaluation_name(replace(config(copy), protocol=x)) for x in protocols]
-    assert len(set(names)) == 3
-    assert all(name.startswith("shares-") for name in names)
-
-
 def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
     other = RunFolder(tmp_path / "four")
     train(tiny_config("templates=t4", "schedule.steps=2"), other)
     for settings, error, message in (
         ({"run": "/no/such"}, ConfigError, "there is no run"),
         ({"run": __file__}, ConfigError, "is a checkpoint, .* give run=RUN checkpoint=FILE"),
-        ({"checkpoint": "/no/such.ckpt"}, ConfigError, "there is no checkpoint"),
         ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
         ({"checkpoint": str(other.checkpoint)}, ConfigError, "is of another network"),
-        ({"prepared": "/no/such"}, DataError, "is not a prepared set"),
         ({"data_root": "/proc/no"}, DataError, "cannot prepare"),
     ):
         with pytest.raises(error, match=message):

@@ -4,7 +4,6 @@ import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,7 +17,6 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
-from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.run_folder import RunFolder, find_runs
@@ -102,14 +100,6 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
     assert any(m.plugin_data.plugin_name == "hparams" for m in metadata.values())
 
 
-def test_a_run_that_ends_with_the_validation_shapes_has_its_row(tiny_config, tmp_path):
-    run = RunFolder(tmp_path / "run")
-    summary = train(tiny_config("evaluation.subset=val"), run)
-    (row,) = Results.of([run], "paper/val").scored.to_dict("records")
-    assert row["chamfer"] == pytest.approx(summary["chamfer"])
-    assert summary_tables([run])
-
-
 def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config):
     run, summary = finished
     before = run.checkpoint.stat().st_mtime_ns
@@ -118,17 +108,6 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
     with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.003, now 0.002"):
         train(tiny_config("schedule.learning_rate=2e-3"), run)
     assert run.finished
-
-
-def test_a_run_is_not_resumed_with_other_templates(tiny_config, tmp_path, monkeypatch):
-    run = RunFolder(tmp_path / "run")
-    train(tiny_config("schedule.steps=2"), run)
-    run.set_status("failed")
-    data = open_run(run).data
-    monkeypatch.setattr(data.bank, "ids", data.bank.ids[::-1])
-    monkeypatch.setattr("ffd_lightning.app.training_run.build_data", lambda cfg: data)
-    with pytest.raises(DataError, match="has other templates than are chosen now"):
-        train(tiny_config("schedule.steps=2"), run)
 
 
 def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(
@@ -227,11 +206,6 @@ def test_a_step_reads_nothing_back(tiny_config, tmp_path, monkeypatch):
     assert mode.count > counts[6], "reading back is counted"
 
 
-def test_mixed_precision_trains(tiny_config, tmp_path):
-    summary = train(tiny_config("trainer.precision=bf16-mixed"), RunFolder(tmp_path))
-    assert 0 < summary["chamfer"] < 5
-
-
 def test_training_learns(tiny_config, tmp_path, monkeypatch):
     losses, step = [], FfdModule.training_step
 
@@ -246,16 +220,6 @@ def test_training_learns(tiny_config, tmp_path, monkeypatch):
     train(tiny_config(*overrides, *rare), RunFolder(tmp_path / "run"))
     # Six seeds came to 0.46 to 0.54.
     assert sum(losses[-10:]) < 0.7 * sum(losses[:10])
-
-
-@pytest.mark.parametrize(
-    "override", ["trainer.precision=16x", "trainer.accelerator=foo", "trainer.devices=two"]
-)
-def test_what_lightning_cannot_use_is_a_setting_of_the_trainer(override, tiny_config, tmp_path):
-    run = RunFolder(tmp_path / "run")
-    with pytest.raises(ConfigError, match=r"^trainer: .*(16x|foo|devices)"):
-        train(tiny_config(override), run)
-    assert run.status["reason"].startswith("trainer: ")
 
 
 def test_a_damaged_checkpoint_is_named_and_one_process_trains_a_run(tiny_config, tmp_path):
@@ -365,21 +329,3 @@ def test_a_job_in_a_process_of_its_own_has_the_users_options(tmp_path, monkeypat
     assert done.returncode == 1
     assert commands[0][4:6] == ["--config-dir", str(tmp_path)]
     assert "regime=mine" in commands[0]
-
-
-def test_labels_that_are_missing_are_told_before_the_training(tiny_config, tmp_path, monkeypatch):
-    monkeypatch.setattr(FfdDataModule, "setup", without_labels(FfdDataModule.setup))
-    run = RunFolder(tmp_path / "run")
-    with pytest.raises(DataError, match=r"no test shape of .* has part labels"):
-        train(tiny_config("protocol=parts"), run)
-    assert not run.checkpoint.exists()
-    assert run.status["state"] == "failed"
-
-
-def without_labels(setup):
-    def result(self, stage=None):
-        setup(self, stage)
-        manifests = tuple(manifest | {"part_names": []} for manifest in self.prepared.manifests)
-        self.prepared = replace(self.prepared, manifests=manifests)
-
-    return result

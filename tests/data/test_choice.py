@@ -16,7 +16,7 @@ from ffd_lightning.data.templates.choice import (
     choose_templates,
 )
 from ffd_lightning.data.templates.distances import shape_distances
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError
 
 
 @pytest.fixture(scope="module")
@@ -48,23 +48,6 @@ def test_random_is_a_function_of_the_seed(prepared):
     for strategy in (MedoidTemplates(), DiverseTemplates(), RandomTemplates()):
         chosen = choose_templates(strategy, prepared, len(prepared))
         assert sorted(chosen) == list(prepared.ids), "all of them, if so many are wanted"
-
-
-def test_more_templates_than_shapes(prepared):
-    for exclude, count in ((), 25), (prepared.ids[:4], 21):
-        with pytest.raises(DataError, match=rf"{count} .* only {count - 1} shapes to choose from"):
-            choose_templates(DiverseTemplates(), prepared, count, exclude)
-
-
-def test_what_a_strategy_of_ones_own_chooses_is_checked(prepared):
-    a, b, c = prepared.ids[:3]
-    assert choose_templates(lambda *_: [c, a], prepared, 2) == (c, a)
-    for ids in ([a], [a, a], [a, a, b], [a, b, c]):
-        words = f"choose 2 shapes .*: it gives {len(ids)} ids, {len(set(ids))} different ones"
-        with pytest.raises(ConfigError, match=words):
-            choose_templates(lambda *_, ids=ids: ids, prepared, 2)
-    with pytest.raises(ConfigError, match="'unicorn' is not in"):
-        choose_templates(lambda *_: [a, "unicorn"], prepared, 2)
 
 
 # --- files --------------------------------------------------------------------------------------

@@ -15,7 +15,7 @@ from torch.optim.lr_scheduler import CosineAnnealingLR
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, TrainingIndices
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.data.splits import HashSplit, SplitInput
+from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.choice import DiverseTemplates
 from ffd_lightning.data.templates.distances import ShapeDistances
 from ffd_lightning.errors import ConfigError, DataError
@@ -299,16 +299,6 @@ def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeyp
 # --- residency ----------------------------------------------------------------------------------
 
 
-def test_data_follows_the_trainer_to_another_device(make_boxes):
-    """As where a network is trained on a GPU and tested on the CPU."""
-    module = make_boxes(residency="device")
-    with trained(module, device="meta"):
-        assert module.store.device.type == "meta"
-        assert module.store is module.store
-    with trained(module):
-        assert next(iter(module.test_dataloader())).images.device.type == "cpu"
-
-
 # --- loaders ------------------------------------------------------------------------------------
 
 
@@ -325,33 +315,7 @@ def test_an_epoch_is_the_training_or_a_pass(tables):
             assert len(list(tables.train_dataloader())) == length
 
 
-def test_each_template_has_its_own_points(tables):
-    for count in (40, 256):
-        indices = drawn_from(TrainingIndices, tables, tables.split.train, num_points=count)[0]
-        batch = tables.store.batch(indices)
-        first, second = drawn = [set(points) for points in indices.template_points.tolist()]
-        assert (first == second) == (count == 256)
-        for t, points in enumerate(indices.template_points):
-            assert len(drawn[t]) == count, "without replacement"
-            matrix = tables.bank.deformation_matrix[t, points]
-            assert torch.equal(batch.templates.deformation_matrix[t], matrix)
-
-
 # --- splits -------------------------------------------------------------------------------------
-
-
-def test_a_rule_is_told_what_there_is(make_boxes, monkeypatch):
-    published = {f"b{k:02d}": ("train", "val", "test")[k % 3] for k in range(10)}
-    monkeypatch.setattr(BoxSource, "split", lambda *_: published)
-    seen = []
-
-    def rule(shapes: SplitInput):
-        seen.append(shapes)
-        return shapes.published
-
-    split = make_boxes(split=rule).split
-    assert seen == [SplitInput("box", tuple(published), (), published)]
-    assert {i for i in split.val if published[i] == "val"} == set(split.val) != set()
 
 
 @pytest.mark.parametrize("hold_out", [None, 4])
@@ -422,9 +386,7 @@ def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
     "limits",
     [
         {"max_steps": 7},
-        {"max_steps": 4, "accumulate_grad_batches": 2},
         {"max_epochs": 3, "accumulate_grad_batches": 2},
-        {"max_epochs": 4, "limit_train_batches": 2},
         {"max_steps": 5, "limit_train_batches": 3, "accumulate_grad_batches": 2},
     ],
 )

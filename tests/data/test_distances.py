@@ -117,13 +117,6 @@ def test_what_is_no_aeroplane_is_named_and_no_aeroplane_is(clean, mixed):
     assert np.median(factor) == pytest.approx(1)
 
 
-def test_two_alike_do_not_excuse_each_other(planes, odd):
-    pair = {"balloon": odd["balloon"], "same": ball((1, 1.2, 1.01))}
-    prepared = set_of((planes | pair).values(), planes | pair)
-    outlier, _ = shape_distances(prepared).outliers()
-    assert {prepared.ids[k] for k in np.flatnonzero(outlier)} == set(pair)
-
-
 def test_at_most_a_fifth_are_outliers_and_of_few_none():
     """Six copies of one shape, and four of their own: not forty percent of the set are strange."""
     places = np.array([0.0] * 6 + [10, 30, 70, 150])
@@ -165,11 +158,3 @@ def test_what_is_tested_on_changes_nothing(planes, odd, mixed, monkeypatch, stra
     alone = strategy(set_of(rest.values(), rest), 12)
     assert choose_templates(strategy, mixed, 12, tested) == alone
     assert choose_templates(strategy, mixed, 5, tested) == alone[:5]
-
-
-def test_what_is_given_is_kept_and_counts(clean):
-    found = shape_distances(clean)
-    first = greedy_medoids(found, 6)
-    assert greedy_medoids(found, 4, first[:2], found.table[first[:2]].min(axis=0)) == first[2:]
-    # Without a word of how far they are they only are not chosen.
-    assert greedy_medoids(found, 1, first[:1])[0] not in first[:1]

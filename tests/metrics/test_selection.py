@@ -1,4 +1,4 @@
-from itertools import combinations, permutations
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -17,12 +17,6 @@ def test_matches_scipy(counts):
     assert effective_templates(counts) == pytest.approx(np.exp(entropy(counts)))
 
 
-@pytest.mark.parametrize("counts", [[0, 0], [-1, 2], [np.nan, 1]])
-def test_refuses_what_is_no_distribution(counts):
-    with pytest.raises(ValueError, match="counts"):
-        selection_entropy(counts)
-
-
 def test_adjusted_rand_from_pairs():
     rng = np.random.default_rng(0)
     a, b = rng.integers(4, size=40), rng.integers(6, size=40)
@@ -36,18 +30,6 @@ def test_adjusted_rand_from_pairs():
     assert adjusted_rand(a, 9 - b) == adjusted_rand(a, b), "names do not count"
 
 
-def test_adjusted_rand_is_0_for_shuffled_selections():
-    labels = [0, 0, 0, 1, 1, 2]
-    values = [adjusted_rand(labels, other) for other in permutations(labels)]
-    assert np.mean(values) == pytest.approx(0, abs=1e-12)
-
-
 @pytest.mark.parametrize("labels", [["x"] * 4, list("abcd"), list("aabb")])
 def test_equal_groups_have_adjusted_rand_1(labels):
     assert adjusted_rand(labels, [label + "2" for label in labels]) == 1
-
-
-@pytest.mark.parametrize(("a", "b"), [([0, 1], [0, 1, 1]), ([0], [0])])
-def test_labels_of_other_samples_and_a_single_one_are_refused(a, b):
-    with pytest.raises(ValueError, match=r"same samples|two samples"):
-        adjusted_rand(a, b)
