@@ -18,7 +18,6 @@ import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -225,26 +224,6 @@ def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) ->
     return _table(["regime", *(f"step {step}" for step in steps)], rows)
 
 
-def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
-    """Return how far apart the mean scores of two trainings of a regime are: the mean over pairs.
-
-    Pairs are the same seed in two studies, and two seeds in the first.
-    """
-    keys = ["category", "regime", "seed"]
-    first, second = (
-        per_run(study(name).where(**where)).set_index(keys)[list(measures)] for name in (one, other)
-    )
-    pairs = [
-        (part.loc[a] - part.loc[b]).abs()
-        for _, part in first.groupby(keys[:2])
-        for a, b in combinations(part.index, 2)
-    ]
-    means = {"the same seed in both": (first - second).abs().mean()}
-    means["two seeds"] = pd.DataFrame(pairs).mean()
-    rows = [[label, *(_number(m[c], c) for c in measures)] for label, m in means.items()]
-    return _table(_headings(measures, ""), rows)
-
-
 # --- differences ---------------------------------------------------------------------------------
 
 
@@ -415,14 +394,6 @@ def same_template(name: str, regime: str) -> str:
     return f"{table['same_template'].mean():.0%}"
 
 
-def agreement(one: str, other: str, only: Sequence[str], **where: Any) -> str:
-    """Return for how many images the same regime and seed select the same in two studies."""
-    samples = [study(name).where(regime=only, **where).samples for name in (one, other)]
-    both = pd.merge(*samples, on=["category", "regime", "seed", "id", "view"])
-    same = (both["template_x"] == both["template_y"]).groupby(both["regime"]).mean()
-    return _table(["regime", "same template"], [[regime_title(r), f"{same[r]:.0%}"] for r in only])
-
-
 def right_category(name: str, regime: str) -> str:
     """Return for how many images a joint network selects a template of their own category."""
     samples = study(name).where(regime=regime).samples
@@ -504,9 +475,9 @@ def pages() -> dict[str, str]:
 
 
 _FUNCTIONS: tuple[Callable[..., str], ...] = (
-    *(setup, scores, versions, seeds_of, by_category, categories_of, course, drift),
+    *(setup, scores, versions, seeds_of, by_category, categories_of, course),
     *(changes, change, changes_in, changes_by_category, counts, versus, against),
-    *(verdicts, word, claim, stability, same_template, agreement, right_category),
+    *(verdicts, word, claim, stability, same_template, right_category),
     *(budgets, budgets_of, labels, figure),
 )  # that the templates of pages may call
 

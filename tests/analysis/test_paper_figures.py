@@ -118,17 +118,6 @@ def test_the_lattice_of_the_method_is_moved_by_the_offsets(example, monkeypatch)
     np.testing.assert_array_equal(deformed.vertices, example.deformed().mesh()[0])
 
 
-def test_an_overview_shows_one_shape_in_three_ways(example):
-    found = cells("overview", example)
-    vertices = found["deformed mesh"].content.vertices
-    np.testing.assert_array_equal(vertices, example.deformed().mesh()[0])
-    np.testing.assert_array_equal(found["ground truth"].content.vertices, example.truth.mesh()[0])
-    assert found["deformed mesh"].label.startswith("Chamfer x 1000: ")
-    for heading in ("deformed cloud", "deformed voxels"):
-        gap = cKDTree(vertices).query(found[heading].content.vertices[::7])[0]
-        assert np.median(gap) < 0.05
-
-
 def test_subdivision_shows_one_surface_and_one_deformation(example):
     bank, found = example.run.data.bank, cells("subdivision", example)
     coarse = bank.meshes[example.ranked()]
@@ -170,14 +159,6 @@ def test_parts_keep_their_colours(example):
     np.testing.assert_array_equal(truth, part_colors(own.face_parts))
     named = {(*color, 255) for color in sheets.part_legend([example]).values()}
     assert {tuple(color) for color in truth.tolist()} <= named
-
-
-def test_data_without_parts_is_refused(example, monkeypatch):
-    prepared = example.run.data.prepared
-    manifests = tuple(manifest | {"part_names": []} for manifest in prepared.manifests)
-    monkeypatch.setattr(example.run.data, "prepared", replace(prepared, manifests=manifests))
-    with pytest.raises(DataError, match="no part labels"):
-        cells("labels", example)
 
 
 # --- choosing ------------------------------------------------------------------------------------

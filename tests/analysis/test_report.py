@@ -340,16 +340,6 @@ def test_meshes_become_small_and_keep_their_shape(limit, lost):
     assert (1 - lost) * 0.5 < radius.min() < radius.max() < 0.5001
 
 
-def test_a_packed_mesh_is_read_back():
-    vertices, faces = sphere(12)
-    vertices, faces = lighten(vertices + [0.1, 0, 3], faces)
-    packed = pack(vertices, faces).as_json()
-    places = np.frombuffer(base64.b64decode(packed["vertices"]), "<i2").reshape(-1, 3)
-    corners = np.frombuffer(base64.b64decode(packed["faces"]), "<u2").reshape(-1, 3)
-    np.testing.assert_allclose(places / 32767 * packed["scale"], vertices, atol=3.5 / 65534)
-    np.testing.assert_array_equal(corners, faces)
-
-
 def test_a_still_is_the_mesh_in_its_color_and_never_cut_off():
     vertices, faces = sphere(24)
     mesh = pack(*lighten(3 * vertices, faces))

@@ -184,14 +184,6 @@ def test_the_command_shows_one_message(arguments, words, tmp_path, monkeypatch):
     assert not (tmp_path / "data").exists()
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path):
-    (tmp_path / "runs").write_text("")
-    result = train("schedule=quick", f"paths.runs={tmp_path}/runs")
-    assert result.returncode == 1
-    assert result.stderr.startswith(f"error: {tmp_path}/runs/")
-    assert len(result.stderr.splitlines()) == 1
-
-
 def test_a_folder_of_ones_own_brings_options(tmp_path):
     (tmp_path / "schedule").mkdir()
     text = (ROOT / "conf" / "schedule" / "quick.yaml").read_text()

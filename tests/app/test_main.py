@@ -13,7 +13,7 @@ from ffd_lightning import __version__, components
 from ffd_lightning.app import main as entry
 from ffd_lightning.app.config import GROUPS
 from ffd_lightning.app.configuration import all_settings
-from ffd_lightning.app.main import COMMANDS, main, run
+from ffd_lightning.app.main import COMMANDS, main
 
 ROOT = Path(__file__).parents[2]
 
@@ -99,17 +99,6 @@ def test_help_does_not_load_torch():
         "sys.exit('torch' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL).returncode == 0
-
-
-def test_a_command_that_needs_no_setting_runs_without(monkeypatch, capsys):
-    """The viewer shows the package's own model; what needs a run shows its help."""
-    asked = []
-    monkeypatch.setattr("ffd_lightning.app.commands.view.main", lambda s: asked.append(s.run))
-    with pytest.raises(SystemExit):
-        run("view", [])
-    assert (asked, capsys.readouterr().out) == ([None], "")
-    run("export", [])
-    assert "Settings:" in capsys.readouterr().out
 
 
 # --- settings of plain commands ------------------------------------------------------------------

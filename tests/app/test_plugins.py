@@ -12,7 +12,6 @@ from torch import nn
 import ffd_lightning as ffd
 from ffd_lightning import components
 from ffd_lightning.app.build import build_all, build_network, build_source
-from ffd_lightning.app.checks import validate
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
@@ -98,13 +97,6 @@ def test_a_class_of_another_kind_is_named():
     ffd.component("lr_schedule", "odd")(lambda optimizer: 3)
     with pytest.raises(ConfigError, match="lr_schedule: odd gives a int, not a LRScheduler"):
         build_all(small("lr_schedule=odd"))
-
-
-def test_a_source_with_images_of_its_own_refuses_cameras():
-    ffd.component("source", "pictures")(type("Pictures", (OddSource,), {"own_images": True}))
-    validate(small("data=pictures", "encoder.weights=none"))
-    with pytest.raises(ConfigError, match=r"data\.render\.azimuths means nothing here"):
-        validate(small("data=pictures", "encoder.weights=none", "data.render.azimuths=[0]"))
 
 
 @dataclass(frozen=True)

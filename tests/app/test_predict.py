@@ -221,24 +221,6 @@ def test_one_command_at_a_time_and_the_number_of_workers_changes_nothing(config,
             assert file.read_bytes() == other.read_bytes(), file
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["top_k=5"], "top_k=5: the model has 4 templates of table"),
-        (["top_k=0"], "top_k=0 must be above 0"),
-        (["colors=red"], "colors=red must be one of material, parts"),
-        (["run=/nowhere"], "there is no run /nowhere"),
-        (["device=abacus"], "device=abacus cannot be used"),
-    ],
-)
-def test_settings_that_cannot_work(checkpoint, photos, tmp_path, arguments, message):
-    run = [] if arguments[0].startswith("run") else [f"run={checkpoint}"]
-    done = run_command("predict", *run, f"image={photos}", *arguments, cwd=tmp_path)
-    assert done.returncode == 1
-    assert message in done.stderr
-    assert not list(tmp_path.iterdir())
-
-
 # --- the command ----------------------------------------------------------------------------------
 
 
@@ -307,19 +289,6 @@ def test_what_is_said_of_the_category(shipped, photos, tmp_path, capsys):
         assert content["checkpoint"]["run"] is None
         assert content["checkpoint"]["step"] == 3
     assert predict_files(replace(config, category="sofa"))[0].known
-
-
-@pytest.mark.usefixtures("shipped")
-def test_categories_that_cannot_be(photos, tmp_path):
-    config = PredictSettings(image=str(photos), out=str(tmp_path / "out"))
-    for change, message in (
-        ({"category": "chair"}, "category=chair: the model was trained on sofa, table"),
-        ({"category": "sofa", "top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
-        ({"top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
-    ):
-        with pytest.raises(ConfigError, match=message):
-            predict_files(replace(config, **change))
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.usefixtures("nothing_shipped")

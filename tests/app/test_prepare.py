@@ -41,14 +41,6 @@ def test_a_trial_says_what_there_is_and_leaves_a_picture(tried, tmp_path):
     assert Image.open(left[0]).width > 1000
 
 
-def test_a_trial_of_what_is_prepared_already(tried, prepared, data_root):
-    settings = ("data.num_points=256", "data.render.height=48", "data.render.width=64")
-    there = ("data.num_models=24", "data.render.samples=1", f"paths.data={data_root}")
-    said = tried("category=table", *settings, *there)
-    assert f"table: prepared already: {prepared.path}" in said
-    assert "table: 24 shapes, 0 cannot be used\n" in said
-
-
 def test_the_command(tmp_path):
     obj = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
     root = write_folder(tmp_path / "meshes", {f"{k}/{j}.obj": obj for k in "ab" for j in range(9)})

@@ -1,6 +1,5 @@
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -221,13 +220,6 @@ def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
     assert note["study"] == "template_counts"
     assert note["question"].startswith("How many")
     assert "--quick --config-dir conf category=chair" in note["command"]
-
-
-def test_an_interrupt_stops_the_study(tmp_path, monkeypatch):
-    done = SimpleNamespace(returncode=130)
-    monkeypatch.setattr(command.subprocess, "run", lambda *_, **__: done)
-    with pytest.raises(KeyboardInterrupt):
-        run_study(request_of(tmp_path, "regimes"))
 
 
 def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):

@@ -5,7 +5,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 import torch
@@ -312,20 +311,3 @@ def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path
     runs = Results.read(tmp_path).runs
     assert runs["state"].tolist() == ["finished"]
     assert done.stdout.count("Launching 1 jobs") == 1
-
-
-def test_a_job_in_a_process_of_its_own_has_the_users_options(tmp_path, monkeypatch):
-    commands = []
-
-    def run(command, check):
-        commands.append(command)
-        return SimpleNamespace(returncode=1)
-
-    monkeypatch.setattr("ffd_lightning.app.commands.train.subprocess.run", run)
-    (tmp_path / "regime").mkdir()
-    shutil.copy(ROOT / "conf" / "regime" / "r.yaml", tmp_path / "regime" / "mine.yaml")
-    given = ["-m", "--config-dir", tmp_path, "regime=mine", f"paths.runs={tmp_path}"]
-    done = run_command("train", *given, "trainer=ddp", "trainer.accelerator=cpu")
-    assert done.returncode == 1
-    assert commands[0][4:6] == ["--config-dir", str(tmp_path)]
-    assert "regime=mine" in commands[0]

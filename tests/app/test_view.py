@@ -1,12 +1,8 @@
-import re
-import sys
-
 import pytest
 from PIL import Image
 
-from ffd_lightning.app.commands.view import MAIN, Settings, main, open_shared
-from ffd_lightning.app.settings import read_settings
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.app.commands.view import Settings, open_shared
+from ffd_lightning.errors import DataError
 
 
 def test_a_checkpoint_alone_or_without_its_data_takes_photos_only(checkpoint, tiny_run, tmp_path):
@@ -47,16 +43,3 @@ def test_a_photo_and_its_mask_can_be_named(tiny_run, checkpoint, tmp_path):
         opened(image=tmp_path / "no.png")
     with pytest.raises(DataError, match="is not a file"):
         opened(image=tmp_path)
-
-
-def test_mistakes_are_named(monkeypatch):
-    for arguments, words in (
-        (["run=a", "port=0"], "port=0 must lie in [1, 65535]"),
-        (["run=/no/such/run"], "there is no run"),
-        (["mask=m.png"], "name it by image="),
-    ):
-        with pytest.raises(ConfigError, match=re.escape(words)):
-            main(read_settings(Settings, arguments, MAIN))
-    monkeypatch.setitem(sys.modules, "viser", None)
-    with pytest.raises(ConfigError, match="needs viser: pip install"):
-        main(Settings(run="/no/such/run"))

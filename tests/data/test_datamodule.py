@@ -17,7 +17,6 @@ from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, Trai
 from ffd_lightning.data.sources.procedural import ProceduralSource
 from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.choice import DiverseTemplates
-from ffd_lightning.data.templates.distances import ShapeDistances
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
@@ -335,17 +334,6 @@ def test_templates_are_chosen_from_what_is_not_tested_on(make_boxes, hold_out):
     assert set(module.split.train + module.split.val) == left
     with pytest.raises(DataError, match=r"holds only 6 shapes to choose from, and 4 that are"):
         make_boxes(split=lambda _: rule, hold_out=7)
-
-
-def test_outliers_may_be_left_out(make_boxes, monkeypatch):
-    whole = make_boxes()
-    odd = {subset[0] for subset in (whole.split.train, whole.split.test, whole.bank.ids)}
-    table = np.array([shape_id in odd for shape_id in whole.prepared.ids])
-    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (table, np.ones(len(table))))
-    without = make_boxes(drop_outliers=True)
-    assert not odd & {*without.bank.ids, *(i for subset in without.split for i in subset)}
-    assert set(without.split.test) == set(whole.split.test) - odd
-    assert len(without.bank) + sum(map(len, without.split)) == 7
 
 
 # --- whole trainings ----------------------------------------------------------------------------

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.packing import pack_points
@@ -19,7 +18,6 @@ from ffd_lightning.data.templates.choice import (
 )
 from ffd_lightning.data.templates.distances import (
     POINTS,
-    ShapeDistances,
     greedy_medoids,
     shape_distances,
 )
@@ -115,17 +113,6 @@ def test_what_is_no_aeroplane_is_named_and_no_aeroplane_is(clean, mixed):
     assert {mixed.ids[k] for k in np.flatnonzero(outlier)} == set(ODD)
     assert factor[outlier].min() > factor[~outlier].max()
     assert np.median(factor) == pytest.approx(1)
-
-
-def test_at_most_a_fifth_are_outliers_and_of_few_none():
-    """Six copies of one shape, and four of their own: not forty percent of the set are strange."""
-    places = np.array([0.0] * 6 + [10, 30, 70, 150])
-    for count, expected in ((10, [8, 9]), (4, []), (1, [])):
-        table = np.abs(np.subtract.outer(places, places))[-count:, -count:]
-        found = ShapeDistances(np.arange(count), torch.zeros(count, POINTS, 3), table)
-        outlier, factor = found.outliers()
-        np.testing.assert_array_equal(np.flatnonzero(outlier), expected)
-        assert np.isfinite(factor).all()
 
 
 # --- the choice -----------------------------------------------------------------------------------

@@ -147,21 +147,6 @@ def test_specks_do_not_decide_and_holes_are_white():
     assert "cropped to 60 x 40 at (50, 40)" in frame(alpha).steps
 
 
-def test_what_is_beside_the_object_is_left_out_unless_a_mask_shows_it():
-    photo, coverage = on_colour(size=(300, 420))
-    expected = frame(photo).image
-    y, x = 270, 60
-    photo[y : y + 6, x : x + 300] = photo[40:100, 380:400] = (0, 0, 0)
-    framed = frame(photo)
-    assert np.abs(framed.image.astype(int) - expected).mean() < 1
-    (told,) = [w for w in framed.warnings if "left out" in w]
-    assert told.startswith("2 other things")
-    coverage[40:100, 380:400] = 255
-    both = frame(photo, mask=Image.fromarray(coverage))
-    assert extent(both.image)[0] > 1.2 * extent(framed.image)[0]
-    assert both.warnings == ()
-
-
 @pytest.mark.parametrize("shape", [(10, 300), (300, 10), (300, 300)])
 def test_nothing_is_distorted_or_cut_off(shape):
     mask = np.zeros((400, 400), np.uint8)

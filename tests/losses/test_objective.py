@@ -170,19 +170,6 @@ def test_terms_and_selection_of_ones_own(case):
     assert not any(value.requires_grad for value in logged.values())
 
 
-def test_a_selection_sees_weighted_costs_and_where_none_has_a_weight_plain_ones(case):
-    seen = []
-
-    def watch(inputs, costs):
-        seen.append(costs)
-        return Teaching(inputs.prediction.template_weights)
-
-    for weight in (0.25, 0):
-        Objective({"distance": WeightedTerm(Chamfer(), weight)}, watch)(*case, 0)
-    torch.testing.assert_close(seen[0], naive_chamfer(case) / 4)
-    torch.testing.assert_close(seen[1], naive_chamfer(case))
-
-
 def gradients(objective):
     case = make_case(torch.float64)
     objective(*case, 0)[0].backward()
