@@ -24,6 +24,7 @@ from .losses.objective import Objective as Objective
 from .losses.selection import Teaching as Teaching
 from .losses.terms import StepInput as StepInput
 from .nn.encoders.base import ImageEncoder as ImageEncoder
+from .nn.heads import Heads as Heads
 from .nn.network import FfdPrediction as FfdPrediction
 from .nn.network import TemplateFfdNetwork as TemplateFfdNetwork
 from .training.module import FfdModule as FfdModule

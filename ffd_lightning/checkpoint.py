@@ -7,17 +7,20 @@ no code of its own is ever run.
 
 from __future__ import annotations
 
+import copy
 import io
 import pickle
 import re
 import warnings
 import zipfile
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import torch
+from jaxtyping import UInt8
 
 from ffd_lightning.components import OWN, Component
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -72,6 +75,30 @@ class TrainedModel:
             return self.categories * len(self.bank)
         return tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
 
+    def with_templates(
+        self, bank: TemplateBank, pictures: Iterable[UInt8[np.ndarray, "views height width c"]]
+    ) -> TrainedModel:
+        """Return the same network with other templates, which conditioned heads are told.
+
+        Args:
+            bank: the templates.
+            pictures: of each, as `render` says, (views, H, W, 3 or 4) uint8; views are averaged.
+
+        Raises:
+            ConfigError: the heads know no other templates than those of their training; or the
+                templates have lattices of other degrees.
+        """
+        if not self.network.heads.conditioned:
+            raise ConfigError(
+                "this network knows the templates of its training only (heads=per_template): "
+                "train one with heads=conditioned to give it others"
+            )
+        if bank.degrees != self.bank.degrees:
+            raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
+        network = copy.deepcopy(self.network)
+        network.use_templates(bank.points, pictures)
+        return replace(self, network=network, bank=bank)
+
     def templates_of(self, category: str) -> tuple[int, ...]:
         """Return the indices of a category's templates.
 
@@ -88,18 +115,25 @@ def model_entry(
     network: TemplateFfdNetwork, data: FfdDataModule, record: Mapping[str, Any]
 ) -> dict[str, dict[str, Any]]:
     """Return what a checkpoint needs beside the weights, for `load_model`."""
-    made_of = network.encoder.component
-    named = ("kind", "name", "settings", "provider")
-    content = {
+    content: dict[str, Any] = {
         "network": network.description(),
-        "encoder": None if made_of is None else {n: getattr(made_of, n) for n in named},
+        "encoder": _named(network.encoder.component),
+        "heads": _named(network.made_of),
         "templates": data.bank.state(),
         "object_fill": data.object_fill,
         "render": asdict(data.render),
         "categories": list(data.categories),
         "record": dict(record),
     }
+    if network.heads.conditioned:
+        data.give_templates(network)
+        content["template_codes"] = network.template_codes
     return {_ENTRY: content}
+
+
+def _named(made_of: Component | None) -> dict[str, Any] | None:
+    names = ("kind", "name", "settings", "provider")
+    return None if made_of is None else {name: getattr(made_of, name) for name in names}
 
 
 def check_plain(name: str, entry: Any) -> None:
@@ -145,6 +179,7 @@ def load_model(checkpoint: Path) -> TrainedModel:
         render = RenderSettings(**content["render"])
         categories, record = tuple(content["categories"]), dict(content["record"])
         sizes, encoder = dict(content["network"]), encoder_component(content)
+        sizes["heads"] = Component(**content["heads"]) if "heads" in content else None
         sizes["image_size"] = tuple(sizes["image_size"])
     except _DAMAGED as error:
         reason = str(error).split("\n")[0]
@@ -165,6 +200,7 @@ def load_model(checkpoint: Path) -> TrainedModel:
     except RuntimeError as error:
         reason = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
         raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})") from None
+    network.template_codes = content.get("template_codes")
     step = int(state["global_step"])
     return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
 

@@ -73,6 +73,12 @@ KINDS: dict[str, Kind] = {
         _of("nn.encoders.mobilenet", mobilenet="MobileNetV1")
         | _of("nn.encoders.timm", timm="TimmEncoder"),
     ),
+    "heads": Kind(
+        "gives template logits and control point offsets",
+        ("in_channels", "map_size", "num_templates", "num_control_points", "bottleneck", "hidden")
+        + ("offset_std", "batch_norm_momentum"),
+        _of("nn.heads", per_template="TemplateHeads", conditioned="ConditionedHeads"),
+    ),
     "term": Kind(
         "a term of the objective",
         built_in=_of("losses.terms", chamfer="Chamfer", mean_chamfer="MeanChamfer")

@@ -181,6 +181,27 @@ def joint_checkpoint(tiny_config, tmp_path_factory):
     return path
 
 
+@pytest.fixture(scope="session")
+def conditioned_checkpoint(tiny_config, tmp_path_factory):
+    """A checkpoint whose heads are told their templates, two tables, and that has seen a batch."""
+    from ffd_lightning.app.build import build_data, build_network
+    from ffd_lightning.checkpoint import model_entry
+
+    torch.manual_seed(0)
+    settings = ("heads=conditioned", "heads.draw=3", "templates=t2", "network.offset_std=0.02")
+    cfg = tiny_config("category=table", *settings, "network.batch_norm_momentum=1")
+    data, network = build_data(cfg), build_network(cfg).train()
+    data.setup()
+    batch = data.store.batch(data.train_dataloader().loader.dataset[0])
+    with torch.no_grad():
+        network(batch.images, batch.drawn)
+    entry = model_entry(network, data, {"run": "default/table/b/t2/seed0"})
+    state = {f"network.{name}": value for name, value in network.state_dict().items()}
+    path = tmp_path_factory.mktemp("conditioned") / "conditioned.ckpt"
+    torch.save({"state_dict": state, "global_step": 1, **entry}, path)
+    return path
+
+
 @pytest.fixture
 def shipped(joint_checkpoint, monkeypatch, tmp_path):
     """The joint checkpoint as the model that comes with the package: its place."""

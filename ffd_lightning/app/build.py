@@ -12,7 +12,7 @@ from torch.optim import Optimizer
 from torch.optim.lr_scheduler import LRScheduler
 
 from ffd_lightning.app.config import PrepareConfig, RegimeConfig, TrainConfig
-from ffd_lightning.app.first_weights import load_first_weights
+from ffd_lightning.app.first_weights import load_first_weights, load_network_weights
 from ffd_lightning.components import Component
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.preparation.preparation import Preparation
@@ -22,7 +22,7 @@ from ffd_lightning.evaluation.protocols import Protocol
 from ffd_lightning.geometry.ffd import num_control_points
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.nn.encoders.base import ImageEncoder
-from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
+from ffd_lightning.nn.network import TemplateFfdNetwork, evaluating, shrunk_size
 from ffd_lightning.training.module import FfdModule
 
 _Kind = TypeVar("_Kind")
@@ -73,6 +73,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         max_edge=cfg.templates.max_edge,
         batch_size=cfg.schedule.batch_size,
         num_points=cfg.schedule.num_points,
+        draw=cfg.heads.settings.get("draw"),
         seed=cfg.seed,
         render=cfg.data.render,
         cloud_points=cfg.data.num_points,
@@ -99,11 +100,8 @@ def build_encoder(cfg: Any) -> ImageEncoder:
     momentum = cfg.network.batch_norm_momentum
     encoder = _built(cfg.encoder, ImageEncoder, image_size=size, batch_norm_momentum=momentum)
     load_first_weights(encoder, cfg.encoder.first_weights)
-    modes = [(module, module.training) for module in encoder.modules()]  # some may be frozen
-    with torch.random.fork_rng(devices=[]), torch.no_grad():
-        shape = tuple(encoder.eval()(torch.zeros(1, 3, *size)).shape)
-    for module, training in modes:
-        module.training = training
+    with torch.random.fork_rng(devices=[]), torch.no_grad(), evaluating(encoder):
+        shape = tuple(encoder(torch.zeros(1, 3, *size)).shape)
     expected = (1, encoder.out_channels, *encoder.output_size(size))
     if shape != expected:
         raise ConfigError(
@@ -116,7 +114,7 @@ def build_encoder(cfg: Any) -> ImageEncoder:
 def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     """Return the network, weights drawn from torch's global seed."""
     image_size, shrink, _ = _seen(cfg)
-    return TemplateFfdNetwork(
+    network = TemplateFfdNetwork(
         build_encoder(cfg),
         image_size=image_size,
         num_templates=cfg.templates.count,
@@ -128,7 +126,11 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
         batch_norm_momentum=cfg.network.batch_norm_momentum,
         shrink=shrink,
         mirror_degrees=cfg.network.degrees if cfg.regime.mirror_offsets else None,
+        heads=cfg.heads,
     )
+    if cfg.network.weights is not None:
+        load_network_weights(network, cfg.network.weights)
+    return network
 
 
 def build_objective(regime: RegimeConfig, annealing_steps: float) -> Objective:

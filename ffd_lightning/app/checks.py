@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from ffd_lightning.app.config import PrepareConfig, TrainConfig
-from ffd_lightning.app.first_weights import unsaid_problem
 from ffd_lightning.components import plain, written
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.imaging.render_settings import RenderSettings
@@ -66,6 +65,8 @@ def _data_problems(cfg: PrepareConfig) -> Iterator[str]:
 
 
 def _training_problems(cfg: TrainConfig) -> Iterator[str]:
+    from ffd_lightning.app.first_weights import weights_problem
+
     regime, points = cfg.regime, cfg.schedule.num_points
     if points > cfg.data.num_points:
         yield (
@@ -84,4 +85,5 @@ def _training_problems(cfg: TrainConfig) -> Iterator[str]:
         )
     if not any(term.weight for term in regime.terms.values()):
         yield f"regime {regime.name} has no term of a weight above 0: nothing would be learnt"
-    yield from filter(None, [unsaid_problem(cfg)])
+    if problem := weights_problem(cfg):
+        yield problem

@@ -89,8 +89,8 @@ HOLDERS = {"source": Data, "split": Split, "encoder": Encoder, "term": Term}
 """Kinds whose components have settings in common."""
 
 _OF_THEIR_KIND = (
-    *("split", "template_strategy", "augmentation", "encoder", "optimizer", "lr_schedule"),
-    "protocol",
+    *("split", "template_strategy", "augmentation", "encoder", "heads", "optimizer"),
+    *("lr_schedule", "protocol"),
 )
 GROUPS = {"data": "source", "regime.selection": "selection", **{k: k for k in _OF_THEIR_KIND}}
 """The groups that choose one component, and of which kind."""
@@ -177,6 +177,8 @@ class NetworkConfig:
         batch_norm_momentum: share of a new batch in moving statistics, of encoder and heads.
         seen_height: of the images as the encoder sees them: higher ones are shrunk, by the largest
             whole factor that leaves so many pixels; null takes them as they are.
+        weights: the first weights of the whole network, `encoder.weights` included: a run's folder,
+            a checkpoint, or embedded, the network for any templates that comes with the package.
     """
 
     settings_like: ClassVar[str] = "ffd_lightning.nn.network:TemplateFfdNetwork"
@@ -186,6 +188,7 @@ class NetworkConfig:
     offset_std: Annotated[float, Range("(0, inf)")]
     batch_norm_momentum: Annotated[float, Range("(0, 1]")]
     seen_height: Annotated[int, Range("[32, inf)")] | None = None
+    weights: str | None = None
 
 
 @dataclass
@@ -356,6 +359,7 @@ class TrainConfig(PrepareConfig):
     template_ranking: TemplateRankingConfig
     augmentation: Component
     encoder: Encoder
+    heads: Component
     network: NetworkConfig
     optimizer: Component
     lr_schedule: Component

@@ -1,17 +1,21 @@
-"""What an encoder starts from, and whether a run is tested on shapes that trained it."""
+"""What a network starts from, and whether a run is tested on shapes that trained it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from ffd_lightning import components
 from ffd_lightning.app.config import TrainConfig
+from ffd_lightning.checkpoint import encoder_component, read_checkpoint
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.pretrained import pretrained_model
+from ffd_lightning.inference.predictor import checkpoint_of
+from ffd_lightning.nn.encoders.base import ImageEncoder
+from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.pretrained import conditioned_model, pretrained_model
 
-if TYPE_CHECKING:
-    from ffd_lightning.nn.encoders.base import ImageEncoder
+EMBEDDED, _NETWORK = "embedded", "network."
 
 KERAS_FILES: dict[float, str] = {
     0.25: "mobilenet_2_5_192_tf_no_top.h5",
@@ -27,7 +31,7 @@ KERAS_ADDRESS = "https://github.com/fchollet/deep-learning-models/releases/downl
 
 def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
     """Give an encoder the weights that `encoder.weights` names."""
-    if weights == "embedded":
+    if weights == EMBEDDED:
         encoder.load_state_dict(_embedded(encoder))
     elif weights != "none":
         encoder.load_weights(weights)
@@ -35,8 +39,6 @@ def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
 
 def _embedded(encoder: ImageEncoder) -> dict[str, Any]:
     """Return the weights of the encoder of the trained model that comes with the package."""
-    from ffd_lightning.checkpoint import encoder_component, read_checkpoint
-
     try:
         content = read_checkpoint(pretrained_model())
     except ConfigError:
@@ -50,16 +52,41 @@ def _embedded(encoder: ImageEncoder) -> dict[str, Any]:
         raise ConfigError(
             f"encoder.weights=embedded is of encoder={recorded[0]} {own}: leave encoder.weights out"
         )
-    weights, prefix = content["state_dict"], "network.encoder."
+    weights, prefix = content["state_dict"], f"{_NETWORK}encoder."
     return {k.removeprefix(prefix): v for k, v in weights.items() if k.startswith(prefix)}
 
 
-def unsaid_problem(cfg: Any) -> str:
-    """Return what the paper's schedule lacks: first weights, or the word that none are meant.
+def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
+    """Give a network the weights that `network.weights` names.
+
+    Raises:
+        ConfigError: there is no such run or checkpoint, or it is of another network.
+    """
+    state = read_checkpoint(_checkpoint(weights))["state_dict"]
+    own = {k.removeprefix(_NETWORK): v for k, v in state.items() if k.startswith(_NETWORK)}
+    try:
+        network.load_state_dict(own)
+    except RuntimeError as error:
+        reason = str(error).split("\n\t")[1 if "\n\t" in str(error) else 0]
+        raise ConfigError(
+            f"network.weights={weights} is of another network ({reason}): encoder, heads and "
+            "network.* must be as they were"
+        ) from None
+
+
+def _checkpoint(weights: str) -> Path:
+    return conditioned_model() if weights == EMBEDDED else checkpoint_of(weights)
+
+
+def weights_problem(cfg: Any) -> str:
+    """Return what first weights lack: the word that none are meant, where others are usual.
 
     The paper's networks start from ImageNet weights, which this package does not bring.
     """
     encoder = cfg.encoder
+    if cfg.network.weights is not None:
+        said = encoder.weights not in (None, "none")
+        return "network.weights brings the encoder's, too: leave encoder.weights out" * said
     if cfg.schedule.name != "paper" or encoder.name != "mobilenet" or encoder.weights is not None:
         return ""
     width = encoder.settings["width"]
@@ -80,12 +107,13 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     They are known again by their ids, where the data is of the same name and seed. Templates of the
     network that the weights are from do not count: it was never shown images of them.
     """
-    from ffd_lightning.checkpoint import read_checkpoint
-
-    if cfg.encoder.first_weights != "embedded":
+    weights = cfg.network.weights
+    if weights is None and cfg.encoder.first_weights != EMBEDDED:
         return ""
-    model = read_checkpoint(pretrained_model())["model"]
-    before = model["record"]["settings"]
+    model = read_checkpoint(pretrained_model() if weights is None else _checkpoint(weights))[
+        "model"
+    ]
+    before = model["record"].get("settings", {})
     ours = {"name": cfg.data.name, "seed": cfg.data.settings.get("seed")}
     if ours != {name: before.get(f"data.{name}") for name in ours}:
         return ""
@@ -93,13 +121,14 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     seen = {f"{prefix}{shape_id}" for shape_id in tested} & _seen(model, before)
     if not seen:
         return ""
+    said = "encoder.weights=embedded" if weights is None else f"network.weights={weights}"
     split = {key: value for key, value in before.items() if key.startswith("split.")}
     split["split"] = split.pop("split.name")
     return (
         f"of {len(tested)} shapes to test on, {len(seen)} trained or validated the weights that "
-        "this run starts from (encoder.weights=embedded): its scores will be too good. Split as "
-        f"they did ({' '.join(f'{key}={value}' for key, value in split.items())}), or train from "
-        "scratch (encoder.weights=none)"
+        f"this run starts from ({said}): its scores will be too good. Split as they did "
+        f"({' '.join(f'{key}={value}' for key, value in split.items())}), or train from scratch "
+        "(encoder.weights=none)"
     )
 
 

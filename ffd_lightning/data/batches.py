@@ -10,14 +10,16 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 import torch
 from jaxtyping import Float, Int, UInt8
+from numpy.typing import NDArray
 from torch import Tensor
 
 from ffd_lightning.data.preparation.packing import POINT_STEP
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.ffd import TemplateSample
+from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
 from ffd_lightning.imaging.augmentation import Augmentation
+from ffd_lightning.nn.network import DrawnTemplates
 from ffd_lightning.parallel import available_cores
 
 Residency = Literal["auto", "disk", "device"]
@@ -34,6 +36,8 @@ class BatchIndices(NamedTuple):
         points: which points of each query's cloud, (q, N).
         template_points: which points of each template's cloud, (T, N).
         seed: what is random about a training batch's images follows from it; None where nothing is.
+        template_rows: row of each template, (T,), where a step draws its own; None for the bank's.
+        template_views: which picture of each of these, (T,).
     """
 
     rows: Int[Tensor, " queries"]
@@ -41,6 +45,8 @@ class BatchIndices(NamedTuple):
     points: Int[Tensor, "queries num_points"]
     template_points: Int[Tensor, "templates num_points"]
     seed: int | None = None
+    template_rows: Int[Tensor, " templates"] | None = None
+    template_views: Int[Tensor, " templates"] | None = None
 
 
 class Batch(NamedTuple):
@@ -55,6 +61,7 @@ class Batch(NamedTuple):
             categories.
         mask: of the object in the images, (q, H, W) uint8; None where it is not kept.
         seed: see `BatchIndices`.
+        drawn: what conditioned heads are told of the templates that a step draws.
     """
 
     rows: Int[Tensor, " queries"]
@@ -64,6 +71,7 @@ class Batch(NamedTuple):
     own_templates: Int[Tensor, "queries own"] | None = None
     mask: UInt8[Tensor, "queries height width"] | None = None
     seed: int | None = None
+    drawn: DrawnTemplates | None = None
 
 
 class ShapeStore:
@@ -75,6 +83,8 @@ class ShapeStore:
         device: where to copy everything to; None leaves the shapes in their files, and the
             templates where they are.
         mask: keeps the images' object masks too.
+        boxes: of the lattices of the shapes that steps draw as templates, (n, 2, 3): the least and
+            the greatest coordinates; None where none are drawn.
 
     Raises:
         DataError: the device has too little memory.
@@ -86,8 +96,9 @@ class ShapeStore:
         bank: TemplateBank,
         device: torch.device | None = None,
         mask: bool = False,
+        boxes: Float[Tensor, "shapes 2 3"] | None = None,
     ) -> None:
-        self._prepared, self._bank, self._mask = prepared, bank, mask
+        self._prepared, self._bank, self._mask, self._boxes = prepared, bank, mask, boxes
         self._channels = 4 if mask else 3
         self.images: Tensor | None = None
         self.clouds: Tensor | None = None
@@ -98,6 +109,9 @@ class ShapeStore:
             self.control_points = bank.control_points.to(place)
             self.matrix = bank.deformation_matrix.to(place)
             self.own_templates = _own_templates(prepared, bank, place)
+            numbers = {name: k for k, name in enumerate(prepared.categories)}
+            whose = [numbers[prepared.category(row)] for row in range(len(prepared))]
+            self.categories = torch.tensor(whose, device=place)
         except torch.OutOfMemoryError:
             size = resident_bytes(prepared, bank, mask)
             raise DataError(
@@ -107,7 +121,7 @@ class ShapeStore:
 
     def __reduce__(self) -> tuple[Any, ...]:
         # Another process reads the files itself: tensors would travel as a copy of them all.
-        return ShapeStore, (self._prepared, self._bank, None, self._mask)
+        return ShapeStore, (self._prepared, self._bank, None, self._mask, self._boxes)
 
     @property
     def device(self) -> torch.device:
@@ -119,26 +133,56 @@ class ShapeStore:
         rows, views, points, template_points = (
             index.to(self.device, non_blocking=True) for index in indices[:4]
         )
-        if self.images is None or self.clouds is None:
-            images, clouds = self._read(indices)
+        images, clouds = self._gather(rows, views, points)
+        own = drawn = None
+        if indices.template_rows is not None and indices.template_views is not None:
+            chosen = indices.template_rows.to(self.device), indices.template_views.to(self.device)
+            templates, drawn = self._drawn(*chosen, template_points)
+            if self.own_templates is not None:  # as many of each category
+                same = self.categories[rows][:, None] == self.categories[chosen[0]]
+                own = same.nonzero()[:, 1].unflatten(0, (len(rows), -1))
         else:
-            images = _select(self.images, rows[:, None], views[:, None])[:, 0]
-            clouds = _select(self.clouds, rows[:, None], points)
-        templates = torch.arange(len(template_points), device=rows.device)[:, None]
-        matrix = _select(self.matrix, templates, template_points)
+            numbers = torch.arange(len(template_points), device=rows.device)[:, None]
+            matrix = _select(self.matrix, numbers, template_points)
+            templates = TemplateSample(matrix, self.control_points, self._bank.degrees)
+            own = None if self.own_templates is None else self.own_templates[rows]
         return Batch(
             rows=rows,
             images=images[..., :3].permute(0, 3, 1, 2),
             target_points=clouds.float() * POINT_STEP,
-            templates=TemplateSample(matrix, self.control_points, self._bank.degrees),
-            own_templates=None if self.own_templates is None else self.own_templates[rows],
+            templates=templates,
+            own_templates=own,
             mask=images[..., 3] if self._mask else None,
             seed=indices.seed,
+            drawn=drawn,
         )
 
-    def _read(self, indices: BatchIndices) -> tuple[Tensor, Tensor]:
-        """Return images (q, H, W, channels) and points (q, N, 3) from the shapes' files."""
-        rows, views, points = (index.numpy() for index in indices[:3])
+    def _drawn(
+        self, rows: Tensor, views: Tensor, points: Tensor
+    ) -> tuple[TemplateSample, DrawnTemplates]:
+        """Decompose points of shapes that are templates of this step alone."""
+        assert self._boxes is not None
+        images, clouds = self._gather(rows, views, points)
+        cloud = clouds.float() * POINT_STEP
+        low, high = self._boxes.to(rows.device)[rows].unbind(1)
+        lattice = Lattice(low, high - low, self._bank.degrees)
+        matrix = deformation_matrix(cloud.double(), lattice).float()
+        control_points = lattice.control_points().float()
+        return (
+            TemplateSample(matrix, control_points, lattice.degrees),
+            DrawnTemplates(cloud, images[..., :3].permute(0, 3, 1, 2)),
+        )
+
+    def _gather(self, rows: Tensor, views: Tensor, points: Tensor) -> tuple[Tensor, Tensor]:
+        """Return images (q, H, W, channels) and points (q, N, 3) of shapes."""
+        if self.images is None or self.clouds is None:
+            return self._read(rows.numpy(), views.numpy(), points.numpy())
+        images = _select(self.images, rows[:, None], views[:, None])[:, 0]
+        return images, _select(self.clouds, rows[:, None], points)
+
+    def _read(
+        self, rows: NDArray[np.int64], views: NDArray[np.int64], points: NDArray[np.int64]
+    ) -> tuple[Tensor, Tensor]:
         size = self._prepared.image_shape[1:3]
         images = np.empty((len(rows), *size, self._channels), np.uint8)
         clouds = np.empty((*points.shape, 3), np.int16)

@@ -33,12 +33,14 @@ from ffd_lightning.data.source import Source
 from ffd_lightning.data.splits import HashSplit, Split, SplitInput, SplitRule, make_split
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.data.templates.choice import AutoTemplates, TemplateStrategy, choose_templates
+from ffd_lightning.data.templates.pool import TemplatePool
 from ffd_lightning.data.templates.summary import outlier_rows
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.geometry.ffd import Degrees
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.imaging.framing import object_fill
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.nn.network import TemplateFfdNetwork
 
 log = logging.getLogger(__name__)
 
@@ -80,8 +82,11 @@ class TrainingIndices(_Indices):
         ConfigError: a batch that cannot be split evenly.
     """
 
-    def __init__(self, *args: Any, rank: int = 0, world_size: int = 1) -> None:
+    def __init__(
+        self, *args: Any, rank: int = 0, world_size: int = 1, pool: TemplatePool | None = None
+    ) -> None:
         super().__init__(*args)
+        self.pool = pool
         if self.batch_size % world_size or self.batch_size == world_size > 1:
             raise ConfigError(
                 f"schedule.batch_size={self.batch_size} cannot be split evenly over {world_size} "
@@ -100,8 +105,15 @@ class TrainingIndices(_Indices):
         points = self._points(self.batch_size, rng)
         template_points = self._points(self.num_templates, rng)
         own = np.random.SeedSequence([self.seed, 5, step, 0]).generate_state(1)
-        mine = slice(self.rank, None, self.world_size)
-        return _batch_indices(rows[mine], views[mine], points[mine], template_points, int(own[0]))
+        mine, seed = slice(self.rank, None, self.world_size), int(own[0])
+        drawn: dict[str, Any] = {}
+        if self.pool is not None:
+            rng = np.random.default_rng([self.seed, 6, step])
+            templates, rows = self.pool.draw(self.batch_size, rng)
+            pictures = rng.integers(self.views, size=len(templates))
+            drawn = {"template_rows": _tensor(templates), "template_views": _tensor(pictures)}
+        found = _batch_indices(rows[mine], views[mine], points[mine], template_points, seed)
+        return found._replace(**drawn)
 
 
 class EvaluationIndices(_Indices):
@@ -127,9 +139,12 @@ class EvaluationIndices(_Indices):
 def _batch_indices(
     rows: Any, views: Any, points: Any, template_points: Any, seed: int | None = None
 ) -> BatchIndices:
-    arrays = (np.asarray(a, np.int64) for a in (rows, views, points, template_points))
-    first, second, third, fourth = map(torch.from_numpy, arrays)
+    first, second, third, fourth = map(_tensor, (rows, views, points, template_points))
     return BatchIndices(first, second, third, fourth, seed)
+
+
+def _tensor(values: Any) -> torch.Tensor:
+    return torch.from_numpy(np.asarray(values, np.int64))
 
 
 class StepSampler(Sampler[int]):
@@ -215,6 +230,8 @@ class FfdDataModule(LightningDataModule):
         max_edge: of the templates' meshes, see `TemplateBank`.
         batch_size: queries a step, over all devices.
         num_points: points per cloud and step.
+        draw: templates that a step draws from all shapes that are trained on, and from the
+            templates, for conditioned heads; None where every step sees the templates.
         seed: decides what each step sees.
         render: the images.
         cloud_points: surface samples kept of each shape, of which steps draw theirs.
@@ -256,6 +273,7 @@ class FfdDataModule(LightningDataModule):
         max_edge: float = 0.02,
         batch_size: int = 32,
         num_points: int = 1024,
+        draw: int | None = None,
         seed: int = 0,
         render: RenderSettings | None = None,
         cloud_points: int = 16384,
@@ -302,6 +320,7 @@ class FfdDataModule(LightningDataModule):
         self.split_rule, self.val_fraction = split or HashSplit(), val_fraction
         self.drop_outliers, self.degrees, self.max_edge = drop_outliers, degrees, max_edge
         self.batch_size, self.num_points, self.seed = batch_size, num_points, seed
+        self.draw = draw
         self.augmentation = augmentation
         self.residency, self.num_workers = residency, num_workers
         self._stored: tuple[torch.device, ShapeStore] | None = None
@@ -366,6 +385,20 @@ class FfdDataModule(LightningDataModule):
             "shapes": {name: len(ids) for name, ids in self.split._asdict().items()},
         }
 
+    @cached_property
+    def pool(self) -> TemplatePool | None:
+        """What training steps draw templates from; None where they see the bank's."""
+        if self.draw is None:
+            return None
+        return TemplatePool(self.prepared, self.split.train, self.bank.ids, self.draw)
+
+    def give_templates(self, network: TemplateFfdNetwork) -> None:
+        """Tell conditioned heads the bank's templates; other heads know theirs."""
+        if network.heads.conditioned:
+            rows, views = self.rows(self.bank.ids), range(self.prepared.image_shape[0])
+            pictures = (np.stack([self.prepared.image(r, v) for v in views]) for r in rows)
+            network.use_templates(self.bank.points, pictures)
+
     def rows(self, ids: Sequence[str]) -> NDArray[np.int64]:
         """Return the prepared set's rows of shapes."""
         return np.asarray([self.prepared.index(i) for i in ids], np.int64)
@@ -387,16 +420,18 @@ class FfdDataModule(LightningDataModule):
             kept = fits(size, device) if self.residency == "auto" else self.residency == "device"
             if kept:
                 log.info("reading %.1f GB of images and clouds (%s)", size / 1e9, device)
-            store = ShapeStore(self.prepared, self.bank, device if kept else None, mask)
+            boxes = None if self.pool is None else self.pool.boxes
+            store = ShapeStore(self.prepared, self.bank, device if kept else None, mask, boxes)
             self._stored = device, store
         return self._stored[1]
 
     def train_dataloader(self) -> Batches:
         """Batches of the training shapes, from the trainer's current one on."""
         rank, world_size = self._share
-        given = (self.prepared, len(self.bank), self.batch_size, self.num_points, self.seed)
+        templates = len(self.bank) if self.pool is None else self.pool.count
+        given = (self.prepared, templates, self.batch_size, self.num_points, self.seed)
         rows = self.rows(self.split.train)
-        indices = TrainingIndices(rows, *given, rank=rank, world_size=world_size)
+        indices = TrainingIndices(rows, *given, rank=rank, world_size=world_size, pool=self.pool)
         trainer, length = self.trainer, -(-len(self.split.train) // self.batch_size)
         if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):
             length = trainer.max_steps * trainer.accumulate_grad_batches

@@ -276,9 +276,11 @@ def bank_digest(bank: TemplateBank) -> str:
 
 
 def weights_digest(network: TemplateFfdNetwork) -> str:
-    """Return what changes when any weight or statistic of a network does."""
+    """Return what changes when a weight or statistic of a network does, or what it was told."""
     digest = hashlib.sha256()
-    for value in network.state_dict().values():
+    codes = getattr(network, "template_codes", None)
+    told = {} if codes is None else {"template_codes": codes}
+    for value in (network.state_dict() | told).values():
         digest.update(value.detach().cpu().contiguous().reshape(-1).view(torch.uint8).numpy())
     return digest.hexdigest()
 

@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
+import numpy as np
 import torch
 from jaxtyping import Float, Int, UInt8
 from torch import Tensor, nn
 
+from ffd_lightning.components import Component
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import Degrees, mirrored_offsets
-from ffd_lightning.nn.encoders.base import BATCH_NORM_EPS, ImageEncoder
+from ffd_lightning.nn.encoders.base import ImageEncoder
+from ffd_lightning.nn.heads import Heads
+
+_CLOUD_POINTS = 1024  # that a code is made from
 
 
 class FfdPrediction(NamedTuple):
@@ -62,70 +69,16 @@ def standardize(
     return centred / std.clamp_min(1 / math.sqrt(size))
 
 
-class TemplateHeads(nn.Module):
-    """From a feature map to one logit and one set of offsets for each template.
+class DrawnTemplates(NamedTuple):
+    """What conditioned heads are told of a training step's T templates.
 
-    Convolution and dense layers start from Glorot's uniform distribution and zero biases; those
-    that batch norm follows have no bias, since it would take it away again. Offsets start close to
-    zero: training starts from the undeformed templates.
-
-    Args:
-        in_channels: channels of the feature map.
-        map_size: (h, w) of the feature map.
-        num_templates: T.
-        num_control_points: M.
-        bottleneck: channels after the 1 x 1 convolution.
-        hidden: width of the shared dense layer.
-        offset_std: standard deviation of the offset layer's first weights, in template units.
-        batch_norm_momentum: share of a new batch in the moving statistics.
-
-    Source: the paper's table of layers, below its MobileNet row.
+    Attributes:
+        points: (T, N, 3).
+        images: a picture of each, (T, 3, H, W) uint8.
     """
 
-    def __init__(
-        self,
-        in_channels: int,
-        map_size: tuple[int, int],
-        num_templates: int,
-        num_control_points: int,
-        bottleneck: int = 64,
-        hidden: int = 512,
-        offset_std: float = 1e-4,
-        batch_norm_momentum: float = 0.1,
-    ) -> None:
-        super().__init__()
-        self.bottleneck = nn.Sequential(
-            nn.Conv2d(in_channels, bottleneck, 1, bias=False),
-            nn.BatchNorm2d(bottleneck, BATCH_NORM_EPS, batch_norm_momentum),
-            nn.ReLU6(),
-        )
-        self.shared = nn.Sequential(
-            nn.Flatten(),
-            nn.Linear(bottleneck * map_size[0] * map_size[1], hidden, bias=False),
-            nn.BatchNorm1d(hidden, BATCH_NORM_EPS, batch_norm_momentum),
-            nn.ReLU6(),
-        )
-        self.logits = nn.Linear(hidden, num_templates)
-        self.offsets = nn.Linear(hidden, num_templates * num_control_points * 3)
-        self._offsets_shape = (num_templates, num_control_points, 3)
-        for module in self.modules():
-            if isinstance(module, nn.Conv2d | nn.Linear):
-                nn.init.xavier_uniform_(module.weight)
-                if module.bias is not None:
-                    nn.init.zeros_(module.bias)
-        nn.init.normal_(self.offsets.weight, std=offset_std)
-
-    def forward(
-        self, features: Float[Tensor, "q c h w"]
-    ) -> tuple[Float[Tensor, "q templates"], Float[Tensor, "q templates control_points 3"]]:
-        """Return template logits, (q, T), and control point offsets, (q, T, M, 3)."""
-        if self.training and features.shape[0] == 1:
-            raise ConfigError(
-                "batch norm cannot train on a batch of one image: use schedule.batch_size=2 or "
-                "more and drop an incomplete last batch"
-            )
-        hidden = self.shared(self.bottleneck(features))
-        return self.logits(hidden), self.offsets(hidden).unflatten(1, self._offsets_shape)
+    points: Float[Tensor, "templates num_points 3"]
+    images: UInt8[Tensor, "templates 3 height width"]
 
 
 class TemplateFfdNetwork(nn.Module):
@@ -137,7 +90,7 @@ class TemplateFfdNetwork(nn.Module):
     Args:
         encoder: turns standardised images into a feature map.
         image_size: (height, width) in pixels.
-        num_templates: T.
+        num_templates: T; conditioned heads take any number.
         num_control_points: M, the product of degree + 1 over the axes.
         bottleneck: channels of the 1 x 1 convolution after the encoder.
         hidden: width of the dense layer that the templates share.
@@ -169,6 +122,7 @@ class TemplateFfdNetwork(nn.Module):
         batch_norm_momentum: float = 0.1,
         shrink: int = 1,
         mirror_degrees: Degrees | None = None,
+        heads: Component | None = None,
     ) -> None:
         super().__init__()
         if num_templates < 1:
@@ -182,28 +136,67 @@ class TemplateFfdNetwork(nn.Module):
         self.num_templates, self.num_control_points = num_templates, num_control_points
         self.bottleneck, self.hidden, self.min_weight = bottleneck, hidden, min_weight
         self.encoder = encoder
-        self.heads = TemplateHeads(
-            encoder.out_channels,
-            encoder.output_size(shrunk_size(image_size, shrink)),
-            num_templates,
-            num_control_points,
-            bottleneck,
-            hidden,
-            offset_std,
-            batch_norm_momentum,
+        self.made_of = heads or Component("heads", "per_template", {})
+        self.heads: Heads = self.made_of.build(
+            in_channels=encoder.out_channels,
+            map_size=encoder.output_size(shrunk_size(image_size, shrink)),
+            num_templates=num_templates,
+            num_control_points=num_control_points,
+            bottleneck=bottleneck,
+            hidden=hidden,
+            offset_std=offset_std,
+            batch_norm_momentum=batch_norm_momentum,
         )
+        self.register_buffer("template_codes", None, persistent=False)
 
     def description(self) -> dict[str, Any]:
-        """Return the arguments that give a network of the same layers, but for the encoder."""
+        """Return the plain arguments that give a network of the same layers.
+
+        Encoder and heads are components: `encoder.component` and `made_of` say what they are.
+        """
         names = ("num_templates", "num_control_points", "bottleneck", "hidden", "min_weight")
         named = {name: getattr(self, name) for name in (*names, "shrink", "mirror_degrees")}
         return {"image_size": list(self.image_size), **named}
 
     def forward(
-        self, images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"]
+        self,
+        images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"],
+        drawn: DrawnTemplates | None = None,
     ) -> FfdPrediction:
-        """Predict from images as rendered: (q, 3, H, W), floating point or uint8, any scale."""
-        return self.predict(self.features(images))
+        """Predict from images as rendered: (q, 3, H, W), floating point or uint8, any scale.
+
+        Args:
+            images: of the objects.
+            drawn: the templates of a training step, for conditioned heads; by default those of the
+                last `use_templates`.
+        """
+        if drawn is None:
+            return self.predict(self.features(images))
+        # In one batch: batch norm sees photographs and pictures of templates alike.
+        hidden = self.heads.hidden(self.features(torch.cat([images, drawn.images])))
+        own, pictures = hidden.split([len(images), len(drawn.images)])
+        return self._prediction(own, self.heads.codes(drawn.points, pictures))
+
+    @torch.no_grad()
+    def use_templates(
+        self,
+        points: Float[Tensor, "templates num_points 3"],
+        pictures: Iterable[UInt8[np.ndarray, "views height width channels"]],
+    ) -> None:
+        """Tell conditioned heads the templates of all predictions to come.
+
+        Args:
+            points: clouds, (T, N, 3), of which the first 1024 points are used.
+            pictures: of each, (views, H, W, 3 or 4) uint8; the codes of views are averaged.
+        """
+        device, codes = self.heads.offsets.weight.device, []
+        with evaluating(self):
+            for cloud, views in zip(points, pictures, strict=True):
+                images = torch.tensor(views[..., :3], device=device).permute(0, 3, 1, 2)
+                hidden = self.heads.hidden(self.features(images))
+                clouds = cloud[:_CLOUD_POINTS].to(device).expand(len(hidden), -1, -1)
+                codes.append(self.heads.codes(clouds, hidden).mean(0))
+        self.template_codes = torch.stack(codes)
 
     def features(
         self, images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"]
@@ -222,23 +215,44 @@ class TemplateFfdNetwork(nn.Module):
             images = nn.functional.avg_pool2d(images.float(), self.shrink).to(exact)
         # Channels last: batch norm and depthwise convolutions are faster so; it carries through.
         inputs = standardize(images).to(
-            dtype=self.heads.logits.weight.dtype, memory_format=torch.channels_last
+            dtype=self.heads.offsets.weight.dtype, memory_format=torch.channels_last
         )
         features: Tensor = self.encoder(inputs)
         return features
 
     def predict(self, features: Float[Tensor, "q channels rows columns"]) -> FfdPrediction:
-        """Predict from `features`."""
+        """Predict from `features`.
+
+        Raises:
+            ConfigError: conditioned heads without templates.
+        """
+        if self.heads.conditioned and self.template_codes is None:
+            raise ConfigError("conditioned heads need templates: call use_templates first")
+        return self._prediction(self.heads.hidden(features), self.template_codes)
+
+    def _prediction(self, hidden: Tensor, codes: Tensor | None) -> FfdPrediction:
         # Under mixed precision the outputs are of a lower one, too coarse for losses and geometry.
         logits, offsets = (
             output.to(torch.promote_types(output.dtype, torch.float32))
-            for output in self.heads(features)
+            for output in self.heads(hidden, codes)
         )
         if self.mirror_degrees is not None:
             offsets = (offsets + mirrored_offsets(offsets, self.mirror_degrees)) / 2
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
         return FfdPrediction(probs, weights, offsets, logits)
+
+
+@contextmanager
+def evaluating(module: nn.Module) -> Iterator[None]:
+    """Have a module, whose parts may be in either mode, in evaluation mode for a while."""
+    modes = [(part, part.training) for part in module.modules()]
+    module.eval()
+    try:
+        yield
+    finally:
+        for part, training in modes:
+            part.training = training
 
 
 def shrunk_size(image_size: tuple[int, int], shrink: int) -> tuple[int, int]:

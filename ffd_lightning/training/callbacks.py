@@ -24,7 +24,7 @@ from ffd_lightning.evaluation.figures import reconstruction_figure, template_fig
 from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.imaging.rendering import render
-from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.nn.network import TemplateFfdNetwork, evaluating
 from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.pictures import CLOUD_LEGEND, selection_bars, write_clouds
 from ffd_lightning.training.tensorboard import tensorboard_writer, write_histogram
@@ -164,14 +164,11 @@ class Reconstructions(Callback):
         if not rows:
             return
         network, prepared, bank = pl_module.network, data.prepared, data.bank
-        modes = [(part, part.training) for part in network.modules()]
-        network.eval()
-        if step < trainer.max_steps:
-            figure = np.asarray(reconstruction_figure(network, prepared, bank, rows))
-            writer.add_image("worked_examples/reconstructions", figure, step, dataformats="HWC")
-        clouds = deformed_clouds(network, prepared, bank, rows)
-        for part, training in modes:
-            part.training = training
+        with evaluating(network):
+            if step < trainer.max_steps:
+                figure = np.asarray(reconstruction_figure(network, prepared, bank, rows))
+                writer.add_image("worked_examples/reconstructions", figure, step, dataformats="HWC")
+            clouds = deformed_clouds(network, prepared, bank, rows)
         truths = [torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS)) for row in rows]
         write_clouds(writer, self._clouds, list(zip(clouds, truths, strict=True)), step)
 

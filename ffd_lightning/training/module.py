@@ -107,6 +107,11 @@ class FfdModule(LightningModule):
         data, network = self._data, self.network
         if data is None:
             return
+        if network.heads.conditioned != (data.draw is not None):
+            raise ConfigError(
+                "conditioned heads learn from templates that each step draws, others from the same "
+                "ones: FfdDataModule(draw=24) belongs to heads=conditioned, draw=None to others"
+            )
         degrees = tuple(data.bank.degrees)
         for name, own, value in (
             ("num_templates", network.num_templates, len(data.bank)),
@@ -125,7 +130,7 @@ class FfdModule(LightningModule):
     def training_step(self, batch: Batch, batch_idx: int) -> Tensor:
         """Return the objective's total."""
         with nullcontext() if self.trainer.world_size == 1 else SharedBatchStatistics():
-            prediction = self.network(batch.images)
+            prediction = self.network(batch.images, batch.drawn)
         every = int(self.trainer.accumulate_grad_batches)
         # The last step of an epoch may be of fewer batches.
         batches = min(every, self.trainer.num_training_batches - batch_idx // every * every)
@@ -165,10 +170,18 @@ class FfdModule(LightningModule):
         return self.network(batch.images)
 
     def on_validation_start(self) -> None:
-        """Make sure that losses and weights are finite."""
+        """Make sure that losses and weights are finite, and tell the heads the templates."""
         self._check_finite(self.state_dict())
+        self.on_test_start()
 
     on_train_end = on_validation_start
+
+    def on_test_start(self) -> None:
+        """Tell conditioned heads the templates."""
+        if self._data is not None:
+            self._data.give_templates(self.network)
+
+    on_predict_start = on_test_start
 
     def on_validation_epoch_end(self) -> None:
         """Log means over all validation shapes."""

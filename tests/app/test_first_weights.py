@@ -100,3 +100,22 @@ def test_it_is_what_is_meant_where_nothing_is_said(tiny_config, overrides, embed
     assert identity(cfg)["encoder.weights"] == ("embedded" if embedded else "none")
     statistics = build_network(cfg).encoder.layers.conv1_bn.running_mean
     assert bool(statistics.any()) == embedded, "scratch starts at 0"
+
+
+# --- a whole network ------------------------------------------------------------------------------
+
+
+CONDITIONED = ("category=table", "heads=conditioned", "heads.draw=3", "templates=t2")
+
+
+def test_a_network_starts_from_a_trained_one(conditioned_checkpoint, tiny_config):
+    cfg = tiny_config(*CONDITIONED, f"network.weights={conditioned_checkpoint}")
+    validate(cfg)
+    expected = load_model(conditioned_checkpoint).network.state_dict()
+    assert all(torch.equal(v, expected[k]) for k, v in build_network(cfg).state_dict().items())
+    wider = tiny_config(*CONDITIONED, "heads.width=8", f"network.weights={conditioned_checkpoint}")
+    with pytest.raises(ConfigError, match=r"another network \(size mismatch for heads.of_image"):
+        validate(wider)
+    said = tiny_config(*CONDITIONED, "network.weights=x", "encoder.weights=embedded")
+    with pytest.raises(ConfigError, match=r"leave encoder.weights out"):
+        validate(said)

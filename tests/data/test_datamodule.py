@@ -12,6 +12,7 @@ from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import LambdaCallback, ModelCheckpoint
 from torch.optim.lr_scheduler import CosineAnnealingLR
 
+from ffd_lightning.components import Component
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, TrainingIndices
 from ffd_lightning.data.sources.procedural import ProceduralSource
@@ -355,7 +356,8 @@ def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
     """Train a tiny network; return the rows of its batches, and its last weights."""
     torch.manual_seed(0)
     encoder = MobileNetV1()
-    network = TemplateFfdNetwork(encoder, (48, 64), 2, 64, bottleneck=4, hidden=8)
+    told = None if data.draw is None else Component("heads", "conditioned", {"draw": data.draw})
+    network = TemplateFfdNetwork(encoder, (48, 64), 2, 64, bottleneck=4, hidden=8, heads=told)
     objective = Objective({"chamfer": WeightedTerm(Chamfer())})
     module = FfdModule(network, objective, scheduler=CosineAnnealingLR)
     watch = Watch(fails_at)
@@ -374,15 +376,18 @@ def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
     "limits",
     [
         {"max_steps": 7},
+        {"max_steps": 7, "draw": 3},
         {"max_epochs": 3, "accumulate_grad_batches": 2},
         {"max_steps": 5, "limit_train_batches": 3, "accumulate_grad_batches": 2},
     ],
 )
 def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, limits):
-    data = table_module(data_root, augmentation=darkened)
+    settings = {"augmentation": darkened, "draw": limits.get("draw")}
+    limits = {name: value for name, value in limits.items() if name != "draw"}
+    data = table_module(data_root, **settings)
     length = -(-len(data.split.train) // BATCH)
     assert length == 3, "an odd number, so that accumulation ends epochs early"
-    indices = drawn_from(TrainingIndices, data, data.split.train)
+    indices = data.train_dataloader().loader.dataset
     every = limits.get("accumulate_grad_batches", 1)
     rows, weights = fit(data, tmp_path / "whole", **limits)
     assert rows == [tuple(indices[k].rows.tolist()) for k in range(len(rows))]
@@ -391,7 +396,7 @@ def test_a_resumed_training_equals_an_uninterrupted_one(data_root, tmp_path, lim
         before, _ = fit(data, folder, fails_at, **limits)
         newest = max(folder.iterdir(), key=lambda path: int(path.stem.rpartition("=")[2]))
         # Processes that read ahead start early.
-        ahead = table_module(data_root, augmentation=darkened, num_workers=fails_at % 2)
+        ahead = table_module(data_root, **settings, num_workers=fails_at % 2)
         after, ends = fit(ahead, folder, resume=newest, **limits)
         again = len(before) + len(after) - len(rows)
         assert 0 <= again < every, "of an accumulated step that was not done"

@@ -9,9 +9,11 @@ import trimesh
 from conftest import SOFAS, TABLES
 from PIL import Image
 
+from ffd_lightning.app.build import build_data
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
@@ -260,3 +262,28 @@ def test_without_a_source_it_is_the_model_that_comes_with_the_package(shipped, j
     shipped.unlink()
     with pytest.raises(ConfigError, match="this installation has no trained model"):
         Predictor.load()
+
+
+def test_conditioned_heads_take_other_templates_after_training(
+    conditioned_checkpoint, tiny_config, checkpoint
+):
+    model = load_model(conditioned_checkpoint)
+    data = build_data(tiny_config("category=table", "heads=conditioned", "templates=t2"))
+    data.setup()
+    image = data.prepared.image(int(data.rows(data.split.test)[0]))
+    before = Predictor(model).predict(image)
+    assert before.bank.ids == data.bank.ids
+
+    ids = (*data.split.test[:3], *data.bank.ids)
+    pictures = [data.prepared.image(data.prepared.index(i))[None] for i in ids]
+    others = model.with_templates(TemplateBank.of(data.prepared, ids), pictures)
+    found = Predictor(others).predict(image)
+    assert found.bank.ids == ids
+    own = [ids.index(i) for i in data.bank.ids]
+    np.testing.assert_allclose(found.offsets[own], before.offsets, atol=ROUNDING)
+    assert np.abs(np.diff(found.offsets, axis=0)).max((1, 2)).min() > 100 * ROUNDING
+    again = Predictor(model).predict(image)
+    assert np.array_equal(again.weights, before.weights), "the first model keeps its own"
+
+    with pytest.raises(ConfigError, match="heads=conditioned"):
+        load_model(checkpoint).with_templates(others.bank, pictures)

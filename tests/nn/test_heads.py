@@ -2,7 +2,7 @@ import pytest
 import torch
 from torch import nn
 
-from ffd_lightning.nn.network import TemplateHeads
+from ffd_lightning.nn.heads import ConditionedHeads, TemplateHeads
 
 
 def test_table_1_sizes():
@@ -17,7 +17,7 @@ def test_table_1_sizes():
     assert (dense.in_features, dense.out_features) == (3072, 512)
     per_template = (heads.offsets.out_features + heads.logits.out_features) / 30
     assert per_template == 192 + 1
-    logits, offsets = heads(features)
+    logits, offsets = heads(heads.hidden(features))
     assert logits.shape == (2, 30)
     assert torch.equal(
         offsets, torch.arange(30.0 * 192).reshape(1, 30, 64, 3).expand(2, -1, -1, -1)
@@ -29,6 +29,22 @@ def test_first_offsets_are_tiny_and_follow_offset_std():
     heads = TemplateHeads(16, (2, 2), 4, 64, offset_std=1e-4)
     assert float(heads.offsets.weight.std().detach()) == pytest.approx(1e-4, rel=0.02)
     assert not heads.offsets.bias.any()
-    _, offsets = heads(torch.randn(8, 16, 2, 2))
+    _, offsets = heads(heads.hidden(torch.randn(8, 16, 2, 2)))
     # Hidden values lie in [0, 6], so the deviation of a sum over 512 is below 6 sqrt(512) 1e-4.
     assert 0 < offsets.std() < 6 * 512**0.5 * 1e-4
+
+
+def test_conditioned_heads_take_any_templates_in_any_order():
+    torch.manual_seed(0)
+    heads = ConditionedHeads(16, (2, 2), 8, hidden=32, offset_std=0.1, code=8).eval()
+    images, pictures = torch.randn(3, 16, 2, 2), torch.randn(5, 16, 2, 2)
+    clouds = torch.rand(5, 50, 3)
+    hidden, codes = heads.hidden(images), heads.codes(clouds, heads.hidden(pictures))
+    logits, offsets = heads(hidden, codes)
+    assert (logits.shape, offsets.shape) == ((3, 5), (3, 5, 8, 3))
+    assert min(logits.std(1).min(), offsets.std(1).min()) > 0, "templates are told apart"
+    order = torch.tensor([3, 0])
+    fewer = heads(hidden, codes[order])
+    torch.testing.assert_close(fewer, (logits[:, order], offsets[:, order]))
+    shuffled = heads.codes(clouds[:, torch.randperm(50)], heads.hidden(pictures))
+    torch.testing.assert_close(shuffled, codes)

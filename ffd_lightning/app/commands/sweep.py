@@ -15,7 +15,6 @@ import yaml
 
 from ffd_lightning.app.commands.train import train_command
 from ffd_lightning.app.configuration import config_folder
-from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
 from ffd_lightning.app.settings import read_options
 from ffd_lightning.app.studies import Study, check_study, load_study, sweeps, value_of
 from ffd_lightning.errors import ConfigError
@@ -92,6 +91,8 @@ def main(arguments: Sequence[str]) -> int:
     listed = "\n".join(
         f"  {k:<17}{textwrap.shorten(v, 70, placeholder='...')}" for k, v in studies.items()
     )
+    from ffd_lightning.app.first_weights import KERAS_ADDRESS, KERAS_FILES
+
     print(_HELP.format(weights=KERAS_FILES[0.25], address=KERAS_ADDRESS, studies=listed))
     return 0
 
