@@ -14,6 +14,7 @@ from ffd_lightning.app.first_weights import leak_warning
 from ffd_lightning.app.identity import identity
 from ffd_lightning.checkpoint import load_model, read_checkpoint
 from ffd_lightning.data.splits import SplitInput, make_split
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
 
