@@ -281,16 +281,11 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
     measures = [measure.name for measure in protocol.metrics]
     try:
         samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
-        if missing := {"id", "category", "view", "template", *measures} - set(samples):
-            raise ValueError(f"no column {', '.join(sorted(missing))}")
-        numbers = samples[measures].apply(pd.to_numeric, errors="coerce")
-        wrong = [name for name in measures if not np.isfinite(numbers[name]).all()]
-        if wrong:
-            raise ValueError(f"{wrong[0]} is not a finite number everywhere")
-        if samples.empty:
-            raise ValueError("no rows")
+        known = samples[["id", "category", "view", "template", *measures]]
+        if known.empty or not np.isfinite(known[measures].to_numpy(float)).all():
+            raise ValueError("no rows, or scores that are not finite")
         return samples
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, KeyError) as error:
         raise DataError(
             f"{file} is damaged ({' '.join(str(error).split())}): "
             f"{evaluate_command(run.path, protocol.name)} restart=true"

@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 from analysis.made import PAPER
 from matplotlib import pyplot
-from matplotlib.colors import to_hex
 from PIL import Image
 
 from ffd_lightning.analysis.plots import (
@@ -20,7 +19,6 @@ from ffd_lightning.analysis.plots import (
     to_svg,
 )
 from ffd_lightning.errors import DataError
-from ffd_lightning.palette import REGIME_COLORS
 
 
 @pytest.fixture(autouse=True)
@@ -61,11 +59,6 @@ def visible(figure):
     return [axes for axes in figure.axes if axes.get_visible()]
 
 
-def legend(figure):
-    (found,) = figure.legends
-    return dict(zip([t.get_text() for t in found.get_texts()], found.get_lines(), strict=True))
-
-
 def height(line, x):
     """What a step line shows at x, between its steps."""
     xs, ys = line.get_xdata(), line.get_ydata()
@@ -87,19 +80,6 @@ def test_a_curve_is_the_share_of_samples_that_are_better(measure):
         for x in np.quantile(values, [0.1, 0.35, 0.6, 0.8]) + 1e-6:
             better = sum(v > x for v in values) if measure == "iou" else sum(v <= x for v in values)
             assert height(line, x) == pytest.approx(better / len(values))
-
-
-def test_seeds_share_a_colour_and_regimes_keep_theirs_in_all_panels():
-    seeds = samples(("sofa", "b", 4, 0), ("sofa", "w", 4, 0), ("sofa", "w", 4, 1))
-    both = cumulative_curves(seeds, PAPER)
-    colors = [to_hex(line.get_color()) for line in both.axes[0].lines]
-    assert colors[2:4] == colors[4:6] != colors[:2]
-    assert list(legend(both)) == ["b, base", "w, log-weighted", "deformed", "undeformed"]
-    assert colors[0] == REGIME_COLORS["b"].lower()
-    other = cumulative_curves(samples(("sofa", "w", 4, 0), ("table", "w", 4, 0)), PAPER)
-    assert [axes.get_title() for axes in visible(other)] == ["sofa", "table"]
-    for axes in visible(other):
-        assert [to_hex(line.get_color()) for line in axes.lines] == colors[2:4]
 
 
 def test_bars_are_the_sorted_counts_of_all_templates():

@@ -1,5 +1,4 @@
 import shutil
-from itertools import product
 
 import pytest
 from analysis.folders import write_run
@@ -46,16 +45,6 @@ def test_protocols_are_known_from_the_runs_alone(tmp_path):
     assert Results.read(run.path).samples.empty, "damaged"
 
 
-def test_damaged_runs_are_rows_and_nothing_else(tmp_path):
-    write_run(tmp_path / "b")
-    write_run(tmp_path / "e", "e").config.write_text("seed: [")
-    (row,) = Results.read(tmp_path).unscored.to_dict("records")
-    assert (row["run"], row["state"]) == ("e", "damaged")
-    assert "config.yaml is damaged" in row["reason"]
-    with pytest.raises(DataError, match="holds no run that can be read"):
-        Results.read(tmp_path / "e")
-
-
 # --- variants ------------------------------------------------------------------------------------
 
 
@@ -70,15 +59,6 @@ def test_what_else_differs_is_a_variant(tmp_path):
     write_run(tmp_path / "e", "e", settings="schedule: {steps: 9}\n")
     steps = {f"seed{k}_{n}": f"schedule.steps={n}" for k, n in ((0, 300), (1, 300), (0, 600))}
     assert variants(tmp_path) == {**steps, "e": ""}
-
-
-def test_where_a_run_is_and_files_of_its_own_make_no_variant(tmp_path):
-    for seed, category in product((0, 1), ("table", "chair")):
-        file = f"file: /runs/{category}/seed{seed}/ranking.csv"
-        settings = f"template_strategy: {{{file}}}\ntrainer: {{devices: {seed}}}\n"
-        folder = tmp_path / category / f"{seed}"
-        write_run(folder, seed=seed, category=category, settings=settings)
-    assert set(variants(tmp_path).values()) == {""}
 
 
 def test_runs_that_are_alike_are_told_apart_by_their_names(tmp_path):

@@ -31,26 +31,6 @@ def train(*arguments):
     )
 
 
-@pytest.mark.parametrize(
-    ("regime", "row"),
-    [
-        ("b", (0.1, "identity", 0, 0)),
-        ("w", (0.001, "log", 0, 0)),
-        ("e", (0.1, "identity", 100, 0)),
-        ("r", (0.1, "identity", 0, 1)),
-    ],
-)
-def test_regimes_are_the_papers_second_table(regime, row):
-    r = typed(f"regime={regime}").regime
-    entropy, offsets = r.terms["negative_entropy"], r.terms["offset_penalty"]
-    function = r.selection.settings["function"]
-    assert (r.min_weight, function, entropy.weight, offsets.weight) == row
-    chamfer = r.terms["weighted_chamfer"]
-    assert (chamfer.name, chamfer.weight, chamfer.annealing) == ("chamfer", 1, "constant")
-    assert entropy.annealing == offsets.annealing == "exponential"
-    assert list(r.terms) == ["weighted_chamfer", "negative_entropy", "offset_penalty"]
-
-
 def test_the_paper_schedule_is_the_papers():
     cfg = typed("schedule=paper", "templates=t30")
     s = cfg.schedule

@@ -16,7 +16,7 @@ from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation import evaluator, references
+from ffd_lightning.evaluation import evaluator
 from ffd_lightning.run_folder import RunFolder
 
 ROOT = Path(__file__).parents[2]
@@ -120,23 +120,6 @@ def test_all_views(tiny_config, tmp_path):
     assert [r["emd"] for r in views if r["view"] == "0"] == [r["emd"] for r in rows]
     assert [r["emd"] for r in views if r["view"] == "1"] != [r["emd"] for r in rows]
     assert both["floor_emd"] == pytest.approx(one["floor_emd"])
-
-
-def test_runs_of_other_regimes_and_seeds_share_the_scores_of_references(
-    tiny_config, tmp_path, monkeypatch
-):
-    few = ("data.num_models=10", "split.train_fraction=0.6", f"paths.data={tmp_path}/data")
-    few += ("evaluation.references=true", "protocol.points=64")
-    train(tiny_config(*few, "regime=b", "seed=0"), RunFolder(tmp_path / "first"))
-    assert len(list((tmp_path / "data" / "references").glob("*.jsonl"))) == 1
-    monkeypatch.setattr(references, "fitted_template", None)
-    run = RunFolder(tmp_path / "second")
-    train(tiny_config(*few, "regime=r", "seed=1"), run)
-    shared = samples(run)
-    assert samples(RunFolder(tmp_path / "first")) != shared
-    (run.evaluation(FEW) / "summary.json").unlink()
-    evaluate(run)
-    assert samples(run) == shared
 
 
 def test_a_killed_evaluation_is_resumed(copy, trained, monkeypatch):

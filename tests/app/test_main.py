@@ -74,25 +74,6 @@ def test_help_of_a_plain_command_lists_its_settings(name, capsys):
         assert shown, f"nothing is said of {f.name}"
 
 
-def test_help_shows_the_components_of_a_module_of_ones_own(tmp_path):
-    (tmp_path / "own_encoders.py").write_text(
-        "import ffd_lightning as ffd\n"
-        "@ffd.component('encoder', 'tiny')\n"
-        "class Tiny(ffd.ImageEncoder):\n"
-        '    """A small one."""\n'
-        "    def __init__(self, layers: int = 7): ...\n"
-    )
-    command = [sys.executable, "-m", "ffd_lightning", "train", "plugins=[own_encoders]"]
-    done = subprocess.run([*command, "--help", "all"], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert "encoder=tiny    A small one. (module own_encoders)" in done.stdout
-    assert "encoder.layers=7" in done.stdout
-    overrides = ["encoder=tiny", "encoder.layres=1"]
-    done = subprocess.run([*command, *overrides], cwd=tmp_path, capture_output=True, text=True)
-    assert done.returncode == 1
-    assert "no setting 'encoder.layres'. Did you mean encoder.layers?" in done.stderr
-
-
 def test_help_does_not_load_torch():
     code = (
         "import sys; from ffd_lightning.app.main import run; run('train', ['--help']); "

@@ -11,7 +11,7 @@ from torch import nn
 
 import ffd_lightning as ffd
 from ffd_lightning import components
-from ffd_lightning.app.build import build_all, build_network, build_source
+from ffd_lightning.app.build import build_network
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
@@ -88,15 +88,6 @@ def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone():
     std = network.heads.logits.weight.std()
     torch.manual_seed(0)
     assert std == build_network(small("encoder=frozen")).heads.logits.weight.std()
-
-
-def test_a_class_of_another_kind_is_named():
-    ffd.component("source", "odd")(type("Odd", (), {}))
-    with pytest.raises(ConfigError, match="data: odd gives a Odd, not a Source"):
-        build_source(small("data=odd"))
-    ffd.component("lr_schedule", "odd")(lambda optimizer: 3)
-    with pytest.raises(ConfigError, match="lr_schedule: odd gives a int, not a LRScheduler"):
-        build_all(small("lr_schedule=odd"))
 
 
 @dataclass(frozen=True)

@@ -269,28 +269,6 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
 # --- several categories, and no run ---------------------------------------------------------------
 
 
-def test_what_is_said_of_the_category(shipped, photos, tmp_path, capsys):
-    photo, out = sorted(photos.iterdir())[0], tmp_path / "out"
-    config = PredictSettings(
-        image=str(photo), out=str(out), points=9, preview=False, progress_bar=False, top_k=2
-    )
-    note = out / photo.stem / "prediction.json"
-    for asked, name, other in ((None, "table", "sofa"), ("sofa", "sofa", "table")):
-        (outcome,) = predict_files(replace(config, category=asked))
-        assert not outcome.known, "another category makes other files"
-        content = json.loads(note.read_text())
-        assert (content["asked_category"], content["category"]["name"]) == (asked, name)
-        weights = content["category"]["weights"]
-        assert list(weights) == ["table", "sofa"]
-        assert sum(weights.values()) == pytest.approx(1, abs=1e-5)
-        assert content["template"]["id"].startswith(f"{name}/")
-        said = f": {name} ({weights[name]:.2f}; {other} {weights[other]:.2f}), {name}/"
-        assert said in capsys.readouterr().out
-        assert content["checkpoint"]["run"] is None
-        assert content["checkpoint"]["step"] == 3
-    assert predict_files(replace(config, category="sofa"))[0].known
-
-
 @pytest.mark.usefixtures("nothing_shipped")
 def test_without_a_run_and_a_model_one_line_says_what_to_do(photos, tmp_path):
     done = run_command("predict", f"image={photos}", f"out={tmp_path / 'out'}")

@@ -9,7 +9,6 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import OmegaConf
 from shapenet_tree import good_models, write_folder
 
-from ffd_lightning.app import sweep_end
 from ffd_lightning.app.commands import sweep as command
 from ffd_lightning.app.commands.sweep import Request, run_study
 from ffd_lightning.app.config import TrainConfig
@@ -220,16 +219,6 @@ def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
     assert note["study"] == "template_counts"
     assert note["question"].startswith("How many")
     assert "--quick --config-dir conf category=chair" in note["command"]
-
-
-def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
-    sweep_end.print_beside_paper(tiny_run.path)
-    printed = " ".join(capsys.readouterr().out.split())
-    assert "Beside the paper's Table 3" in printed
-    assert "47/352/447" in printed
-    assert "; schedule.steps: 8 (paper: 100000); " in printed
-    sweep_end.print_beside_paper(tmp_path)
-    assert "nothing is set beside the paper's Table 3: " in capsys.readouterr().err
 
 
 # --- search ---------------------------------------------------------------------------------------

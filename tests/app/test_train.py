@@ -175,13 +175,6 @@ def test_the_seed_fixes_everything(finished, tiny_config, tmp_path):
     assert samples(other) != samples(finished[0])
 
 
-def test_where_the_data_is_kept_and_who_draws_changes_nothing(finished, tiny_config, tmp_path):
-    run = RunFolder(tmp_path / "run")
-    train(tiny_config("trainer.residency=device", "trainer.num_workers=1"), run)
-    assert samples(run) == samples(finished[0])
-    train(tiny_config("trainer.residency=disk"), run)  # the same run, not another one
-
-
 class _ReadsBack(TorchDispatchMode):
     """Counts operations after which a GPU's host would have to wait."""
 

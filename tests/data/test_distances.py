@@ -95,15 +95,6 @@ def test_the_table_holds_the_distance_of_each_pair(clean):
         assert table[i, j] == pytest.approx(float(alone), rel=1e-5)
 
 
-def test_a_large_set_is_looked_at_in_part(clean, monkeypatch):
-    monkeypatch.setattr(distances, "CANDIDATES", 9)
-    rows = shape_distances(clean).rows
-    assert len(rows) == 9
-    assert rows[0] == 0
-    assert rows[-1] == PLANES - 1
-    assert len(shape_distances(clean, at_least=12).rows) == 12
-
-
 # --- outliers -------------------------------------------------------------------------------------
 
 

@@ -3,28 +3,15 @@
 import io
 
 import numpy as np
-import pytest
 from PIL import Image
 
-from ffd_lightning.imaging.grid import grid, png, text_width, write
+from ffd_lightning.imaging.grid import grid, png
 
 
 def ink(picture):
     """The rows and columns that are darkened."""
     dark = np.asarray(picture.convert("L")) < 128
     return np.flatnonzero(dark.any(1)), np.flatnonzero(dark.any(0))
-
-
-def test_a_line_is_where_it_is_put_and_cut_at_the_border():
-    picture = Image.new("RGB", (200, 40), "white")
-    write(picture, "HHH", 100, 20, 16)
-    rows, columns = ink(picture)
-    assert columns[0] == pytest.approx(100, abs=3.5)
-    assert columns[-1] - columns[0] == pytest.approx(text_width("HHH", 16), abs=6)
-    assert (rows[0] + rows[-1]) / 2 == pytest.approx(20, abs=3)
-    for x, y in ((-5, 10), (190, 10), (10, 0), (10, 40), (-500, 10)):
-        write(picture, "word", x, y, 12)
-    assert picture.size == (200, 40)
 
 
 def test_pictures_labels_and_headings_are_at_their_places():

@@ -93,16 +93,6 @@ def test_camera_convention(elevation, azimuth, channel, positive) -> None:
     assert (pixel[channel] > 130) == positive
 
 
-def test_the_unit_sphere_fills_the_height_at_any_size_and_angle() -> None:
-    builder = Builder()
-    builder.ellipsoid("ball", Material((0.5, 0.5, 0.5)), (0, 0, 0), (0.5, 0.5, 0.5), segments=64)
-    for height, azimuth in ((64, 0), (96, 77)):
-        alpha = render(builder.mesh(), Camera(azimuth), height=height, width=height)[..., 3]
-        for seen in (alpha.max(1) > 0, alpha.max(0) > 0):
-            assert seen[1:-1].all()
-        assert alpha[0, 0] == alpha[-1, -1] == 0
-
-
 def test_coverage_is_the_share_of_samples_hit() -> None:
     mesh = triangles(*pane(0, RED))
     fine = render(mesh, Camera(20, 0), height=60, width=60, samples=3)[..., 3]
