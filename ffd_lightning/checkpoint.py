@@ -20,12 +20,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
+from torch import Tensor
 
 from ffd_lightning.components import OWN, Component
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.nn import consensus
 from ffd_lightning.nn.network import TemplateFfdNetwork, shrunk_size
 
 if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
@@ -95,8 +97,20 @@ class TrainedModel:
             )
         if bank.degrees != self.bank.degrees:
             raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
+        return self.with_codes(bank, self.network.codes(bank.points, pictures))
+
+    def with_codes(
+        self, bank: TemplateBank, codes: Float[Tensor, "templates code"]
+    ) -> TrainedModel:
+        """Return the same as `with_templates`, of which the network's `codes` are known.
+
+        Raises:
+            ValueError: they are of another number of templates.
+        """
+        if len(codes) != len(bank):
+            raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
         network = copy.deepcopy(self.network)
-        network.use_templates(bank.points, pictures)
+        network.use_templates(codes, bank.sample(consensus.POINTS))
         return replace(self, network=network, bank=bank)
 
     def templates_of(self, category: str) -> tuple[int, ...]:
@@ -200,7 +214,8 @@ def load_model(checkpoint: Path) -> TrainedModel:
     except RuntimeError as error:
         reason = str(error).splitlines()[1].strip() if "\n" in str(error) else str(error)
         raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})") from None
-    network.template_codes = content.get("template_codes")
+    if "template_codes" in content:
+        network.use_templates(content["template_codes"], bank.sample(consensus.POINTS))
     step = int(state["global_step"])
     return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
 

@@ -40,6 +40,7 @@ from ffd_lightning.geometry.ffd import Degrees
 from ffd_lightning.imaging.augmentation import Augmentation
 from ffd_lightning.imaging.framing import object_fill
 from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.nn import consensus
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
 log = logging.getLogger(__name__)
@@ -397,7 +398,8 @@ class FfdDataModule(LightningDataModule):
         if network.heads.conditioned:
             rows, views = self.rows(self.bank.ids), range(self.prepared.image_shape[0])
             pictures = (np.stack([self.prepared.image(r, v) for v in views]) for r in rows)
-            network.use_templates(self.bank.points, pictures)
+            codes = network.codes(self.bank.points, pictures)
+            network.use_templates(codes, self.bank.sample(consensus.POINTS))
 
     def rows(self, ids: Sequence[str]) -> NDArray[np.int64]:
         """Return the prepared set's rows of shapes."""

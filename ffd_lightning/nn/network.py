@@ -14,7 +14,8 @@ from torch import Tensor, nn
 
 from ffd_lightning.components import Component
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.ffd import Degrees, mirrored_offsets
+from ffd_lightning.geometry.ffd import Degrees, TemplateSample, mirrored_offsets
+from ffd_lightning.nn.consensus import consensus_logits
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.heads import Heads
 
@@ -147,7 +148,9 @@ class TemplateFfdNetwork(nn.Module):
             offset_std=offset_std,
             batch_norm_momentum=batch_norm_momentum,
         )
-        self.register_buffer("template_codes", None, persistent=False)
+        for name in ("template_codes", "_template_matrix", "_template_control_points"):
+            self.register_buffer(name, None, persistent=False)
+        self._template_degrees: Degrees = (1, 1, 1)
 
     def description(self) -> dict[str, Any]:
         """Return the plain arguments that give a network of the same layers.
@@ -178,12 +181,12 @@ class TemplateFfdNetwork(nn.Module):
         return self._prediction(own, self.heads.codes(drawn.points, pictures))
 
     @torch.no_grad()
-    def use_templates(
+    def codes(
         self,
         points: Float[Tensor, "templates num_points 3"],
         pictures: Iterable[UInt8[np.ndarray, "views height width channels"]],
-    ) -> None:
-        """Tell conditioned heads the templates of all predictions to come.
+    ) -> Float[Tensor, "templates code"]:
+        """Return what conditioned heads are told of templates, for `use_templates`.
 
         Args:
             points: clouds, (T, N, 3), of which the first 1024 points are used.
@@ -196,7 +199,22 @@ class TemplateFfdNetwork(nn.Module):
                 hidden = self.heads.hidden(self.features(images))
                 clouds = cloud[:_CLOUD_POINTS].to(device).expand(len(hidden), -1, -1)
                 codes.append(self.heads.codes(clouds, hidden).mean(0))
-        self.template_codes = torch.stack(codes)
+        return torch.stack(codes)
+
+    def use_templates(
+        self, codes: Float[Tensor, "templates code"], templates: TemplateSample
+    ) -> None:
+        """Tell conditioned heads the templates of all predictions to come.
+
+        Args:
+            codes: of `codes`.
+            templates: `consensus.POINTS` points of each.
+        """
+        device = self.heads.offsets.weight.device
+        self.template_codes = codes.to(device)
+        matrix, control_points, self._template_degrees = templates
+        self._template_matrix = matrix.to(device)
+        self._template_control_points = control_points.to(device)
 
     def features(
         self, images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"]
@@ -228,9 +246,15 @@ class TemplateFfdNetwork(nn.Module):
         """
         if self.heads.conditioned and self.template_codes is None:
             raise ConfigError("conditioned heads need templates: call use_templates first")
-        return self._prediction(self.heads.hidden(features), self.template_codes)
+        hidden = self.heads.hidden(features)
+        if not self.heads.conditioned:
+            return self._prediction(hidden, None)
+        templates = self._template_matrix, self._template_control_points, self._template_degrees
+        return self._prediction(hidden, self.template_codes, TemplateSample(*templates))
 
-    def _prediction(self, hidden: Tensor, codes: Tensor | None) -> FfdPrediction:
+    def _prediction(
+        self, hidden: Tensor, codes: Tensor | None, templates: TemplateSample | None = None
+    ) -> FfdPrediction:
         # Under mixed precision the outputs are of a lower one, too coarse for losses and geometry.
         logits, offsets = (
             output.to(torch.promote_types(output.dtype, torch.float32))
@@ -238,6 +262,8 @@ class TemplateFfdNetwork(nn.Module):
         )
         if self.mirror_degrees is not None:
             offsets = (offsets + mirrored_offsets(offsets, self.mirror_degrees)) / 2
+        if templates is not None:
+            logits = consensus_logits(logits, offsets, templates)
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
         return FfdPrediction(probs, weights, offsets, logits)

@@ -20,7 +20,13 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.geometry.ffd import Degrees, Lattice, deform, deformation_matrix
+from ffd_lightning.geometry.ffd import (
+    Degrees,
+    Lattice,
+    TemplateSample,
+    deform,
+    deformation_matrix,
+)
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, mean_colors, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.subdivision import subdivide_mesh
@@ -194,6 +200,11 @@ class TemplateBank:
             point_parts=None if self.point_parts is None else self.point_parts[:, :num_points],
             max_edge=self.max_edge if max_edge is None else max_edge,
         )
+
+    def sample(self, num_points: int) -> TemplateSample:
+        """Return some points of each template, decomposed."""
+        matrix = self.lighter(num_points).deformation_matrix
+        return TemplateSample(matrix, self.control_points, self.degrees)
 
     def subdivided(self, index: int) -> tuple[Mesh, Float[Tensor, "vertices control"]]:
         """Return a template's mesh with short edges and its B, (V, M).

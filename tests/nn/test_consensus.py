@@ -1,0 +1,41 @@
+import torch
+
+from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
+from ffd_lightning.nn.consensus import consensus_logits
+
+
+def sample(*clouds):
+    lattices = [Lattice.bounding(cloud, (1, 1, 1)) for cloud in clouds]
+    matrix = torch.stack([deformation_matrix(c, x) for c, x in zip(clouds, lattices, strict=True)])
+    return TemplateSample(matrix, torch.stack([x.control_points() for x in lattices]), (1, 1, 1))
+
+
+def test_a_lonely_shape_is_selected_less_than_one_of_many_alike():
+    """Expected distances by hand: three points 0.1 away, and one 0.5 away from all of those."""
+    torch.manual_seed(0)
+    cloud = torch.rand(64, 3)
+    bank = sample(cloud, cloud, cloud, cloud)
+    offsets = torch.zeros(1, 4, 8, 3)
+    offsets[0, 3, :, 1] = 10.0  # so far that every nearest neighbour is at about the same distance
+    logits = torch.tensor([[0.0, 0.1, 0.2, 0.5]])
+    found = consensus_logits(logits, offsets, bank)
+    assert found.argmax() == 2
+    probs = logits.softmax(1)[0]
+    moved = cloud + torch.tensor([0, 10.0, 0])
+    squared = torch.cdist(cloud, moved).square()
+    apart = 1000 * (squared.amin(0).mean() + squared.amin(1).mean())
+    expected = probs.log() - apart * torch.stack([*[probs[3]] * 3, probs[:3].sum()])
+    torch.testing.assert_close(found[0], expected, rtol=1e-3, atol=0)
+
+
+def test_unlikely_templates_stay_behind_and_one_alone_is_selected():
+    cloud = torch.rand(16, 3)
+    many = sample(*[cloud] * 40)
+    logits = torch.linspace(3, 0, 40)[None]
+    found = consensus_logits(logits, torch.randn(1, 40, 8, 3), many)
+    assert found.argmax() < 24
+    assert found[0, 24:].max() < found.max()
+    assert consensus_logits(torch.zeros(2, 1), torch.zeros(2, 1, 8, 3), sample(cloud)).shape == (
+        2,
+        1,
+    )
