@@ -72,10 +72,15 @@ class TrainedModel:
 
     @property
     def template_categories(self) -> tuple[str, ...]:
-        """The category of each of the T templates: `<category>/<id>` where there are several."""
+        """The category of each of the T templates: `<category>/<id>` where there are several.
+
+        Templates that the network was not trained with may be of none of its categories. They are
+        of one group then.
+        """
         if len(self.categories) == 1:
             return self.categories * len(self.bank)
-        return tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        own = tuple(shape_id.partition("/")[0] for shape_id in self.bank.ids)
+        return own if set(own) <= set(self.categories) else ("any",) * len(self.bank)
 
     def with_templates(
         self, bank: TemplateBank, pictures: Iterable[UInt8[np.ndarray, "views height width c"]]
@@ -90,11 +95,7 @@ class TrainedModel:
             ConfigError: the heads know no other templates than those of their training; or the
                 templates have lattices of other degrees.
         """
-        if not self.network.heads.conditioned:
-            raise ConfigError(
-                "this network knows the templates of its training only (heads=per_template): "
-                "train one with heads=conditioned to give it others"
-            )
+        self.check_conditioned()
         if bank.degrees != self.bank.degrees:
             raise ConfigError(f"templates of degrees {bank.degrees}: use {self.bank.degrees}")
         return self.with_codes(bank, self.network.codes(bank.points, pictures))
@@ -113,16 +114,48 @@ class TrainedModel:
         network.use_templates(codes, bank.sample(consensus.POINTS))
         return replace(self, network=network, bank=bank)
 
+    def with_codes(
+        self, bank: TemplateBank, codes: Float[Tensor, "templates code"]
+    ) -> TrainedModel:
+        """Return the same as `with_templates`, of which the network's `template_codes` are known.
+
+        Raises:
+            ValueError: they are of another number of templates.
+        """
+        if len(codes) != len(bank):
+            raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
+        network = copy.deepcopy(self.network)
+        network.template_codes = codes.to(network.heads.offsets.weight.device)
+        return replace(self, network=network, bank=bank)
+
+    def check_conditioned(self) -> None:
+        """Make sure that the network can be told templates.
+
+        Raises:
+            ConfigError: it knows no other templates than those of its training.
+        """
+        if not self.network.heads.conditioned:
+            raise ConfigError(
+                "this network knows the templates of its training only (heads=per_template): "
+                "train one with heads=conditioned to give it others"
+            )
+
     def templates_of(self, category: str) -> tuple[int, ...]:
         """Return the indices of a category's templates.
 
         Raises:
-            ConfigError: the model does not know the category.
+            ConfigError: the model does not know the category, or has no templates of it.
         """
-        if category not in self.categories:
+        if category not in {*self.categories, *self.template_categories}:
             known = ", ".join(self.categories)
             raise ConfigError(f"category={category}: the model was trained on {known}")
-        return tuple(t for t, own in enumerate(self.template_categories) if own == category)
+        found = tuple(t for t, own in enumerate(self.template_categories) if own == category)
+        if not found:
+            raise ConfigError(
+                f"category={category}: none of these templates is known to be of it; leave "
+                "category= out"
+            )
+        return found
 
 
 def model_entry(

@@ -14,6 +14,7 @@ from typing import Annotated, ClassVar, Literal
 
 from ffd_lightning import pretrained
 from ffd_lightning.components import MISSING, Component, NotNegative, Positive, Range
+from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.imaging.render_settings import RenderSettings
 
 EMBEDDED_WIDTH = 0.25
@@ -388,6 +389,10 @@ class EvaluateConfig:
         checkpoint: another file than the run's newest.
         prepared: the folder of another prepared set than the run's own; all its shapes are tested.
         data_root: where the run's prepared data is, if not where it was.
+        templates: meshes to take as templates in place of the run's, see `ffd predict`; `train` for
+            all shapes of the run that are not tested on. Shapes among them are not tested.
+        up: the axis of those meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
         device: auto, cpu, cuda, cuda:1, ...
         progress_bar: shows how far it is.
         restart: scores everything again.
@@ -400,6 +405,9 @@ class EvaluateConfig:
     checkpoint: str | None = None
     prepared: str | None = None
     data_root: str | None = None
+    templates: list[str] | None = None
+    up: Up = "y"
+    yaw: float = 0.0
     device: str = "auto"
     progress_bar: bool = True
     restart: bool = False

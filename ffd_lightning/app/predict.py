@@ -13,7 +13,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.components import MISSING, NotNegative, Positive
+from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.framing import Background
@@ -24,6 +26,7 @@ from ffd_lightning.inference.files import (
     write_json,
     write_preview,
 )
+from ffd_lightning.inference.own_templates import check_apart
 from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.predictor import Predictor, checkpoint_of
 from ffd_lightning.inference.scenes import OBJ_TEXTURES
@@ -41,7 +44,10 @@ _RECORD, _UNFINISHED = "prediction.json", "unfinished.json"
 _MESHES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply")
 _OBJ = ("mesh.obj", "mesh.mtl", OBJ_TEXTURES)
 _PREVIEW = ("preview.png",)
-_ELSEWHERE = ("run", "image", "out", "mask", "workers", "device", "progress_bar", "restart")
+_ELSEWHERE = (
+    *("run", "image", "out", "mask", "workers", "device", "progress_bar", "restart"),
+    *("templates", "up", "yaw", "data_root"),  # the templates' own digest says more
+)
 """Settings that do not decide what is written of a photograph."""
 
 
@@ -57,6 +63,11 @@ class PredictSettings:
         mask: a file, or for several images a folder of masks with the images' names.
         background: what tells the object from its background, where no mask is given: `auto`, the
             alpha channel, else the colour of the border; `rembg`, the package of that name.
+        templates: meshes to take as templates in place of the network's own: a folder, files, a
+            pattern, or a list of those; for networks of heads=conditioned.
+        up: the axis of those meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
+        data_root: those meshes are prepared once, and kept there.
         top_k: so many templates are deformed, the selected one first.
         points: of `cloud.ply`.
         colors: what the colours of meshes say: material or parts.
@@ -75,6 +86,10 @@ class PredictSettings:
     out: str = "predictions"
     mask: str | None = None
     background: Background = "auto"
+    templates: list[str] | None = None
+    up: Up = "y"
+    yaw: float = 0.0
+    data_root: str = "data"
     top_k: Positive = 1
     points: Positive = 16384
     colors: MeshColors = "material"
@@ -116,13 +131,18 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
     jobs = find_jobs(settings.image, settings.mask, out)
     checkpoint = checkpoint_of(settings.run)
     predictor = Predictor.load(checkpoint, settings.device)
+    check_apart(settings.templates or (), out=out)
+    own = named_templates(settings, predictor.model, settings.data_root, settings.progress_bar)
+    if own is not None:
+        predictor = predictor.told(own, settings.progress_bar)
     model = predictor.model
-    asked = model.categories if settings.category is None else (settings.category,)
-    most, name = min((len(model.templates_of(name)), name) for name in asked)
+    asked = model.template_categories if settings.category is None else (settings.category,)
+    most, name = min((len(model.templates_of(name)), name) for name in set(asked))
     if settings.top_k > most:
         raise ConfigError(f"top_k={settings.top_k}: the model has {most} templates of {name}")
     print(f"network of {', '.join(model.categories)}; rendered images: {model.render.views}")
-    maker = _Maker(settings, predictor, hashlib.sha256(checkpoint.read_bytes()).hexdigest())
+    digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
+    maker = _Maker(settings, predictor, digest, [] if own is None else [own.digest])
     done: dict[Path, Outcome] = {}
     show = settings.progress_bar and len(jobs) > 1
     taken = f"another process writes to {out}: wait for it, or choose another out="
@@ -142,8 +162,11 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
 class _Maker:
     """Makes the files of one photograph."""
 
-    def __init__(self, settings: PredictSettings, predictor: Predictor, digest: str) -> None:
+    def __init__(
+        self, settings: PredictSettings, predictor: Predictor, digest: str, templates: list[str]
+    ) -> None:
         self._settings, self._predictor, self._digest = settings, predictor, digest
+        self._templates = templates  # the digest of those that the network does not bring
         self._writer = MeshWriter(predictor.model.bank, settings.colors)
 
     def __call__(self, job: Job) -> Outcome:
@@ -191,6 +214,7 @@ class _Maker:
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
             "trained_on": {"categories": list(model.categories), "views": model.render.views},
             "checkpoint": {"run": settings.run, "step": model.step, "sha256": self._digest},
+            **({"templates": settings.templates} if self._templates else {}),
             "files": [file.relative_to(folder).as_posix() for file in _there(folder, files)],
             "key": key,
         }
@@ -204,7 +228,7 @@ class _Maker:
             hashlib.sha256(file_bytes(path)).hexdigest() for path in (job.image, job.mask) if path
         ]
         chosen = {k: v for k, v in asdict(self._settings).items() if k not in _ELSEWHERE}
-        content = [FORMAT_VERSION, self._digest, read, chosen]
+        content = [FORMAT_VERSION, self._digest, *self._templates, read, chosen]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
 

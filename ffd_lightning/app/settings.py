@@ -64,7 +64,9 @@ def _value(text: str, hint: Any) -> Any:
     # Names of files may hold what means something to YAML: they are taken as they are.
     if hint is str or (hint == str | None and text != "null"):
         return text
-    if components.described(hint) == "a list" and not text.startswith("["):
+    kind = components.described(hint)
+    null = text == "null" and kind.endswith("or null")
+    if kind.startswith("a list") and not null and not text.startswith("["):
         return [text]  # one is a list of one
     try:
         found: Any = OmegaConf.to_container(OmegaConf.create(f"value: {text}"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,18 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning.checkpoint import TrainedModel, load_model
+from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
+from ffd_lightning.inference.own_templates import (
+    AnyMesh,
+    OwnTemplates,
+    Places,
+    of_files,
+    of_meshes,
+    tell,
+)
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
@@ -29,6 +38,7 @@ class Predictor:
     >>> predictor.predict("photo.png").mesh.export("mesh.glb")  # doctest: +SKIP
     >>> predictor.predict("photo.png", category="chair").template_id  # doctest: +SKIP
     >>> own = Predictor.load("runs/demo/table/r/t16/seed0")  # doctest: +SKIP
+    >>> own.with_templates("meshes").predict("photo.png").template_id  # doctest: +SKIP
 
     Args:
         model: a checkpoint's content.
@@ -56,6 +66,41 @@ class Predictor:
             DataError: the checkpoint is damaged.
         """
         return cls(load_model(checkpoint_of(source)), device)
+
+    def with_templates(
+        self,
+        templates: Places | Mapping[str, AnyMesh],
+        *,
+        up: Up = "y",
+        yaw: float = 0.0,
+        root: str | Path = "data",
+        progress: bool = True,
+    ) -> Predictor:
+        """Return a predictor by the same network with other templates, any meshes.
+
+        Files are prepared by worker processes, so that a script needs the usual
+        `if __name__ == "__main__":`, and kept below `root`; meshes in memory are rendered here.
+
+        Args:
+            templates: folders, files or patterns, see `own_templates.of_files`; or meshes by id.
+            up: the axis of the meshes that points up.
+            yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+            root: prepared files are kept in `root/prepared`.
+            progress: show on stderr how far the preparation is.
+
+        Raises:
+            ConfigError: the network knows the templates of its training only; or there are none.
+            DataError: none of the meshes can be used.
+        """
+        if isinstance(templates, Mapping):
+            own = of_meshes(self.model, templates, up=up, yaw=yaw)
+        else:
+            own = of_files(self.model, templates, up=up, yaw=yaw, root=root, progress=progress)
+        return self.told(own, progress)
+
+    def told(self, own: OwnTemplates, progress: bool = True) -> Predictor:
+        """Return a predictor by the same network with templates of `own_templates`."""
+        return Predictor(tell(self.model, own, progress), str(self.device))
 
     def frame(
         self, image: Photo, *, mask: Photo | None = None, background: Background = "auto"

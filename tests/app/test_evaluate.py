@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 import torch
+import trimesh
 from commands import run_command
+from conftest import TINY
 
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run
-from ffd_lightning.app.config import EvaluateConfig
+from ffd_lightning.app.config import EvaluateConfig, TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
@@ -200,3 +202,40 @@ def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
     ):
         with pytest.raises(error, match=message):
             evaluate_run(replace(config(copy), **settings))
+
+
+def test_other_templates(tmp_path):
+    """Shapes that are among the templates are not tested, whatever they are called."""
+    root, meshes = tmp_path / "shapes" / "table", tmp_path / "meshes"
+    root.mkdir(parents=True)
+    for k in range(12):
+        trimesh.creation.box((1, 1 + k / 9, 2 + k / 5)).export(root / f"{k}.off")
+    tiny = [x for x in TINY if not x.startswith("data.num_models")]
+    own = [f"paths.data={tmp_path}/data", "data=folder", f"data.root={root.parent}"]
+    few = ["heads=conditioned", "heads.draw=3", "schedule.steps=2", "split.train_fraction=0.5"]
+    composed = compose_config("train", TrainConfig, [*tiny, *own, *few])
+    cfg, run = typed_config(composed, TrainConfig), RunFolder(tmp_path / "run")
+    train(cfg, run)
+    data = build_data(cfg)
+    data.setup()
+    evaluate(run)
+    before, test = samples(run), data.split.test
+
+    def scored(templates):
+        there = set(run.evaluation(FEW).iterdir())
+        summary, _ = evaluate_run(replace(config(run), templates=[str(templates)]))
+        (folder,) = set(run.evaluation(FEW).iterdir()) - there
+        rows = list(csv.DictReader((folder / "samples.csv").read_text().splitlines()))
+        assert summary["num_samples"] == len(rows)
+        ranking = csv.DictReader((folder / "template_ranking.csv").read_text().splitlines())
+        return {row["id"] for row in rows}, {row["id"] for row in ranking}
+
+    everything = set(data.prepared.ids)
+    assert scored("train") == (set(test), everything - set(test))
+    meshes.mkdir()
+    for name, shape in (("a", test[0]), ("b", data.split.train[0])):
+        shutil.copy(root / f"{shape}.off", meshes / f"{name}.off")
+    assert scored(meshes) == (set(test[1:]), {"a", "b"})
+    with pytest.raises(ConfigError, match="among the templates"):
+        scored(root)
+    assert samples(run) == before

@@ -277,3 +277,38 @@ def test_without_a_run_and_a_model_one_line_says_what_to_do(photos, tmp_path):
         "error: this installation has no trained model: give yours with run=RUN, a run folder or "
         "a checkpoint file"
     ]
+
+
+def test_meshes_of_ones_own_are_templates(
+    config, conditioned_checkpoint, checkpoint, photos, tmp_path
+):
+    """They decide what is written, with how they are turned and what their files hold."""
+    meshes, photo = tmp_path / "meshes", sorted(photos.iterdir())[0]
+    meshes.mkdir()
+    for name, size in (("low", (2, 1, 3)), ("tall", (1, 3, 1))):
+        trimesh.creation.box(size).export(meshes / f"{name}.ply")
+    data = {"data_root": str(tmp_path / "data"), "image": [str(photo)], "preview": False}
+    own = replace(config, **data, run=str(conditioned_checkpoint), templates=[str(meshes)])
+    file = Path(config.out) / photo.stem / "prediction.json"
+
+    def made(settings):
+        (outcome,) = predict_files(settings)
+        assert not outcome.error
+        return not outcome.known
+
+    assert made(own)
+    record = json.loads(file.read_text())
+    assert record["weights"].keys() == {"low", "tall"}
+    assert record["templates"] == [str(meshes)]
+    assert not made(own)
+    assert made(replace(own, yaw=90.0))
+    trimesh.creation.box((1, 1, 1)).export(meshes / "low.ply")
+    assert made(own)
+    for settings, words in (
+        (replace(own, out=str(meshes / "out")), "out=.* lies in"),
+        (replace(own, run=str(checkpoint)), "heads=conditioned"),
+        (replace(own, top_k=3), "2 templates"),
+        (replace(own, templates=None, yaw=90.0), "templates="),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            predict_files(settings)

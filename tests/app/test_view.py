@@ -1,7 +1,9 @@
 import pytest
+import trimesh
 from PIL import Image
 
-from ffd_lightning.app.commands.view import Settings, open_shared
+from ffd_lightning.app.commands.view import MAIN, Settings, open_shared
+from ffd_lightning.app.settings import read_settings
 
 
 def test_a_checkpoint_alone_or_without_its_data_takes_photos_only(checkpoint, tiny_run, tmp_path):
@@ -35,3 +37,11 @@ def test_a_photo_and_its_mask_can_be_named(tiny_run, checkpoint, tmp_path):
     assert opened(image=photo).photo.mask is None
     shared = opened(image=photo, mask=mask)
     assert shared.open_photo(shared.photo).reconstruction.photo.steps[0] == "background: mask"
+
+
+def test_other_templates_are_shown(conditioned_checkpoint, tmp_path):
+    (tmp_path / "meshes").mkdir()
+    trimesh.creation.box((1, 2, 3)).export(tmp_path / "meshes" / "box.ply")
+    settings = ["data_root=" + str(tmp_path / "data"), f"templates={tmp_path / 'meshes'}"]
+    run = f"run={conditioned_checkpoint}"
+    assert "1 templates" in open_shared(read_settings(Settings, [run, *settings], MAIN)).heading

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+import yaml
 
 from ffd_lightning.app.config import EvaluateConfig
 from ffd_lightning.app.configuration import compose_config, config_folder, typed_config
@@ -16,9 +18,13 @@ from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
 if TYPE_CHECKING:
+    from ffd_lightning.checkpoint import TrainedModel
+    from ffd_lightning.data.datamodule import FfdDataModule
     from ffd_lightning.evaluation.protocols import Protocol
+    from ffd_lightning.evaluation.samples import Subset
+    from ffd_lightning.geometry.mesh import Mesh
 
-_FILES = ("run", "checkpoint", "prepared", "data_root")
+_FILES = ("run", "checkpoint", "prepared", "data_root", "templates")
 _DIGITS = 8  # of digests in names
 
 
@@ -37,6 +43,8 @@ def main(arguments: Sequence[str]) -> int:
     composed = compose_config("evaluate", EvaluateConfig, rest, options.config_dir)
     for key, name in files.items():  # names of files are taken as they are
         composed[key] = None if name == "null" else name
+    if isinstance(one := composed["templates"], str):
+        composed["templates"] = yaml.safe_load(one) if one.startswith("[") else [one]
     cfg = typed_config(composed, EvaluateConfig)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     summary, folder = evaluate_run(cfg)
@@ -105,13 +113,51 @@ def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:
         rows = [k for k, i in enumerate(other.ids) if i not in opened.data.bank.ids]
         subject = replace(subject, tested_on=Subset(other, np.asarray(rows, np.int64)))
         subset = f"{other.path.resolve().name}-{other.digest[:_DIGITS]}"
+    if (own := _own_templates(cfg, opened.data, checkpoint or run.checkpoint)) is not None:
+        model, digest = own
+        left = _without(subject.tested_on, model.bank.meshes)
+        subject = replace(subject, network=model.network, bank=model.bank, tested_on=left)
+        subset = f"templates-{digest[:_DIGITS]}_{subset}".removesuffix("_test")
     weights = weights_digest(opened.network)
     newest = checkpoint is None or (
         run.checkpoint.is_file() and weights_digest(load_model(run.checkpoint).network) == weights
     )
     if not (newest and run.finished):  # a checkpoint of an unfinished training will be another
         subset = f"weights-{weights[:_DIGITS]}_{subset}".removesuffix("_test")
-    opened.network.to(device)
+    subject.network.to(device)
     options = evaluation_options(cfg, opened.data, cfg.progress_bar, cfg.restart)
     folder = run.evaluation(evaluation_name(cfg), subset)
     return evaluate(subject, protocol, folder, options), folder
+
+
+def _own_templates(
+    cfg: EvaluateConfig, data: FfdDataModule, checkpoint: Path
+) -> tuple[TrainedModel, str] | None:
+    """Return a run's model with the templates that are asked for, and what tells these apart."""
+    from ffd_lightning.app.own_templates import named_templates
+    from ffd_lightning.checkpoint import load_model
+    from ffd_lightning.inference.own_templates import of_prepared, tell
+
+    model = load_model(checkpoint)
+    if cfg.templates == ["train"]:
+        unseen = {*data.split.test, *(data.split.val if cfg.evaluation.subset == "val" else ())}
+        own = of_prepared(model, data.prepared, [i for i in data.prepared.ids if i not in unseen])
+    elif (named := named_templates(cfg, model, data.root, cfg.progress_bar)) is None:
+        return None
+    else:
+        own = named
+    return tell(model, own, cfg.progress_bar), own.digest
+
+
+def _without(shapes: Subset, meshes: Iterable[Mesh]) -> Subset:
+    """Return the shapes whose mesh is none of some, whatever they are called.
+
+    Raises:
+        ConfigError: none is left.
+    """
+    known = {mesh.vertices.tobytes() for mesh in meshes}
+    prepared, rows = shapes
+    new = [prepared.mesh(int(row)).vertices.tobytes() not in known for row in rows]
+    if not any(new):
+        raise ConfigError("all shapes to test on are among the templates")
+    return shapes._replace(rows=rows[new])

@@ -3,6 +3,7 @@
     ffd view                                     photos, by the model that comes with the package
     ffd view run=runs/demo/table/r/t16/seed0     a run's test shapes, and photos
     ffd view image=photo.png mask=mask.png       a photo to begin with
+    ffd view run=RUN templates=my_meshes yaw=180 your meshes in place of the network's templates
 
 The page is served to this machine only. Every browser window that opens it has a state of its own.
 Needs viser: pip install 'ffd_lightning[viewer]'
@@ -16,8 +17,10 @@ from pathlib import Path
 from typing import Annotated
 
 from ffd_lightning.app.open_run import open_data
+from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.app.predict import file_bytes
 from ffd_lightning.components import Range
+from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.server import import_viser, start
@@ -40,6 +43,10 @@ class Settings:
         mask: of the object in image, bright where it is; by default the background is told by the
             photograph itself.
         data_root: where the run's prepared data is (`paths.data`), if not where it was.
+        templates: meshes to take as templates in place of the network's own, see `ffd predict`;
+            they are prepared in the folder `data`, or in data_root.
+        up: the axis of those meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
         port: of the page; the next one that is free is taken if it is in use.
         device: cpu, cuda, cuda:1, ..., or auto, a GPU if there is one.
     """
@@ -49,6 +56,9 @@ class Settings:
     image: str | None = None
     mask: str | None = None
     data_root: str | None = None
+    templates: list[str] | None = None
+    up: Up = "y"
+    yaw: float = 0.0
     port: Annotated[int, Range("[1, 65535]")] = 8080
     device: str = "auto"
 
@@ -73,6 +83,8 @@ def main(settings: Settings) -> int:
 def open_shared(settings: Settings) -> Shared:
     """Load a run, or a checkpoint alone, and the photograph to begin with."""
     predictor = Predictor.load(settings.checkpoint or settings.run, settings.device)
+    own = named_templates(settings, predictor.model, settings.data_root or "data")
+    predictor = predictor if own is None else predictor.told(own)
     shapes, note = None, "A checkpoint alone: open a photo."
     path = None if settings.run is None else Path(settings.run).expanduser()
     if path is not None and path.is_dir():

@@ -80,6 +80,17 @@ def read_mesh(
     return mesh, tuple(_warning(what, list(which)) for what, which in problems.items() if which)
 
 
+def mesh_of(geometry: trimesh.Trimesh | trimesh.Scene, name: str) -> Mesh:
+    """Return what trimesh has loaded or made as a mesh, with its colours and textures.
+
+    Raises:
+        RejectedShapeError: it has no surface.
+    """
+    with np.errstate(all="ignore"), _quiet():
+        scene = geometry if isinstance(geometry, trimesh.Scene) else trimesh.Scene(geometry)
+        return _merge(name, scene, Textures({}))
+
+
 def _warning(what: str, which: Sequence[str]) -> str:
     more = f" and {len(which) - _NAMED} more" if len(which) > _NAMED else ""
     return f"{what}: {', '.join(which[:_NAMED])}{more}"

@@ -10,7 +10,7 @@ import torch
 from numpy.typing import NDArray
 
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.geometry.ffd import deform
+from ffd_lightning.geometry.ffd import deform, deformation_matrix
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.inference.reconstruction import Reconstruction
 from ffd_lightning.metrics.chamfer import chamfer
@@ -107,7 +107,8 @@ class State:
         if self.truth is None:
             return {}
         bank, t = self.display, self.template
-        matrix, rest, truth = bank.deformation_matrix[t], bank.control_points[t], self.truth.points
+        matrix = deformation_matrix(bank.points[t].double(), bank.lattices[t]).float()
+        rest, truth = bank.control_points[t], self.truth.points
         predicted = self.reconstruction.offsets[t]
         kinds = {"drawn": self.offsets, "predicted": predicted, "undeformed": 0 * predicted}
         return {

@@ -1,0 +1,278 @@
+"""Any meshes as templates of a trained network: prepared as training shapes are."""
+
+from __future__ import annotations
+
+import glob
+import io
+import os
+import sys
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+import trimesh
+from numpy.typing import NDArray
+
+from ffd_lightning import __version__
+from ffd_lightning.checkpoint import TrainedModel
+from ffd_lightning.data.categories import SYNSETS, name_of
+from ffd_lightning.data.preparation.overview import sheet_of
+from ffd_lightning.data.preparation.preparation import Preparation
+from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, mesh_of
+from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
+from ffd_lightning.data.source import Source
+from ffd_lightning.data.sources.folder import FolderSource
+from ffd_lightning.data.sources.mesh_files import MeshFiles, name_files
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.errors import ConfigError, DataError, RejectedShapeError
+from ffd_lightning.evaluation.evaluator import bank_digest, weights_digest
+from ffd_lightning.files import write_bytes_atomic
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.pose import better_turn
+from ffd_lightning.progress import CountProgress
+
+AnyMesh = Mesh | trimesh.Trimesh | trimesh.Scene
+Places = str | Path | Sequence[str | Path]
+
+_NAMED = 5  # meshes that cannot be used, with the reason
+
+
+@dataclass(frozen=True, eq=False)
+class OwnTemplates:
+    """Templates to `tell` a model.
+
+    Attributes:
+        bank: the templates.
+        pictures: of each, (views, H, W, 4) uint8, as the model's training images are rendered.
+        digest: what tells them from others, in hexadecimal.
+        root: what the network makes of them is kept in `root/codes`; None to make it each time.
+    """
+
+    bank: TemplateBank
+    pictures: Iterable[NDArray[np.uint8]]
+    digest: str
+    root: Path | None = None
+
+
+def of_files(
+    model: TrainedModel,
+    places: Places,
+    *,
+    up: Up = "y",
+    yaw: float = 0.0,
+    root: str | Path = "data",
+    workers: int = 0,
+    progress: bool = True,
+) -> OwnTemplates:
+    """Take mesh files as templates; they are prepared once, and kept, see `Preparation`.
+
+    Args:
+        model: whose templates they are to be.
+        places: folders, mesh files, patterns of those. In a folder each mesh file is a template,
+            and each folder with a mesh file somewhere in it (`FolderSource` says which of
+            several); a folder of categories gives those that the model knows.
+        up: the axis of the meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+        root: they are kept in `root/prepared`.
+        workers: processes that prepare, 0 for one per core.
+        progress: show on stderr how far it is, and draw a contact sheet.
+
+    Raises:
+        ConfigError: there is nothing, or nothing that is a mesh; or `root` is among the meshes.
+        DataError: none of the meshes can be used.
+    """
+    model.check_conditioned()
+    found = _sources(model, [places] if isinstance(places, str | Path) else places, up, yaw)
+    check_apart(places, data_root=root)
+    points, preparations = model.bank.points.shape[1], []
+    for category, source in found.items():
+        given = (source, category, points, model.render, Path(root).expanduser(), None, workers)
+        preparations.append(Preparation(*given, progress=progress))
+    prepared = PreparedSet.join([preparation.run() for preparation in preparations])
+    own = of_prepared(model, prepared, prepared.ids)
+    sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]
+    _warn(prepared.rejected, model.bank, own.bank, up, yaw, sheets)
+    return own
+
+
+def of_prepared(model: TrainedModel, prepared: PreparedSet, ids: Sequence[str]) -> OwnTemplates:
+    """Take shapes of a prepared set as templates."""
+    bank = TemplateBank.of(prepared, ids, model.bank.degrees, model.bank.max_edge)
+    rows, views = [prepared.index(i) for i in ids], range(prepared.image_shape[0])
+    pictures = (np.stack([prepared.image(row, view) for view in views]) for row in rows)
+    digest = digest_of([prepared.digest, list(ids)])
+    return OwnTemplates(bank, pictures, digest, prepared.paths[0].parents[1])
+
+
+def of_meshes(
+    model: TrainedModel, meshes: Mapping[str, AnyMesh], *, up: Up = "y", yaw: float = 0.0
+) -> OwnTemplates:
+    """Take meshes in memory as templates, rendered here and now.
+
+    Args:
+        model: whose templates they are to be.
+        meshes: by id, of any size.
+        up: see `of_files`.
+        yaw: see `of_files`.
+
+    Raises:
+        ConfigError: there are none.
+        DataError: none of them can be used.
+    """
+    model.check_conditioned()
+    check_orientation(up, yaw)
+    if not meshes:
+        raise ConfigError("templates: there are no meshes")
+    points, usable, rejected = model.bank.points.shape[1], {}, {}
+    for name, given in meshes.items():
+        try:
+            mesh = orient(given if isinstance(given, Mesh) else mesh_of(given, name), up, yaw)
+            TemplateBank.of_meshes({name: mesh}, num_points=1)
+        except (RejectedShapeError, ValueError) as error:
+            rejected[name] = str(error)
+        else:
+            usable[name] = mesh
+    if not usable:
+        raise DataError(f"no usable template: {_some(rejected)}")
+    bank = TemplateBank.of_meshes(usable, points, model.bank.degrees, model.bank.max_edge)
+    _warn(rejected, model.bank, bank, up, yaw)
+    to = model.render
+    size = {"height": to.height, "width": to.width, "samples": to.samples}
+    pictures = (
+        np.stack([render(mesh, camera, **size) for camera in to.cameras(name)])
+        for name, mesh in zip(bank.ids, bank.meshes, strict=True)
+    )
+    return OwnTemplates(bank, pictures, bank_digest(bank))
+
+
+def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> TrainedModel:
+    """Return the same network with other templates.
+
+    Args:
+        model: what is told.
+        own: the templates, for this model; once.
+        progress: show on stderr how far it is.
+
+    Raises:
+        ConfigError: the network knows the templates of its training only.
+    """
+    key = digest_of([__version__, weights_digest(model.network), own.digest])[:20]
+    file = None if own.root is None else own.root / "codes" / f"{key}.npy"
+    if file is not None:
+        with suppress(OSError, ValueError, EOFError):
+            return model.with_codes(own.bank, torch.from_numpy(np.load(file)))
+    with CountProgress("looking at templates", len(own.bank), 0, progress) as bar:
+
+        def seen() -> Iterator[NDArray[np.uint8]]:
+            for picture in own.pictures:
+                yield picture
+                bar.advance()
+
+        told = model.with_templates(own.bank, seen())
+    if file is not None:
+        content = io.BytesIO()
+        np.save(content, told.network.template_codes.cpu().numpy())
+        with suppress(OSError):  # of a folder that cannot be written to
+            write_bytes_atomic(file, content.getvalue())
+    return told
+
+
+def check_apart(places: Places, **written: str | Path) -> None:
+    """Make sure that what is written does not become a template of the next time.
+
+    Args:
+        places: see `of_files`.
+        written: folders, by the names of their settings.
+
+    Raises:
+        ConfigError: one of them lies in a folder of templates.
+    """
+    for place in map(Path, [places] if isinstance(places, str | Path) else places):
+        for setting, folder in written.items():
+            if place.is_dir() and _absolute(folder).is_relative_to(_absolute(place)):
+                raise ConfigError(
+                    f"{setting}={folder} lies in templates={place}, all of whose meshes are taken: "
+                    f"choose another {setting}=, or work in another folder"
+                )
+
+
+def _absolute(path: str | Path) -> Path:
+    """Return a path without "." and ".."; links keep their names."""
+    return Path(os.path.abspath(Path(path).expanduser()))
+
+
+def _sources(
+    model: TrainedModel, places: Sequence[str | Path], up: Up, yaw: float
+) -> dict[str, Source]:
+    """Return where the shapes of each category come from, a category being a folder's name."""
+    found: dict[str, Source] = {}
+    files = []
+    for place in places:
+        path = Path(place).expanduser()
+        if path.is_dir():
+            for folder in _categories(_absolute(path), model.categories):
+                name = name_of(folder.name)
+                name = folder.name if folder.with_name(name).is_dir() else name
+                if name in found:
+                    raise ConfigError(f"templates: two folders are called {name}: rename one")
+                found[name] = FolderSource(folder.parent, up, yaw)
+        elif path.is_file():
+            if path.suffix.lower() not in EXTENSIONS:
+                known = ", ".join(extension.lstrip(".") for extension in EXTENSIONS)
+                raise ConfigError(f"templates={path} is no mesh file: {known}")
+            files.append(path)
+        else:
+            matches = map(Path, sorted(glob.glob(str(path), recursive=True)))
+            meshes = [m for m in matches if m.suffix.lower() in EXTENSIONS and m.is_file()]
+            if not meshes:
+                raise ConfigError(f"templates={place}: no mesh files there")
+            files += meshes
+    if files:
+        found["files"] = MeshFiles(name_files(files), up, yaw)
+    if not found:
+        raise ConfigError("templates=[] names no meshes")
+    return found
+
+
+def _categories(folder: Path, of_model: Sequence[str]) -> list[Path]:
+    """Return a folder, or those in it that bear names of categories: the model's if it can be."""
+    inside = sorted(folder.iterdir())
+    flat = any(path.suffix.lower() in EXTENSIONS for path in inside)
+    for names in () if flat else (of_model, SYNSETS):
+        if found := [path for path in inside if path.is_dir() and name_of(path.name) in names]:
+            return found
+    return [folder]
+
+
+def _warn(
+    rejected: Mapping[str, str],
+    known: TemplateBank,
+    own: TemplateBank,
+    up: Up,
+    yaw: float,
+    sheets: Sequence[str] = (),
+) -> None:
+    """Say which meshes cannot be used, and if the others seem to stand wrongly."""
+    warnings = []
+    if rejected:
+        warnings.append(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
+    better = better_turn(own, known, up, yaw)
+    if better != (up, yaw):
+        seen = f"; {', '.join(sheets)} shows them" if sheets else ""
+        warnings.append(
+            f"the templates seem to stand wrongly: with up={better[0]} yaw={better[1]:g} they are "
+            f"more like those of the network's training{seen}"
+        )
+    for warning in warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+
+
+def _some(rejected: Mapping[str, str]) -> str:
+    """Return the first few meshes that cannot be used, and why."""
+    first = "; ".join(f"{name}: {why}" for name, why in list(rejected.items())[:_NAMED])
+    return first + ("; ..." if len(rejected) > _NAMED else "")

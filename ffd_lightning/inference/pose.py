@@ -1,0 +1,53 @@
+"""A guess at how meshes must be turned: as they come nearest to templates that stand rightly."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import get_args
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+
+from ffd_lightning.data.reading.orientation import Up, turn
+from ffd_lightning.data.templates.bank import TemplateBank
+from ffd_lightning.geometry.chamfer import chamfer_distance
+
+_LEAST, _MOST = 4, 16  # shapes to judge by
+_POINTS = 128
+# Of the real chairs and tables of docs/tools/furniture.py and the 13 embedded categories, none that
+# stand rightly passed; those turned by 90 or 180 degrees or lying did, but for symmetric ones.
+_NEARER, _SHARE, _MEAN = 0.15, 0.5, 0.8
+
+
+def better_turn(own: TemplateBank, known: TemplateBank, up: Up, yaw: float) -> tuple[Up, float]:
+    """Return `up` and `yaw` by which meshes come nearest to templates that stand rightly.
+
+    Args:
+        own: the meshes, as they were turned.
+        known: templates of a trained network.
+        up: how the meshes were turned.
+        yaw: likewise.
+
+    Returns:
+        Other settings where half of the meshes come nearer by 15%, and all by 20% on average; else
+        those that were given, also for fewer than four meshes.
+    """
+    if len(own) < _LEAST:
+        return up, yaw
+    places = np.linspace(0, len(own) - 1, min(len(own), _MOST)).astype(int)
+    clouds = own.points[torch.from_numpy(places), :_POINTS].double().numpy()
+    as_given = clouds @ turn(np.eye(3), up, yaw).T  # the inverse of a rotation
+    turns = [(up, yaw), *product(get_args(Up), (0.0, 90.0, 180.0, 270.0))]
+    far = np.array([_distances(turn(as_given, *each), known) for each in turns])
+    best = int(far.mean(1).argmin())
+    nearer = (far[best] < (1 - _NEARER) * far[0]).mean() >= _SHARE
+    return turns[best] if nearer and far[best].mean() < _MEAN * far[0].mean() else (up, yaw)
+
+
+def _distances(clouds: NDArray[np.float64], known: TemplateBank) -> list[float]:
+    """Return the Chamfer distance of each cloud, (k, n, 3), to the nearest template."""
+    aims = known.points[:, :_POINTS]
+    return [
+        float(chamfer_distance(c, aims, "mean").min()) for c in torch.from_numpy(clouds).float()
+    ]
