@@ -114,20 +114,6 @@ class TrainedModel:
         network.use_templates(codes, bank.sample(consensus.POINTS))
         return replace(self, network=network, bank=bank)
 
-    def with_codes(
-        self, bank: TemplateBank, codes: Float[Tensor, "templates code"]
-    ) -> TrainedModel:
-        """Return the same as `with_templates`, of which the network's `template_codes` are known.
-
-        Raises:
-            ValueError: they are of another number of templates.
-        """
-        if len(codes) != len(bank):
-            raise ValueError(f"{len(codes)} codes of {len(bank)} templates")
-        network = copy.deepcopy(self.network)
-        network.template_codes = codes.to(network.heads.offsets.weight.device)
-        return replace(self, network=network, bank=bank)
-
     def check_conditioned(self) -> None:
         """Make sure that the network can be told templates.
 

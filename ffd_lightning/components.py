@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import difflib
 import functools
 import importlib
 import importlib.metadata
@@ -31,7 +30,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_t
 
 from docstring_parser import parse
 
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, did_you_mean
 
 log = logging.getLogger(__name__)
 
@@ -325,7 +324,7 @@ def typed(hint: Any, value: Any, where: str) -> Any:
             return {str(k): typed(of, v, f"{where}.{k}") for k, v in value.items()}
     else:
         return value
-    near = _near(str(value), [*map(str, choices(hint))])
+    near = did_you_mean(str(value), [*map(str, choices(hint))])
     raise _WrongType(f"{where}={written(value)} must be {described(hint)}.{near}".rstrip("."))
 
 
@@ -417,7 +416,7 @@ def read(known: Mapping[str, Setting], given: Mapping[str, Any], where: str) -> 
     dot = f"{where}." if where else ""
     for key in given:
         if key not in known:
-            near, place = _near(key, list(known), dot), f" in {where}" if where else ""
+            near, place = did_you_mean(key, list(known), dot), f" in {where}" if where else ""
             raise ConfigError(f"no setting '{dot}{key}'.{near} Settings{place}: {_list(known)}")
     values = {key: given.get(key, setting.default) for key, setting in known.items()}
     missing = [key for key, value in values.items() if isinstance(value, str) and value == MISSING]
@@ -584,9 +583,8 @@ def find(kind: str, name: str, from_package: str = OWN) -> Any:
     there = names(kind)
     hint = "" if there else "; packages, and modules named by plugins=[MODULE], bring them"
     broken = "".join(f" ({plugin} could not be loaded: {why})" for plugin, why in _broken.items())
-    raise ConfigError(
-        f"no {_words(kind)} {name!r}.{_near(name, there)} Choices: {_list(there)}{hint}{broken}"
-    )
+    hint = f"{did_you_mean(name, there)} Choices: {_list(there)}{hint}{broken}"
+    raise ConfigError(f"no {_words(kind)} {name!r}.{hint}")
 
 
 def settings(kind: str, name: str) -> dict[str, Setting]:
@@ -680,8 +678,3 @@ def _words(kind: str) -> str:
 
 def _list(values: Iterable[str]) -> str:
     return ", ".join(values) or "none"
-
-
-def _near(name: str, there: list[str], prefix: str = "") -> str:
-    close = difflib.get_close_matches(str(name), there, 1)
-    return f" Did you mean {prefix}{close[0]}?" if close else ""

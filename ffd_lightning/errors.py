@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import traceback
+from collections.abc import Collection
 from pathlib import Path
 
 
@@ -20,6 +22,12 @@ class DataError(UserError):
 
 class RejectedShapeError(Exception):
     """One model that cannot be used; it is listed with this reason and the rest goes on."""
+
+
+def did_you_mean(name: object, there: Collection[str], prefix: str = "") -> str:
+    """Return the end of a message on a name that is not there: the one most like it, or ""."""
+    close = difflib.get_close_matches(str(name), there, 1)
+    return f" Did you mean {prefix}{close[0]}?" if close else ""
 
 
 _PACKAGE = Path(__file__).parent

@@ -65,7 +65,7 @@ DATA = {
     "splits": ("categories",),
     "reading": ("source",),
     "sources": ("categories", "source", "reading"),
-    "preparation": ("categories", "source"),
+    "preparation": ("categories", "source", "reading"),
     "templates": ("categories", "source", "preparation"),
     "batches": ("preparation", "templates"),
     "datamodule": ("source", "splits", "preparation", "templates", "batches"),

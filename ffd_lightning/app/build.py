@@ -49,6 +49,7 @@ def build_preparations(cfg: PrepareConfig) -> tuple[Preparation, ...]:
             render=cfg.data.render,
             root=Path(cfg.paths.data),
             limit=cfg.data.limit,
+            leave_out=cfg.data.leave_out,
             workers=cfg.preparation.workers,
             timeout=cfg.preparation.timeout,
         )
@@ -79,6 +80,7 @@ def build_data(cfg: TrainConfig) -> FfdDataModule:
         cloud_points=cfg.data.num_points,
         root=cfg.paths.data,
         limit=cfg.data.limit,
+        leave_out=cfg.data.leave_out,
         augmentation=augmentation,
         residency=cfg.trainer.residency,
         num_workers=cfg.trainer.num_workers,

@@ -27,11 +27,13 @@ class Data(Component):
 
     Attributes:
         limit: so many shapes of each category, evenly spread over their sorted ids; null for all.
+        leave_out: ids of shapes that are not prepared; `<category>/<id>` for one category's alone.
         num_points: surface samples kept of each shape.
         render: the images.
     """
 
     limit: Positive | None = None
+    leave_out: list[str] = field(default_factory=list)
     num_points: Positive = 16384
     render: RenderSettings = field(default_factory=RenderSettings)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 import sys
 from collections.abc import Callable
@@ -10,7 +9,7 @@ from collections.abc import Callable
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from omegaconf.errors import OmegaConfBaseException
 
-from ffd_lightning.errors import UserError
+from ffd_lightning.errors import UserError, did_you_mean
 
 SHOWN = (UserError, HydraException, OmegaConfBaseException)
 """Errors that are the user's to mend."""
@@ -48,8 +47,7 @@ def explain(error: BaseException) -> str:
         return str(error)
     if isinstance(error, MissingConfigException) and error.missing_cfg_file and error.options:
         group, _, name = error.missing_cfg_file.rpartition("/")
-        close = difflib.get_close_matches(name, error.options, 1)
-        hint = f" Did you mean {group}={close[0]}?" if close else ""
+        hint = did_you_mean(name, error.options, f"{group}=")
         return f"no {group} {name!r}.{hint} Choices: {', '.join(error.options)}"
     message = " ".join(str(error).split("\n")[0].split())
     cause = str(error.__cause__ or "").split("\n")[0]

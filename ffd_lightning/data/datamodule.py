@@ -238,6 +238,7 @@ class FfdDataModule(LightningDataModule):
         cloud_points: surface samples kept of each shape, of which steps draw theirs.
         root: prepared data is kept below it.
         limit: see `Preparation`.
+        leave_out: see `Preparation`.
         augmentation: changes the images that are trained on, and no others.
         residency: where images and clouds are kept while training, see `Residency`.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
@@ -280,6 +281,7 @@ class FfdDataModule(LightningDataModule):
         cloud_points: int = 16384,
         root: str | Path = "data",
         limit: int | None = None,
+        leave_out: Sequence[str] = (),
         augmentation: Augmentation | None = None,
         residency: Residency = "auto",
         num_workers: int | None = None,
@@ -310,6 +312,7 @@ class FfdDataModule(LightningDataModule):
                 render=self.render,
                 root=Path(root),
                 limit=limit,
+                leave_out=leave_out,
                 workers=prepare_workers,
                 timeout=prepare_timeout,
                 progress=progress,

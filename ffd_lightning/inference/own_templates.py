@@ -22,7 +22,7 @@ from ffd_lightning.data.categories import SYNSETS, name_of
 from ffd_lightning.data.preparation.overview import sheet_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
-from ffd_lightning.data.reading.mesh_file import EXTENSIONS, mesh_of
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, mesh_of, unread
 from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
 from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.folder import FolderSource
@@ -222,6 +222,8 @@ def _sources(
                     raise ConfigError(f"templates: two folders are called {name}: rename one")
                 found[name] = FolderSource(folder.parent, up, yaw)
         elif path.is_file():
+            if path.suffix.lower() in FOREIGN:
+                raise ConfigError(f"templates={path}: {unread(path)}")
             if path.suffix.lower() not in EXTENSIONS:
                 known = ", ".join(extension.lstrip(".") for extension in EXTENSIONS)
                 raise ConfigError(f"templates={path} is no mesh file: {known}")

@@ -3,12 +3,13 @@ import json
 import os
 import pickle
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 from trees import TEXTURED, TRIANGLE, area, png, write_folder
 
-from ffd_lightning.data.reading.orientation import orient, turn
+from ffd_lightning.data.reading.orientation import Orientation, Up, orient, turn, turn_anew
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
@@ -79,6 +80,34 @@ def test_of_several_files_the_documented_one_is_taken(root, names, chosen):
     write_folder(root, {f"chair/m/{name}": "" for name in names})
     with pytest.raises(RejectedShapeError, match=f"^{chosen} is empty$"):
         load(root)
+
+
+def test_formats_that_are_not_read_are_named_with_the_way_out(root):
+    texture, mtl = png((5, 6, 7)), "newmtl m\nmap_Kd x.png\n"
+    foreign = {"a b.AC": "AC3D\0", "in folder/x.dae": "<", "c.skp": "?", "m.blend": "?"}
+    files = {"m.obj": TEXTURED, "m.mtl": mtl, "in folder/x.png": texture, **foreign}
+    source = FolderSource(write_folder(root, {f"chair/{name}": files[name] for name in files}))
+    assert source.shape_ids("chair") == ["a b", "c", "in folder", "m"]
+    np.testing.assert_array_equal(load(root).face_colors, [[5, 6, 7, 255]])
+    said = source.rejected("chair")
+    assert "`assimp export 'a b.AC' 'a b.obj'`" in said["a b"]
+    assert "`assimp export x.dae x.obj`" in said["in folder"]
+    assert set(said) == {"a b", "c", "in folder"}
+    for shape_id, why in said.items():
+        with pytest.raises(RejectedShapeError) as raised:
+            source.load("chair", shape_id)
+        assert str(raised.value) == why
+
+
+def test_what_is_white_all_over_is_drawn_in_grey(root):
+    colored = "newmtl m\nKd 1 1 1\nd 0.5\nnewmtl n\nKd 1 1 0.99\n"
+    faces = "mtllib m.mtl\n" + TRIANGLE + "usemtl m\nf 1 2 3\n"
+    files = {"chair/m.obj": faces, "chair/n.obj": faces + "usemtl n\nf 1 2 3\n"}
+    source = FolderSource(write_folder(root, files | {"chair/m.mtl": colored}))
+    white, other = (source.load("chair", name) for name in "mn")
+    np.testing.assert_array_equal(white.mesh.face_colors, [[178, 178, 178, 128]])
+    assert "grey" in white.warning
+    assert (other.mesh.face_colors.max(), other.warning) == (255, "")
 
 
 def test_fingerprint_follows_every_change(root):
@@ -172,7 +201,7 @@ def test_shapes_are_turned_as_asked(root):
         np.testing.assert_array_equal(mesh.vertices, np.stack(expected, 1))
         seen.append(json.dumps(source.fingerprint("chair")))
     assert len(set(seen)) == 5
-    for up, yaw in (("x", 0.0), ("y", np.nan)):
+    for up, yaw in (("w", 0.0), ("y", np.nan)):
         with pytest.raises(ValueError, match="must be"):
             FolderSource(Path(), up=up, yaw=yaw)
 
@@ -191,7 +220,53 @@ def test_turns_are_exact_by_quarters_and_do_not_mirror():
     for _ in range(4):
         quarters = turn(quarters, "y", 90)
     np.testing.assert_array_equal(quarters, CORNERS)
-    for up, yaw in (("y", 33.3), ("z", 180)):
-        matrix = turn(np.eye(3), up, yaw)
+    for up, axis in zip(get_args(Up), ("y", "z", "x", "-y", "-z", "-x"), strict=True):
+        matrix = turn(np.eye(3), up, 33.3)
         np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-15)
         assert np.linalg.det(matrix) == pytest.approx(1)
+        upwards = np.eye(3)["xyz".index(axis[-1])] * (-1 if axis[0] == "-" else 1)
+        np.testing.assert_array_equal(turn(upwards, up, 33.3), [0, 1, 0])
+        anew = turn_anew(turn(CORNERS, "z", 12), Orientation("z", 12), Orientation(up, 5))
+        np.testing.assert_allclose(anew, turn(CORNERS, up, 5), rtol=1e-6, atol=1e-6)
+
+
+def test_single_shapes_stand_as_their_table_says(root):
+    names = ("a", "b", "c d", "e")
+    write_folder(
+        root, {f"chair/{name}.obj": "v 1 2 3\nv 4 5 6\nv 7 8 1\nf 1 2 3\n" for name in names}
+    )
+    table = root / "chair/orientations.csv"
+    before = FolderSource(root, "z", 90).fingerprint("chair")
+    table.write_text("\ufeffid, up, yaw\na, y, 180\n\nb,,270\nc d,-x,\n", encoding="utf-8")
+    source = FolderSource(root, "z", 90)
+    expected = {"a": ("y", 180), "b": ("z", 270), "c d": ("-x", 90), "e": ("z", 90)}
+    for name, pose in expected.items():
+        turned = turn([[1, 2, 3], [4, 5, 6], [7, 8, 1]], *pose)
+        np.testing.assert_array_equal(source.load("chair", name).mesh.vertices, turned)
+    seen = source.fingerprint("chair")
+    assert {**seen, "orientations": None} == {**before, "orientations": None}
+    os.utime(table, ns=(5, 5))
+    assert source.fingerprint("chair") == seen
+    table.write_text("id,yaw\na,180\n")
+    assert source.fingerprint("chair")["orientations"] == {"a": ("z", 180)}
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("id;yaw\na;90\n", "line 1: "),
+        ("id\na\n", "line 1: "),
+        ("id,yaw\n\nbeta,90\n", r"line 3: .*'beta'\. Did you mean betty\?"),
+        ("id,yaw\na,9O\n", "line 2: yaw=9O"),
+        ("id,yaw\na,inf\n", "line 2: yaw=inf"),
+        ("id,up\na,w\n", "line 2: up=w"),
+        ("id,yaw\na,1\na,1\n", "line 3: a is there twice"),
+        ("id,yaw\na,1,5\n", "line 2: it has more fields"),
+    ],
+)
+def test_what_is_wrong_in_the_table_is_named_with_its_line(root, table, said):
+    write_folder(root, {"chair/a.obj": OBJ, "chair/betty.obj": OBJ})
+    write_folder(root, {"chair/orientations.csv": table})
+    for ask in (FolderSource(root).shape_ids, FolderSource(root).fingerprint):
+        with pytest.raises(DataError, match=rf"orientations\.csv, {said}"):
+            ask("chair")

@@ -14,7 +14,7 @@ import pytest
 from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
 from commands import run_command
 
-from ffd_lightning.errors import DataError
+from ffd_lightning.errors import ConfigError, DataError
 
 COUNT = 10
 KILLS = 6
@@ -174,6 +174,23 @@ def test_ctrl_c_ends_the_workers_and_says_how_to_resume(undisturbed, tmp_path, s
     assert "Traceback" not in errors
     assert all(gone(pid) for pid in loads(log)[1])
     assert len(partial_files(tmp_path)) == 4
+
+
+# --- shapes that are left out -------------------------------------------------------------------
+
+
+def test_shapes_are_left_out_by_their_ids(tmp_path):
+    source = BoxSource(4, tmp_path / "log")
+    usual = boxes_of(source, tmp_path)
+    assert "leave_out" not in usual.settings["source"]
+    left = boxes_of(source, tmp_path, leave_out=["box/b02", "b01"], limit=2)
+    assert left.shape_ids == ["b00", "b03"]
+    assert left.settings["source"] == {"version": 0, "limit": 2, "leave_out": ["b01", "b02"]}
+    assert left.target != usual.target
+    other = boxes_of(source, tmp_path, leave_out=["box/b02"], category="crate")
+    assert other.settings["source"] == {"version": 0}, "of another category"
+    with pytest.raises(ConfigError, match=r"no shape 'bo3' of box\. Did you mean b03\?"):
+        boxes_of(source, tmp_path, leave_out=["bo3"]).run()
 
 
 # --- shapes and disks that fail -----------------------------------------------------------------

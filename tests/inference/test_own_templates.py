@@ -98,16 +98,20 @@ def test_layouts(model, folder, tmp_path):
     )
 
 
-def test_what_is_prepared_is_kept_until_a_file_changes(model, folder, tmp_path, monkeypatch):
+def test_what_is_prepared_is_kept_until_a_file_changes(
+    model, prepared, folder, tmp_path, monkeypatch
+):
     def told():
         return tell(model, of_files(model, folder, root=tmp_path / "data", progress=False))
 
     first = told()
     with monkeypatch.context() as patch:
         patch.setattr(preparation, "make_shapes", None)
-        patch.setattr(type(model.network), "use_templates", None)
+        patch.setattr(type(model.network), "codes", None)
         again = told()
-    assert np.array_equal(again.network.template_codes, first.network.template_codes)
+    found, kept = (Predictor(x).predict(prepared.image(0)) for x in (first, again))
+    assert np.array_equal(found.weights, kept.weights)
+    assert np.array_equal(found.offsets, kept.offsets)
     for file in (tmp_path / "data" / "codes").iterdir():
         file.write_bytes(b"cut off")
     assert np.array_equal(told().network.template_codes, first.network.template_codes)

@@ -38,14 +38,7 @@ def main(arguments: Sequence[str]) -> int:
         more = [] if options.config_dir is None else [Path(options.config_dir)]
         print(command_help("evaluate", EvaluateConfig, [config_folder(), *more], "all" in words))
         return 0
-    files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
-    rest = [word for word in words if word.partition("=")[0] not in files]
-    composed = compose_config("evaluate", EvaluateConfig, rest, options.config_dir)
-    for key, name in files.items():  # names of files are taken as they are
-        composed[key] = None if name == "null" else name
-    if isinstance(one := composed["templates"], str):
-        composed["templates"] = yaml.safe_load(one) if one.startswith("[") else [one]
-    cfg = typed_config(composed, EvaluateConfig)
+    cfg = read_config(words, options.config_dir)
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     summary, folder = evaluate_run(cfg)
     shapes = cfg.evaluation.subset if cfg.prepared is None else Path(cfg.prepared).name
@@ -75,6 +68,18 @@ def print_summary(protocol: Protocol, summary: Mapping[str, float], shapes: str)
         f"effective templates {summary['effective_templates']:.1f}; {summary['folded']:.1%} of the "
         f"surface folded, edges stretched {summary['stretch_95']:.2f} times (95th percentile)"
     )
+
+
+def read_config(words: Sequence[str], config_dir: str | None = None) -> EvaluateConfig:
+    """Return the settings of a command line."""
+    files = {k: v for k, _, v in (word.partition("=") for word in words) if k in _FILES and v}
+    rest = [word for word in words if word.partition("=")[0] not in files]
+    composed = compose_config("evaluate", EvaluateConfig, rest, config_dir)
+    for key, name in files.items():  # names of files are taken as they are
+        composed[key] = None if name == "null" else name
+    if isinstance(one := composed["templates"], str):
+        composed["templates"] = yaml.safe_load(one) if one.startswith("[") else [one]
+    return typed_config(composed, EvaluateConfig)
 
 
 def evaluate_run(cfg: EvaluateConfig) -> tuple[dict[str, float], Path]:

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from ffd_lightning.data.preparation.preparation import Preparation
 
 _TRIED = 16  # shapes of a category, evenly spread over its sorted ids
-_NAMED = 3  # of them with a reason
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -93,7 +92,7 @@ def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]
 
 
 def _listed(reasons: Mapping[str, str], what: str) -> str:
-    """Return how many shapes there is a reason for, and the first few."""
-    few = "; ".join(f"{i}: {why}" for i, why in list(reasons.items())[:_NAMED])
-    more = "; ..." if len(reasons) > _NAMED else ""
-    return f"{len(reasons):,} {what}" + (f" ({few}{more})" if reasons else "")
+    """Return how many shapes there is a reason for, and a few."""
+    from ffd_lightning.data.preparation.overview import some_reasons
+
+    return f"{len(reasons):,} {what}" + (f" ({some_reasons(reasons)})" if reasons else "")

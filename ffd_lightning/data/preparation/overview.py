@@ -1,22 +1,25 @@
 """What a user should know of a set that has just been prepared: in lines, and in a picture.
 
 Below what the network sees, embedded shapes and some of the set are drawn from the same
-sides, so that a wrong `up` or `yaw` is seen at a glance.
+sides, so that a wrong `up` or `yaw` is seen at a glance; and below those, what probably stands
+otherwise than the rest.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
-from itertools import product
+from collections.abc import Mapping, Sequence
+from itertools import product, starmap
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from ffd_lightning import shapes
 from ffd_lightning.data.categories import name_of
 from ffd_lightning.data.preparation.prepared import MANIFEST, PreparedSet
+from ffd_lightning.data.reading.orientation import ORIENTATIONS, Orientation, turn_anew
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh, normalize
 from ffd_lightning.imaging.camera import Camera
@@ -27,8 +30,9 @@ from ffd_lightning.imaging.rendering import render
 SHOWN = 32
 """Shapes of which an image is shown."""
 
-_NAMED = 3  # shapes, with the reason for which they were rejected
+_NAMED = 3  # kinds of reasons for which shapes were rejected
 _KINDS = 6  # of warnings in one line; a source of one's own may word each its own way
+_SUGGESTED = 20  # shapes with a line for the table
 _COLUMNS = 8
 _HEIGHT, _WIDTH = 144, 192  # pixels, of a cell
 _POSED = 3  # shapes that are drawn from all sides
@@ -53,13 +57,61 @@ def describe(prepared: PreparedSet) -> list[str]:
     size = sum(prepared.file(row).stat().st_size for row in range(len(prepared)))
     line = f"prepared {len(prepared)} shapes in {prepared.path} ({size / 1e6:.0f} MB)"
     if rejected := prepared.rejected:
-        first = "; ".join(f"{i}: {why}" for i, why in list(rejected.items())[:_NAMED])
-        more = "; ..." if len(rejected) > _NAMED else ""
-        line += f"; rejected {len(rejected)} ({first}{more}), see {prepared.path / MANIFEST}"
+        why = some_reasons(rejected)
+        line += f"; rejected {len(rejected)} ({why}), see {prepared.path / MANIFEST}"
     lines = [line]
     if counted := count_warnings(prepared):
         lines.append(f"warnings: {counted}; see {prepared.path / MANIFEST}")
     return lines
+
+
+def some_reasons(reasons: Mapping[str, str]) -> str:
+    """Return an example of each of the commonest reasons, by id, as text.
+
+    As with warnings, what comes before the first colon of a reason is its kind.
+    """
+    alike: dict[str, list[str]] = {}
+    for shape_id, why in reasons.items():
+        alike.setdefault(why.partition(": ")[0], []).append(shape_id)
+    kinds = sorted(alike.values(), key=len, reverse=True)
+    parts = [
+        f"{shape_id}{f' and {len(others)} more' if others else ''}: {reasons[shape_id]}"
+        for shape_id, *others in kinds[:_NAMED]
+    ]
+    return "; ".join([*parts, *(["..."] if len(kinds) > _NAMED else [])])
+
+
+def present_pose(prepared: PreparedSet, shape_id: str) -> Orientation | None:
+    """Return how a shape of one category was turned; None if its source has no table of that."""
+    source = prepared.manifests[0]["settings"]["source"]
+    if source.get("source") != "folder":
+        return None
+    own = source.get("orientations", {})
+    return Orientation(*own.get(shape_id, (source["up"], source["yaw"])))
+
+
+def suggestion(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list[str]:
+    """Return what to say of shapes that probably stand wrongly, and lines for their table."""
+    if not likely:
+        return []
+    named = list(likely.items())[:_SUGGESTED]
+    more = [f"and {len(likely) - len(named)} more"] if len(likely) > len(named) else []
+    return [
+        f"{len(likely)} of {len(prepared)} shapes probably stand otherwise than the rest: see the "
+        f"contact sheet; these lines in {ORIENTATIONS} beside the meshes turn them:",
+        *("id,yaw,up", *starmap(_line, named), *more),
+    ]
+
+
+def _line(shape_id: str, pose: Orientation) -> str:
+    """Return a line of the table of orientations.
+
+    >>> _line("chair, red", Orientation("z", 90.0))
+    '"chair, red",90,z'
+    """
+    if set(shape_id) & set(',"'):
+        shape_id = '"' + shape_id.replace('"', '""') + '"'
+    return f"{shape_id},{pose.yaw:g},{pose.up}"
 
 
 def count_warnings(prepared: PreparedSet) -> str:
@@ -72,17 +124,25 @@ def count_warnings(prepared: PreparedSet) -> str:
     return "; ".join(parts + more)
 
 
-def write_sheet(prepared: PreparedSet, file: Path) -> str:
-    """Write a set's contact sheet, a PNG, and say where it is, or why it could not be written."""
+def write_sheet(
+    prepared: PreparedSet, file: Path, likely: Mapping[str, Orientation] | None = None
+) -> str:
+    """Write a set's contact sheet, a PNG, and say where it is, or why it could not be written.
+
+    `likely` is what `poses.likely_poses` finds.
+    """
     try:
-        write_bytes_atomic(file, png(draw_set(prepared)))
+        write_bytes_atomic(file, png(draw_set(prepared, likely or {})))
     except OSError as error:  # the set itself is there
         return f"the contact sheet cannot be written: {error.strerror or error}: {file}"
     return f"contact sheet: {file}"
 
 
-def draw_set(prepared: PreparedSet) -> Image.Image:
-    """Draw the first image of up to 32 shapes of a set, and some shapes from four sides."""
+def draw_set(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> Image.Image:
+    """Draw the first image of up to 32 shapes of a set, and some shapes from four sides.
+
+    Of those that probably stand otherwise, eight are drawn as they do and as they should.
+    """
     views, category = prepared.spread_views(range(len(prepared)), SHOWN), prepared.category(0)
     rows = [row for row, _ in views]
     images = [
@@ -95,13 +155,35 @@ def draw_set(prepared: PreparedSet) -> Image.Image:
     title = f"right orientation: {category if known else 'any shape'}"
     left = _poses(expected, [cameras[min(k, len(own) - 1)] for k in range(len(expected))])
     right = _poses([(prepared.ids[row], prepared.mesh(row)) for row in own], cameras)
+    turning = "the same sides of shapes of the set"
+    if usual := present_pose(prepared, ""):
+        turning = f"data.up={usual.up} data.yaw={usual.yaw:g} turn all, {ORIENTATIONS} single ones"
     poses = [
         _headed(left, title, "embedded shapes: front to -z, y up"),
-        _headed(right, "orientation of this set", "the same sides of shapes of the set"),
+        _headed(right, "orientation of this set", turning),
     ]
     which = f"{len(rows)} of {len(prepared)} shapes, the first image of each, {prepared.path.name}"
     above = _headed(seen, f"{category}: what the network sees", which)
-    return joined([above, joined(poses, across=True)])
+    return joined([above, joined(poses, across=True), *_suggested(prepared, likely)])
+
+
+def _suggested(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list[Image.Image]:
+    """Draw some shapes as they stand, and below as they probably should; nothing of none."""
+    if not likely:
+        return []
+    shown = list(likely.items())[:_COLUMNS]
+    before, after = [], []
+    for shape_id, pose in shown:
+        row, present = prepared.index(shape_id), present_pose(prepared, shape_id)
+        assert present is not None
+        mesh, camera = prepared.mesh(row), prepared.camera(row)
+        before.append(_drawn(mesh, camera))
+        turned = mesh.with_vertices(turn_anew(mesh.vertices, present, pose))
+        after.append(_drawn(turned, camera))
+    labels = [i for i, _ in shown] + [*starmap(_line, shown)]
+    pictures = grid([*before, *after], len(shown), labels, font_size=_FONT)
+    note = f"{len(shown)} of {len(likely)}, and as these lines of {ORIENTATIONS} turn them"
+    return [_headed(pictures, "probably standing otherwise than the rest", note)]
 
 
 def _embedded(category: str) -> str:
@@ -136,13 +218,18 @@ def _poses(meshes: Sequence[tuple[str, Mesh]], cameras: Sequence[Camera]) -> Ima
     cells, labels = [], []
     for (name, mesh), own in zip(meshes, cameras, strict=True):
         for camera in (*_SIDES.values(), own):
-            image = render(mesh, camera, height=_HEIGHT, width=_WIDTH, samples=2)
-            uncovered = 1 - image[..., 3:] / 255
-            over_grey = image[..., :3] - uncovered * (255 - np.array(_GREY))
-            cells.append(np.clip(np.round(over_grey), 0, 255).astype(np.uint8))
+            cells.append(_drawn(mesh, camera))
         labels += [name, *[""] * len(_SIDES)]
     heads = [*_SIDES, "as its first image"]
     return grid(cells, len(heads), labels, heads, _FONT)
+
+
+def _drawn(mesh: Mesh, camera: Camera) -> NDArray[np.uint8]:
+    """Draw a mesh over grey."""
+    image = render(mesh, camera, height=_HEIGHT, width=_WIDTH, samples=2)
+    uncovered = 1 - image[..., 3:] / 255
+    over_grey = image[..., :3] - uncovered * (255 - np.array(_GREY))
+    return np.clip(np.round(over_grey), 0, 255).astype(np.uint8)
 
 
 def _headed(sheet: Image.Image, title: str, note: str) -> Image.Image:

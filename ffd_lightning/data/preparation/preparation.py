@@ -23,7 +23,13 @@ from typing import Any
 import numpy as np
 from filelock import AcquireReturnProxy, FileLock, Timeout
 
-from ffd_lightning.data.preparation.overview import describe, sheet_of, write_sheet
+from ffd_lightning.data.preparation.overview import (
+    describe,
+    sheet_of,
+    some_reasons,
+    suggestion,
+    write_sheet,
+)
 from ffd_lightning.data.preparation.prepared import (
     FORMAT_VERSION,
     MANIFEST,
@@ -34,7 +40,7 @@ from ffd_lightning.data.preparation.prepared import (
 from ffd_lightning.data.preparation.prepared_shape import Failure, ShapeMaker, shape_file
 from ffd_lightning.data.preparation.workers import make_shapes
 from ffd_lightning.data.source import Source
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, DataError, did_you_mean
 from ffd_lightning.files import write_atomic
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.parallel import available_cores
@@ -57,6 +63,8 @@ class Preparation:
         render: the images.
         root: prepared sets are kept in `root/prepared`.
         limit: take so many shapes at most, evenly spread over their ids.
+        leave_out: ids not to take; `<category>/<id>`, as sets of several categories name shapes,
+            leaves a shape out of that category alone.
         workers: processes, 0 for one per core.
         timeout: seconds after which a shape is given up: it is left out.
         progress: show on stderr how far it is, and what the set holds in a contact sheet.
@@ -68,6 +76,7 @@ class Preparation:
     render: RenderSettings
     root: Path
     limit: int | None = None
+    leave_out: Sequence[str] = ()
     workers: int = 0
     timeout: float = 600.0
     progress: bool = True
@@ -83,16 +92,35 @@ class Preparation:
         if len(set(ids)) != len(ids):
             name = type(self.source).__name__
             raise ConfigError(f"shape_ids of {name} must give a list of ids, each of them once")
+        if self.leave_out:
+            left_out = set(self._left_out(ids))
+            ids = [i for i in ids if i not in left_out]
         count = len(ids) if self.limit is None else min(self.limit, len(ids))
         return [ids[k * len(ids) // count] for k in range(count)]
+
+    def _left_out(self, ids: Sequence[str]) -> list[str]:
+        """Return which of a category's shapes are left out, sorted; an error for what is none."""
+        there, own = set(ids), set()
+        for name in self.leave_out:
+            shape_id = name.removeprefix(f"{self.category}/")
+            if shape_id in there:
+                own.add(shape_id)
+            elif name.partition("/")[0] not in self.source.categories():
+                raise ConfigError(
+                    f"data.leave_out: there is no shape {name!r} of {self.category}."
+                    f"{did_you_mean(shape_id, ids)}"
+                )
+        return sorted(own)
 
     @cached_property
     def settings(self) -> dict[str, object]:
         """What decides the set, JSON-able."""
-        limit = {} if self.limit is None else {"limit": self.limit}
+        more: dict[str, object] = {} if self.limit is None else {"limit": self.limit}
+        if left_out := self.leave_out and self._left_out(self.source.shape_ids(self.category)):
+            more["leave_out"] = left_out
         return {
             "format": FORMAT_VERSION,
-            "source": {**self.source.fingerprint(self.category), **limit},
+            "source": {**self.source.fingerprint(self.category), **more},
             "category": self.category,
             "num_points": self.num_points,
             "render": asdict(self.render),
@@ -145,7 +173,13 @@ class Preparation:
             ) from error
         prepared = PreparedSet.open(self.target)
         if missing is None and self.progress:
-            _say(*describe(prepared), write_sheet(prepared, sheet_of(prepared.path)))
+            # Not at the top: workers need no torch.
+            from ffd_lightning.data.preparation.poses import likely_poses
+
+            _say(*describe(prepared))
+            likely = likely_poses(prepared)
+            sheet = write_sheet(prepared, sheet_of(prepared.path), likely)
+            _say(*suggestion(prepared, likely), sheet)
         return prepared
 
     def _missing(self) -> list[str] | None:
@@ -232,8 +266,8 @@ def _say(*lines: str) -> None:
 
 
 def _some(failures: Mapping[str, Failure]) -> str:
-    """Return the first few shapes that failed, and why."""
-    return "; ".join(f"{i}: {failure.reason}" for i, failure in sorted(failures.items())[:3])
+    """Return a few of the shapes that failed, and why."""
+    return some_reasons({i: failure.reason for i, failure in sorted(failures.items())})
 
 
 def _write_manifest(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import trimesh
 from numpy.typing import NDArray
 from PIL import Image
 
+from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.photos import to_rgba
 
 UNDECODABLE = "textures cannot be decoded"
@@ -109,6 +111,18 @@ def face_colors(
         rgba = trimesh.visual.color.to_rgba(np.array(painted))
         colors = np.round(_mean_colors(rgba, faces) * (color / 255.0)).astype(np.uint8)
     return colors, index, uvs
+
+
+def shown_on_white(mesh: Mesh) -> tuple[Mesh, str]:
+    """Return a mesh that can be seen on white, and a warning where that took another colour.
+
+    White all over and without a picture is what exporters write for no colour.
+    """
+    if mesh.textures or mesh.face_colors[:, :3].min() < 255:
+        return mesh, ""
+    colors = mesh.face_colors.copy()
+    colors[:, :3] = _NO_COLOR[:3]
+    return replace(mesh, face_colors=colors), "shapes that are white all over are drawn in grey"
 
 
 def _fits(values: NDArray[Any] | None, geometry: trimesh.Trimesh, columns: int) -> bool:

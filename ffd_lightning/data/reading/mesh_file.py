@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 import logging
 import re
+import shlex
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -31,6 +32,18 @@ from ffd_lightning.geometry.mesh import Mesh
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
 """Formats that can be read, the best at carrying colours first."""
 
+_CONVERTED = {
+    **{".ac": "AC3D", ".acc": "AC3D", ".dae": "Collada", ".fbx": "FBX", ".3ds": "3D Studio"},
+    **{".lwo": "LightWave", ".x3d": "X3D", ".3mf": "3MF"},
+}  # by assimp
+_EXPORTED = {
+    **{".blend": "Blender", ".skp": "SketchUp", ".max": "3ds Max", ".c4d": "Cinema 4D"},
+    **{".ma": "Maya", ".mb": "Maya", ".3dm": "Rhino", ".step": "STEP", ".stp": "STEP"},
+    **{".usd": "USD", ".usda": "USD", ".usdc": "USD", ".usdz": "USD", ".wrl": "VRML"},
+}  # by the program that made it, or another
+FOREIGN = (*_CONVERTED, *_EXPORTED)
+"""Formats of meshes that cannot be read; `read_mesh` says how to convert them."""
+
 _NO_LIBRARY = "material files are absent"
 _NO_TEXTURE = "textures that the materials name are absent"
 _NAMED = 5  # files that a warning names; a shape may lack hundreds
@@ -46,7 +59,8 @@ def read_mesh(
     """Read a mesh with its colours and textures, its coordinates as they are.
 
     Args:
-        path: the mesh file; its extension is one of `EXTENSIONS`, in any case.
+        path: the mesh file; its extension is one of `EXTENSIONS`, in any case. One of `FOREIGN` is
+            rejected with what converts it.
         side_files: the only other files that may be read for it.
         read: returns a file's content.
 
@@ -58,6 +72,8 @@ def read_mesh(
         RejectedShapeError: the file is damaged or has no surface; the message is the reason.
         OSError, MemoryError: of the system, see `errors.is_of_machine`.
     """
+    if path.suffix.lower() in FOREIGN:
+        raise RejectedShapeError(unread(path))
     kind = path.suffix.lower().lstrip(".")
     problems: Problems = {_NO_LIBRARY: {}, _NO_TEXTURE: {}, UNDECODABLE: {}}
     files = SideFiles(side_files, read, problems)
@@ -78,6 +94,20 @@ def read_mesh(
     if files.failure is not None:
         raise files.failure
     return mesh, tuple(_warning(what, list(which)) for what, which in problems.items() if which)
+
+
+def unread(path: PurePath) -> str:
+    """Return why a file of one of the formats `FOREIGN` is not read, and the way out.
+
+    >>> unread(PurePath("cars/mini.ac"))
+    'AC3D is not read: `assimp export mini.ac mini.obj` makes an OBJ of it'
+    """
+    kind, name = path.suffix.lower(), path.name
+    if kind in _CONVERTED:
+        out = path.with_suffix(".obj").name
+        way = f"`{shlex.join(['assimp', 'export', name, out])}` makes an OBJ of it"
+        return f"{_CONVERTED[kind]} is not read: {way}"
+    return f"{_EXPORTED[kind]} is not read: export {name} as .glb or .obj"
 
 
 def mesh_of(geometry: trimesh.Trimesh | trimesh.Scene, name: str) -> Mesh:

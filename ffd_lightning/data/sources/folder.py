@@ -5,11 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from ffd_lightning.data.categories import SYNSETS, name_of
 from ffd_lightning.data.reading.files import digest_of_files, files_below, is_hidden
-from ffd_lightning.data.reading.mesh_file import EXTENSIONS, read_mesh
-from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
+from ffd_lightning.data.reading.materials import shown_on_white
+from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, read_mesh, unread
+from ffd_lightning.data.reading.orientation import (
+    ORIENTATIONS,
+    Orientation,
+    Up,
+    check_orientation,
+    orient,
+    read_orientations,
+)
 from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.errors import DataError, RejectedShapeError
 
@@ -19,6 +28,13 @@ _Files = dict[str, tuple[Path, list[Path]]]
 """By id: a shape's mesh file, and all files that may be read for it."""
 
 
+class _Category(NamedTuple):
+    """What a category's folder holds; orientations are of the shapes in the table alone."""
+
+    files: _Files
+    orientations: dict[str, Orientation]
+
+
 class FolderSource(Source):
     """A tree of meshes: ROOT/<category>/<shape>/*.obj|glb|... or ROOT/<category>/<shape>.<ext>.
 
@@ -26,18 +42,21 @@ class FolderSource(Source):
     folder may be nested (`<shape>/models/x.obj`). Of several mesh files of one shape the one taken
     is, in this order: named `model_normalized`, `model` or as the shape; the first format of glb,
     gltf, obj, ply, off, stl; the first by path. Folders without any mesh file (`textures`) serve
-    the mesh files next to them. Names that begin with a dot and `__MACOSX` are passed over.
+    the mesh files next to them. Names that begin with a dot and `__MACOSX` are passed over. A shape
+    that has meshes of other formats alone is rejected with what converts them, and one that is
+    white all over drawn in grey.
 
     Args:
         root: its folder.
         up: the axis of the meshes that points up.
-        yaw: degrees about the vertical, anticlockwise from above, until they face -z.
+        yaw: degrees about the vertical, anticlockwise from above, until they face -z. Single shapes
+            can have their own in ROOT/<category>/orientations.csv, with columns id, yaw, up.
     """
 
     def __init__(self, root: Path, up: Up = "y", yaw: float = 0.0) -> None:
         check_orientation(up, yaw)
-        self.root, self.up, self.yaw = Path(root), up, yaw
-        self._shapes: dict[str, _Files] = {}
+        self.root, self.usual = Path(root), Orientation(up, yaw)
+        self._shapes: dict[str, _Category] = {}
 
     def categories(self) -> list[str]:
         """Return the categories that have a folder, sorted: synsets by the project's names."""
@@ -46,17 +65,20 @@ class FolderSource(Source):
     def shape_ids(self, category: str) -> list[str]:
         """Return the ids of all shapes of `category`, sorted: names of folders or files."""
         self._shapes.pop(category, None)
-        return sorted(self._of(category))
+        return sorted(self._of(category).files)
 
     def load(self, category: str, shape_id: str) -> SourceShape:
         """Return one shape; see `Source.load`."""
-        if shape_id not in self._of(category):
+        files, orientations = self._of(category)
+        if shape_id not in files:
             raise RejectedShapeError(f"there is no shape {shape_id!r} of category {category!r}")
-        mesh, warnings = read_mesh(*self._of(category)[shape_id])
-        return SourceShape(orient(mesh, self.up, self.yaw)).warned(*warnings)
+        mesh, warnings = read_mesh(*files[shape_id])
+        mesh, warning = shown_on_white(mesh)
+        mesh = orient(mesh, *orientations.get(shape_id, self.usual))
+        return SourceShape(mesh).warned(*warnings, warning)
 
     def fingerprint(self, category: str) -> dict[str, object]:
-        """Return how shapes are turned, and a hash over names, sizes and times of all files.
+        """Return how shapes are turned, and a hash over names, sizes and times of all their files.
 
         Times, since people edit their own files and an edit may leave the size as it was. A copy
         that does not keep the times is prepared anew.
@@ -67,30 +89,37 @@ class FolderSource(Source):
             for _, files in _entries(folder)
             for file, stat in files.items()
         ]
+        own = {}
+        if (folder / ORIENTATIONS).is_file():
+            self._shapes.pop(category, None)
+            own = {"orientations": self._of(category).orientations}
         return {
             "source": "folder",
             "loader": _LOADER_VERSION,
             "files": len(facts),
             "sha256": digest_of_files(facts),
-            "up": self.up,
-            "yaw": self.yaw,
+            **self.usual._asdict(),
+            **own,
         }
 
     def rejected(self, category: str) -> dict[str, str]:
-        """Return the shapes whose mesh files are empty."""
-        meshes = {i: mesh for i, (mesh, _) in self._of(category).items()}
-        return {i: f"{m.name} is empty" for i, m in meshes.items() if m.stat().st_size == 0}
+        """Return the shapes whose mesh files are empty or of a format that is not read."""
+        meshes = {i: mesh for i, (mesh, _) in self._of(category).files.items()}
+        found = {i: unread(m) for i, m in meshes.items() if m.suffix.lower() in FOREIGN}
+        return found | {i: f"{m.name} is empty" for i, m in meshes.items() if not m.stat().st_size}
 
-    def _of(self, category: str) -> _Files:
-        """Return the files of a category's shapes, looked for once."""
+    def _of(self, category: str) -> _Category:
+        """Return a category's shapes, looked for once."""
         if category not in self._shapes:
             folder = self._folder(category)
-            self._shapes[category] = _find_shapes(folder)
-            if not self._shapes[category]:
+            files = _find_shapes(folder)
+            if not files:
                 raise DataError(
                     f"{folder} holds no shapes: expected <shape>/... or <shape>.<extension>, where "
                     f"the extension is one of {', '.join(e.lstrip('.') for e in EXTENSIONS)}"
                 )
+            own = read_orientations(folder / ORIENTATIONS, files, self.usual)
+            self._shapes[category] = _Category(files, own)
         return self._shapes[category]
 
     def _folders(self) -> list[str]:
@@ -123,7 +152,7 @@ class FolderSource(Source):
 def _entries(folder: Path) -> Iterator[tuple[Path, dict[Path, os.stat_result]]]:
     """Yield what a category's folder holds: each file, or folder with all files below it."""
     for entry in sorted(folder.iterdir()):
-        if not is_hidden(entry.name):
+        if not is_hidden(entry.name) and entry.name != ORIENTATIONS:
             yield entry, {entry / path: stat for path, stat in files_below(entry).items()}
 
 
@@ -138,8 +167,9 @@ def _find_shapes(folder: Path) -> _Files:
             shapes[entry.name] = _preferred(meshes, entry.name), list(files)
             continue
         shared += files
-        for mesh in meshes:
-            single.setdefault(entry.stem, []).append(mesh)
+        name = entry.stem if entry in files else entry.name
+        if meshes := meshes or [file for file in files if file.suffix.lower() in FOREIGN]:
+            single.setdefault(name, []).extend(meshes)
     for name, meshes in single.items():
         shapes.setdefault(name, (_preferred(meshes, name), shared))
     return shapes
@@ -147,10 +177,11 @@ def _find_shapes(folder: Path) -> _Files:
 
 def _preferred(meshes: list[Path], shape_id: str) -> Path:
     """Return the mesh file to take, by the order that `FolderSource` documents."""
-    stems = ["model_normalized", "model", shape_id]
+    stems, formats = ["model_normalized", "model", shape_id], (*EXTENSIONS, *FOREIGN)
 
-    def rank(file: Path) -> tuple[int, int, str]:
+    def rank(file: Path) -> tuple[bool, int, int, str]:
         stem = stems.index(file.stem) if file.stem in stems else len(stems)
-        return stem, EXTENSIONS.index(file.suffix.lower()), str(file)
+        kind = file.suffix.lower()
+        return kind in FOREIGN, stem, formats.index(kind), str(file)
 
     return min(meshes, key=rank)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import re
+import shlex
 from collections.abc import Sequence
 from typing import Any
 
@@ -21,7 +24,7 @@ from ffd_lightning.geometry.chamfer import chamfer_distance
 
 Row = dict[str, Any]
 
-_NAMED = 3
+_NAMED = 10
 
 
 def template_rows(prepared: PreparedSet, bank: TemplateBank) -> tuple[list[Row], float]:
@@ -92,10 +95,24 @@ def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = Fal
     if not rows:
         return ""
     looked_at = sum(min(len(member), CANDIDATES) for member in prepared.members)
-    named = ", ".join(str(row["id"]) for row in rows[:_NAMED])
+    ids = [str(row["id"]) for row in rows[:_NAMED]]
     more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
-    return (
-        f"{len(rows)} of {looked_at} shapes are like nothing else in their category: "
-        f"{named}{more}; {'they are left' if dropped else 'split.drop_outliers=true leaves them'} "
-        "out of training and tests"
+    setting = shlex.quote(f"data.leave_out=[{','.join(map(_in_list, ids))}]")
+    way = (
+        "they are left out of training and tests"
+        if dropped
+        else "split.drop_outliers=true leaves all of them out of training and tests, "
+        f"{setting} these out of the set"
     )
+    count = f"{len(rows)} of {looked_at} shapes are like nothing else in their category"
+    return f"{count}: {', '.join(ids)}{more}; {way}"
+
+
+def _in_list(shape_id: str) -> str:
+    """Return an id as it is written in a list on a command line: quoted, if it is no plain word.
+
+    >>> _in_list("chair-7"), _in_list("007")
+    ('chair-7', '"007"')
+    """
+    word = re.fullmatch(r"(?!(true|false|null|inf|nan)$)[A-Za-z_][\w./-]*", shape_id, re.A | re.I)
+    return shape_id if word else json.dumps(shape_id, ensure_ascii=False)
