@@ -2,11 +2,9 @@
 
 import logging
 
-import pytest
 import torch
 
 from benchmarks import nearest, training_step
-from benchmarks.timing import compete
 
 CPU = torch.device("cpu")
 SMALL = (("QUERIES", 4), ("TEMPLATES", 2), ("POINTS", 64))
@@ -26,19 +24,6 @@ def test_peers_are_timed_and_one_that_fails_is_named(monkeypatch):
     assert rows["scipy"].ratio > 0
     assert rows["broken"].note == "failed: RuntimeError: no compiler"
     assert rows["backward"].seconds > 0
-
-
-def test_a_peer_that_finds_other_neighbours_is_no_peer():
-    a, b = nearest.clouds(1, 2, 50, CPU, torch.float32)
-    index = torch.zeros(2, 50, dtype=torch.int64)
-    with pytest.raises(AssertionError, match="liar finds other neighbours"):
-        nearest.check("liar", lambda *_: (index, index), a, b)
-
-
-def test_candidates_that_do_a_part_are_scaled():
-    _, part = compete("x", {"all": (lambda: None, 1), "part": (lambda: None, 1e-6)}, 2)
-    assert part.ratio > 1
-    assert "of the work" in part.note
 
 
 def test_a_training_step_and_its_parts_are_timed(monkeypatch):

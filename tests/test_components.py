@@ -6,7 +6,7 @@ import sys
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 import pytest
 import torch
@@ -72,21 +72,6 @@ def test_a_signature_is_the_settings():
     assert found["size"].help == "of a patch, in pixels."
     assert found["depth"].help == "of the layers.", "settings where it is inherited from"
     assert components.summary(patches()) == "Convolutions on patches."
-
-
-@dataclass
-class LikeAdam:
-    """Some of another signature's settings."""
-
-    settings_like: ClassVar[str] = "torch.optim:Adam"
-    eps: float
-    amsgrad: bool = True
-
-
-def test_a_signature_takes_from_another_what_it_does_not_say():
-    found = settings_of(LikeAdam)
-    assert (found["eps"].default, found["amsgrad"].default) == (1e-8, True)
-    assert "numerical stability" in found["eps"].help
 
 
 def test_what_was_built_is_built_again_from_plain_values():

@@ -7,20 +7,8 @@ from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import (
     atomic_file,
     lock_folder,
-    write_atomic,
     write_bytes_atomic,
-    write_csv,
 )
-
-
-def test_content_arrives_and_folders_are_made(tmp_path):
-    write_bytes_atomic(tmp_path / "a" / "b.bin", b"\0\r\n\xff")
-    assert (tmp_path / "a" / "b.bin").read_bytes() == b"\0\r\n\xff"
-    write_atomic(tmp_path / "a" / "c.txt", "ä\n")
-    assert (tmp_path / "a" / "c.txt").read_bytes() == "ä\n".encode()
-    write_csv(tmp_path / "d.csv", [{"id": "x,y", "n": 1}, {"id": "z", "n": 2}])
-    assert (tmp_path / "d.csv").read_text() == 'id,n\n"x,y",1\nz,2\n'
-    assert sorted(p.name for p in tmp_path.rglob("*")) == ["a", "b.bin", "c.txt", "d.csv"]
 
 
 @pytest.mark.parametrize("durable", [True, False])

@@ -8,12 +8,6 @@ from ffd_lightning import parallel
 from ffd_lightning.parallel import in_threads
 
 
-@pytest.mark.parametrize("workers", [1, 2, 5])
-def test_every_item_is_done_once(workers):
-    assert dict(in_threads(lambda k: k * k, range(40), workers)) == {k: k * k for k in range(40)}
-    assert list(in_threads(lambda k: k, [], workers)) == []
-
-
 def test_items_are_taken_as_they_are_needed_and_torch_has_one_thread():
     taken, threads = [], set()
 

@@ -34,20 +34,6 @@ def test_long_jobs_say_less_and_less_but_something(clock, capsys):
     assert 100 < len(lines(clock, capsys, 1, 100_000)) < 200
 
 
-def test_nothing_is_shown_if_not_asked(clock, capsys):
-    with CountProgress("training", 9, 0, False) as bar:
-        clock[0] += 100
-        bar.advance(5, lambda: pytest.fail("read for nothing"))
-    assert capsys.readouterr().err == ""
-
-
-def test_a_resumed_count_goes_on(clock, capsys):
-    with CountProgress("training", 100, 40, True) as bar:
-        clock[0] += 11
-        bar.advance(11)
-    assert capsys.readouterr().err == "  training: 51 of 100, 1.0/s, about 49 s left\n"
-
-
 def test_on_a_terminal_a_bar_reads_its_note_about_once_a_second(clock, monkeypatch):
     class Terminal(io.StringIO):
         def isatty(self):

@@ -40,7 +40,22 @@ def read(data: Path, name: str) -> Results:
     files = files or sorted((data / name).glob("*.zip"))
     if not files:
         raise DataError(f"no study {name} in {data}: keep one with keep {name} RUNS")
-    return Results.concat(*map(Results.read, files))
+    return together(*map(Results.read, files))
+
+
+def together(*parts: Results) -> Results:
+    """Return kept results together; a DataError if their protocols are different."""
+    if len({part.protocol for part in parts}) > 1:
+        raise DataError("the results were measured under several protocols")
+    return replace(
+        parts[0],
+        samples=pd.concat([part.samples for part in parts], ignore_index=True),
+        runs=pd.concat([part.runs for part in parts], ignore_index=True),
+        settings=pd.concat([part.settings for part in parts]),
+        families={run: known for part in parts for run, known in part.families.items()},
+        curves=pd.concat([part.curves for part in parts], ignore_index=True),
+        about=[about for part in parts for about in part.about],
+    )
 
 
 def with_regimes_of(one: Results, other: Results) -> Results:
@@ -49,7 +64,7 @@ def with_regimes_of(one: Results, other: Results) -> Results:
     What the two studies set differently is taken not to matter to the regimes that stay.
     """
     stay = set(one.samples["regime"]) - set(other.samples["regime"])
-    both = Results.concat(one.where(regime=stay), other)
+    both = together(one.where(regime=stay), other)
     changed = [
         key
         for key in both.settings

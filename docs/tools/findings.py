@@ -2,7 +2,6 @@
 
     python docs/tools/findings.py                       write all pages and figures
     python docs/tools/findings.py keep NAME RUNS        keep the runs of a folder as a study
-    python docs/tools/findings.py compare NAME RUNS     put runs trained again beside the kept ones
 
 No training is needed for the first. A study in several parts has names like `paper_table/chairs`.
 The texts are the templates in docs/tools/findings; what the kept scores say is computed there.
@@ -11,12 +10,14 @@ The texts are the templates in docs/tools/findings; what the kept scores say is 
 from __future__ import annotations
 
 import argparse
+import io
+import json
 import platform
 import sys
+import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ import pandas as pd
 import torch
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from matplotlib.figure import Figure
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(0, str(Path(__file__).parent))
@@ -43,7 +45,6 @@ from claims import (
     read,
     with_regimes_of,
 )
-from findings_minutes import draw
 
 from ffd_lightning.analysis import compare as comparison
 from ffd_lightning.analysis.budget import error_budget
@@ -55,7 +56,7 @@ from ffd_lightning.analysis.plots import (
     template_count_curves,
     to_svg,
 )
-from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.results import CURVE, Results
 from ffd_lightning.analysis.selection import selection_stability
 from ffd_lightning.analysis.table import Table
 from ffd_lightning.errors import UserError
@@ -221,26 +222,6 @@ def course(name: str, only: Sequence[str], column: str, steps: Sequence[int]) ->
     means = table.pivot_table(column, "regime", "step")
     rows = [[regime_title(r), *(f"{means.loc[r, step]:.1f}" for step in steps)] for r in only]
     return _table(["regime", *(f"step {step}" for step in steps)], rows)
-
-
-def drift(one: str, other: str, measures: Sequence[str], **where: Any) -> str:
-    """Return how far apart the mean scores of two trainings of a regime are: the mean over pairs.
-
-    Pairs are the same seed in two studies, and two seeds in the first.
-    """
-    keys = ["category", "regime", "seed"]
-    first, second = (
-        per_run(study(name).where(**where)).set_index(keys)[list(measures)] for name in (one, other)
-    )
-    pairs = [
-        (part.loc[a] - part.loc[b]).abs()
-        for _, part in first.groupby(keys[:2])
-        for a, b in combinations(part.index, 2)
-    ]
-    means = {"the same seed in both": (first - second).abs().mean()}
-    means["two seeds"] = pd.DataFrame(pairs).mean()
-    rows = [[label, *(_number(m[c], c) for c in measures)] for label, m in means.items()]
-    return _table(_headings(measures, ""), rows)
 
 
 # --- differences ---------------------------------------------------------------------------------
@@ -413,14 +394,6 @@ def same_template(name: str, regime: str) -> str:
     return f"{table['same_template'].mean():.0%}"
 
 
-def agreement(one: str, other: str, only: Sequence[str], **where: Any) -> str:
-    """Return for how many images the same regime and seed select the same in two studies."""
-    samples = [study(name).where(regime=only, **where).samples for name in (one, other)]
-    both = pd.merge(*samples, on=["category", "regime", "seed", "id", "view"])
-    same = (both["template_x"] == both["template_y"]).groupby(both["regime"]).mean()
-    return _table(["regime", "same template"], [[regime_title(r), f"{same[r]:.0%}"] for r in only])
-
-
 def right_category(name: str, regime: str) -> str:
     """Return for how many images a joint network selects a template of their own category."""
     samples = study(name).where(regime=regime).samples
@@ -468,34 +441,7 @@ def labels(name: str) -> str:
     return _table(["category", "regime", *heads], rows)
 
 
-# --- minutes, figures, pages ---------------------------------------------------------------------
-
-
-def recipes() -> str:
-    """Return the scores that recipes of training reach in some seconds: the quality benchmark's."""
-    table = pd.read_csv(DATA / "quality.csv")
-    lengths = sorted(table["asked_seconds"].unique())
-    rows = []
-    for recipe, part in table.groupby("recipe", sort=False):
-        runs = part.set_index("asked_seconds").loc[lengths]
-        cells = [
-            f"{' / '.join(_number(run[m], m) for m in ('chamfer', 'emd', 'iou'))} "
-            f"({run['steps']:,} steps, {run['seconds']:.0f} s)"
-            for _, run in runs.iterrows()
-        ]
-        rows.append([str(recipe), *cells])
-    return _table(["recipe", *(f"{seconds} s" for seconds in lengths)], rows)
-
-
-def recipe_of(recipe: str, column: str, seconds: int) -> str:
-    """Return a number of a recipe after so many seconds, for a sentence."""
-    runs = pd.read_csv(DATA / "quality.csv").set_index(["recipe", "asked_seconds"])
-    return _number(runs.loc[(recipe, seconds), column], column)
-
-
-def recipes_figure(alt: str) -> str:
-    """Draw the recipes' scores into a file beside the pages; return the link to it."""
-    return _drawn("recipes.svg", draw(pd.read_csv(DATA / "quality.csv")), alt)
+# --- figures, pages ------------------------------------------------------------------------------
 
 
 def figure(kind: str, name: str, alt: str, **where: Any) -> str:
@@ -529,10 +475,10 @@ def pages() -> dict[str, str]:
 
 
 _FUNCTIONS: tuple[Callable[..., str], ...] = (
-    *(setup, scores, versions, seeds_of, by_category, categories_of, course, drift),
+    *(setup, scores, versions, seeds_of, by_category, categories_of, course),
     *(changes, change, changes_in, changes_by_category, counts, versus, against),
-    *(verdicts, word, claim, stability, same_template, agreement, right_category),
-    *(budgets, budgets_of, labels, recipes, recipe_of, recipes_figure, figure),
+    *(verdicts, word, claim, stability, same_template, right_category),
+    *(budgets, budgets_of, labels, figure),
 )  # that the templates of pages may call
 
 
@@ -541,11 +487,61 @@ _FUNCTIONS: tuple[Callable[..., str], ...] = (
 
 def keep(name: str, runs: Path, protocol: str | None, commands: Sequence[str]) -> None:
     """Keep the finished runs of a folder as a study, or as a part of one."""
-    file = DATA / f"{name}.zip"
-    file.parent.mkdir(parents=True, exist_ok=True)
     about = {"processor": processor(), "commands": list(commands)}
-    Results.read(runs, protocol).save(file, about)
+    file = DATA / f"{name}.zip"
+    save(Results.read(runs, protocol), file, about)
     print(f"{file}: {file.stat().st_size / 1e6:.2f} MB")
+
+
+def save(results: Results, file: Path, about: Mapping[str, Any]) -> None:
+    """Write scores, curves and settings of finished runs, of settings that are paths the names."""
+    results.check_scored()
+    runs = list(results.scored["run"])
+    names = zip(results.samples["run"], results.samples["template"], strict=True)
+    family = [results.families.get(run, {}).get(template, "") for run, template in names]
+    settings = results.settings.loc[runs].filter(regex=r"^(?!paths\.)").map(_without_folder)
+    shared = [key for key in settings if settings[key].map(repr).nunique() == 1]
+    known = {
+        "protocol": results.protocol.to_json(),
+        "settings": json.loads(settings[shared].iloc[0].to_json()),
+        "seconds_per_step": results.scored.set_index("run")["seconds_per_step"].to_dict(),
+        **about,
+    }
+    tables = {
+        "samples.csv": results.samples.assign(template_family=family),
+        "curves.csv": pd.concat([_curves(run, results.run_folder(run).path) for run in runs]),
+        "settings.csv": settings.drop(columns=shared).reset_index(),
+    }
+    content = {
+        name: table.to_csv(index=False, float_format="%.5g", lineterminator="\n")
+        for name, table in tables.items()
+    }
+    content["about.json"] = json.dumps(known, indent=1, sort_keys=True)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_LZMA) as archive:
+        for name, text in content.items():  # of one date: the same file for the same results
+            archive.writestr(zipfile.ZipInfo(name), text, zipfile.ZIP_LZMA)
+    write_bytes_atomic(file, packed.getvalue())
+
+
+def _without_folder(value: Any) -> Any:
+    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
+
+
+def _curves(name: str, run: Path) -> pd.DataFrame:
+    """Read the validation scores of a run from its TensorBoard log; no rows where there is none."""
+    if not (run / "tensorboard").is_dir():
+        return pd.DataFrame(columns=CURVE)
+    log = EventAccumulator(str(run / "tensorboard"), {"scalars": 0})
+    log.Reload()
+    tags = log.Tags()["scalars"]
+    columns = {
+        name: {event.step: event.value for event in log.Scalars(f"val/{name}")}
+        for name in CURVE[2:]
+        if f"val/{name}" in tags
+    }
+    table = pd.DataFrame(columns).sort_index().rename_axis("step").reset_index()
+    return table.assign(run=name).reindex(columns=CURVE)
 
 
 def processor() -> str:
@@ -562,28 +558,12 @@ def processor() -> str:
     return f"{kind} ({capability}, {count}), torch {torch.__version__}"
 
 
-def compare(name: str, folder: Path) -> None:
-    """Print the scores of runs that were trained again beside those of the kept runs."""
-    kept = study(name)
-    again = Results.read(folder, kept.protocol.name)
-    for run, new in again.samples.groupby("run", sort=False):
-        old = kept.samples[kept.samples["run"] == run]
-        if old.empty:
-            print(f"{run}: not in the kept study")
-            continue
-        both = pd.concat([new.assign(label="again", run="again"), old.assign(label="kept")])
-        for measure in kept.protocol.metrics:
-            part = replace(kept, samples=both)
-            table = comparison.compare(part, measure.name, "label", held=())
-            print(f"{run}: {table['statement'].iloc[0]}")
-
-
 def main() -> int:
     """See the top of this file."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("action", nargs="?", default="write", choices=("write", "keep", "compare"))
+    parser.add_argument("action", nargs="?", default="write", choices=("write", "keep"))
     parser.add_argument("study", nargs="?", help="its name")
     parser.add_argument("runs", nargs="?", type=Path, help="folder of its runs")
     parser.add_argument("--protocol", help="keep: whose scores (default: the training's)")
@@ -593,8 +573,6 @@ def main() -> int:
         parser.error(f"{given.action} needs the name of a study and a folder of runs")
     if given.action == "keep":
         keep(given.study, given.runs, given.protocol, given.command)
-    elif given.action == "compare":
-        compare(given.study, given.runs)
     else:
         for name, text in pages().items():
             write_atomic(FOLDER / name, text)

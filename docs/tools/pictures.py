@@ -3,8 +3,8 @@
     python docs/tools/pictures.py                     # all, which takes trainings
     python docs/tools/pictures.py overview.jpg figures/method.png
 
-`--runs` and `--data` name folders, by default `runs` and `data`. Screenshots and notebooks need the
-extra `pictures`, and a Chromium on the path.
+`--runs` and `--data` name folders, by default `runs` and `data`. Notebooks need the extra
+`pictures`. Screenshots of pages (the report, TensorBoard, the viewer) are taken by hand.
 """
 
 from __future__ import annotations
@@ -28,9 +28,7 @@ _LARGEST = 2000  # pixels
 
 REGIMES = ("b", "w", "e", "r", "posterior")
 SHOWN = ("chair", "plane", "sofa", "bench", "car")
-FIGURES = ("method", "overview", "subdivision", "voxels", "labels", "candidates")
-SCREENSHOTS = ("report", "viewer", "tensorboard-scalars", "tensorboard-selection")
-SCREENSHOTS += ("tensorboard-clouds", "tensorboard-hparams")
+FIGURES = ("method", "overview", "subdivision", "voxels", "labels")
 NOTEBOOKS = {
     "results": ("results", "demo.zip"),
     "template_counts": ("results", "template_counts.zip"),
@@ -136,13 +134,6 @@ def _notebook(place: Place, file: Path) -> None:
         _fewer_colors(drawn)
 
 
-def _screenshot(place: Place, file: Path) -> None:
-    from screenshots import take
-
-    take(place, file)
-    _fewer_colors(file)
-
-
 def _fewer_colors(file: Path) -> None:
     """Write a PNG again with 256 colours: a third of the bytes, and no difference to the eye.
 
@@ -169,7 +160,6 @@ def _pictures() -> dict[str, tuple[str | None, Make]]:
         "findings/real.jpg": ("real", _drawing("overview", real, 3, 120)),
         "scaling.png": (None, _scaling),
     }
-    found |= {f"{name}.png": ("demo", _screenshot) for name in SCREENSHOTS}
     found |= {f"figures/{name}.png": ("demo", _figure) for name in FIGURES}
     for name, (_, source) in NOTEBOOKS.items():
         found[f"notebooks/{name}.md"] = None if source.endswith(".zip") else source, _notebook

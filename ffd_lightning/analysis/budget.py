@@ -26,19 +26,6 @@ SHARES = (
 )
 """What a score is made of, from what nothing can mend to what the selection costs."""
 
-QUALITY = {
-    "folded": ("folded", "share of the surface turned inside out, %", 100.0),
-    "stretch_95": ("stretch", "ratio of edge lengths, 95th percentile", 1.0),
-    "bending": ("bending", "squared second differences of the offsets", 1.0),
-    "density": (
-        "density",
-        "share of the earth mover's distance that is gone with points drawn anew on the deformed "
-        "surface, %",
-        100.0,
-    ),
-}
-"""What the deformed meshes are like: column, its heading, meaning and factor."""
-
 
 def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.DataFrame:
     """Return what each run's mean error is made of, in the protocol's main measure.
@@ -49,8 +36,7 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
 
     Returns:
         A row per run (index `run`): `floor`, `capacity`, `deformation` and `selection`, which add
-        up to `total`, in the measure as people read it; `regret`, the selection's share of it;
-        and of `QUALITY` what the samples have, means as they are.
+        up to `total`, in the measure as people read it; and `regret`, the selection's share of it.
 
     Raises:
         DataError: no run has the references, or of the main measure more is better.
@@ -73,12 +59,4 @@ def error_budget(samples: pd.DataFrame, protocol: ProtocolDescription) -> pd.Dat
     table = parts.set_axis([share.name for share in SHARES], axis=1)
     table["total"] = sums[measure.name]
     table["regret"] = table["selection"] / table["total"]
-    return table.join(mesh_quality(known))
-
-
-def mesh_quality(samples: pd.DataFrame) -> pd.DataFrame:
-    """Return of `QUALITY` what samples have: means of each run (index `run`)."""
-    means = samples.groupby("run", sort=False).mean(numeric_only=True)
-    if "resampled_emd" in means:
-        means["density"] = 1 - means["resampled_emd"] / means["emd"]
-    return means[[name for name in QUALITY if name in means]]
+    return table

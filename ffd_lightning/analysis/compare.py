@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -14,10 +14,8 @@ from scipy import stats
 
 from ffd_lightning.analysis.naming import SETTING, name_of, place
 from ffd_lightning.analysis.results import Results, deciding_settings
-from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import DataError
-from ffd_lightning.evaluation.candidates import CANDIDATES
-from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
+from ffd_lightning.evaluation.protocols import Metric
 
 RESAMPLES = 10_000
 LEVEL = 0.05
@@ -112,7 +110,7 @@ def compare(
         the shapes they share; `difference`, the mean of a - b in the measure's own unit, and its
         interval `low`, `high`; `p`, and `p_corrected` for all rows together (Holm); `num_samples`,
         shapes; `seeds_a`, `seeds_b`; `agreement`, the share of pairs of seeds, one of each group,
-        whose difference has this sign; `shown`; `statement`, a sentence.
+        whose difference has this sign; `shown`.
 
     Raises:
         DataError: there is nothing that can be compared; the message says why.
@@ -120,7 +118,6 @@ def compare(
     names = [by] if isinstance(by, str) else list(by)
     held = [name for name in SETTING if name not in names] if held is None else list(held)
     results.check_scored()
-    metric = measure_of(measure, results.protocol)
     require_columns(results.samples, [measure, *names, *held])
     without = results.samples.loc[results.samples[measure].isna(), "run"]
     if len(without):
@@ -149,7 +146,6 @@ def compare(
     table.insert(len(columns), "measure", measure)
     table.insert(table.columns.get_loc("p") + 1, "p_corrected", holm(table["p"]))
     table["shown"] &= table["p_corrected"] < LEVEL
-    table["statement"] = [_statement(row, held, metric) for row in table.to_dict("records")]
     return table
 
 
@@ -205,36 +201,6 @@ def _numbers(pairs: Sequence[_Pair]) -> dict[str, Any]:
     }
 
 
-def _statement(row: dict[Any, Any], held: Sequence[str], metric: Metric) -> str:
-    """Say in a sentence what a comparison shows.
-
-    One group "beats" another only where both were trained several times, and every pair of their
-    runs agrees: of a single training, only its scores can be said to be better.
-    """
-    where = ("the " if is_mean(row["category"]) else "") + row["category"]
-    if common := name_of(row, held, long=False):
-        where += f" ({common})"
-    again = min(row["seeds_a"], row["seeds_b"]) > 1 and row["agreement"] == 1
-    shape = row["measure"].removesuffix(metric.name).replace("_", " ") + metric.title
-    if row["shown"]:
-        row = row if row["difference"] > 0 else turned(row)
-        better, worse = (row["a"], row["b"]) if metric.higher_is_better else (row["b"], row["a"])
-        verb = "beats" if again else "scores better than"
-        word = "higher" if metric.higher_is_better else "lower"
-        text = f"{better} {verb} {worse} on {where}: {shape} {word} by "
-    else:
-        text = f"no difference shown between {row['a']} and {row['b']} on {where}: "
-        text += f"{shape} {row['a']} - {row['b']} = "
-    mean, low, high = (number(metric.factor * row[x]) for x in ("difference", "low", "high"))
-    unit = "" if metric.factor == 1 else f" x {metric.factor:g}"
-    chance = "p < 0.001" if row["p_corrected"] < 0.001 else f"p = {row['p_corrected']:.2g}"
-    seeds = "one training each: another seed may give another order"
-    if max(row["seeds_a"], row["seeds_b"]) > 1:
-        agree = f"{row['agreement']:.0%} of their pairs agree"
-        seeds = f"{row['seeds_a']} and {row['seeds_b']} seeds, {agree}"
-    return f"{text}{mean} [{low}, {high}]{unit} ({row['num_samples']} shapes, {chance}; {seeds})"
-
-
 def is_mean(category: object) -> bool:
     """Tell whether a row of `compare` is over several categories."""
     return str(category).startswith(_MEAN)
@@ -262,36 +228,11 @@ def compare_with(results: Results, measure: str, shape: str) -> pd.DataFrame:
     return pd.DataFrame([row if row["a"] == "network" else turned(row) for row in rows])
 
 
-class Best(NamedTuple):
-    """Groups of runs ranked by one measure, on the test shapes that all of them share.
+def leads(compared: pd.DataFrame, measure: Metric) -> list[dict[str, Any]]:
+    """Return the best group against the second, of each category and the mean of all that have all.
 
-    Attributes:
-        category: its name; `mean of <k>` over several.
-        means: of each group, by its label, the best first.
-        lead: the best against the second, as a row of `compare`; positive where it is better.
-        level: groups that are not shown to be worse than the best.
-    """
-
-    category: str
-    means: dict[str, float]
-    lead: dict[str, Any]
-    level: frozenset[str]
-
-    @property
-    def shown(self) -> bool:
-        """Whether mean and ranks both show the lead."""
-        return bool(self.lead["shown"])
-
-    @property
-    def seeds(self) -> int:
-        """The fewest trainings of the best and the second."""
-        return int(min(self.lead["seeds_a"], self.lead["seeds_b"]))
-
-
-def best(compared: pd.DataFrame, measure: Metric) -> list[Best]:
-    """Rank the groups of each category, and of the mean of those that have all groups.
-
-    `compared` are all pairs of groups by this measure, as `compare` gives them with nothing held.
+    They are rows of `compare`: `a` is the best. `compared` are all pairs of groups by this measure,
+    as `compare` gives them with nothing held.
     """
     count = len(set(compared["a"]) | set(compared["b"]))
     found = []
@@ -301,27 +242,9 @@ def best(compared: pd.DataFrame, measure: Metric) -> list[Best]:
         means = dict(zip(pairs["a"], pairs["mean_a"], strict=True))
         means |= dict(zip(pairs["b"], pairs["mean_b"], strict=True))
         order = sorted(means, key=means.__getitem__, reverse=measure.higher_is_better)
-        of_best = pairs[(pairs["a"] == order[0]) | (pairs["b"] == order[0])]
-        second = (of_best["a"] == order[1]) | (of_best["b"] == order[1])
-        (lead,) = of_best[second].to_dict("records")
-        if (lead["a"] == order[0]) != measure.higher_is_better:
-            lead = turned(lead)
-        level = of_best.loc[~of_best["shown"], ["a", "b"]].to_numpy().ravel()
-        ranked = {label: float(means[label]) for label in order}
-        found.append(Best(str(category), ranked, lead, frozenset(level) - {order[0]}))
+        (row,) = pairs[pairs["a"].isin(order[:2]) & pairs["b"].isin(order[:2])].to_dict("records")
+        found.append(row if row["a"] == order[0] else turned(row))
     return found
-
-
-def measure_of(column: str, protocol: ProtocolDescription) -> Metric:
-    """Return the measure of a protocol that a column of samples holds, of whatever shape."""
-    for measure in protocol.metrics:
-        if column in [f"{shape}_{measure.name}".removeprefix("_") for shape in CANDIDATES]:
-            return measure
-    raise DataError(
-        f"{column} is no measure of protocol {protocol.name}: it has "
-        f"{', '.join(m.name for m in protocol.metrics)}; for another shape with its name before "
-        "it: undeformed_..."
-    )
 
 
 def require_columns(table: pd.DataFrame, columns: Iterable[str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import PurePath
 from typing import Any
@@ -54,7 +53,7 @@ def setting_text(value: Any) -> str:
 def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     """Return for each run what else tells its setting apart: "schedule.steps=300", say.
 
-    "" where regime and templates do; the folder of runs that have all in common.
+    "" where regime and templates do; the run's name where runs have all in common.
 
     Args:
         runs: `run`, `category`, `regime`, `templates` and `seed`.
@@ -75,11 +74,7 @@ def variants(runs: pd.DataFrame, settings: pd.DataFrame) -> pd.Series:
     twice = same.duplicated([*GROUP, "seed"])
     if twice.any():
         alike = same.set_index(GROUP).index.isin(same[twice].set_index(GROUP).index)
-        folders = runs["run"].map(_without_seed)
-        unique = not runs.assign(folder=folders)[alike].duplicated(["folder", "seed"]).any()
-        found[alike] = found[alike].map(lambda x: f"{x}, " if x else "") + (
-            folders if unique else runs["run"]
-        )
+        found[alike] = found[alike].map(lambda x: f"{x}, " if x else "") + runs["run"]
     return found
 
 
@@ -87,11 +82,6 @@ def _shortened(values: pd.Series) -> pd.Series:
     """Return values without the folders of files, where that does not make them equal."""
     names = values.map(lambda value: PurePath(value).name if value.startswith("/") else value)
     return names if names.nunique() == values.nunique() else values
-
-
-def _without_seed(run: str) -> str:
-    """Return a run's folder without what names its seed: of `b/t8/seed1_x-50` `b/t8/x-50`."""
-    return str(PurePath(*(re.sub(r"^seed\d+_?", "", part) for part in run.split("/"))))
 
 
 def place(value: Any) -> tuple[int, float, str]:
@@ -118,21 +108,18 @@ def run_labels(table: pd.DataFrame, titled: bool = False) -> dict[str, str]:
 def setting_labels(table: pd.DataFrame) -> tuple[pd.DataFrame, dict[str, str]]:
     """Return a row per run (index) with `category` and `label`, and the colour of each label.
 
-    A regime has its own colour, lighter for fewer templates; of one regime, numbers of templates
-    have colours in order.
+    A regime has its own colour where each is there once; other settings have colours in order.
     """
     runs = _runs(table)
     columns = differing(runs)
     runs["label"] = [name_of(row, columns or ["regime"]) for row in runs.to_dict("records")]
-    firsts = runs.drop_duplicates("label").set_index("label")
+    firsts = runs.drop_duplicates("label")
     if columns == ["templates"]:
-        return runs, _scale(list(firsts.sort_values("templates", kind="stable").index))
-    of_regime = colors_of(list(dict.fromkeys(firsts["regime"])))
-    colors = {}
-    for regime, part in firsts.groupby("regime", sort=False):
-        for place, label in enumerate(part.sort_values("templates", kind="stable").index):
-            colors[str(label)] = _lighter(of_regime[str(regime)], place, len(part))
-    return runs, {label: colors[label] for label in firsts.index}
+        firsts = firsts.sort_values("templates", kind="stable")
+    if firsts["regime"].is_unique:
+        of_regime = colors_of(list(firsts["regime"]))
+        return runs, dict(zip(firsts["label"], of_regime.values(), strict=True))
+    return runs, _scale(list(firsts["label"]))
 
 
 def _runs(table: pd.DataFrame) -> pd.DataFrame:
@@ -158,10 +145,3 @@ def _scale(names: Sequence[str]) -> dict[str, str]:
     places = np.linspace(0, 0.85, len(names))
     colors = matplotlib.colormaps["viridis"](places)
     return {n: matplotlib.colors.to_hex(c) for n, c in zip(names, colors, strict=True)}
-
-
-def _lighter(color: str, place: int, count: int) -> str:
-    """Return a colour mixed with white: the last of `count` places is the colour itself."""
-    share = 0.6 * (count - 1 - place) / max(count - 1, 1)
-    rgb = matplotlib.colors.to_rgb(color)
-    return matplotlib.colors.to_hex(tuple((1 - share) * np.array(rgb) + share))

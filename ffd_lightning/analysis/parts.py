@@ -1,166 +1,57 @@
-"""How well runs transfer part labels."""
+"""How well part labels are transferred from templates of the query's family, and of others."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from ffd_lightning.analysis.compare import interval, require_columns
-from ffd_lightning.analysis.results import Families, Results
-from ffd_lightning.analysis.table import Cell, Table
-from ffd_lightning.analysis.wording import SHAPE_TITLES
-from ffd_lightning.evaluation.candidates import CANDIDATES
-
-PROTOCOL = "parts"
-PART = "part_iou_"
-"""What names of measures of single parts begin with."""
+from ffd_lightning.analysis.results import Families
 
 _FEWEST = 6  # shapes that have an interval: fewer show nothing
 _RUN = ["run", "category", "regime", "templates", "seed"]
 
 
-def part_columns(samples: pd.DataFrame) -> list[str]:
-    """Return the names of the measures of single parts, `part_iou_<part>`, the commonest first."""
-    columns = [name for name in samples if name.startswith(PART)]
-    return sorted(columns, key=lambda name: -int(samples[name].notna().sum()))
-
-
-def transfer_table(
-    samples: pd.DataFrame, measures: str | Sequence[str] = "part_iou"
-) -> pd.DataFrame:
-    """Return how well the labels of each shape fit the truth, beside those of the network.
-
-    Intervals are of these trained networks over test shapes (see `compare.interval`), several
-    images of a shape averaged. Measures of a single part are over the shapes that have the part;
-    fewer than 6 shapes have no interval (NaN).
-
-    Args:
-        samples: of `Results` under protocol parts.
-        measures: names of measures of the protocol, or `part_columns`.
-
-    Returns:
-        A row per run, category of shapes, measure and shape that was scored. Columns: `run`,
-        `category`, `regime`, `templates`, `seed`, `measure`, `shape` (a key of
-        `candidates.CANDIDATES`, "" for the network), `num_samples` (test shapes), `mean` with its
-        95% interval `low`, `high`, and `gain` with `gain_low`, `gain_high`: the network's less this
-        shape's, one by one (NaN for the network itself). Shares, from 0 to 1.
-    """
-    rows = []
-    for measure in [measures] if isinstance(measures, str) else measures:
-        require_columns(samples, [measure])
-        columns = {f"{shape}_{measure}" if shape else measure: shape for shape in CANDIDATES}
-        for values, part in samples.groupby(_RUN, sort=False):
-            scores = part.groupby("id")[[name for name in columns if name in part]].mean()
-            scores = scores.dropna(axis=1, how="all").dropna()
-            for name in scores if measure in scores and len(scores) else ():
-                row = dict(zip(_RUN, values, strict=True)) | {"measure": measure}
-                row |= {"shape": columns[name], "num_samples": len(scores)}
-                gains = [(scores[measure] - scores[name]).to_numpy(float)] if columns[name] else []
-                rows.append(row | _mean([scores[name].to_numpy(float)]) | _mean(gains, "gain_"))
-    return pd.DataFrame(rows)
-
-
-def family_table(
-    samples: pd.DataFrame, families: Families, measure: str = "part_iou"
-) -> pd.DataFrame:
-    """Return how well labels are transferred from templates of the query's family, and of others.
+def family_table(samples: pd.DataFrame, families: Families) -> pd.DataFrame:
+    """Return the part IoU by whether the selected template is of the query's structural family.
 
     Args:
         samples: of `Results` under protocol parts.
         families: of `Results`; runs that are not in it have no rows.
-        measure: a measure of the protocol.
 
     Returns:
-        Three rows per run and category, by column `family`: "same", where the selected template is
-        of the query's structural family, "other", and "same - other", their difference. The other
-        columns are those of `transfer_table`; `gain` is the deformed template's less that of the
-        same template as it is. Shapes whose family is not known are left out; a group without
-        shapes is NaN.
+        Three rows per run and category, by column `family`: "same", "other", and "same - other",
+        their difference. Columns: `run`, `category`, `regime`, `templates`, `seed`, `num_samples`
+        (test shapes, several images of one averaged), `mean` and its 95% interval `low`, `high`
+        over test shapes (NaN for fewer than 6). Shapes whose family is not known are left out; a
+        group without shapes is NaN.
     """
-    require_columns(samples, ["family", "template", measure, f"undeformed_{measure}"])
+    require_columns(samples, ["family", "template", "part_iou"])
     rows = []
     for values, part in samples.groupby(_RUN, sort=False):
         run, category = values[:2]
         known = part[part["family"].fillna("") != ""]
         if known.empty or not families.get(run):
             continue
-        same = known["template"].map(families[run]) == category + "/" + known["family"]
-        scores, gains = [], []
-        for mask in (same, ~same):
-            means = known[mask].groupby("id")[[measure, f"undeformed_{measure}"]].mean()
-            scores.append(means[measure].to_numpy(float))
-            gains.append((means[measure] - means[f"undeformed_{measure}"]).to_numpy(float))
-        first = dict(zip(_RUN, values, strict=True))
+        is_same = known["template"].map(families[run]) == category + "/" + known["family"]
+        same, other = (
+            known[mask].groupby("id")["part_iou"].mean().to_numpy(float)
+            for mask in (is_same, ~is_same)
+        )
         # Twice the groups, one of them negated: the mean over both strata is their difference.
-        for name, weights in (("same", (1,)), ("other", (0, 1)), ("same - other", (2, -2))):
-            strata, of_gain = (
-                [w * x for w, x in zip(weights, groups, strict=False) if w]
-                for groups in (scores, gains)
-            )
-            row = {**first, "family": name, "num_samples": sum(map(len, strata))}
-            rows.append(row | _mean(strata) | _mean(of_gain, "gain_"))
+        groups = {"same": [same], "other": [other], "same - other": [2 * same, -2 * other]}
+        for name, strata in groups.items():
+            row = dict(zip(_RUN, values, strict=True)) | {"family": name}
+            rows.append(row | {"num_samples": sum(map(len, strata))} | _mean(strata))
     return pd.DataFrame(rows)
 
 
-def _mean(strata: Sequence[NDArray[np.float64]], prefix: str = "") -> dict[str, float]:
+def _mean(strata: Sequence[NDArray[np.float64]]) -> dict[str, float]:
     """Return a mean over strata of shapes, (n,) each, with its interval."""
-    counts = [len(values) for values in strata]
-    mean = float(np.mean([x.mean() for x in strata])) if all(counts) and counts else np.nan
-    low, high = interval(strata) if min(counts, default=0) >= _FEWEST else (np.nan, np.nan)
-    return {prefix.rstrip("_") or "mean": mean, f"{prefix}low": low, f"{prefix}high": high}
-
-
-def label_tables(results: Results) -> list[Table]:
-    """Return tables of results under protocol parts: shapes, single parts, families if known."""
-    results.check_scored()
-    samples, tables = results.samples, []
-    for measures, title, over in (
-        ("part_iou", "Part IoU x 100 of transferred labels", "parts, then over test shapes"),
-        (part_columns(samples), "IoU x 100 of single parts", "the test shapes that have it"),
-    ):
-        table = transfer_table(samples, measures)
-        shapes = [shape for shape in CANDIDATES if shape in set(table["shape"])]
-        rows = []
-        for values, part in table.groupby(["run", "category", "measure"], sort=False):
-            by_shape = part.set_index("shape").to_dict("index")
-            heads = [*map(str, values[:2]), str(values[2]).removeprefix(PART)]
-            cells = [_cell(by_shape.get(shape), shape) for shape in shapes]
-            rows.append([*heads, str(by_shape[""]["num_samples"]), *cells])
-        titles = [SHAPE_TITLES[shape].replace(" ", "\n") for shape in shapes]
-        note = (
-            f"Means over {over}; of the network (selected template, deformed) with 95% interval; "
-            "below the others: how much more the network has."
-        )
-        tables.append(Table(title, ["run", "category", "part", "shapes", *titles], rows, 3, note))
-    rows = [
-        [
-            *(str(row[name]) for name in ("run", "category", "family", "num_samples")),
-            f"{_number(row, 'mean')} {_span(row)}".rstrip(),
-            f"{_number(row, 'gain', '+')} {_span(row, 'gain_')}".rstrip(),
-        ]
-        for row in family_table(samples, results.families).to_dict("records")
-    ]
-    head = ["run", "category", "template's family", "shapes", "part IoU", "gain"]
-    note = "Gain: over the same template as it is. 95% intervals over test shapes."
-    title = "Part IoU x 100 by the selected template's structural family"
-    return [*tables, Table(title, head, rows, 3, note)] if rows else tables
-
-
-def _cell(row: Mapping[Any, Any] | None, shape: str) -> str:
-    if row is None:
-        return "-"
-    gain = f"{_number(row, 'gain', '+')} {_span(row, 'gain_')}".rstrip()
-    return Cell(_number(row, "mean"), gain if shape else _span(row))
-
-
-def _number(row: Mapping[Any, Any], name: str, sign: str = "") -> str:
-    return "-" if np.isnan(row[name]) else f"{100 * row[name]:{sign}.1f}"
-
-
-def _span(row: Mapping[Any, Any], prefix: str = "") -> str:
-    low, high = (row[f"{prefix}{end}"] for end in ("low", "high"))
-    return "" if np.isnan(low) else f"[{100 * low:.1f}, {100 * high:.1f}]"
+    fewest = min(map(len, strata))
+    mean = float(np.mean([x.mean() for x in strata])) if fewest else np.nan
+    low, high = interval(strata) if fewest >= _FEWEST else (np.nan, np.nan)
+    return {"mean": mean, "low": low, "high": high}

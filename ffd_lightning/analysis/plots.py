@@ -2,7 +2,7 @@
 
 Nothing here touches pyplot, so that figures can be made on any machine and in any thread. Each is
 drawn for a width of about 400 pixels: text stays readable on a telephone. What a measure is, its
-points and unit, is for captions (`wording.measure_note`).
+points and unit, is for captions.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Literal
 
 import matplotlib
@@ -20,12 +21,13 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
+from PIL import Image
 
-from ffd_lightning.analysis.budget import SHARES, error_budget
 from ffd_lightning.analysis.naming import colors_of, run_labels, setting_labels
-from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
+from ffd_lightning.files import write_bytes_atomic
+from ffd_lightning.imaging.grid import png
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import regime_title
 
@@ -44,21 +46,18 @@ STYLE: Any = {
     "svg.fonttype": "path",
     "pdf.fonttype": 42,  # letters stay letters, which others' programs can edit
 }
-DPI = 200
-FORMATS: dict[str, Any] = {
+_DPI = 200
+_FORMATS: dict[str, Any] = {
     ".png": {"Software": None},
     ".pdf": {"CreationDate": None},
     ".svg": {"Date": None, "Creator": None},
-}
-"""Endings of files that figures are written as, and metadata that would change from day to day."""
-
+}  # metadata that would change from day to day
 _DASHES: tuple[tuple[str, str, Literal["-", ":"]], ...] = (
     ("", "deformed", "-"),
     ("undeformed_", "undeformed", ":"),
 )  # prefix of the columns, name, line style
 _WIDTH = 4.2  # inches
 _MANY_TICKS = 50  # times as much at the right end: ticks at 1, 2 and 5 would run into each other
-_BUDGET = ("#BBBBBB", "#56B4E9", "#E69F00", "#882255")  # of the parts of an error: no regime's
 
 
 @contextmanager
@@ -145,7 +144,7 @@ def cumulative_curves(
                 panel.xaxis.set_minor_formatter(NullFormatter())
             panel.set_ylim(0, 1.02)
         words = f"share of test images {'above' if metric.higher_is_better else 'below'}"
-        _label(figure, panels, scaled_title(metric), words, colors)
+        _label(figure, panels, metric.scaled_title, words, colors)
     return figure
 
 
@@ -226,7 +225,7 @@ def template_count_curves(
             if len(categories) > 1:
                 panel.set_title(category)
         titled = {regime_title(name): color for name, color in colors.items()}
-        _label(figure, panels, "number of templates T", scaled_title(metric), titled)
+        _label(figure, panels, "number of templates T", metric.scaled_title, titled)
     return figure
 
 
@@ -250,51 +249,30 @@ def _over_seeds(panel: Axes, values: pd.Series, color: str, dash: str) -> None:
         line.set_linewidth(0.9)
 
 
-def budget_bars(samples: pd.DataFrame, protocol: ProtocolDescription) -> Figure:
-    """Draw what each run's error is made of as one stacked bar, see `budget.error_budget`.
-
-    A part below zero, where a choice by Chamfer distance is better by another measure, goes to the
-    left; a line is then where the parts come to.
-
-    Args:
-        samples: of `Results`.
-        protocol: that they were measured under; its main measure is a distance.
-
-    Raises:
-        DataError: no run has the references, or more is better.
-    """
-    table, labels = error_budget(samples, protocol), run_labels(samples, titled=True)
-    table = table.loc[[run for run in labels if run in table.index]]
-    title = f"What the {protocol.main_metric.title} is made of"
-    with _styled(1, 1.4 * _WIDTH, 0.34 * len(table), title) as (figure, (panel,)):
-        places = np.arange(len(table))
-        left, right = np.zeros((2, len(table)))
-        for share, color in zip(SHARES, _BUDGET, strict=True):
-            width = table[share.name].to_numpy()
-            start = np.where(width < 0, left, right)
-            panel.barh(places, width, left=start, color=color, label=share.name, height=0.7)
-            left, right = left + width.clip(max=0), right + width.clip(min=0)
-        for place, total in zip(places, table["total"], strict=True):
-            panel.text(right[place], float(place), f" {total:.1f}", va="center", fontsize=8)
-            if left[place] < 0:
-                panel.vlines(total, place - 0.35, place + 0.35, color="black", linewidth=1.5)
-        panel.set_yticks(places, [labels[str(run)] for run in table.index])
-        panel.invert_yaxis()
-        panel.set_xlim(1.12 * left.min(), 1.12 * right.max())
-        panel.grid(axis="y", visible=False)
-        figure.legend(loc="outside lower center", ncols=len(SHARES), frameon=False)
-        panel.set_xlabel(scaled_title(protocol.main_metric))
-    return figure
-
-
 def to_svg(figure: Figure) -> bytes:
     """Return a figure as SVG, the same bytes each time; letters are paths, so no font is needed."""
-    return to_bytes(figure, ".svg")
+    return _to_bytes(figure, ".svg")
 
 
-def to_bytes(figure: Figure, ending: str) -> bytes:
-    """Return a figure as a file with one of the endings `FORMATS`, the same bytes each time."""
+def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
+    """Write a plot as PNG at 200 dpi and as PDF, or a picture as PNG, the same bytes each time.
+
+    Endings of `path` are replaced. Returns the files; a DataError where one cannot be written.
+    """
+    if isinstance(figure, Image.Image):
+        contents = {".png": png(figure, dpi=(_DPI, _DPI))}
+    else:
+        contents = {ending: _to_bytes(figure, ending) for ending in (".png", ".pdf")}
+    for ending, content in contents.items():
+        try:
+            write_bytes_atomic(path.with_suffix(ending), content)
+        except OSError as error:
+            raise DataError(f"cannot write {path}: {error.strerror or error}") from None
+    return [path.with_suffix(ending) for ending in contents]
+
+
+def _to_bytes(figure: Figure, ending: str) -> bytes:
     buffer = io.BytesIO()
     with matplotlib.rc_context(STYLE):
-        figure.savefig(buffer, format=ending[1:], dpi=DPI, metadata=FORMATS[ending])
+        figure.savefig(buffer, format=ending[1:], dpi=_DPI, metadata=_FORMATS[ending])
     return buffer.getvalue()

@@ -21,7 +21,6 @@ from ffd_lightning.analysis.naming import GROUP, SETTING, setting_text, sorted_r
 from ffd_lightning.analysis.status import run_status
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import ProtocolDescription
-from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.run_folder import RunFolder, decides, find_runs
 
@@ -32,9 +31,8 @@ _KEYS = {
     "seed": "seed",
 }  # columns of tables, and the settings that they hold
 _HOW = ("format", "protocol", "all_views", "seed")  # in `summary.json`: decide scores, with weights
-_CURVE = ["run", "step", "box_chamfer", "effective_templates"]
-_DIGITS = "%.5g"  # of kept scores: more than any two runs agree in by chance
-_OLD = (1980, 1, 1, 0, 0, 0)  # the same file for the same results
+CURVE = ["run", "step", "box_chamfer", "effective_templates"]
+"""Columns of curves of validation."""
 
 Families = Mapping[str, Mapping[str, str]]
 """Of each run, `<category>/<structural family>` of templates it could select (kept: selects)."""
@@ -72,27 +70,20 @@ class Results:
 
     @classmethod
     def read(cls, folder: Path, protocol: str | None = None) -> Results:
-        """Read all runs at any depth below a folder, or what `save` wrote, a file `*.zip`.
+        """Read all runs at any depth below a folder, or kept results (docs/findings/data/*.zip).
 
         Args:
             folder: or the file.
-            protocol: the name of the results; that of most runs where it is None.
+            protocol: the name of the results; by default that which most trainings ended with.
 
         Raises:
-            ConfigError: no run was evaluated under this protocol.
-            DataError: no run, or no such file.
+            DataError: no run, no such file, or none was evaluated under the protocol that is named.
         """
         if folder.suffix == ".zip":
             return _read_kept(folder)
         results = cls.of(find_runs(folder), protocol, folder)
-        if protocol is not None and not results.protocol.metrics:
-            folders = [results.run_folder(run) for run in results.settings.index]
-            if names := {name for run in folders for name in described_protocols(run)}:
-                raise ConfigError(
-                    f"no run was evaluated under protocol {protocol!r}: choose one of "
-                    f"{', '.join(sorted(names))}, or evaluate one: "
-                    f"{evaluate_command(folders[0].path, protocol)}"
-                )
+        if protocol is not None:
+            results.check_scored()
         return results
 
     @classmethod
@@ -112,12 +103,10 @@ class Results:
         summaries = [run.status.get("summary") or {} for run in known.values()]
         table["seconds_per_step"] = [x.get("seconds_per_step", np.nan) for x in summaries]
         table = sorted_runs(table).reset_index(drop=True)
-        described = {name: described_protocols(run, protocol) for name, run in known.items()}
-        every = [each for found in described.values() for each in found.values()]
-        usual = Counter(x for x in every if protocol in (None, x.name)).most_common(1)
-        own = own_protocol(next(iter(known.values()))).split("/")[0]
-        # Where no run has come to its evaluation, what it would be.
-        chosen = usual[0][0] if usual else ProtocolDescription(protocol or own)
+        protocol = protocol or Counter(map(own_protocol, known.values())).most_common(1)[0][0]
+        described = {name: described_protocol(run, protocol) for name, run in known.items()}
+        usual = Counter(filter(None, described.values())).most_common(1)
+        chosen = usual[0][0] if usual else ProtocolDescription(protocol)
         parts = []
         for place, row in enumerate(table.to_dict("records")):
             try:
@@ -134,7 +123,7 @@ class Results:
         samples = pd.concat(parts, ignore_index=True) if parts else pd.DataFrame(columns=columns)
         families = {name: found for name, run in known.items() if (found := _families(run))}
         table = pd.concat([table, pd.DataFrame(damaged)], ignore_index=True)
-        curves = pd.DataFrame(columns=_CURVE)
+        curves = pd.DataFrame(columns=CURVE)
         return cls(samples, table, settings, chosen, families, curves, folder=folder)
 
     @cached_property
@@ -188,60 +177,9 @@ class Results:
             self, samples=samples, runs=runs, settings=self.settings.loc[list(runs["run"])]
         )
 
-    @classmethod
-    def concat(cls, *parts: Results) -> Results:
-        """Return kept results together; a DataError if their protocols are different."""
-        if len({part.protocol for part in parts}) > 1:
-            raise DataError("the results were measured under several protocols")
-        return cls(
-            pd.concat([part.samples for part in parts], ignore_index=True),
-            pd.concat([part.runs for part in parts], ignore_index=True),
-            pd.concat([part.settings for part in parts]),
-            parts[0].protocol,
-            {run: known for part in parts for run, known in part.families.items()},
-            pd.concat([part.curves for part in parts], ignore_index=True),
-            [about for part in parts for about in part.about],
-        )
-
-    def save(self, file: Path, about: Mapping[str, Any] | None = None) -> None:
-        """Keep the scores, curves and settings of finished runs in one file, `*.zip`.
-
-        Of settings that are paths it holds the names. A DataError if no run has scores.
-
-        Args:
-            file: its place.
-            about: plain values that a reader should know, such as the machine.
-        """
-        self.check_scored()
-        runs = list(self.scored["run"])
-        family = [
-            self.families.get(run, {}).get(template, "")
-            for run, template in zip(self.samples["run"], self.samples["template"], strict=True)
-        ]
-        settings = self.settings.loc[runs].filter(regex=r"^(?!paths\.)").map(_without_folder)
-        shared = [key for key in settings if settings[key].map(repr).nunique() == 1]
-        known = {
-            "protocol": self.protocol.to_json(),
-            "settings": json.loads(settings[shared].iloc[0].to_json()),
-            "seconds_per_step": self.scored.set_index("run")["seconds_per_step"].to_dict(),
-            **(about or {}),
-        }
-        curves = pd.concat([_curves(run, self.run_folder(run)) for run in runs])
-        content = {
-            "samples.csv": _csv(self.samples.assign(template_family=family)),
-            "curves.csv": _csv(curves),
-            "settings.csv": _csv(settings.drop(columns=shared).reset_index()),
-            "about.json": json.dumps(known, indent=1, sort_keys=True),
-        }
-        packed = io.BytesIO()
-        with zipfile.ZipFile(packed, "w", zipfile.ZIP_LZMA) as archive:
-            for name, text in content.items():
-                archive.writestr(zipfile.ZipInfo(name, _OLD), text, zipfile.ZIP_LZMA)
-        write_bytes_atomic(file, packed.getvalue())
-
 
 def _read_kept(file: Path) -> Results:
-    """Read what `Results.save` wrote."""
+    """Read what docs/tools/findings.py kept."""
     try:
         with zipfile.ZipFile(file) as archive:
             text = {name: archive.read(name).decode("utf-8") for name in archive.namelist()}
@@ -332,17 +270,6 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
         return None
 
 
-def described_protocols(run: RunFolder, name: str | None = None) -> dict[str, ProtocolDescription]:
-    """Return the protocols that a run was evaluated under, by name, that of its training first.
-
-    Results of others than the test shapes are known by their `name` alone.
-    """
-    names = {*(folder.name for folder in run.path.glob("evaluation/*")), *filter(None, [name])}
-    found = {name: known for name in sorted(names) if (known := described_protocol(run, name))}
-    own = own_protocol(run) if len(found) > 1 else ""
-    return {name: found[name] for name in sorted(found, key=lambda name: name != own)}
-
-
 def evaluate_command(run: object, name: str) -> str:
     """Return the command that makes a run's results of this name.
 
@@ -360,16 +287,11 @@ def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:
     measures = [measure.name for measure in protocol.metrics]
     try:
         samples = pd.read_csv(file, dtype={"id": str, "family": str, "template": str})
-        if missing := {"id", "category", "view", "template", *measures} - set(samples):
-            raise ValueError(f"no column {', '.join(sorted(missing))}")
-        numbers = samples[measures].apply(pd.to_numeric, errors="coerce")
-        wrong = [name for name in measures if not np.isfinite(numbers[name]).all()]
-        if wrong:
-            raise ValueError(f"{wrong[0]} is not a finite number everywhere")
-        if samples.empty:
-            raise ValueError("no rows")
+        known = samples[["id", "category", "view", "template", *measures]]
+        if known.empty or not np.isfinite(known[measures].to_numpy(float)).all():
+            raise ValueError("no rows, or scores that are not finite")
         return samples
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, KeyError) as error:
         raise DataError(
             f"{file} is damaged ({' '.join(str(error).split())}): "
             f"{evaluate_command(run.path, protocol.name)} restart=true"
@@ -407,7 +329,7 @@ def _read_settings(
 def _check_scores(
     run: RunFolder,
     state: object,
-    described: Mapping[str, ProtocolDescription],
+    described: ProtocolDescription | None,
     protocol: ProtocolDescription,
 ) -> None:
     """Raise a DataError that says why a run has no scores, if it has none."""
@@ -416,11 +338,9 @@ def _check_scores(
         # Samples may be there from before: they would not be of the run as it is now.
         on = "it is at work" if state == "running" else "its command, given again, resumes it"
         raise DataError(f"it was begun and is not finished: {on}")
-    if not described:
-        raise DataError(f"it has no evaluation of this version: {again}")
-    if protocol.name not in described:
-        raise DataError(f"evaluated under protocol {' and '.join(described)} only: {again}")
-    if described[protocol.name] != protocol:
+    if described is None:
+        raise DataError(f"it has no results of protocol {protocol.name}: {again}")
+    if described != protocol:
         raise DataError(f"evaluated under another protocol of this name: {again} restart=true")
 
 
@@ -437,29 +357,3 @@ def _families(run: RunFolder) -> dict[str, str]:
     joint = len(category.get("members") or []) > 1
     name = {i: i.split("/")[0] if joint else category["name"] for i in families}
     return {i: family and f"{name[i]}/{family}" for i, family in families.items()}
-
-
-def _curves(name: str, run: RunFolder) -> pd.DataFrame:
-    """Read the validation scores of a run from its TensorBoard log; no rows where there is none."""
-    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
-
-    if not (run.path / "tensorboard").is_dir():
-        return pd.DataFrame(columns=_CURVE)
-    log = EventAccumulator(str(run.path / "tensorboard"), {"scalars": 0})
-    log.Reload()
-    tags = log.Tags()["scalars"]
-    columns = {
-        name: {event.step: event.value for event in log.Scalars(f"val/{name}")}
-        for name in _CURVE[2:]
-        if f"val/{name}" in tags
-    }
-    table = pd.DataFrame(columns).sort_index().rename_axis("step").reset_index()
-    return table.assign(run=name).reindex(columns=_CURVE)
-
-
-def _without_folder(value: Any) -> Any:
-    return Path(value).name if isinstance(value, str) and Path(value).is_absolute() else value
-
-
-def _csv(table: pd.DataFrame) -> str:
-    return table.to_csv(index=False, float_format=_DIGITS, lineterminator="\n")

@@ -1,8 +1,7 @@
-"""Which templates runs select: how evenly, how well, of the right kind, and the same again?"""
+"""Which templates runs select: how evenly, how well, and the same again?"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import combinations
 
 import numpy as np
@@ -14,44 +13,28 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.errors import DataError
 from ffd_lightning.metrics.selection import (
     adjusted_rand,
-    chance_agreement,
     effective_templates,
     selection_entropy,
-    top_share,
 )
 
 
-def selection_table(results: Results, measure: str | None = None) -> pd.DataFrame:
+def selection_table(results: Results) -> pd.DataFrame:
     """Return how each run selects its templates.
 
-    Args:
-        results: of the runs.
-        measure: of the protocol, for the regret; by default its main one.
-
     Returns:
-        A row per run. Columns:
+        A row per run. Columns: `run`, `category`, `regime`, `templates`, `variant`, `seed`,
+        `num_samples` (test images); from the counts of the selected templates `entropy` (nats),
+        `effective_templates` (its exponential), `templates_used` and `top1_share` (of all samples).
 
-        - `run`, `category`, `regime`, `templates`, `variant`, `seed`, `num_samples` (test images);
-        - from the counts of the selected templates: `entropy` (nats), `effective_templates` (its
-          exponential), `templates_used`, `top1_share` and `top5_share` (of all samples);
-        - with references: `regret`, how much worse the measure of the deformed selected template is
-          than that of the best deformed template of the same network, mean over samples, in the
-          measure's unit; `undeformed_regret`, the same of the templates as they are; `best_share`
-          and `undeformed_best_share`, how often the selected template is that best one. The best
-          is the one of least Chamfer distance on points of its own, so a regret may come out
-          slightly below zero, and in other measures need not be above it;
-        - with families, over the samples whose family is known: `family_agreement`, how often the
-          selected template is of the query's structural family; `family_chance`, how often it
-          would be if the same templates were dealt out to the samples at random;
-          `family_reachable`, how often the run has a template of the query's family at all.
-
-        What no run has is left out; what only this run lacks is NaN.
+        With references also `regret`, how much worse the protocol's main metric is than with the
+        best deformed template of the same network, mean over samples, in the metric's unit; and
+        `best_share`, how often the selected template is that best one. The best is the one of least
+        Chamfer distance on points of its own, so a regret may come out slightly below zero. What
+        only this run lacks is NaN.
     """
-    protocol = results.protocol
-    judged = protocol.metric(measure) if measure else protocol.main_metric
-    require_columns(results.samples, ["template", "family", judged.name])
-    names = [metric.name for metric in protocol.metrics]
-    sign = 1 if judged.higher_is_better else -1
+    metric = results.protocol.main_metric
+    require_columns(results.samples, ["template", metric.name])
+    names = [each.name for each in results.protocol.metrics]
     rows = []
     for run, part in results.samples.groupby("run", sort=False):
         counts = part["template"].value_counts().to_numpy()
@@ -63,37 +46,17 @@ def selection_table(results: Results, measure: str | None = None) -> pd.DataFram
             "entropy": selection_entropy(counts),
             "effective_templates": effective_templates(counts),
             "templates_used": len(counts),
-            "top1_share": top_share(counts, 1),
-            "top5_share": top_share(counts, 5),
+            "top1_share": counts.max() / counts.sum(),
         }
-        for shape in ("", "undeformed_"):
-            best = f"best_{shape or 'deformed_'}"
-            if f"{best}{judged.name}" in part and part[f"{best}{judged.name}"].notna().all():
-                gain = part[f"{best}{judged.name}"] - part[f"{shape}{judged.name}"]
-                row[f"{shape}regret"] = float(gain.mean() * sign)
-                # Equal in all measures, it is the same template.
-                same = [part[f"{shape}{name}"] == part[f"{best}{name}"] for name in names]
-                row[f"{shape}best_share"] = float(np.mean(np.all(same, 0)))
-        rows.append(row | _family_numbers(part, results.families.get(str(run), {})))
+        best = part.get(f"best_deformed_{metric.name}", pd.Series(dtype=float))
+        if len(best) and best.notna().all():
+            sign = 1 if metric.higher_is_better else -1
+            row["regret"] = sign * float((best - part[metric.name]).mean())
+            # Equal in all metrics, it is the same template.
+            same = [part[name] == part[f"best_deformed_{name}"] for name in names]
+            row["best_share"] = float(np.mean(np.all(same, 0)))
+        rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _family_numbers(part: pd.DataFrame, families: Mapping[str, str]) -> dict[str, float]:
-    """Return the family columns of one run; {} where families are not known."""
-    known = part[part["family"].fillna("") != ""]
-    if known.empty or not families:
-        return {}
-    if strange := set(known["template"]) - set(families):
-        raise DataError(
-            f"{part['run'].iloc[0]} selects {min(strange)}, which its template_ranking.csv lacks"
-        )
-    query = (known["category"] + "/" + known["family"]).to_numpy(str)
-    selected = known["template"].map(families).to_numpy(str)
-    return {
-        "family_agreement": float(np.mean(query == selected)),
-        "family_chance": chance_agreement(query, selected),
-        "family_reachable": float(np.isin(query, list(families.values())).mean()),
-    }
 
 
 def selection_stability(results: Results) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -19,16 +19,15 @@ _RULER = Console(width=10_000)
 
 
 class Cell(str):
-    """A cell with more than its text: a note in small letters below, a sign after it, a square."""
+    """A cell with more than its text: a sign after it, a coloured square before it."""
 
-    note: str
     mark: str
     color: str
 
-    def __new__(cls, text: str, note: str = "", mark: str = "", color: str = "") -> Cell:
+    def __new__(cls, text: str, mark: str = "", color: str = "") -> Cell:
         """Make a cell."""
         self = super().__new__(cls, text)
-        self.note, self.mark, self.color = note, mark, color
+        self.mark, self.color = mark, color
         return self
 
 
@@ -49,41 +48,6 @@ class Table:
     rows: Sequence[Sequence[str]]
     heads: int = 1
     note: str = ""
-
-    @classmethod
-    def of(
-        cls,
-        frame: pd.DataFrame,
-        title: str,
-        formats: Mapping[str, str],
-        best: Mapping[str, str] | None = None,
-    ) -> Table:
-        """Return the columns of a frame that `formats` names and that have values.
-
-        Args:
-            frame: its index heads the rows.
-            title: of the table.
-            formats: of each column, as of `str.format`; missing values are dashes.
-            best: columns whose least ("min") or greatest ("max") value is marked.
-
-        >>> frame = pd.DataFrame({"EMD": [0.52, float("nan")], "IoU": 2 * [None]}, index=["e", "r"])
-        >>> Table.of(frame, "", {"EMD": "{:.1f}", "IoU": "{}"}, {"EMD": "min"}).rows
-        [['e', '0.5'], ['r', '-']]
-        """
-        names = [name for name in formats if name in frame and frame[name].notna().any()]
-        columns: list[list[str]] = [list(map(str, frame.index))]
-        for name in names:
-            wanted = frame[name].agg(best[name]) if best and name in best else None
-            columns.append(
-                [
-                    Cell(
-                        "-" if pd.isna(value) else formats[name].format(value),
-                        mark="▲" if len(frame) > 1 and value == wanted else "",
-                    )
-                    for value in frame[name]
-                ]
-            )
-        return cls(title, ["", *names], list(map(list, zip(*columns, strict=True))))
 
     def rich(self, width: int | None = None) -> RenderableType:
         """Return it for a terminal: in several parts where it would be wider than `width`."""
@@ -110,7 +74,7 @@ class Table:
             side: JustifyMethod = "right" if number else "left"
             table.add_column(heading, justify=side, no_wrap=number, overflow="fold")
         for row in self.rows:
-            table.add_row(*(Text(_with_note(row[k], "\n")) for k in columns))
+            table.add_row(*(Text(_marked(row[k])) for k in columns))
         return table
 
     def html(self) -> Markup:
@@ -139,20 +103,16 @@ class Table:
         """Return it as Markdown, without its title."""
         lines = [[" ".join(name.split()) for name in self.columns]]
         lines += [["---"] * self.heads + ["---:"] * (len(self.columns) - self.heads)]
-        lines += [[_with_note(cell, " ").replace("|", "/") for cell in row] for row in self.rows]
+        lines += [[_marked(cell).replace("|", "/") for cell in row] for row in self.rows]
         text = "\n".join(f"| {' | '.join(cells)} |" for cells in lines)
         return f"{text}\n\n{self.note}\n" if self.note else f"{text}\n"
 
     def csv(self) -> str:
-        """Return it as CSV, without notes and marks."""
-        return str(self._frame().to_csv(index=False, lineterminator="\n"))
+        """Return it as CSV, without marks."""
+        return str(self.frame().to_csv(index=False, lineterminator="\n"))
 
-    def latex(self) -> str:
-        r"""Return it as a LaTeX `tabular`; it needs `\usepackage{booktabs}`."""
-        shape = "l" * self.heads + "r" * (len(self.columns) - self.heads)
-        return str(self._frame().to_latex(index=False, escape=True, column_format=shape))
-
-    def _frame(self) -> pd.DataFrame:
+    def frame(self) -> pd.DataFrame:
+        """Return its texts, for `to_latex`, say."""
         names = [" ".join(name.split()) for name in self.columns]
         return pd.DataFrame([list(map(str, row)) for row in self.rows], columns=names)
 
@@ -165,19 +125,21 @@ class Table:
 def number(value: float) -> str:
     """Return a number for a table: one place after the point, more where it is small.
 
-    >>> number(1234.56), number(0.00345)
-    ('1234.6', '0.00345')
+    >>> number(1234.56), number(1.0), number(0.00345)
+    ('1234.6', '1.00', '0.00345')
     """
-    return f"{value:.1f}" if abs(value) >= 10 else f"{value + 0.0:.3g}"  # no -0
+    if abs(value) < 1:
+        return f"{value + 0.0:.3g}"  # no -0
+    return f"{value:.1f}" if abs(value) >= 10 else f"{value:.2f}"
 
 
 def _begins_as_number(text: str) -> bool:
     return re.match(r"$|-$|[-+<~]?\d[\d.,]*(e-?\d+)?%?($|[ \n/\u2013\[])", text) is not None
 
 
-def _with_note(cell: str, between: str) -> str:
-    mark, note = getattr(cell, "mark", ""), getattr(cell, "note", "")
-    return f"{cell}{mark and f' {mark}'}{note and f'{between}{note}'}"
+def _marked(cell: str) -> str:
+    mark = getattr(cell, "mark", "")
+    return f"{cell} {mark}" if mark else cell
 
 
 def _heading(text: str) -> Markup:
@@ -193,6 +155,4 @@ def _html(cell: str) -> Markup:
         return escape(cell)
     square = f'<span class="swatch" style="background:{escape(cell.color)}"></span>'
     mark = f' <b class="mark">{escape(cell.mark)}</b>'
-    note = f"<small>{escape(cell.note)}</small>"
-    text = f"{escape(str(cell))}{mark if cell.mark else ''}{note if cell.note else ''}"
-    return Markup(square + text if cell.color else text)
+    return Markup(f"{square if cell.color else ''}{escape(str(cell))}{mark if cell.mark else ''}")

@@ -37,7 +37,6 @@ from ffd_lightning.evaluation.samples import (
     score_sample,
 )
 from ffd_lightning.evaluation.summaries import (
-    by_category,
     means,
     selection_summary,
     template_ranking,
@@ -134,7 +133,6 @@ def evaluate(
         ranking = template_ranking(evaluated.bank, counts, mean_weights)
         content = {
             **summary,
-            **by_category(table),
             "protocol": ProtocolDescription.of(protocol).to_json(),
             "definitions": {m.name: m.definition for m in protocol.metrics} | CANDIDATES,
             "unit": protocol.note,

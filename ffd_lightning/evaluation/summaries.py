@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,18 +23,6 @@ def means(table: Sequence[Row]) -> dict[str, float]:
     names = dict.fromkeys(n for row in table for n in row if n not in _WORDS)
     numbers = {n: [row[n] for row in table if row.get(n) is not None] for n in names}
     return {n: float(np.mean(values)) for n, values in numbers.items() if values}
-
-
-def by_category(table: Sequence[Row]) -> dict[str, Any]:
-    """Return `categories`, the means of each, and `category_mean`, in which each counts the same.
-
-    >>> rows = [{"category": c, "iou": x} for c, x in (("sofa", 0.0), ("sofa", 0.5), ("car", 1.0))]
-    >>> by_category(rows)["category_mean"]
-    {'iou': 0.625}
-    """
-    names = sorted({row["category"] for row in table})
-    categories = {name: means([r for r in table if r["category"] == name]) for name in names}
-    return {"categories": categories, "category_mean": means(list(categories.values()))}
 
 
 def without_twins(table: Sequence[Row], metrics: Sequence[str]) -> dict[str, float]:

@@ -28,16 +28,6 @@ def effective_templates(counts: ArrayLike) -> float:
     return float(np.exp(selection_entropy(counts)))
 
 
-def top_share(counts: ArrayLike, k: int) -> float:
-    """Return the share of all selections that the k most selected templates have: from 0 to 1.
-
-    >>> top_share([1, 6, 3], 2)
-    0.9
-    """
-    counts = _checked(counts)
-    return float(np.sort(counts)[::-1][:k].sum() / counts.sum())
-
-
 def adjusted_rand(a: ArrayLike, b: ArrayLike) -> float:
     """Return how alike two runs group the same samples by the template they select.
 
@@ -73,21 +63,6 @@ def adjusted_rand(a: ArrayLike, b: ArrayLike) -> float:
     expected = 2 * first * second
     largest = (first + second) * pairs
     return 1.0 if largest == expected else (2 * both * pairs - expected) / (largest - expected)
-
-
-def chance_agreement(a: ArrayLike, b: ArrayLike) -> float:
-    """Return how often two labels of a sample would be equal if one of them were shuffled.
-
-    The sum over labels of (share of the label in a) x (share of it in b): what is left of an
-    agreement when only the counts are known. Both have a label for each sample, (n,).
-
-    >>> chance_agreement(["desk", "desk", "bar", "bar"], ["desk", "bar", "bar", "bar"])
-    0.5
-    """
-    first, second = np.asarray(a), np.asarray(b)
-    _label_numbers(first, second)
-    labels = np.unique(np.concatenate([first, second]))
-    return float(sum(np.mean(first == label) * np.mean(second == label) for label in labels))
 
 
 def _label_numbers(a: ArrayLike, b: ArrayLike) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -39,5 +39,6 @@ def write_run(
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
         writer.writerows(rows)
-    run.set_status("finished", summary={"seconds_per_step": 0.5})
+    ended = {"name": protocol.name}
+    run.set_status("finished", summary={"seconds_per_step": 0.5}, evaluation=ended)
     return run

@@ -3,7 +3,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,16 +12,13 @@ import trimesh
 from commands import run_command
 from conftest import TINY
 
-from ffd_lightning import components
-from ffd_lightning.analysis.results import described_protocols
 from ffd_lightning.app.build import build_data
 from ffd_lightning.app.commands.evaluate import evaluate_run
 from ffd_lightning.app.config import EvaluateConfig, TrainConfig
-from ffd_lightning.app.configuration import choose, compose_config, typed_config
-from ffd_lightning.app.identity import evaluation_name
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.evaluation import evaluator, references
+from ffd_lightning.evaluation import evaluator
 from ffd_lightning.run_folder import RunFolder
 
 ROOT = Path(__file__).parents[2]
@@ -127,23 +124,6 @@ def test_all_views(tiny_config, tmp_path):
     assert both["floor_emd"] == pytest.approx(one["floor_emd"])
 
 
-def test_runs_of_other_regimes_and_seeds_share_the_scores_of_references(
-    tiny_config, tmp_path, monkeypatch
-):
-    few = ("data.num_models=10", "split.train_fraction=0.6", f"paths.data={tmp_path}/data")
-    few += ("evaluation.references=true", "protocol.points=64")
-    train(tiny_config(*few, "regime=b", "seed=0"), RunFolder(tmp_path / "first"))
-    assert len(list((tmp_path / "data" / "references").glob("*.jsonl"))) == 1
-    monkeypatch.setattr(references, "fitted_template", None)
-    run = RunFolder(tmp_path / "second")
-    train(tiny_config(*few, "regime=r", "seed=1"), run)
-    shared = samples(run)
-    assert samples(RunFolder(tmp_path / "first")) != shared
-    (run.evaluation(FEW) / "summary.json").unlink()
-    evaluate(run)
-    assert samples(run) == shared
-
-
 def test_a_killed_evaluation_is_resumed(copy, trained, monkeypatch):
     undisturbed = evaluate(copy, "evaluation.references=false")
     expected = samples(copy)
@@ -204,29 +184,10 @@ def test_another_checkpoint_and_another_prepared_set(copy, trained, tmp_path):
     below = [file.parent.name for file in sorted(copy.evaluation(FEW).glob("*/samples.csv"))]
     assert below[0].startswith(f"{data.prepared.path.name}-")
     assert below[1].startswith("weights-")
-    assert list(described_protocols(copy)) == ["paper", FEW]
     copy.set_status("running")  # its last checkpoint is not its last
     evaluate(copy, "evaluation.references=false", "evaluation.seed=1")
     assert not (copy.evaluation(f"{FEW}_seed-1") / "samples.csv").exists()
     assert len(list(copy.evaluation(f"{FEW}_seed-1").glob("weights-*/samples.csv"))) == 1
-
-
-@dataclass(frozen=True)
-class Thresholds:
-    """A protocol's settings, one of them without a default."""
-
-    within: tuple[float, ...]
-    places: list[int] = field(default_factory=lambda: [1])
-
-
-def test_the_name_of_results_follows_from_all_settings_of_the_protocol(copy, monkeypatch):
-    monkeypatch.setattr(components, "_registered", dict(components._registered))
-    components.component("protocol", "shares")(Thresholds)
-    given = [{"within": [0.01]}, {"within": [0.5]}, {"within": [0.01], "places": [1, 2]}]
-    protocols = [choose("protocol", {"name": "shares", **x}, "protocol") for x in given]
-    names = [evaluation_name(replace(config(copy), protocol=x)) for x in protocols]
-    assert len(set(names)) == 3
-    assert all(name.startswith("shares-") for name in names)
 
 
 def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
@@ -235,10 +196,8 @@ def test_what_is_missing_is_said(copy, tiny_config, tmp_path):
     for settings, error, message in (
         ({"run": "/no/such"}, ConfigError, "there is no run"),
         ({"run": __file__}, ConfigError, "is a checkpoint, .* give run=RUN checkpoint=FILE"),
-        ({"checkpoint": "/no/such.ckpt"}, ConfigError, "there is no checkpoint"),
         ({"checkpoint": __file__}, DataError, "damaged or no checkpoint"),
         ({"checkpoint": str(other.checkpoint)}, ConfigError, "is of another network"),
-        ({"prepared": "/no/such"}, DataError, "is not a prepared set"),
         ({"data_root": "/proc/no"}, DataError, "cannot prepare"),
     ):
         with pytest.raises(error, match=message):

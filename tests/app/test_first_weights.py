@@ -62,13 +62,6 @@ def test_nothing_leaks_where_the_shapes_or_the_weights_are_others(warned, other)
     assert warned(*FEWER, other)[0] == ""
 
 
-def test_categories_trained_together(tiny_config):
-    members = ("category=joint", "category.members=[sofa,table]")
-    cfg = tiny_config(EMBEDDED, *members)
-    assert "of 2 shapes" in leak_warning(cfg, ["table/table-000000", "sofa/sofa-000000"])
-    assert leak_warning(cfg, ["table-000000", "table/sofa-000000"]) == ""
-
-
 def test_a_run_says_so_before_it_trains(tiny_config, tmp_path, caplog, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
@@ -108,19 +101,6 @@ def test_it_is_what_is_meant_where_nothing_is_said(tiny_config, overrides, embed
     assert identity(cfg)["encoder.weights"] == ("embedded" if embedded else "none")
     statistics = build_network(cfg).encoder.layers.conv1_bn.running_mean
     assert bool(statistics.any()) == embedded, "scratch starts at 0"
-
-
-@pytest.mark.usefixtures("shipped")
-def test_another_width_is_refused(tiny_config):
-    with pytest.raises(ConfigError, match=r"embedded is of encoder=mobilenet encoder.width=0.25"):
-        validate(tiny_config(EMBEDDED, "encoder.width=0.5"))
-
-
-@pytest.mark.usefixtures("nothing_shipped")
-def test_without_a_model_it_is_refused_and_scratch_is_meant(tiny_config):
-    assert tiny_config("encoder.weights=null").encoder.first_weights == "none"
-    with pytest.raises(ConfigError, match="weights=embedded: this installation has no"):
-        validate(tiny_config(EMBEDDED))
 
 
 # --- a whole network ------------------------------------------------------------------------------

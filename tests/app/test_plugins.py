@@ -11,10 +11,9 @@ from torch import nn
 
 import ffd_lightning as ffd
 from ffd_lightning import components
-from ffd_lightning.app.build import build_all, build_network, build_source
-from ffd_lightning.app.checks import validate
+from ffd_lightning.app.build import build_network
 from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import all_settings, compose_config, typed_config
+from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.identity import to_yaml
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.errors import ConfigError, UserError
@@ -58,15 +57,6 @@ def test_settings_are_read_back_from_a_runs_config():
         small("encoder=tiny", "encoder.sizes=[8]")
 
 
-def test_a_setting_of_a_taken_name_is_refused():
-    @ffd.component("term", "mine")
-    class Mine:
-        def __init__(self, weight: float = 1.0): ...
-
-    with pytest.raises(ConfigError, match="every term has a setting 'weight'"):
-        all_settings("term", "mine")
-
-
 def test_an_encoder_whose_feature_map_is_not_as_it_says():
     ffd.component("encoder", "odd")(
         type("Odd", (TinyEncoder,), {"output_size": lambda self, size: (3, 4)})
@@ -98,28 +88,6 @@ def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone():
     std = network.heads.logits.weight.std()
     torch.manual_seed(0)
     assert std == build_network(small("encoder=frozen")).heads.logits.weight.std()
-
-
-def test_a_class_of_another_kind_is_named():
-    ffd.component("source", "odd")(type("Odd", (), {}))
-    with pytest.raises(ConfigError, match="data: odd gives a Odd, not a Source"):
-        build_source(small("data=odd"))
-    ffd.component("lr_schedule", "odd")(lambda optimizer: 3)
-    with pytest.raises(ConfigError, match="lr_schedule: odd gives a int, not a LRScheduler"):
-        build_all(small("lr_schedule=odd"))
-
-
-def test_a_class_without_a_method_of_its_kind_is_named():
-    ffd.component("source", "odd")(type("Odd", (ffd.Source,), {"categories": None}))
-    with pytest.raises(ConfigError, match=r"data: Odd of .* lacks fingerprint, load, shape_ids"):
-        build_source(small("data=odd"))
-
-
-def test_a_source_with_images_of_its_own_refuses_cameras():
-    ffd.component("source", "pictures")(type("Pictures", (OddSource,), {"own_images": True}))
-    validate(small("data=pictures", "encoder.weights=none"))
-    with pytest.raises(ConfigError, match=r"data\.render\.azimuths means nothing here"):
-        validate(small("data=pictures", "encoder.weights=none", "data.render.azimuths=[0]"))
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from ffd_lightning.app import predict
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.predict import PredictSettings, find_jobs, predict_files
 from ffd_lightning.data.reading.mesh_file import read_mesh
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
@@ -80,31 +80,6 @@ def test_meshes_are_the_reconstruction_and_its_template(written):
     np.testing.assert_allclose(second.bounds, other.bounds, atol=1e-5)
 
 
-def test_pieces_have_the_parts_names_and_the_faces_colours(written):
-    folder, reconstruction = written
-    scene = trimesh.load(folder / "mesh.glb", process=False)
-    assert {name.rsplit("-", 1)[0] for name in scene.geometry} <= set(reconstruction.part_names)
-    colors = {tuple(c) for c in reconstruction.mesh.visual.face_colors.tolist()}
-    assert 1 < len(colors) <= 64, "few enough to be shown as they are"
-    assert len({alpha for *_, alpha in colors}) > 1, "glass too"
-    shown, expected = (
-        np.array(sorted(c)) for c in (map(shown_color, scene.geometry.values()), colors)
-    )
-    apart = np.abs(expected[:, None] - shown).max(axis=2)
-    assert apart.min(axis=0).max() <= 7, "in eight bits of linear light, black is coarse"
-    assert apart.min(axis=1).max() <= 7
-
-
-def shown_color(piece):
-    """The colour of a GLB file's piece, from linear light as a viewer shows it."""
-    red, green, blue, alpha = np.asarray(piece.visual.material.baseColorFactor).tolist()
-    rgb = [
-        12.92 * c if c <= 0.0031308 else 1.055 * c ** (1 / 2.4) - 0.055
-        for c in np.array([red, green, blue]) / 255
-    ]
-    return (*(round(255 * c) for c in rgb), alpha)
-
-
 def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_path):
     """In both files, the deformed mesh has the textures of its template and looks like it."""
     photo = sorted(photos.iterdir())[0]
@@ -125,21 +100,6 @@ def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_p
         assert own == {texture.tobytes() for texture in found.surface.textures}
         shown = render(mesh, height=96, width=128)[..., :3].astype(int)
         assert np.abs(shown - expected[..., :3]).mean() < 0.3, file
-
-
-def test_the_lattice_is_drawn_before_and_after(written):
-    folder, reconstruction = written
-    scene = trimesh.load(folder / "lattice.glb", process=False)
-    before = reconstruction.bank.control_points[reconstruction.index].numpy()
-    after = before + reconstruction.offsets[reconstruction.index]
-    assert sorted(scene.geometry) == ["after", "before"]
-    for name, points in (("before", before), ("after", after)):
-        corners = np.asarray(scene.geometry[name].vertices)
-        for sign in (-1, 1):  # a cube around each control point
-            gap = np.abs(corners[:, None] - (points + sign * 0.007)).max(-1).min(0)
-            assert gap.max() < 1e-4
-        np.testing.assert_allclose(corners.min(0), points.min(0) - 0.007, atol=1e-4)
-        np.testing.assert_allclose(corners.max(0), points.max(0) + 0.007, atol=1e-4)
 
 
 def test_the_cloud_has_a_label_for_each_point(written):
@@ -196,22 +156,6 @@ def test_files_folders_patterns_and_lists(tmp_path):
         find_jobs(f"{tmp_path}/*.bmp", None, Path("o"))
 
 
-def test_folders_have_the_images_names_and_lie_in_the_folder(tmp_path):
-    images = [f"{tmp_path}/{place}/a.png" for place in "xyz"]
-    folders = [job.folder.name for job in find_jobs(images, None, Path("o"))]
-    assert folders == ["a.png", "a.png-2", "a.png-3"]
-    for name in ("...png", "..png", ".png"):
-        (job,) = find_jobs(f"{tmp_path}/{name}", None, Path("o"))
-        assert job.folder == Path("o") / name
-
-
-def test_a_name_that_is_too_long_is_one_clear_error(checkpoint, tmp_path):
-    done = run_command("predict", f"run={checkpoint}", f"image={'x' * 5000}.png", cwd=tmp_path)
-    assert done.returncode == 1
-    (line,) = done.stderr.splitlines()
-    assert line.startswith(f"error: {'x' * 100}... cannot be looked at: File name too long")
-
-
 def test_masks_go_by_name(tmp_path):
     (tmp_path / "masks").mkdir()
     (tmp_path / "masks" / "a.bmp").touch()
@@ -264,40 +208,6 @@ def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
     assert not any(o.known for o in predict_files(replace(config, points=301)))
 
 
-def test_nothing_of_other_settings_is_left(config, photos):
-    photo = sorted(photos.iterdir())[0]
-    config = replace(config, image=str(photo), preview=False)
-    folder = Path(config.out) / photo.stem
-    folder.mkdir(parents=True)
-    (folder / "mesh.mtl").touch()
-    predict_files(config)
-    assert (folder / "mesh.mtl").exists(), "what others have put there stays"
-    predict_files(replace(config, top_k=3, obj=True, preview=True))
-    (folder / "mine.txt").touch()
-    (folder / "prediction.json").rename(folder / "unfinished.json")  # as after a kill
-    predict_files(replace(config, top_k=2))
-    kept = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file()}
-    four = ["mesh.glb", "template.glb", "lattice.glb", "cloud.ply"]
-    second = [f"candidate-2/{name}" for name in four]
-    assert kept == {*four, *second, "prediction.json", "mine.txt"}
-    assert not (folder / "candidate-3").exists()
-
-
-def test_a_failure_does_not_leave_an_old_record_beside_new_files(config, photos, monkeypatch):
-    photo = sorted(photos.iterdir())[0]
-    config = replace(config, image=str(photo), preview=False)
-    predict_files(config)
-    monkeypatch.setattr(predict, "write_cloud", fail)
-    (outcome,) = predict_files(replace(config, points=7))
-    assert "no space" in outcome.error
-    monkeypatch.undo()
-    assert [o.known for o in predict_files(config)] == [False]
-
-
-def fail(*_):
-    raise DataError("no space")
-
-
 def test_one_command_at_a_time_and_the_number_of_workers_changes_nothing(config, photos, tmp_path):
     Path(config.out).mkdir()
     config = replace(config, image=str(photos), preview=False)
@@ -309,24 +219,6 @@ def test_one_command_at_a_time_and_the_number_of_workers_changes_nothing(config,
         if file.is_file() and file.name != "prediction.json":
             other = tmp_path / "3" / file.relative_to(tmp_path / "1")
             assert file.read_bytes() == other.read_bytes(), file
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["top_k=5"], "top_k=5: the model has 4 templates of table"),
-        (["top_k=0"], "top_k=0 must be above 0"),
-        (["colors=red"], "colors=red must be one of material, parts"),
-        (["run=/nowhere"], "there is no run /nowhere"),
-        (["device=abacus"], "device=abacus cannot be used"),
-    ],
-)
-def test_settings_that_cannot_work(checkpoint, photos, tmp_path, arguments, message):
-    run = [] if arguments[0].startswith("run") else [f"run={checkpoint}"]
-    done = run_command("predict", *run, f"image={photos}", *arguments, cwd=tmp_path)
-    assert done.returncode == 1
-    assert message in done.stderr
-    assert not list(tmp_path.iterdir())
 
 
 # --- the command ----------------------------------------------------------------------------------
@@ -345,16 +237,6 @@ def test_the_command_says_what_it_did(checkpoint, photos, tmp_path):
     assert "Traceback" not in done.stderr
     assert len(list((tmp_path / "out").glob("*/prediction.json"))) == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in", "out"]
-
-
-def test_names_are_taken_as_they_are(checkpoint, photos, tmp_path):
-    photo = sorted(photos.iterdir())[0]
-    for name in ("a (1), b=c.png", 'Bob\'s "best" [1].png', "\u00fc {x}: #&.png"):
-        (tmp_path / name).write_bytes(photo.read_bytes())
-        arguments = (f"run={checkpoint}", f"image={name}", f"out=out of {name}", "preview=false")
-        done = run_command("predict", *arguments, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
-        assert (tmp_path / f"out of {name}" / Path(name).stem / "mesh.glb").is_file()
 
 
 def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, tmp_path):
@@ -385,41 +267,6 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
 
 
 # --- several categories, and no run ---------------------------------------------------------------
-
-
-def test_what_is_said_of_the_category(shipped, photos, tmp_path, capsys):
-    photo, out = sorted(photos.iterdir())[0], tmp_path / "out"
-    config = PredictSettings(
-        image=str(photo), out=str(out), points=9, preview=False, progress_bar=False, top_k=2
-    )
-    note = out / photo.stem / "prediction.json"
-    for asked, name, other in ((None, "table", "sofa"), ("sofa", "sofa", "table")):
-        (outcome,) = predict_files(replace(config, category=asked))
-        assert not outcome.known, "another category makes other files"
-        content = json.loads(note.read_text())
-        assert (content["asked_category"], content["category"]["name"]) == (asked, name)
-        weights = content["category"]["weights"]
-        assert list(weights) == ["table", "sofa"]
-        assert sum(weights.values()) == pytest.approx(1, abs=1e-5)
-        assert content["template"]["id"].startswith(f"{name}/")
-        said = f": {name} ({weights[name]:.2f}; {other} {weights[other]:.2f}), {name}/"
-        assert said in capsys.readouterr().out
-        assert content["checkpoint"]["run"] is None
-        assert content["checkpoint"]["step"] == 3
-    assert predict_files(replace(config, category="sofa"))[0].known
-
-
-@pytest.mark.usefixtures("shipped")
-def test_categories_that_cannot_be(photos, tmp_path):
-    config = PredictSettings(image=str(photos), out=str(tmp_path / "out"))
-    for change, message in (
-        ({"category": "chair"}, "category=chair: the model was trained on sofa, table"),
-        ({"category": "sofa", "top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
-        ({"top_k": 3}, "top_k=3: the model has 2 templates of sofa"),
-    ):
-        with pytest.raises(ConfigError, match=message):
-            predict_files(replace(config, **change))
-    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.usefixtures("nothing_shipped")

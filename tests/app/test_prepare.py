@@ -1,4 +1,3 @@
-import numpy as np
 import pytest
 from commands import run_command
 from PIL import Image
@@ -9,7 +8,6 @@ from ffd_lightning.app.config import PrepareCommandConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
 from ffd_lightning.app.main import main
 from ffd_lightning.data.categories import paper_templates
-from ffd_lightning.data.templates.distances import ShapeDistances
 
 
 @pytest.fixture
@@ -41,24 +39,6 @@ def test_a_trial_says_what_there_is_and_leaves_a_picture(tried, tmp_path):
     left = [path for path in (tmp_path / "data").rglob("*") if path.is_file()]
     assert [path.name for path in left] == ["shapenet-chair-trial.png"]
     assert Image.open(left[0]).width > 1000
-
-
-def test_a_trial_of_what_is_prepared_already(tried, prepared, data_root):
-    settings = ("data.num_points=256", "data.render.height=48", "data.render.width=64")
-    there = ("data.num_models=24", "data.render.samples=1", f"paths.data={data_root}")
-    said = tried("category=table", *settings, *there)
-    assert f"table: prepared already: {prepared.path}" in said
-    assert "table: 24 shapes, 0 cannot be used\n" in said
-
-
-def test_outliers_are_named(tiny_config, prepared, capsys, monkeypatch):
-    odd = np.array([shape_id == "table-000003" for shape_id in prepared.ids])
-    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (odd, np.ones(len(odd))))
-    cfg = tiny_config()
-    data = {"category": cfg.category, "data": cfg.data, "paths": cfg.paths}
-    prepare(PrepareCommandConfig(**data, preparation=cfg.preparation))
-    note = "table: 1 of 24 shapes are like nothing else in their category: table-000003; split."
-    assert note in capsys.readouterr().err
 
 
 def test_the_command(tmp_path):

@@ -1,6 +1,5 @@
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from hydra.core.hydra_config import HydraConfig
 from omegaconf import OmegaConf
 from shapenet_tree import good_models, write_folder
 
-from ffd_lightning.app import sweep_end
 from ffd_lightning.app.commands import sweep as command
 from ffd_lightning.app.commands.sweep import Request, run_study
 from ffd_lightning.app.config import TrainConfig
@@ -23,7 +21,7 @@ from ffd_lightning.app.configuration import (
 from ffd_lightning.app.identity import run_folder
 from ffd_lightning.app.search import run_search
 from ffd_lightning.app.studies import Bounds, Search, check_study, jobs, load_study, sweeps
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError
 from ffd_lightning.run_folder import RunFolder
 
 STUDIES = sorted((Path(__file__).parents[2] / "sweeps").glob("*.yaml"))
@@ -139,23 +137,15 @@ def test_the_users_overrides_win_over_quick_over_the_stages_over_the_studys(tmp_
     assert plain[:-1] == ["name=n", "seed=0", "regime=e", "templates=t1"]
 
 
-def test_jobs_of_a_sweep():
-    given = ["a=range(2)", "hydra/launcher=joblib", "c.d=[1,2]", "e='x,y'", "f=glob(*)", "+g=1"]
-    rest = ["c.d=[1,2]", "e='x,y'", "+g=1"]
-    assert jobs(given) == [["a=0", *rest], ["a=1", *rest]]
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
         ("stages: [{}]", "question"),
         ("question: Why?", "either stages or a search"),
-        ("question: Why?\nstages: [{overides: []}]", "overides"),
         (
             "question: Why?\nsearch: {parameters: {seed: {low: 1}}}",
             r"must be given: search\.parameters\.seed\.high",
         ),
-        ("question: [", "is not a study"),
     ],
 )
 def test_what_is_no_study(tmp_path, text, message):
@@ -217,41 +207,7 @@ def test_a_study_of_categories_that_are_not_there_is_refused(name, shapenet, tra
     assert not (tmp_path / "runs").exists()
 
 
-@pytest.mark.parametrize(
-    "category",
-    ["category=chair,table", "category=rifle", "category=custom category.name=03001627"],
-)
-def test_categories_that_are_there_are_let_through(shapenet, category):
-    own = (*shapenet, *category.split(), "encoder.weights=none")
-    assert check_study(stages("paper_table", *own))[1] == ""
-
-
-def test_of_nothing_that_is_there_the_data_itself_says_why(shapenet):
-    with pytest.raises(DataError, match="it has: chair"):
-        check_study(stages("paper_table", *shapenet, "category=plane,car", "encoder.weights=none"))
-
-
 # --- the command ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--quik"], "no option --quik: --quick, --dry-run, --config-dir"),
-        (["regimes", "joint"], "name one study: .*; got regimes and joint"),
-        (["--quick"], "name one study: beyond, categories, joint, joint_views, minutes"),
-        (["regime"], "no study 'regime': .* has beyond, categories, joint, joint_views"),
-    ],
-)
-def test_a_command_line_that_names_no_study(arguments, message):
-    with pytest.raises(ConfigError, match=message):
-        run_study(Request.parse(arguments))
-
-
-def test_options_may_be_written_as_settings():
-    found = Request.parse(["study=regimes", "quick=true", "dry_run=false", "seed=1"])
-    assert found == Request("regimes", quick=True, dry_run=False, overrides=["seed=1"])
-    assert Request.parse(["--config-dir", "x", "regimes"]).config_dir == "x"
 
 
 def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
@@ -263,36 +219,6 @@ def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
     assert note["study"] == "template_counts"
     assert note["question"].startswith("How many")
     assert "--quick --config-dir conf category=chair" in note["command"]
-
-
-def test_an_interrupt_stops_the_study(tmp_path, monkeypatch):
-    done = SimpleNamespace(returncode=130)
-    monkeypatch.setattr(command.subprocess, "run", lambda *_, **__: done)
-    with pytest.raises(KeyboardInterrupt):
-        run_study(request_of(tmp_path, "regimes"))
-
-
-def test_the_papers_table_ends_beside_the_papers(trained, tmp_path, monkeypatch):
-    shown = []
-    monkeypatch.setattr(sweep_end, "print_beside_paper", shown.append)
-    for name in ("paper_table", "regimes"):
-        run_study(request_of(tmp_path, name))
-    assert shown == [tmp_path / "paper_table-quick"]
-    notes = [yaml.safe_load((path / "study.yaml").read_text()) for path in tmp_path.iterdir()]
-    assert {note["study"]: note.get("beside_paper") for note in notes} == {
-        "paper_table": True,
-        "regimes": None,
-    }
-
-
-def test_results_are_printed_beside_the_papers(tiny_run, tmp_path, capsys):
-    sweep_end.print_beside_paper(tiny_run.path)
-    printed = " ".join(capsys.readouterr().out.split())
-    assert "Beside the paper's Table 3" in printed
-    assert "47/352/447" in printed
-    assert "; schedule.steps: 8 (paper: 100000); " in printed
-    sweep_end.print_beside_paper(tmp_path)
-    assert "nothing is set beside the paper's Table 3: " in capsys.readouterr().err
 
 
 # --- search ---------------------------------------------------------------------------------------
@@ -355,9 +281,3 @@ def test_a_trial_that_failed_is_tried_again(tmp_path):
     assert run_search(SEARCH, 3, tmp_path, [], first) == 1
     assert run_search(SEARCH, 3, tmp_path, [], second) == 0
     assert second.tried == [first.tried[1]]
-
-
-def test_a_measure_that_the_protocol_does_not_have(tmp_path):
-    search = Search(SEARCH.parameters, measure="fscore_1")
-    with pytest.raises(ConfigError, match="protocol paper has no fscore_1: chamfer, emd, iou"):
-        run_search(search, 1, tmp_path, [], Trainer(tmp_path))

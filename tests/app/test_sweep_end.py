@@ -67,17 +67,3 @@ def test_a_sweep_for_a_gpu_that_is_not_there_is_refused_at_once(tmp_path, monkey
     callback.on_multirun_start(cluster)
     with pytest.raises(SystemExit, match="no job"):
         callback.on_multirun_end(cluster)
-
-
-def test_a_sweep_without_failure_ends_quietly(runs, tmp_path, capsys):
-    callback = SweepEnd()
-    ended(callback, tmp_path, runs[:1], [SCORES])
-    callback.on_multirun_end(hydra_config(tmp_path))
-    assert "Scores" in capsys.readouterr().out
-
-
-def test_a_sweep_of_which_nothing_came_to_its_end(runs, tmp_path):
-    callback = SweepEnd()
-    ended(callback, tmp_path, [], [])
-    with pytest.raises(SystemExit, match="no job has ended"):
-        callback.on_multirun_end(hydra_config(tmp_path))

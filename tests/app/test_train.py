@@ -4,9 +4,7 @@ import shutil
 import signal
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 import torch
@@ -18,7 +16,6 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.tables import summary_tables
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.training_run import train
-from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.files import lock_folder
 from ffd_lightning.run_folder import RunFolder, find_runs
@@ -102,14 +99,6 @@ def test_tensorboard_holds_terms_histograms_images_and_hparams(finished):
     assert any(m.plugin_data.plugin_name == "hparams" for m in metadata.values())
 
 
-def test_a_run_that_ends_with_the_validation_shapes_has_its_row(tiny_config, tmp_path):
-    run = RunFolder(tmp_path / "run")
-    summary = train(tiny_config("evaluation.subset=val"), run)
-    (row,) = Results.of([run], "paper/val").scored.to_dict("records")
-    assert row["chamfer"] == pytest.approx(summary["chamfer"])
-    assert summary_tables([run])
-
-
 def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config):
     run, summary = finished
     before = run.checkpoint.stat().st_mtime_ns
@@ -118,17 +107,6 @@ def test_a_finished_run_is_read_and_another_one_is_refused(finished, tiny_config
     with pytest.raises(ConfigError, match=r"schedule.learning_rate was 0.003, now 0.002"):
         train(tiny_config("schedule.learning_rate=2e-3"), run)
     assert run.finished
-
-
-def test_a_run_is_not_resumed_with_other_templates(tiny_config, tmp_path, monkeypatch):
-    run = RunFolder(tmp_path / "run")
-    train(tiny_config("schedule.steps=2"), run)
-    run.set_status("failed")
-    data = open_run(run).data
-    monkeypatch.setattr(data.bank, "ids", data.bank.ids[::-1])
-    monkeypatch.setattr("ffd_lightning.app.training_run.build_data", lambda cfg: data)
-    with pytest.raises(DataError, match="has other templates than are chosen now"):
-        train(tiny_config("schedule.steps=2"), run)
 
 
 def test_a_finished_run_stays_finished_when_it_cannot_be_evaluated_anew(
@@ -197,13 +175,6 @@ def test_the_seed_fixes_everything(finished, tiny_config, tmp_path):
     assert samples(other) != samples(finished[0])
 
 
-def test_where_the_data_is_kept_and_who_draws_changes_nothing(finished, tiny_config, tmp_path):
-    run = RunFolder(tmp_path / "run")
-    train(tiny_config("trainer.residency=device", "trainer.num_workers=1"), run)
-    assert samples(run) == samples(finished[0])
-    train(tiny_config("trainer.residency=disk"), run)  # the same run, not another one
-
-
 class _ReadsBack(TorchDispatchMode):
     """Counts operations after which a GPU's host would have to wait."""
 
@@ -227,11 +198,6 @@ def test_a_step_reads_nothing_back(tiny_config, tmp_path, monkeypatch):
     assert mode.count > counts[6], "reading back is counted"
 
 
-def test_mixed_precision_trains(tiny_config, tmp_path):
-    summary = train(tiny_config("trainer.precision=bf16-mixed"), RunFolder(tmp_path))
-    assert 0 < summary["chamfer"] < 5
-
-
 def test_training_learns(tiny_config, tmp_path, monkeypatch):
     losses, step = [], FfdModule.training_step
 
@@ -246,16 +212,6 @@ def test_training_learns(tiny_config, tmp_path, monkeypatch):
     train(tiny_config(*overrides, *rare), RunFolder(tmp_path / "run"))
     # Six seeds came to 0.46 to 0.54.
     assert sum(losses[-10:]) < 0.7 * sum(losses[:10])
-
-
-@pytest.mark.parametrize(
-    "override", ["trainer.precision=16x", "trainer.accelerator=foo", "trainer.devices=two"]
-)
-def test_what_lightning_cannot_use_is_a_setting_of_the_trainer(override, tiny_config, tmp_path):
-    run = RunFolder(tmp_path / "run")
-    with pytest.raises(ConfigError, match=r"^trainer: .*(16x|foo|devices)"):
-        train(tiny_config(override), run)
-    assert run.status["reason"].startswith("trainer: ")
 
 
 def test_a_damaged_checkpoint_is_named_and_one_process_trains_a_run(tiny_config, tmp_path):
@@ -348,38 +304,3 @@ def test_a_sweep_over_devices_is_not_started_twice(prepared, data_root, tmp_path
     runs = Results.read(tmp_path).runs
     assert runs["state"].tolist() == ["finished"]
     assert done.stdout.count("Launching 1 jobs") == 1
-
-
-def test_a_job_in_a_process_of_its_own_has_the_users_options(tmp_path, monkeypatch):
-    commands = []
-
-    def run(command, check):
-        commands.append(command)
-        return SimpleNamespace(returncode=1)
-
-    monkeypatch.setattr("ffd_lightning.app.commands.train.subprocess.run", run)
-    (tmp_path / "regime").mkdir()
-    shutil.copy(ROOT / "conf" / "regime" / "r.yaml", tmp_path / "regime" / "mine.yaml")
-    given = ["-m", "--config-dir", tmp_path, "regime=mine", f"paths.runs={tmp_path}"]
-    done = run_command("train", *given, "trainer=ddp", "trainer.accelerator=cpu")
-    assert done.returncode == 1
-    assert commands[0][4:6] == ["--config-dir", str(tmp_path)]
-    assert "regime=mine" in commands[0]
-
-
-def test_labels_that_are_missing_are_told_before_the_training(tiny_config, tmp_path, monkeypatch):
-    monkeypatch.setattr(FfdDataModule, "setup", without_labels(FfdDataModule.setup))
-    run = RunFolder(tmp_path / "run")
-    with pytest.raises(DataError, match=r"no test shape of .* has part labels"):
-        train(tiny_config("protocol=parts"), run)
-    assert not run.checkpoint.exists()
-    assert run.status["state"] == "failed"
-
-
-def without_labels(setup):
-    def result(self, stage=None):
-        setup(self, stage)
-        manifests = tuple(manifest | {"part_names": []} for manifest in self.prepared.manifests)
-        self.prepared = replace(self.prepared, manifests=manifests)
-
-    return result

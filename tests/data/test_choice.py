@@ -16,7 +16,6 @@ from ffd_lightning.data.templates.choice import (
     choose_templates,
 )
 from ffd_lightning.data.templates.distances import shape_distances
-from ffd_lightning.errors import ConfigError, DataError
 
 
 @pytest.fixture(scope="module")
@@ -50,23 +49,6 @@ def test_random_is_a_function_of_the_seed(prepared):
         assert sorted(chosen) == list(prepared.ids), "all of them, if so many are wanted"
 
 
-def test_more_templates_than_shapes(prepared):
-    for exclude, count in ((), 25), (prepared.ids[:4], 21):
-        with pytest.raises(DataError, match=rf"{count} .* only {count - 1} shapes to choose from"):
-            choose_templates(DiverseTemplates(), prepared, count, exclude)
-
-
-def test_what_a_strategy_of_ones_own_chooses_is_checked(prepared):
-    a, b, c = prepared.ids[:3]
-    assert choose_templates(lambda *_: [c, a], prepared, 2) == (c, a)
-    for ids in ([a], [a, a], [a, a, b], [a, b, c]):
-        words = f"choose 2 shapes .*: it gives {len(ids)} ids, {len(set(ids))} different ones"
-        with pytest.raises(ConfigError, match=words):
-            choose_templates(lambda *_, ids=ids: ids, prepared, 2)
-    with pytest.raises(ConfigError, match="'unicorn' is not in"):
-        choose_templates(lambda *_: [a, "unicorn"], prepared, 2)
-
-
 # --- files --------------------------------------------------------------------------------------
 
 
@@ -77,14 +59,6 @@ def test_listed_keeps_the_order_of_the_file_and_reads_a_ranking_by_its_column(pr
     assert choose_from(prepared, tmp_path / "ids", text, 3) == (a, b, c)
     text = f"rank,id,family\n1,{a},x\n\n2,{a},x\n3, {b},x\n4\n"
     assert choose_from(prepared, tmp_path / "r.csv", text) == (a, b)
-
-
-def test_lists_that_cannot_be_used(prepared, tmp_path):
-    for text in ("", "{0}\n{0}\n", "rank,id\n1,{0}\n2\n3,\n"):
-        with pytest.raises(ConfigError, match=r"lists [01] ids, 2 are needed"):
-            choose_from(prepared, tmp_path / "ids", text.format(prepared.ids[0]))
-    with pytest.raises(ConfigError, match=r"template_strategy\.file=.*absent cannot be read"):
-        choose_templates(ListedTemplates(tmp_path / "absent"), prepared, 2)
 
 
 def test_a_list_may_name_any_shape_and_its_file_the_category(prepared, tmp_path):

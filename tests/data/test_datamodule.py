@@ -16,9 +16,8 @@ from ffd_lightning.components import Component
 from ffd_lightning.data.batches import BatchIndices, ShapeStore
 from ffd_lightning.data.datamodule import EvaluationIndices, FfdDataModule, TrainingIndices
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.data.splits import HashSplit, SplitInput
+from ffd_lightning.data.splits import HashSplit
 from ffd_lightning.data.templates.choice import DiverseTemplates
-from ffd_lightning.data.templates.distances import ShapeDistances
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.losses.objective import Objective, WeightedTerm
@@ -300,16 +299,6 @@ def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeyp
 # --- residency ----------------------------------------------------------------------------------
 
 
-def test_data_follows_the_trainer_to_another_device(make_boxes):
-    """As where a network is trained on a GPU and tested on the CPU."""
-    module = make_boxes(residency="device")
-    with trained(module, device="meta"):
-        assert module.store.device.type == "meta"
-        assert module.store is module.store
-    with trained(module):
-        assert next(iter(module.test_dataloader())).images.device.type == "cpu"
-
-
 # --- loaders ------------------------------------------------------------------------------------
 
 
@@ -326,33 +315,7 @@ def test_an_epoch_is_the_training_or_a_pass(tables):
             assert len(list(tables.train_dataloader())) == length
 
 
-def test_each_template_has_its_own_points(tables):
-    for count in (40, 256):
-        indices = drawn_from(TrainingIndices, tables, tables.split.train, num_points=count)[0]
-        batch = tables.store.batch(indices)
-        first, second = drawn = [set(points) for points in indices.template_points.tolist()]
-        assert (first == second) == (count == 256)
-        for t, points in enumerate(indices.template_points):
-            assert len(drawn[t]) == count, "without replacement"
-            matrix = tables.bank.deformation_matrix[t, points]
-            assert torch.equal(batch.templates.deformation_matrix[t], matrix)
-
-
 # --- splits -------------------------------------------------------------------------------------
-
-
-def test_a_rule_is_told_what_there_is(make_boxes, monkeypatch):
-    published = {f"b{k:02d}": ("train", "val", "test")[k % 3] for k in range(10)}
-    monkeypatch.setattr(BoxSource, "split", lambda *_: published)
-    seen = []
-
-    def rule(shapes: SplitInput):
-        seen.append(shapes)
-        return shapes.published
-
-    split = make_boxes(split=rule).split
-    assert seen == [SplitInput("box", tuple(published), (), published)]
-    assert {i for i in split.val if published[i] == "val"} == set(split.val) != set()
 
 
 @pytest.mark.parametrize("hold_out", [None, 4])
@@ -372,17 +335,6 @@ def test_templates_are_chosen_from_what_is_not_tested_on(make_boxes, hold_out):
     assert set(module.split.train + module.split.val) == left
     with pytest.raises(DataError, match=r"holds only 6 shapes to choose from, and 4 that are"):
         make_boxes(split=lambda _: rule, hold_out=7)
-
-
-def test_outliers_may_be_left_out(make_boxes, monkeypatch):
-    whole = make_boxes()
-    odd = {subset[0] for subset in (whole.split.train, whole.split.test, whole.bank.ids)}
-    table = np.array([shape_id in odd for shape_id in whole.prepared.ids])
-    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (table, np.ones(len(table))))
-    without = make_boxes(drop_outliers=True)
-    assert not odd & {*without.bank.ids, *(i for subset in without.split for i in subset)}
-    assert set(without.split.test) == set(whole.split.test) - odd
-    assert len(without.bank) + sum(map(len, without.split)) == 7
 
 
 # --- whole trainings ----------------------------------------------------------------------------
@@ -425,9 +377,7 @@ def fit(data, folder, fails_at=None, resume=None, more=(), **settings):
     [
         {"max_steps": 7},
         {"max_steps": 7, "draw": 3},
-        {"max_steps": 4, "accumulate_grad_batches": 2},
         {"max_epochs": 3, "accumulate_grad_batches": 2},
-        {"max_epochs": 4, "limit_train_batches": 2},
         {"max_steps": 5, "limit_train_batches": 3, "accumulate_grad_batches": 2},
     ],
 )

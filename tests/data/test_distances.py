@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 
 from ffd_lightning import shapes
 from ffd_lightning.data.preparation.packing import pack_points
@@ -19,7 +18,6 @@ from ffd_lightning.data.templates.choice import (
 )
 from ffd_lightning.data.templates.distances import (
     POINTS,
-    ShapeDistances,
     greedy_medoids,
     shape_distances,
 )
@@ -97,15 +95,6 @@ def test_the_table_holds_the_distance_of_each_pair(clean):
         assert table[i, j] == pytest.approx(float(alone), rel=1e-5)
 
 
-def test_a_large_set_is_looked_at_in_part(clean, monkeypatch):
-    monkeypatch.setattr(distances, "CANDIDATES", 9)
-    rows = shape_distances(clean).rows
-    assert len(rows) == 9
-    assert rows[0] == 0
-    assert rows[-1] == PLANES - 1
-    assert len(shape_distances(clean, at_least=12).rows) == 12
-
-
 # --- outliers -------------------------------------------------------------------------------------
 
 
@@ -115,24 +104,6 @@ def test_what_is_no_aeroplane_is_named_and_no_aeroplane_is(clean, mixed):
     assert {mixed.ids[k] for k in np.flatnonzero(outlier)} == set(ODD)
     assert factor[outlier].min() > factor[~outlier].max()
     assert np.median(factor) == pytest.approx(1)
-
-
-def test_two_alike_do_not_excuse_each_other(planes, odd):
-    pair = {"balloon": odd["balloon"], "same": ball((1, 1.2, 1.01))}
-    prepared = set_of((planes | pair).values(), planes | pair)
-    outlier, _ = shape_distances(prepared).outliers()
-    assert {prepared.ids[k] for k in np.flatnonzero(outlier)} == set(pair)
-
-
-def test_at_most_a_fifth_are_outliers_and_of_few_none():
-    """Six copies of one shape, and four of their own: not forty percent of the set are strange."""
-    places = np.array([0.0] * 6 + [10, 30, 70, 150])
-    for count, expected in ((10, [8, 9]), (4, []), (1, [])):
-        table = np.abs(np.subtract.outer(places, places))[-count:, -count:]
-        found = ShapeDistances(np.arange(count), torch.zeros(count, POINTS, 3), table)
-        outlier, factor = found.outliers()
-        np.testing.assert_array_equal(np.flatnonzero(outlier), expected)
-        assert np.isfinite(factor).all()
 
 
 # --- the choice -----------------------------------------------------------------------------------
@@ -165,11 +136,3 @@ def test_what_is_tested_on_changes_nothing(planes, odd, mixed, monkeypatch, stra
     alone = strategy(set_of(rest.values(), rest), 12)
     assert choose_templates(strategy, mixed, 12, tested) == alone
     assert choose_templates(strategy, mixed, 5, tested) == alone[:5]
-
-
-def test_what_is_given_is_kept_and_counts(clean):
-    found = shape_distances(clean)
-    first = greedy_medoids(found, 6)
-    assert greedy_medoids(found, 4, first[:2], found.table[first[:2]].min(axis=0)) == first[2:]
-    # Without a word of how far they are they only are not chosen.
-    assert greedy_medoids(found, 1, first[:1])[0] not in first[:1]

@@ -3,8 +3,8 @@ import pytest
 
 from ffd_lightning.data.templates import summary
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.distances import CANDIDATES, ShapeDistances, shape_distances
-from ffd_lightning.data.templates.summary import outlier_rows, template_rows
+from ffd_lightning.data.templates.distances import CANDIDATES, shape_distances
+from ffd_lightning.data.templates.summary import template_rows
 
 
 def test_rows_say_what_each_template_covers(prepared):
@@ -27,13 +27,3 @@ def test_templates_of_a_large_set_count_whether_they_were_looked_at_or_not(prepa
     monkeypatch.setattr(summary, "CANDIDATES", 4)
     rows, _ = template_rows(prepared, TemplateBank.of(prepared, [prepared.ids[1]]))
     assert rows[0]["share"] == 1
-
-
-def test_outliers_of_each_category_are_named(prepared, monkeypatch):
-    assert outlier_rows(prepared) == []
-    strange = np.zeros(len(prepared), bool)
-    strange[[4, 9]] = True
-    factor = np.where(strange, np.arange(len(prepared)), 1.0)
-    monkeypatch.setattr(ShapeDistances, "outliers", lambda found: (strange, factor))
-    expected = [(prepared.ids[9], 9), (prepared.ids[4], 4)]
-    assert [tuple(row.values()) for row in outlier_rows(prepared)] == expected

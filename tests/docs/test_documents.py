@@ -77,6 +77,7 @@ def test_links_lead_somewhere_and_every_picture_is_linked():
     assert {x: page for x, page in linked.items() if not x.exists() and x not in made} == {}
     pictures = {path for path in (ROOT / "docs").rglob("*") if path.suffix in PICTURES}
     assert sorted(map(name, pictures - linked.keys())) == []
+    assert [name(x) for x in pictures if x.stat().st_size > 3e5] == [], "they are small"
 
 
 def python(*arguments, folder):

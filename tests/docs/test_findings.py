@@ -1,19 +1,24 @@
 """The pages of findings are what their studies say; verdicts follow their rules."""
 
 import dataclasses
+import re
+import shutil
 import sys
+import zipfile
 
 import numpy as np
 import pytest
+from analysis.folders import write_run
 from analysis.made import results, run_samples
 from docs.documents import ROOT
 
+from ffd_lightning.analysis.results import Results
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
 
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
 import findings
-from claims import CLAIMS, FAILS, HOLDS, OPEN, differences, read
+from claims import CLAIMS, FAILS, HOLDS, OPEN, differences, together
 
 
 def study(scores, shapes=40, categories=("sofa", "table"), seeds=(0, 1, 2), noise=0.002):
@@ -141,49 +146,13 @@ def test_with_one_seed_categories_are_the_trainings():
     assert word("spread", some, categories=SEVEN, seeds=(0,)) == OPEN
 
 
-def test_tables_put_together_are_corrected_together():
-    made = study({"b": (0.05, 0.2, 4), "w": (0.0506, 0.2, 4)})
-    table = differences(made, [("w", "b")], ["chamfer"])
-    row = findings.overall(table).assign(shown=True, p=0.03)
-    assert findings._together([row])["shown"].all()
-    assert not findings._together([row, row])["shown"].any()
-
-
-def test_drift_is_between_studies_and_between_seeds(monkeypatch):
-    one = study({"b": (lambda category, seed: (0.05 + 0.01 * seed, 0.2, 4))}, noise=0)
-    other = study({"b": (lambda category, seed: (0.053 + 0.01 * seed, 0.2, 4))}, noise=0)
-    monkeypatch.setattr(findings, "study", {"one": one, "other": other}.__getitem__)
-    lines = findings.drift("one", "other", ["chamfer"]).splitlines()
-    mean = one.samples["chamfer"].mean() / 0.06  # of the shapes, by which scores are multiplied
-    assert [float(line.split("|")[2]) for line in lines[2:]] == pytest.approx(
-        [3 * mean, 40 / 3 * mean], abs=0.06
-    )
-
-
-@pytest.mark.parametrize(("template", "told"), [("sofa/000", "50.0%"), ("lamp/000", "0.0%")])
-def test_the_right_category_is_the_templates(template, told, monkeypatch):
-    made = study({"b": (0.05, 0.2, 4)})
-    joint = dataclasses.replace(made, samples=made.samples.assign(template=template))
-    monkeypatch.setattr(findings, "study", lambda name: joint)
-    assert findings.right_category("joint", "b") == told
-
-
-def test_parts_of_a_study_are_one(tmp_path):
-    for part in "ab":
-        (tmp_path / f"{part}.zip").write_bytes((findings.DATA / "few.zip").read_bytes())
-    twice = read(tmp_path.parent, tmp_path.name)
-    assert len(twice.samples) == 2 * len(findings.study("few").samples)
-    with pytest.raises(DataError, match="no study nothing"):
-        read(tmp_path, "nothing")
-
-
 def test_pages_say_what_the_studies_say(tmp_path, monkeypatch):
     folder = findings.FOLDER
     monkeypatch.setattr(findings, "FOLDER", tmp_path)
     for name, text in findings.pages().items():
         assert (folder / name).read_text("utf-8") == text, "python docs/tools/findings.py"
     drawn = {path.name for path in tmp_path.iterdir()}
-    assert drawn == {path.name for path in folder.glob("*.svg")}
+    assert drawn == {path.name for path in folder.glob("*.svg")} - {"recipes.svg"}
 
 
 @pytest.mark.parametrize(
@@ -199,3 +168,59 @@ def test_labels_transfer_where_the_template_is_close(close, expected):
     families = {run: {"t0": "sofa/corner", "t1": "sofa/plain"} for run in samples["run"]}
     labelled = dataclasses.replace(made, samples=samples, families=families)
     assert CLAIMS["labels"].judge(labelled).word == expected
+
+
+# --- what is kept --------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def small(tiny_run, tmp_path_factory):
+    root = tmp_path_factory.mktemp("study")
+    for seed in (0, 1):
+        folder = root / "table" / "r" / f"seed{seed}"
+        shutil.copytree(tiny_run.path, folder)
+        config = folder / "config.yaml"
+        config.write_text(config.read_text().replace("\nseed: 0", f"\nseed: {seed}"))
+    return Results.read(root)
+
+
+def test_scores_come_back(small, tmp_path):
+    findings.save(small, tmp_path / "study.zip", {"machine": "a small one"})
+    kept = Results.read(tmp_path / "study.zip")
+    assert kept.scored["run"].tolist() == ["table/r/seed0", "table/r/seed1"]
+    for name in ("run", "variant", "id", "family", "template"):
+        assert kept.samples[name].tolist() == small.samples[name].tolist(), name
+    numbers = small.samples.select_dtypes("number").columns
+    np.testing.assert_allclose(kept.samples[numbers], small.samples[numbers], rtol=1e-4)
+    for run, families in kept.families.items():
+        assert families.items() <= small.families[run].items()
+        assert families
+    assert kept.protocol.name == "paper"
+    assert kept.about[0]["machine"] == "a small one"
+    assert kept.settings[["regime.name", "seed"]].to_numpy().tolist() == [["r", 0], ["r", 1]]
+    assert (kept.curves.groupby("run")["step"].max() == 8).all()
+    assert kept.curves["box_chamfer"].gt(0).all()
+    assert len(together(kept, kept).samples) == 2 * len(kept.samples)
+
+
+def test_the_same_study_gives_the_same_file_without_the_machines_folders(small, tmp_path):
+    for name in ("a.zip", "b.zip"):
+        findings.save(small, tmp_path / name, {})
+    assert (tmp_path / "a.zip").read_bytes() == (tmp_path / "b.zip").read_bytes()
+    with zipfile.ZipFile(tmp_path / "a.zip") as archive:
+        text = "".join(archive.read(name).decode() for name in archive.namelist())
+    assert str(tmp_path.parent) not in text
+    assert not re.search(r'["\s,](/\w+)+', text)
+
+
+def test_nothing_finished_and_nothing_there(tmp_path):
+    run = write_run(tmp_path / "run")
+    findings.save(Results.read(tmp_path), tmp_path / "kept.zip", {})
+    assert Results.read(tmp_path / "kept.zip").curves.empty, "there is no log"
+    run.set_status("failed")
+    with pytest.raises(DataError, match="no run has results under protocol paper: run: "):
+        findings.save(Results.read(tmp_path), tmp_path / "kept.zip", {})
+    (tmp_path / "broken.zip").write_bytes(b"no zip")
+    for name in ("broken.zip", "absent.zip"):
+        with pytest.raises(DataError, match="no kept results"):
+            Results.read(tmp_path / name)

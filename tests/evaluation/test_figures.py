@@ -5,7 +5,6 @@ import pytest
 import torch
 
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation import figures
 from ffd_lightning.evaluation.figures import (
     View,
@@ -13,17 +12,14 @@ from ffd_lightning.evaluation.figures import (
     fitting_scale,
     reconstruction_figure,
     reconstruction_row,
-    template_figure,
 )
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.grid import grid, text_width
+from ffd_lightning.imaging.grid import grid
 from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
-
-SHAPENET = "1a6f615e8b1b5ae4dbbc9440457e303e"
 
 
 @pytest.fixture
@@ -100,14 +96,3 @@ def test_reconstructions_are_the_network_s_with_the_score_of_training(tiny_run, 
         assert name == prepared.ids[row]
         assert template == f"{bank.ids[t]}\nweight {prediction.weights[k, t]:.2f}"
         assert float(below.removeprefix("box Chamfer x 1000: ")) == pytest.approx(score, abs=0.051)
-
-
-def test_templates_have_their_numbers_and_whole_ids(prepared, labels):
-    bank = TemplateBank.of(prepared, prepared.ids[:2])
-    bank.ids = SHAPENET, f"watercraft/{SHAPENET}"
-    template_figure(bank, notes=["x", "y"])
-    first, second = labels[0]
-    assert first.replace("\n", "") == f"1  {SHAPENET}x"
-    assert second == f"2  watercraft\n{SHAPENET}\ny"
-    widths = [text_width(line, 12) for label in labels[0] for line in label.split("\n")]
-    assert max(widths) <= 256, "a cell's"

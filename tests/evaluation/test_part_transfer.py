@@ -13,7 +13,6 @@ from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation import evaluator
 from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.protocols import PartProtocol
-from ffd_lightning.evaluation.protocols.parts import part_scores, transferred_parts
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 
@@ -82,16 +81,6 @@ def test_a_template_that_is_stretched_and_turned_over_onto_the_truth_labels_it_r
     assert score(TemplateShape(bank, 0), truth)["part_iou"] < 0.3
 
 
-def test_the_floor_has_the_labels_of_other_points():
-    box = Box(0.5)
-    shape = PreparedShape(box, 0)
-    own, truth = shape.labelled_points(), shape.truth_labelled_points()
-    for cloud, half in ((truth, slice(4000)), (own, slice(4000, None))):
-        np.testing.assert_array_equal(cloud.points, box.points[half])
-        np.testing.assert_array_equal(cloud.labels, box.parts[half])
-    assert 0.9 < score(shape, box)["part_iou"] < 1
-
-
 def naive_parts(source, points):
     """The part of the nearest point, one after the other."""
     found = []
@@ -99,46 +88,6 @@ def naive_parts(source, points):
         distances = [((point - other) ** 2).sum() for other in source.points]
         found.append(source.names[source.labels[int(np.argmin(distances))]])
     return found
-
-
-def test_the_same_part_may_have_another_number_elsewhere():
-    """Sets number their parts as they come: names are compared."""
-    points = np.random.default_rng(0).normal(size=(30, 3))
-    here = PartCloud(points, (np.arange(30) % 3).astype(np.uint8), ("leg", "top", "shelf"))
-    there = PartCloud(points, ((np.arange(30) + 1) % 3).astype(np.uint8), ("shelf", "leg", "top"))
-    truth = np.array(here.names)[here.labels]
-    scores = part_scores(truth, transferred_parts(there, points), here.names)
-    assert scores["part_accuracy"] == scores["part_iou"] == 1
-
-
-def test_parts_that_are_absent():
-    truth = np.array(["top"] * 6 + ["leg"] * 4)
-    category = ("top", "leg", "shelf", "drawer")
-    found = np.array(["top"] * 5 + ["shelf"] + ["leg"] * 4)
-    scores = part_scores(truth, found, category)
-    assert scores == pytest.approx(
-        {
-            "part_iou": (5 / 6 + 1 + 0) / 3,  # the shelf is not there
-            "shapenet_part_iou": (5 / 6 + 1 + 0 + 1) / 4,  # no drawer, and none was said to be
-            "part_accuracy": 0.9,
-            "part_iou_top": 5 / 6,
-            "part_iou_leg": 1.0,
-        }
-    )
-    nothing = part_scores(truth, np.full(10, ""), category)
-    assert nothing["part_iou"] == nothing["part_accuracy"] == nothing["part_iou_leg"] == 0
-
-
-def test_points_of_unknown_parts_are_neither_asked_nor_do_they_answer():
-    truth, template = Box(0.5), Box(0.75, seed=1)
-    truth.parts = np.where(truth.points[:, 1] > 0.2, UNKNOWN_PART, truth.parts).astype(np.uint8)
-    # The template's upper half says nothing, so its lower half is asked: all of that is low.
-    parts = np.where(template.points[:, 1] > 0, UNKNOWN_PART, template.parts).astype(np.uint8)
-    scores = score(TemplateShape(template.bank(parts), 0), truth)
-    half = truth.parts[:4000]
-    low = np.mean(half[half != UNKNOWN_PART] == 0)
-    assert scores["part_accuracy"] == pytest.approx(low)
-    assert scores["part_iou"] == pytest.approx(low / 2)
 
 
 # --- whole evaluations ----------------------------------------------------------------------------

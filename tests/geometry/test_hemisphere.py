@@ -93,13 +93,3 @@ def test_transform_is_the_papers_frame():
     assert moved[:, 1].min() == 0
     assert np.linalg.norm(moved, axis=1).max() == pytest.approx(3.2, rel=1e-15)
     assert moved == pytest.approx((vertices - found.center) * (3.2 / found.radius))
-
-
-def test_a_point_has_no_scale_and_nan_no_bounds():
-    found = bounding_hemisphere([[1, 2, 3]] * 4)
-    assert (found.radius, found.center.tolist()) == (0, [1, 2, 3])
-    with pytest.raises(ValueError, match="no extent"):
-        found.transform([[1, 2, 3]])
-    for vertices in (np.zeros((0, 3)), [[0, 0, 0], [1, np.nan, 0]]):
-        with pytest.raises(ValueError, match="finite"):
-            bounding_hemisphere(vertices)

@@ -55,17 +55,6 @@ def test_a_flat_box_bends_within_its_plane_and_carries_the_rest(thin):
     assert torch.isfinite(got).all()
 
 
-def test_batches_of_lattices_and_queries_are_computed_one_by_one():
-    cases = [case(seed=seed, points=7) for seed in range(3)]
-    points = torch.stack([c[0] for c in cases])
-    lattice = Lattice(*(torch.stack([getattr(c[1], k) for c in cases]) for k in ("origin", "size")))
-    offsets = torch.randn(2, 3, 64, 3, generator=torch.Generator().manual_seed(9)).double()
-    got = deformation_jacobian(points, lattice, offsets)
-    assert got.shape == (2, 3, 7, 3, 3)
-    for b, (single, box, _) in enumerate(cases):
-        torch.testing.assert_close(got[1, b], deformation_jacobian(single, box, offsets[1, b]))
-
-
 @pytest.mark.parametrize("degrees", DEGREES)
 def test_determinants_on_a_lattice_are_those_of_the_jacobian_there(degrees):
     generator = torch.Generator().manual_seed(0)

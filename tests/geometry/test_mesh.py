@@ -26,16 +26,6 @@ def test_vertices_that_no_face_uses_do_not_count():
     assert points.shape == stray.shape
 
 
-def test_what_has_no_box_is_refused():
-    for vertices, faces, message in (
-        (np.eye(3), np.zeros((0, 3), int), "no vertices"),
-        (np.ones((4, 3)), None, "no extent"),
-        ([[0, 0, 0], [np.inf, 1, 1]], None, "finite"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            normalize(vertices, faces)
-
-
 @pytest.mark.parametrize("divisions", [2, 7])
 def test_a_face_has_the_mean_of_its_texture(divisions):
     """Left half red, right half blue: faces in one half, the other, across both, and in none."""

@@ -1,7 +1,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from scipy import stats
 
 from ffd_lightning.geometry.sampling import sample_stratified, sample_surface
@@ -53,12 +52,6 @@ def test_the_largest_draw_takes_the_last_face_with_area() -> None:
     largest = SimpleNamespace(random=lambda size: np.full(size, np.nextafter(1, 0)))
     _, drawn = sample_surface(VERTICES, faces, 3, largest)
     np.testing.assert_array_equal(drawn, 0)
-
-
-@pytest.mark.parametrize("faces", [np.zeros((0, 3), int), FACES[[1, 3]], [[0, 1, 15]]])
-def test_no_area_is_refused(faces) -> None:
-    with pytest.raises(ValueError, match="no area"):
-        sample_surface(VERTICES, faces, 10, np.random.default_rng(0))
 
 
 def test_stratified_points_give_each_face_its_share() -> None:

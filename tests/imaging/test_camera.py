@@ -64,13 +64,6 @@ def test_the_authors_camera_is_that_of_their_script():
     np.testing.assert_allclose(pixels, np.stack([x, y], 1), atol=1e-9)
 
 
-@pytest.mark.parametrize(("height", "width"), [(192, 256), (256, 192), (128, 128)])
-def test_the_authors_lens_spans_the_longer_side(height, width):
-    settings = RenderSettings(height, width, "authors")
-    half = settings.cameras()[0].half_height * max(height, width) / height
-    assert np.degrees(2 * np.arctan(half)) == pytest.approx(49.134, abs=1e-3)
-
-
 def test_it_cuts_tall_shapes_off_and_framing_does_not():
     pole = np.array([[-0.02, -0.49, 0], [0.02, -0.49, 0], [0, 0.49, 0]])
     mesh = Mesh(pole, np.array([[0, 1, 2]]), np.array([[9, 9, 9, 255]], np.uint8))
@@ -80,9 +73,3 @@ def test_it_cuts_tall_shapes_off_and_framing_does_not():
         alpha = render(mesh, camera)[..., 3]
         edges[model] = bool(alpha[[0, -1]].any())
     assert edges == {"framed": False, "authors": True}
-
-
-def test_an_elevation_of_ones_own_replaces_the_cameras():
-    for model, own in (("framed", 30.0), ("authors", 30.963757)):
-        assert RenderSettings(camera=model).cameras()[0].elevation == pytest.approx(own)
-        assert RenderSettings(camera=model, elevation=5).cameras()[0].elevation == 5

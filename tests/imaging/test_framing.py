@@ -15,7 +15,6 @@ from ffd_lightning.imaging import framing
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.framing import frame_photo
 from ffd_lightning.imaging.photos import read_photo
-from ffd_lightning.imaging.render_settings import RenderSettings
 from ffd_lightning.imaging.rendering import render
 
 SIZE = {"height": 96, "width": 128}
@@ -92,17 +91,6 @@ def test_what_only_has_the_size_of_a_training_image_is_framed():
         assert "cropped" in frame(picture).steps[-2]
 
 
-def test_images_of_a_camera_that_cuts_objects_off_reach_the_network_unchanged():
-    (camera,) = RenderSettings(**SIZE, camera="authors").cameras()
-    image = rendering(camera=camera)
-    assert extent(image)[1] == 96, "cut off above and below"
-    for picture in (image, image[..., :3]):
-        framed = frame_photo(picture, **SIZE, fill=1.0, whole=False)
-        np.testing.assert_array_equal(framed.image[..., :3], image[..., :3])
-        assert framed.warnings == ()
-    assert "cropped" in frame(image).steps[-2], "not where training objects are whole"
-
-
 @pytest.mark.parametrize(
     ("colour", "noise"),
     [((255, 255, 255), 0), ((231, 230, 228), 0), ((90, 130, 190), 3), ((0, 0, 0), 0)],
@@ -143,23 +131,6 @@ def test_soft_alpha_is_laid_over_white_once():
     np.testing.assert_array_equal(frame(laid).image, image)
 
 
-def test_the_background_may_change_smoothly():
-    photo, coverage = on_colour((0, 0, 0))
-    y, x = np.mgrid[-1:1:240j, -1:1:320j]
-    back = np.stack([200 + 30 * y, 205 + 20 * y - 10 * x, 220 - 25 * x**2], -1)
-    mixed = photo + (1 - coverage[..., None] / 255) * back
-    framed = frame(mixed.round().astype(np.uint8))
-    assert extent(framed.image) == pytest.approx(extent(rendering()), abs=2)
-    assert difference(framed.image, rendering()) < 5
-    assert not any("uniform" in warning for warning in framed.warnings)
-
-
-def test_a_background_that_is_not_uniform_is_told():
-    photo, _ = on_colour()
-    photo[150:] //= 2
-    assert any("not uniform" in warning for warning in frame(photo).warnings)
-
-
 def test_specks_do_not_decide_and_holes_are_white():
     photo = np.full((120, 160, 3), 210, np.uint8)
     photo[40:80, 50:110] = (120, 60, 20)
@@ -174,30 +145,6 @@ def test_specks_do_not_decide_and_holes_are_white():
     alpha = np.dstack([photo, np.zeros((120, 160), np.uint8)])
     alpha[40:80, 50:110, 3] = alpha[5, 5, 3] = 255
     assert "cropped to 60 x 40 at (50, 40)" in frame(alpha).steps
-
-
-def test_what_is_beside_the_object_is_left_out_unless_a_mask_shows_it():
-    photo, coverage = on_colour(size=(300, 420))
-    expected = frame(photo).image
-    y, x = 270, 60
-    photo[y : y + 6, x : x + 300] = photo[40:100, 380:400] = (0, 0, 0)
-    framed = frame(photo)
-    assert np.abs(framed.image.astype(int) - expected).mean() < 1
-    (told,) = [w for w in framed.warnings if "left out" in w]
-    assert told.startswith("2 other things")
-    coverage[40:100, 380:400] = 255
-    both = frame(photo, mask=Image.fromarray(coverage))
-    assert extent(both.image)[0] > 1.2 * extent(framed.image)[0]
-    assert both.warnings == ()
-
-
-def test_an_object_at_the_border_and_a_small_one_are_told():
-    photo = np.full((120, 160, 3), 210, np.uint8)
-    photo[60:, 50:110] = (120, 60, 20)
-    assert any("border (bottom)" in warning for warning in frame(photo).warnings)
-    photo[:] = 210
-    photo[60:70, 50:60] = 0
-    assert any("only 10 x 10 pixels" in warning for warning in frame(photo).warnings)
 
 
 @pytest.mark.parametrize("shape", [(10, 300), (300, 10), (300, 300)])
@@ -230,27 +177,6 @@ def test_small_objects_of_large_photographs_are_looked_at_again(tmp_path):
     assert [int(cropped[2]), int(cropped[4])] == pytest.approx(own, rel=0.05)
     masked = frame(picture, mask=Image.fromarray(coverage).resize((3200, 2400)))
     assert np.abs(masked.image.astype(int) - expected).mean() < 5
-
-
-@pytest.mark.parametrize("shape", [(1, 1, 3), (1, 50, 3), (60, 80, 3), (60, 80, 4)])
-def test_pictures_that_show_nothing(shape):
-    blank = np.zeros(shape, np.uint8)
-    with pytest.raises(DataError, match=r"no object found .*give mask="):
-        frame(blank)
-    mask = np.full(shape[:2], 255, np.uint8)
-    assert max(extent(frame(blank[..., :3], mask=mask).image)) / 96 == pytest.approx(FILL, abs=0.2)
-
-
-def test_masks_of_any_mode_show_the_same():
-    photo, coverage = on_colour()
-    hard = np.where(coverage > 127, 255, 0).astype(np.uint8)
-    mask = Image.fromarray(hard)
-    expected = frame(photo, mask=mask).image
-    cut = Image.fromarray(photo)
-    cut.putalpha(mask)
-    others = [mask.convert(mode) for mode in ("1", "P", "RGBA")]
-    for other in [*others, hard // 255, hard > 0, cut]:
-        np.testing.assert_array_equal(frame(photo, mask=other).image, expected)
 
 
 def test_masks_that_cannot_be_used():

@@ -3,28 +3,15 @@
 import io
 
 import numpy as np
-import pytest
 from PIL import Image
 
-from ffd_lightning.imaging.grid import grid, joined, legend, png, text_width, write
+from ffd_lightning.imaging.grid import grid, png
 
 
 def ink(picture):
     """The rows and columns that are darkened."""
     dark = np.asarray(picture.convert("L")) < 128
     return np.flatnonzero(dark.any(1)), np.flatnonzero(dark.any(0))
-
-
-def test_a_line_is_where_it_is_put_and_cut_at_the_border():
-    picture = Image.new("RGB", (200, 40), "white")
-    write(picture, "HHH", 100, 20, 16)
-    rows, columns = ink(picture)
-    assert columns[0] == pytest.approx(100, abs=3.5)
-    assert columns[-1] - columns[0] == pytest.approx(text_width("HHH", 16), abs=6)
-    assert (rows[0] + rows[-1]) / 2 == pytest.approx(20, abs=3)
-    for x, y in ((-5, 10), (190, 10), (10, 0), (10, 40), (-500, 10)):
-        write(picture, "word", x, y, 12)
-    assert picture.size == (200, 40)
 
 
 def test_pictures_labels_and_headings_are_at_their_places():
@@ -44,32 +31,6 @@ def test_pictures_labels_and_headings_are_at_their_places():
     below = sheet[4 + top + 20 :, 4:64]
     assert [(below[y : y + 28] < 128).any() for y in (0, 28)] == [True, True]
     assert not (sheet[4 + top + 20 : 4 + top + 76, 68:128] < 128).any()
-
-
-@pytest.mark.parametrize("text", ["a" * 9, "a" * 19, "a" * 50])
-def test_labels_of_any_length_stay_in_their_cells(text):
-    image = np.full((20, 100, 3), 255, np.uint8)
-    _, columns = ink(grid([image] * 2, 2, ["", text]))
-    assert columns[0] >= 107
-    assert columns[-1] <= 208
-
-
-def test_pictures_are_joined_either_way():
-    one, two = Image.new("RGB", (30, 20), "red"), Image.new("RGB", (10, 50), "blue")
-    assert joined([one, two]).size == (30, 70)
-    both = joined([one, two], across=True)
-    assert both.size == (40, 50)
-    assert (both.getpixel((0, 49)), both.getpixel((39, 49))) == ((255, 255, 255), (0, 0, 255))
-
-
-def test_a_legend_breaks_into_lines():
-    entries = {"one": (9, 0, 0), "two": (0, 9, 0), "three": (0, 0, 9)}
-    wide, narrow = legend(entries, 400, 10), legend(entries, 60, 10)
-    assert (wide.width, narrow.width) == (400, 60)
-    assert narrow.height > 2 * wide.height
-    for picture in (wide, narrow):
-        for color in entries.values():
-            assert (np.asarray(picture) == color).all(2).sum() == 100
 
 
 def test_a_png_is_its_pixels_and_with_few_colours_smaller():

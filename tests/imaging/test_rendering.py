@@ -93,30 +93,6 @@ def test_camera_convention(elevation, azimuth, channel, positive) -> None:
     assert (pixel[channel] > 130) == positive
 
 
-def test_the_unit_sphere_fills_the_height_at_any_size_and_angle() -> None:
-    builder = Builder()
-    builder.ellipsoid("ball", Material((0.5, 0.5, 0.5)), (0, 0, 0), (0.5, 0.5, 0.5), segments=64)
-    for height, azimuth in ((64, 0), (96, 77)):
-        alpha = render(builder.mesh(), Camera(azimuth), height=height, width=height)[..., 3]
-        for seen in (alpha.max(1) > 0, alpha.max(0) > 0):
-            assert seen[1:-1].all()
-        assert alpha[0, 0] == alpha[-1, -1] == 0
-
-
-def test_winding_does_not_matter() -> None:
-    mesh = axis_box()
-    turned = Mesh(mesh.vertices, mesh.faces[:, ::-1], mesh.face_colors)
-    np.testing.assert_array_equal(render(mesh), render(turned))
-
-
-def test_top_is_lit_more_than_the_side_and_the_side_more_than_the_front() -> None:
-    mesh = axis_box()
-    grey = Mesh(mesh.vertices, mesh.faces, np.full((12, 4), (128, 128, 128, 255), np.uint8))
-    views = [(90, 0), (0, 90), (0, 0)]
-    top, side, front = (int(render(grey, Camera(a, e), samples=1)[96, 128, 0]) for e, a in views)
-    assert 128 > top > side > front > 64
-
-
 def test_coverage_is_the_share_of_samples_hit() -> None:
     mesh = triangles(*pane(0, RED))
     fine = render(mesh, Camera(20, 0), height=60, width=60, samples=3)[..., 3]
@@ -176,24 +152,6 @@ def test_textures_stand_upright_and_replace_colour_and_alpha() -> None:
     assert lower_right[3] < 200 < lower_left[3]
     one = render(textured(FULL, [[RED]]), Camera(0, 0))
     np.testing.assert_array_equal(one, render(triangles(*pane(0, RED)), Camera(0, 0)))
-
-
-def test_textures_wrap_and_are_smooth() -> None:
-    def row(uvs) -> np.ndarray:
-        return render(textured(uvs, QUARTERS), Camera(0, 0))[80, :, :3].astype(int)
-
-    np.testing.assert_allclose(row(np.add(FULL, (3, -2))), row(FULL), atol=1)
-    steps = np.abs(np.diff(row(FULL)[96:160], axis=0)).max()
-    assert 0 < steps < 40  # nearest texels would jump by more than 100
-
-
-def test_faces_outside_the_frame_are_cut_off() -> None:
-    near = render(triangles([[(-9, -9, -9), (9, -9, -9), (0, 9, 9)]], RED), samples=1)
-    assert near.shape == (192, 256, 4)
-    high = triangles([[(0, 3, 0), (1, 3, 0), (0, 4, 0)]], RED)
-    np.testing.assert_array_equal(render(high)[..., 3], 0)
-    empty = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros((0, 4), np.uint8))
-    np.testing.assert_array_equal(render(empty)[..., :3], 255)
 
 
 PROGRAM = """

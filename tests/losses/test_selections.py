@@ -53,16 +53,3 @@ def test_the_posterior_teaches_the_logits_and_shares_the_costs_out(unchecked):
     probs = np.exp(log_probs)
     np.testing.assert_allclose(given.grad, 3 * (probs - posterior), atol=1e-12)
     assert not weights.requires_grad, "costs teach the logits through the loss alone"
-
-
-def test_the_temperature_says_which_differences_matter(unchecked):
-    costs = torch.tensor([[1.0, 1.1, 50.0]])
-    inputs = step(template_logits=torch.zeros(1, 3))
-    cold, _ = PosteriorTaught(0.001, 0)(inputs, costs)
-    warm, _ = PosteriorTaught(1.0, 0)(inputs, costs)
-    np.testing.assert_allclose(cold, [[1, 0, 0]], atol=1e-6)
-    assert warm[0, 0] - warm[0, 1] < 0.06
-    assert warm[0, 2] < 1e-20
-    for setting in ({"temperature": 0}, {"uniform": 1.5}, {"weight": 0}):
-        with pytest.raises(ValueError, match="must"):
-            PosteriorTaught(**setting)

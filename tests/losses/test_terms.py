@@ -99,15 +99,6 @@ def test_negative_entropy_bounds():
     assert float(NegativeEntropy()(share)) == pytest.approx(-math.log(5))
 
 
-def test_negative_entropy_has_a_slope_where_no_query_takes_a_template():
-    logits = torch.tensor([[0.0, 1, -400], [1, 0, -500]], requires_grad=True)
-    NegativeEntropy()(step_input(logits.softmax(1))).backward()
-    (others,) = torch.autograd.grad(
-        NegativeEntropy()(step_input((two := logits[:, :2]).softmax(1))), two
-    )
-    torch.testing.assert_close(logits.grad, torch.cat([others, torch.zeros(2, 1)], 1))
-
-
 def test_offset_penalties_are_of_squares_and_the_uniform_one_asks_for_no_weights():
     g = torch.Generator().manual_seed(0)
     weights, offsets = torch.rand(2, 3, generator=g), torch.randn(2, 3, 4, 3, generator=g)

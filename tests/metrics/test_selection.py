@@ -1,4 +1,4 @@
-from itertools import combinations, permutations
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -6,7 +6,6 @@ from scipy.stats import entropy
 
 from ffd_lightning.metrics.selection import (
     adjusted_rand,
-    chance_agreement,
     effective_templates,
     selection_entropy,
 )
@@ -16,12 +15,6 @@ from ffd_lightning.metrics.selection import (
 def test_matches_scipy(counts):
     assert selection_entropy(counts) == pytest.approx(entropy(counts))
     assert effective_templates(counts) == pytest.approx(np.exp(entropy(counts)))
-
-
-@pytest.mark.parametrize("counts", [[0, 0], [-1, 2], [np.nan, 1]])
-def test_refuses_what_is_no_distribution(counts):
-    with pytest.raises(ValueError, match="counts"):
-        selection_entropy(counts)
 
 
 def test_adjusted_rand_from_pairs():
@@ -37,24 +30,6 @@ def test_adjusted_rand_from_pairs():
     assert adjusted_rand(a, 9 - b) == adjusted_rand(a, b), "names do not count"
 
 
-def test_adjusted_rand_is_0_for_shuffled_selections():
-    labels = [0, 0, 0, 1, 1, 2]
-    values = [adjusted_rand(labels, other) for other in permutations(labels)]
-    assert np.mean(values) == pytest.approx(0, abs=1e-12)
-
-
 @pytest.mark.parametrize("labels", [["x"] * 4, list("abcd"), list("aabb")])
 def test_equal_groups_have_adjusted_rand_1(labels):
     assert adjusted_rand(labels, [label + "2" for label in labels]) == 1
-
-
-def test_chance_agreement_is_the_mean_over_shuffles():
-    a, b = [0, 0, 1, 2, 2], [0, 1, 1, 2, 3]
-    shuffled = [np.mean(np.array(a) == other) for other in permutations(b)]
-    assert chance_agreement(a, b) == pytest.approx(np.mean(shuffled))
-
-
-@pytest.mark.parametrize(("a", "b"), [([0, 1], [0, 1, 1]), ([0], [0])])
-def test_labels_of_other_samples_and_a_single_one_are_refused(a, b):
-    with pytest.raises(ValueError, match=r"same samples|two samples"):
-        adjusted_rand(a, b)

@@ -59,12 +59,3 @@ def test_samples_lie_on_their_faces_with_the_faces_normals():
     assert (side.sum(axis=1) == 1).all()
     np.testing.assert_allclose(scaled[side], 1, rtol=1e-6)
     assert (np.sign(sample.points[side]) == sample.normals[side]).all()
-
-
-@pytest.mark.parametrize(
-    ("points", "message"), [(np.zeros((0, 3)), "no points"), (np.full((2, 3), np.nan), "finite")]
-)
-def test_refuses(points, message):
-    bad, good = SurfaceSample(points, points), SurfaceSample(np.eye(3), np.eye(3))
-    with pytest.raises(ValueError, match=message):
-        surface_scores(bad, good)

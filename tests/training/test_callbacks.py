@@ -5,7 +5,6 @@ import pytest
 import torch
 from lightning import Callback, Trainer
 from lightning.pytorch.callbacks import ModelCheckpoint
-from lightning.pytorch.utilities import rank_zero_only
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 from tensorboard.util import tensor_util
 from torch import nn
@@ -163,13 +162,6 @@ def test_pictures_are_of_their_model_and_give_every_part_its_mode_back(logged, m
         expected = bank.deformation_matrix[t] @ (bank.control_points[t] + offsets[t])
         assert deformed.numpy() == pytest.approx(expected.numpy(), abs=1e-5)
         assert (truth.numpy() == logged.data.prepared.cloud(row)).all()
-
-
-def test_further_devices_write_nothing(tiny_config, tmp_path, monkeypatch):
-    monkeypatch.setattr(rank_zero_only, "rank", 1)
-    session = Session(tiny_config(), tmp_path, steps=2).fit()
-    assert session.trainer.global_step == 2
-    assert not session.folder.exists()
 
 
 def test_a_resumed_run_goes_on_without_doubling(logged, tiny_config, tmp_path):

@@ -17,7 +17,6 @@ from ffd_lightning.analysis.results import (
     own_protocol,
     read_samples,
 )
-from ffd_lightning.analysis.wording import scaled_title
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.figures import View
@@ -228,4 +227,4 @@ def reconstruct(
 
 def score_text(measure: Metric, value: float) -> str:
     """Return a measure's value as people read it: "Chamfer x 1000: 83.1"."""
-    return f"{scaled_title(measure)}: {measure.factor * value:.1f}"
+    return f"{measure.scaled_title}: {measure.factor * value:.1f}"

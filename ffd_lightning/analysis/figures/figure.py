@@ -1,4 +1,4 @@
-"""A figure of the paper, of any run, and what to say below it."""
+"""A figure of the paper, of any run."""
 
 from __future__ import annotations
 
@@ -7,9 +7,8 @@ from collections.abc import Sequence
 from PIL import Image
 
 from ffd_lightning.analysis.figures.examples import Example
-from ffd_lightning.analysis.figures.sheets import CAPTIONS, FIGURES, LEGENDS
+from ffd_lightning.analysis.figures.sheets import FIGURES, LEGENDS
 from ffd_lightning.analysis.results import setting_of
-from ffd_lightning.analysis.wording import measure_note
 from ffd_lightning.evaluation.figures import reconstruction_row
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.grid import Picture, grid, joined, legend
@@ -26,7 +25,7 @@ def paper_figure(
         runs: examples of each run, as `collect` gives them; shown side by side, or for `method`,
             which is wide, below each other.
         size: width of a cell in pixels; its height follows from the shape of the input images.
-        templates: of each image, in `method` and `candidates`.
+        templates: of each image, in `method`.
 
     Raises:
         DataError: `labels` of data without part labels.
@@ -64,24 +63,6 @@ def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -
     if name not in LEGENDS:
         return sheet
     return joined([sheet, legend(LEGENDS[name](examples), sheet.width, font_size)])
-
-
-def caption(name: str, runs: Sequence[Sequence[Example]], pick: str | None = None) -> str:
-    """Return what a figure shows, in words; see `paper_figure`.
-
-    Args:
-        name: a key of `FIGURES`.
-        runs: examples of each run.
-        pick: how they were chosen from the test images, if they were.
-    """
-    first, count = runs[0][0], len(runs[0])
-    which = f"{count} image{'s' if count > 1 else ''}"
-    if pick is not None:
-        which += f" of {len(first.run.data.split.test)} for testing ({pick})"
-    scored = ""
-    if name in ("method", "overview") and first.protocol is not None and first.score:
-        scored = f" {measure_note(first.protocol.main_metric, first.protocol)}."
-    return f"{CAPTIONS[name]} {which}.{scored}"
 
 
 def _title(example: Example) -> str:

@@ -1,4 +1,4 @@
-"""The paper's qualitative figures: what each shows beside an image, and in words."""
+"""The paper's qualitative figures: what each shows beside an image."""
 
 from __future__ import annotations
 
@@ -23,8 +23,7 @@ from ffd_lightning.analysis.figures.examples import Example, score_text
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.candidates import Candidate
 from ffd_lightning.evaluation.figures import View, cloud_mesh, draw, fitting_scale
-from ffd_lightning.evaluation.protocols import PaperProtocol, PartProtocol
-from ffd_lightning.evaluation.samples import score_sample
+from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.geometry.ffd import Degrees, deform, deformation_matrix, lattice_edges
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
@@ -186,23 +185,6 @@ def _voxels(shape: Candidate) -> NDArray[np.bool_]:
     return voxelize(*shape.mesh(), _PAPER.resolution, half_size=_PAPER.half_size)
 
 
-def candidates(example: Example, view: View, count: int) -> list[Cell]:
-    """Draw the templates of the greatest weights; below these the truth and each deformed.
-
-    Chamfer distance and IoU are those of protocol paper, with seed 0.
-    """
-    shapes: dict[str, Candidate] = {str(rank): example.deformed(rank) for rank in range(count)}
-    row, prepared = example.sample.row, example.run.data.prepared
-    scores = score_sample(_PAPER, prepared, row, shapes, 0)
-    cells = [_template(example, rank, f"template {rank + 1}") for rank in range(count)]
-    cells.append(_truth(example)._replace(heading="", label="ground truth"))
-    for rank, shape in shapes.items():
-        measures = (_PAPER.metrics[0], _PAPER.metrics[-1])
-        label = "\n".join(score_text(m, scores[f"{rank}_{m.name}"]) for m in measures)
-        cells.append(Cell("", painted(shape.mesh(), DEFORMED), label))
-    return cells
-
-
 def labels(example: Example, view: View, count: int) -> list[Cell]:
     """Draw the template's parts, carried along by its deformation, and the true ones.
 
@@ -226,7 +208,7 @@ def labels(example: Example, view: View, count: int) -> list[Cell]:
     deformed = Mesh(shape.mesh()[0], fine.faces, part_colors(_parts(fine)))
     return [
         Cell("template cloud", before, _template(example).label),
-        Cell("deformed cloud", after, _part_iou(example)),
+        Cell("deformed cloud", after),
         Cell("deformed mesh", deformed),
         Cell("ground truth", Mesh(truth.vertices, truth.faces, part_colors(_parts(truth)))),
     ]
@@ -248,18 +230,6 @@ def _parts(mesh: Mesh) -> NDArray[np.uint8]:
     return unknown if mesh.face_parts is None else mesh.face_parts
 
 
-def _part_iou(example: Example) -> str:
-    """Return the score of the labels under protocol parts, in words; "" where none are known."""
-    protocol, shape = PartProtocol(), example.deformed()
-    clouds = example.truth.truth_labelled_points(), shape.labelled_points()
-    if any((cloud.labels == UNKNOWN_PART).all() for cloud in clouds):
-        return ""
-    row, prepared = example.sample.row, example.run.data.prepared
-    measure = protocol.metrics[0]
-    value = score_sample(protocol, prepared, row, {"": shape}, 0)[measure.name]
-    return score_text(measure, value)
-
-
 def _template(example: Example, rank: int = 0, heading: str = "template") -> Cell:
     """Return the template of the greatest weight, or the `rank`-th after it, with its weight."""
     index = example.ranked(rank)
@@ -277,28 +247,10 @@ FIGURES: dict[str, Callable[[Example, View, int], list[Cell]]] = {
     "subdivision": subdivision,
     "voxels": voxels,
     "labels": labels,
-    "candidates": candidates,
 }
-"""What is drawn beside an image; the last argument is how many templates, of several."""
+"""What is drawn beside an image; the last argument is how many templates `method` shows."""
 
 LEGENDS: dict[str, Callable[[Sequence[Example]], Mapping[str, Color]]] = {
     "voxels": lambda _: AGREEMENT,
     "labels": part_legend,
-}
-CAPTIONS = {
-    "method": "Input image; the templates of the greatest weights; the selected one in its lattice "
-    "of control points, with orange lines to where each is moved; lattice and mesh deformed "
-    "(lattices that reach far are drawn smaller, and cut off); the deformed mesh alone; the true "
-    "mesh.",
-    "overview": "Input image, selected template (and its weight), the template deformed: its "
-    "cloud, its voxels (32^3) and its subdivided mesh; the true mesh.",
-    "subdivision": "Input image; the selected template's mesh, the same deformed; the mesh with "
-    "its edges subdivided, the same deformed by the same offsets; the true mesh.",
-    "voxels": "Input image; deformed mesh; true mesh; their voxels (32^3, conservative and filled, "
-    "as in protocol paper): grey in both, orange only in the truth, blue only in the prediction.",
-    "labels": "Input image; the selected template's cloud by its parts; cloud and mesh deformed, "
-    "with the template's parts; the true mesh by its own. Part IoU: protocol parts.",
-    "candidates": "Input image and true mesh; the templates of the greatest weights, above as they "
-    "are, below deformed. Chamfer distance and IoU of protocol paper (1,024 points, in units of "
-    "the hemisphere of radius 3.2 around the truth; 32^3 voxels).",
 }

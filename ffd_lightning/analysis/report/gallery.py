@@ -12,7 +12,6 @@ import pandas as pd
 
 from ffd_lightning.analysis.figures.examples import (
     Example,
-    Query,
     in_order,
     picked,
     reconstruct,
@@ -23,7 +22,6 @@ from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import number
 from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
-from ffd_lightning.evaluation.protocols import Metric
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.grid import Color, png
@@ -114,43 +112,20 @@ def gallery(results: Results, opened: Opened, limit: int) -> tuple[dict[str, Any
 def _chosen(
     results: Results, opened: Opened, category: str, samples: pd.DataFrame, count: int
 ) -> list[tuple[str, dict[str, Example]]]:
-    """Return images of a category, by what each is, as each run reconstructs them."""
+    """Return images of a category from the best to the worst, as each run reconstructs them."""
     # Trained together with other categories, a shape is called <category>/<id>.
     bare = samples.assign(id=samples["id"].str.removeprefix(f"{category}/"))
-    chosen = choose_images(bare, results.protocol.main_metric, count)
-    if not chosen:
+    order = in_order(bare, results.protocol.main_metric).index.tolist()
+    if not order:
         raise DataError("the runs share no test images")
+    chosen = picked(order, "spread", count)
     found: dict[str, list[Example]] = {}
     for run, own in samples.groupby("run", sort=False):
         ids = dict(zip(bare.loc[own.index, "id"], own["id"], strict=True))
-        queries = [(ids[shape_id], view) for shape_id, view in chosen.values()]
+        queries = [(ids[shape_id], view) for shape_id, view in chosen]
         found[str(run)] = reconstruct(opened.runs[str(run)], queries, own, results.protocol)
-    ranks = enumerate(chosen)
-    return [(rank, {run: examples[k] for run, examples in found.items()}) for k, rank in ranks]
-
-
-def choose_images(samples: pd.DataFrame, measure: Metric, count: int = 4) -> dict[str, Query]:
-    """Return the images that are shown: the best, the median, the worst, and where runs differ.
-
-    Args:
-        samples: of one run or several, of one category; see `in_order`.
-        measure: that orders the images.
-        count: of images at most; of fewer than three the median, then the worst.
-
-    Returns:
-        The images by what each is.
-    """
-    scores = in_order(samples, measure)
-    if scores.empty:
-        return {}
-    order, last = scores.index.tolist(), len(scores) - 1
-    places = {last: "worst", last // 2: "median", 0: "best"}  # of few images some are the same
-    kept = sorted(places, key=lambda place: ["median", "worst", "best"].index(places[place]))
-    chosen = {places[place]: order[place] for place in sorted(kept[:count])}
-    spread = (scores.max(axis=1) - scores.min(axis=1)).drop(list(chosen.values()))
-    if len(chosen) < count and spread.max() > 0:
-        chosen["where runs differ most"] = spread.idxmax()
-    return chosen
+    ranks = [f"{order.index(query) + 1} of {len(order)}" for query in chosen]
+    return [(rank, {run: e[k] for run, e in found.items()}) for k, rank in enumerate(ranks)]
 
 
 def _row(

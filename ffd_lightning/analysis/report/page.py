@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pandas as pd
 import yaml
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from ffd_lightning.analysis import plots, tables
+from ffd_lightning.analysis.compare import is_mean
 from ffd_lightning.analysis.naming import differing
 from ffd_lightning.analysis.paper import PROTOCOL, beside_paper
 from ffd_lightning.analysis.report.gallery import Meshes, data_uri, gallery, open_runs
 from ffd_lightning.analysis.report.selection import bars, pictures
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import Table
-from ffd_lightning.analysis.tables import Ranked
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.opened import RunOpener
 from ffd_lightning.files import write_atomic
 
 _PACKAGE = "ffd_lightning.analysis.report"
-_MANY = 12  # rows that are shown unasked
 
 
 class Section(NamedTuple):
@@ -49,7 +48,7 @@ def write_report(
         folder: of a sweep or a run; its `study.yaml`, if there, names `study`, `question` and
             `command`, and says whether to set the results `beside_paper`.
         open_run: opens the runs whose examples are shown.
-        protocol: whose scores are shown; that of most runs where it is None.
+        protocol: whose scores are shown; by default that of most trainings.
         gallery_runs: of how many runs examples are shown, see `gallery.choose_runs`; also
             whose templates have pictures.
 
@@ -57,8 +56,7 @@ def write_report(
         The page's path.
 
     Raises:
-        ConfigError: no run was evaluated under this protocol.
-        DataError: no run, or a folder that cannot be written.
+        DataError: no run, none evaluated under this protocol, or a folder that cannot be written.
     """
     results, study = Results.read(folder, protocol), _study(folder)
     opened = open_runs(results, open_run, gallery_runs)
@@ -74,11 +72,7 @@ def write_report(
         nothing = _text("No run has results yet: see the end of the page.")
         sections.append(Section("scores", "All numbers", [nothing]))
     else:
-        ranking = tables.ranked(results)
-        sections += [_best(results, ranking), _scores(results, ranking)]
-        if pairs := tables.pairs(results, ranking):
-            blocks = [_details(table.title, table.html()) for table in pairs]
-            sections.append(Section("pairs", "Pair by pair", blocks))
+        sections += [_best(results), _scores(results)]
     if study.get("beside_paper"):
         sections.append(Section("paper", "Beside the paper", [_beside_paper(folder)]))
     if not results.samples.empty:
@@ -87,7 +81,7 @@ def write_report(
             block = drawn("gallery.html", shown)
             sections.append(Section("examples", "The same images through every run", [block]))
         sections.append(_selection(results, drawn("selection.html", bars(results))))
-        sections.append(_drawn(results))
+        sections.append(Section("plots", "Distribution of scores", [_curves(results)]))
     sections.append(_settings(results))
     if (missing := tables.without_results(results)) is not None:
         sections.append(Section("missing", missing.title, [missing.html()]))
@@ -130,47 +124,38 @@ def _environment() -> Environment:
     return environment
 
 
-def _best(results: Results, ranking: Ranked) -> Section:
+def _best(results: Results) -> Section:
     """Open with the sentence that says which setting is best in what, and whether it is shown."""
-    blocks = [_text(_lead(results, ranking), "lead")]
-    table = tables.best_by_metric(results, ranking)
-    if table is not None:
-        blocks.append(_folded(table, f"{len(table.rows)} rankings"))
-    if ranking.error:
-        blocks.append(_text(f"Settings are not compared: {ranking.error}", "note"))
-    if ranking.left_out:
-        left = f"Of more than {_MANY} settings the best are compared ({ranking.left_out} are not)."
-        blocks.append(_text(left, "note"))
+    try:
+        found = tables.best(results)
+    except DataError as error:
+        return Section("best", "Which is best?", [_text(str(error), "lead")])
+    blocks = [_text(_lead(results, found), "lead"), tables.best_by_metric(results, found).html()]
     return Section("best", "Which is best?", blocks)
 
 
-def _lead(results: Results, ranking: Ranked) -> str:
-    """Say who is best by which measures, how many leads are shown, and of how many trainings."""
-    measures = results.protocol.metrics
-    found = [(m.title, best) for m in measures if (best := ranking.overall(m.name))]
-    if not found:
-        if ranking.best:
-            return "Each category has its own best."
-        if len(results.scored) == 1:
-            return "One run: there is nothing to compare it with."
-        return "Nothing is compared: see the numbers of each run."
-    by_best: dict[str, list[str]] = {}
-    for title, best in found:
-        by_best.setdefault(next(iter(best.means)), []).append(title)
+def _lead(results: Results, found: pd.DataFrame) -> str:
+    """Say who is best by which metrics, how many leads are shown, and of how many trainings."""
+    overall = found[found["category"].map(is_mean)]
+    if overall.empty and found["category"].nunique() == 1:
+        overall = found
+    if overall.empty:
+        return "Each category has its own best."
     sentences = []
-    for label, names in by_best.items():
-        joined = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-        sentences.append(f"Best {joined}: {ranking.titles[label]}.")
-    shown = sum(best.shown for _, best in found)
-    sentences.append(f"Shown on these test shapes: {shown} of {len(found)} leads.")
-    if any(best.seeds == 1 for _, best in found):
+    for setting, rows in overall.groupby("a", sort=False):
+        *titles, last = (results.protocol.metric(name).title for name in rows["measure"])
+        metrics = f"{', '.join(titles)} and {last}" if titles else last
+        sentences.append(f"Best {metrics}: {setting}.")
+    shown = f"{overall['shown'].sum()} of {len(overall)}"
+    sentences.append(f"Shown on these test shapes: {shown} leads.")
+    if overall[["seeds_a", "seeds_b"]].min(axis=None) == 1:
         sentences.append("One training each: another seed may give another order.")
     return " ".join(sentences)
 
 
-def _scores(results: Results, ranking: Ranked) -> Section:
+def _scores(results: Results) -> Section:
     found = [
-        tables.scores(results, ranking),
+        tables.scores(results),
         tables.references(results),
         tables.decomposition(results),
         tables.deformed_meshes(results),
@@ -199,51 +184,39 @@ def _selection(results: Results, drawn: Markup) -> Section:
     return Section("selection", "Template selection", blocks)
 
 
-def _drawn(results: Results) -> Section:
+def _curves(results: Results) -> Markup:
+    """Return plots of the main metric and of one that goes the other way, with their captions."""
     protocol, main = results.protocol, results.protocol.main_metric
     others = [m for m in protocol.metrics if m.higher_is_better != main.higher_is_better]
-    measures = [main, *others[:1]]
     found: list[tuple[Figure, str]] = []
-    blocks: list[Markup] = []
-    with suppress(DataError):  # no run has its references, or more is better
-        figure = plots.budget_bars(results.samples, protocol)
-        blocks.append(_plots([(figure, f"What the {main.title} of each run is made of.")]))
-    if "templates" in differing(results.scored) and (results.scored["variant"] == "").all():
-        for measure in measures:
-            figure = plots.template_count_curves(results.scored, protocol, measure.name)
-            found.append((figure, f"{measure.title} against T."))
-    for category, samples in results.samples.groupby("category", sort=False):
-        for measure in measures:
-            figure = plots.cumulative_curves(samples, protocol, measure.name)
-            caption = f"{measure.title} of the selected template on category {category}: "
+    for metric in [main, *others[:1]]:
+        if "templates" in differing(results.scored) and (results.scored["variant"] == "").all():
+            figure = plots.template_count_curves(results.scored, protocol, metric.name)
+            found.append((figure, f"{metric.title} against T."))
+        for category, samples in results.samples.groupby("category", sort=False):
+            figure = plots.cumulative_curves(samples, protocol, metric.name)
+            caption = f"{metric.title} of the selected template on category {category}: "
             caption += "deformed (solid) and as it is (dotted). Further up is better."
             found.append((figure, caption))
-    blocks.append(_plots(found))
-    return Section("plots", "Error budget and distribution of scores", blocks)
-
-
-def _settings(results: Results) -> Section:
-    table, shared = tables.differing_settings(results)
-    items = Markup("<ul>{}</ul>").format(
-        Markup("").join(Markup("<li>{}</li>").format(x) for x in shared)
-    )
-    blocks = [_text("All runs have the same settings.")]
-    if table is not None:
-        blocks = [_folded(table, table.title)]
-    blocks.append(_details(f"{len(shared)} settings that all runs share", items))
-    return Section("settings", "Settings", blocks)
-
-
-def _plots(figures: Sequence[tuple[Figure, str]]) -> Markup:
-    """Return plots with their captions: images of their own, since names inside of them recur."""
     drawn = [
         Markup(
             '<figure class="plot"><img src="{}" alt="{}"><figcaption>{}</figcaption></figure>\n'
         ).format(data_uri(plots.to_svg(figure), "image/svg+xml"), caption, caption)
-        for figure, caption in figures
+        for figure, caption in found
     ]
-    single = " single" if len(figures) == 1 else ""
-    return Markup('<div class="figures{}">\n{}</div>').format(single, Markup("").join(drawn))
+    return Markup('<div class="figures">\n{}</div>').format(Markup("").join(drawn))
+
+
+def _settings(results: Results) -> Section:
+    table, shared = tables.differing_settings(results)
+    items = Markup("").join(Markup("<li>{}</li>").format(x) for x in shared)
+    blocks = [_text("All runs have the same settings.") if table is None else table.html()]
+    blocks.append(
+        Markup("<details><summary>{}</summary>\n<ul>{}</ul></details>").format(
+            f"{len(shared)} settings that all runs share", items
+        )
+    )
+    return Section("settings", "Settings", blocks)
 
 
 def _titled(table: Table) -> Markup:
@@ -252,15 +225,6 @@ def _titled(table: Table) -> Markup:
 
 def _text(words: str, kind: str = "text") -> Markup:
     return Markup('<p class="{}">{}</p>').format(kind, words)
-
-
-def _folded(table: Table, summary: str) -> Markup:
-    """Return a table; one of many rows below a line that opens it."""
-    return _details(summary, table.html()) if len(table.rows) > _MANY else table.html()
-
-
-def _details(summary: str, block: Markup) -> Markup:
-    return Markup("<details><summary>{}</summary>\n{}</details>").format(summary, block)
 
 
 def _study(folder: Path) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,6 +20,7 @@ from ffd_lightning.run_folder import RunFolder
 if TYPE_CHECKING:
     from ffd_lightning.checkpoint import TrainedModel
     from ffd_lightning.data.datamodule import FfdDataModule
+    from ffd_lightning.evaluation.protocols import Protocol
     from ffd_lightning.evaluation.samples import Subset
     from ffd_lightning.geometry.mesh import Mesh
 
@@ -31,7 +32,6 @@ def main(arguments: Sequence[str]) -> int:
     """Evaluate what the command line names, and print the table."""
     from ffd_lightning.app.build import build_protocol
     from ffd_lightning.app.help import command_help
-    from ffd_lightning.evaluation.tables import print_summary
 
     options, words = read_options("evaluate", arguments, "-h", "--help")
     if options.help or options.h:
@@ -42,8 +42,36 @@ def main(arguments: Sequence[str]) -> int:
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stdout)
     summary, folder = evaluate_run(cfg)
     shapes = cfg.evaluation.subset if cfg.prepared is None else Path(cfg.prepared).name
-    print_summary(folder, build_protocol(cfg.protocol), summary, shapes)
+    print_summary(build_protocol(cfg.protocol), summary, shapes)
+    print(f"samples.csv and summary.json: {folder}")
     return 0
+
+
+def print_summary(protocol: Protocol, summary: Mapping[str, float], shapes: str) -> None:
+    """Print a row for each candidate that was scored and a column for each metric."""
+    from ffd_lightning.analysis.table import Table, number
+    from ffd_lightning.evaluation.candidates import CANDIDATES
+    from ffd_lightning.terminal import table_console, terminal_width
+
+    rows = []
+    for name, meaning in CANDIDATES.items():
+        scores = [summary.get(f"{name}_{m.name}".removeprefix("_")) for m in protocol.metrics]
+        pairs = zip(protocol.metrics, scores, strict=True)
+        if None not in scores:
+            rows.append([meaning, *(number(m.factor * x) for m, x in pairs if x is not None)])
+    if twins := summary.get("num_twins"):
+        named = ((m, summary.get(f"without_twins_{m.name}")) for m in protocol.metrics)
+        values = ["" if x is None else number(m.factor * x) for m, x in named]
+        rows.append([f"model, less {twins:.0f} near copies of training shapes", *values])
+    head = ["", *(f"{m.scaled_title} {m.arrow}" for m in protocol.metrics)]
+    title = f"Means over {summary['num_samples']:.0f} images of {shapes} shapes"
+    note = "; ".join(f"{m.title}: {m.definition}" for m in protocol.metrics)
+    table = Table(title, head, rows, note=f"{note}. {protocol.note}.")
+    table_console().print(table.rich(terminal_width()))
+    print(
+        f"effective templates {summary['effective_templates']:.1f}; {summary['folded']:.1%} of the "
+        f"surface folded, edges stretched {summary['stretch_95']:.2f} times (95th percentile)"
+    )
 
 
 def read_config(words: Sequence[str], config_dir: str | None = None) -> EvaluateConfig:

@@ -8,10 +8,9 @@ overview     the paper's figure 3: input, template, deformed cloud, voxels and m
 subdivision  its figure 2: what a deformation makes of long edges, and of short ones
 voxels       its figure 4: where the voxels of prediction and truth agree
 labels       its figure 7: part labels that a template brings along
-candidates   the templates of the greatest weights, each of them deformed
 
 The picture is written to FIGURE.png in the run's folder; of several runs, side by side (`method`:
-below each other), to the folder that holds them all. What it shows is printed, for the caption.
+below each other), to the folder that holds them all.
 """
 
 from __future__ import annotations
@@ -34,7 +33,7 @@ class Settings:
     """Which figure, of which runs and images.
 
     Attributes:
-        figure: method, overview, subdivision, voxels, labels or candidates.
+        figure: method, overview, subdivision, voxels or labels.
         runs: a run's folder, or several: [DIR,DIR].
         models: ids of shapes that are shown, in this order: [ID,ID]; by default those of `pick`.
         number: images at most.
@@ -44,7 +43,7 @@ class Settings:
         protocol: whose scores sort the images; by default the one that the run's training ended
             with.
         size: width of a cell in pixels.
-        top: templates of an image in figure=method and figure=candidates.
+        top: templates of an image in figure=method.
         out: where to write, a .png.
         data_root: where the runs' prepared data is, if not where they left it.
     """
@@ -63,11 +62,11 @@ class Settings:
 
 
 def main(settings: Settings) -> int:
-    """Draw the figure, and print what it shows and where it is."""
+    """Draw the figure, and print where it is."""
     from ffd_lightning.analysis.figures.examples import collect
-    from ffd_lightning.analysis.figures.figure import caption, paper_figure
+    from ffd_lightning.analysis.figures.figure import paper_figure
     from ffd_lightning.analysis.figures.sheets import FIGURES
-    from ffd_lightning.analysis.saving import save_figure
+    from ffd_lightning.analysis.plots import save_figure
     from ffd_lightning.app.open_run import open_run
 
     figure = settings.figure
@@ -92,6 +91,5 @@ def main(settings: Settings) -> int:
     )
     picture = paper_figure(figure, examples, settings.size, settings.top)
     files = save_figure(picture, Path(settings.out or folder / figure))
-    print(caption(figure, examples, None if settings.models else settings.pick))
-    print(*files, sep="\n")
+    print(*files)
     return 0

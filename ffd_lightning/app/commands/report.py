@@ -4,9 +4,7 @@
     ffd report runs=runs/demo protocol=modern data_root=data gallery=4
 
 The page, report.html in that folder, holds everything that it shows and opens from disk, without a
-network. Scores are shown under the protocol that most runs were evaluated under, unless one is
-named. With protocol=parts, how well part labels are transferred is printed, too: by shape, by part
-and by the template's family.
+network. Scores are shown under the protocol that most trainings ended with, unless one is named.
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ class Settings:
 
     Attributes:
         runs: a folder that holds runs, at any depth.
-        protocol: whose scores are shown; by default that of most runs.
+        protocol: whose scores are shown; by default that of most trainings.
         data_root: where the runs' prepared data is, if not where they left it.
         gallery: of how many runs examples are shown, 0 for none.
     """
@@ -44,19 +42,4 @@ def main(settings: Settings) -> int:
 
     opener, folder = partial(open_run, data_root=settings.data_root), Path(settings.runs)
     print(write_report(folder, opener, settings.protocol, settings.gallery))
-    if settings.protocol == "parts":
-        print_labels(folder)
     return 0
-
-
-def print_labels(folder: Path) -> None:
-    """Print how well the labels of runs fit."""
-    from ffd_lightning.analysis.parts import PROTOCOL, label_tables
-    from ffd_lightning.analysis.results import Results
-    from ffd_lightning.terminal import table_console, terminal_width
-
-    results = Results.read(folder, PROTOCOL)
-    for table in label_tables(results):
-        table_console().print(table.rich(terminal_width()))
-    if not results.families:
-        print("structural families: none are known of this data")

@@ -42,6 +42,15 @@ class Metric:
         return _TITLES.get(self.name, self.name)
 
     @property
+    def scaled_title(self) -> str:
+        """That, with what values are multiplied by where people read them.
+
+        >>> Metric("chamfer", "").scaled_title, Metric("fscore_1", "", True, 1.0).scaled_title
+        ('Chamfer x 1000', 'fscore_1')
+        """
+        return self.title if self.factor == 1 else f"{self.title} x {self.factor:g}"
+
+    @property
     def arrow(self) -> str:
         """Points to where it is better."""
         return "↑" if self.higher_is_better else "↓"
@@ -137,22 +146,6 @@ class ProtocolDescription:
         """
         metrics = [asdict(metric) for metric in self.metrics]
         return {"name": self.name, "note": self.note, "metrics": metrics}
-
-    @property
-    def factors(self) -> str:
-        """What values are multiplied by where people read them, as the end of a caption.
-
-        >>> metrics = (Metric("iou", "", True, 100.0), Metric("chamfer", ""))
-        >>> ProtocolDescription("mine", "", metrics[1:]).factors
-        ' All x 1000.'
-        >>> ProtocolDescription("mine", "", metrics).factors
-        ' IoU x 100, Chamfer x 1000.'
-        """
-        factors = {m.factor for m in self.metrics}
-        if len(factors) == 1:
-            return "" if factors == {1.0} else f" All x {factors.pop():g}."
-        texts = [f"{m.title} x {m.factor:g}" for m in self.metrics if m.factor != 1.0]
-        return f" {', '.join(texts)}."
 
     @property
     def main_metric(self) -> Metric:
