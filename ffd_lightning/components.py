@@ -115,7 +115,9 @@ KINDS: dict[str, Kind] = {
     "protocol": Kind(
         "how predictions are measured",
         built_in=_of("evaluation.protocols.paper", paper="PaperProtocol")
-        | _of("evaluation.protocols.surface", modern="SurfaceProtocol")
+        | _of("evaluation.protocols.surface", modern="SurfaceProtocol", pixel2mesh="Pixel2Mesh")
+        | _of("evaluation.protocols.surface", atlasnet="AtlasNet", mesh_rcnn="MeshRcnn")
+        | _of("evaluation.protocols.surface", occnet="OccNet")
         | _of("evaluation.protocols.parts", parts="PartProtocol"),
     ),
     "optimizer": Kind("moves the weights", ("params", "lr", *_SPEED), _OPTIMIZERS),

@@ -1,8 +1,8 @@
-"""Surface metrics of dense points, as papers since report them."""
+"""Surface metrics of dense points, as papers since report them, and four papers' own numbers."""
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +48,9 @@ class SurfaceProtocol(Protocol):
         voxels: along each side of a grid, for each IoU.
     """
 
+    reported: ClassVar[dict[str, tuple[str, float]]] = {}
+    """What a paper prints: its name -> (name in `surface_scores`, factor); {} for all scores."""
+
     def __init__(
         self,
         points: int = 10_000,
@@ -62,13 +65,19 @@ class SurfaceProtocol(Protocol):
         self.thresholds, self.voxels = thresholds, voxels
         self.note = f"{points:,} points of the meshes, {scale.replace('_', ' ')} of the truth "
         self.note += f"{size:g}"
-        self._fscores = {f"fscore_{100 * t:g}": f"fscore@{t:g}" for t in thresholds}
-        fscores = zip(self._fscores, thresholds, strict=True)
+        fscores = {f"fscore_{100 * t:g}": (f"fscore@{t:g}", 1.0) for t in thresholds}
+        self._scores = self.reported or fscores | {score: (score, 1.0) for score in _SCORES}
         self.metrics = (
-            *(Metric(name, f"F-score at {t:g}", True) for name, t in fscores),
-            *(Metric(n, text, n == "normal_consistency") for n, text in _SCORES.items()),
+            *(self._metric(name, *score) for name, score in self._scores.items()),
             *(Metric(f"iou_{n}", f"{n}^3 voxels, conservative and filled", True) for n in voxels),
         )
+
+    def _metric(self, name: str, score: str, factor: float) -> Metric:
+        definition = _SCORES.get(score) or score.replace("fscore@", "F-score at ")
+        better = score.startswith(("fscore", "normal"))
+        if self.reported:  # the factor is in the score
+            return Metric(name, f"{score} x {factor:g}", better, 1.0)
+        return Metric(name, definition, better)
 
     def truth(self, shape: PreparedShape, rng: np.random.Generator) -> _Truth:
         """See `Protocol`."""
@@ -91,8 +100,7 @@ class SurfaceProtocol(Protocol):
         scores = surface_scores(surface, truth.surface, self.thresholds)
         grids = zip(self.voxels, self._grids(mesh), truth.grids, strict=True)
         return {
-            **{name: scores[score] for name, score in self._fscores.items()},
-            **{name: scores[name] for name in _SCORES},
+            **{name: scores[score] * factor for name, (score, factor) in self._scores.items()},
             **{f"iou_{n}": voxel_iou(pred, target) for n, pred, target in grids},
         }
 
@@ -102,3 +110,74 @@ class SurfaceProtocol(Protocol):
 
 def _scaled(surface: SurfaceSample, factor: float) -> SurfaceSample:
     return surface._replace(points=factor * surface.points)
+
+
+@component("protocol", "pixel2mesh")
+class Pixel2Mesh(SurfaceProtocol):
+    """Pixel2Mesh's scale and numbers.
+
+    Pixel2Mesh itself scores its 2,466 vertices against all points of its data, Mesh R-CNN 10,000
+    points of either surface. Its EMD is an approximate matching: not given here.
+
+    Source: nywang16/Pixel2Mesh eval_testset.py; facebookresearch/meshrcnn evaluate_test_p2m.
+    """
+
+    reported: ClassVar = {
+        "CD": ("chamfer_l2", 1000),
+        "F(1e-4)": ("fscore@0.01", 100),
+        "F(2e-4)": ("fscore@0.0141421", 100),
+    }
+
+    def __init__(self, points: int = 10_000) -> None:
+        super().__init__(points, "box_diagonal", 0.57, (1e-4**0.5, 2e-4**0.5), ())
+
+
+@component("protocol", "atlasnet")
+class AtlasNet(SurfaceProtocol):
+    """AtlasNet's scale and numbers, as its code logs them.
+
+    What the paper's tables multiply by, and how many points they take, was not checked. Its targets
+    are points seen from outside, without interiors.
+
+    Source: ThibaultGROUEIX/AtlasNet of 2019: trainer_loss.py, fscore.py, argument_parser.py.
+    """
+
+    reported: ClassVar = {"chamfer": ("chamfer_l2", 1), "fscore": ("fscore@0.0316228", 1)}
+
+    def __init__(self, points: int = 2500) -> None:
+        super().__init__(points, "radius", 1.0, (1e-3**0.5,), ())
+
+
+@component("protocol", "mesh_rcnn")
+class MeshRcnn(SurfaceProtocol):
+    """Mesh R-CNN's scale and numbers.
+
+    Source: facebookresearch/meshrcnn meshrcnn/utils/metrics.py, shapenet/evaluation/eval.py.
+    """
+
+    reported: ClassVar = {
+        "Chamfer": ("chamfer_l2", 1),
+        "Normal": ("normal_consistency", 1),
+        **{f"F1({threshold})": (f"fscore@{threshold}", 100) for threshold in (0.1, 0.3, 0.5)},
+    }
+
+    def __init__(self, points: int = 10_000) -> None:
+        super().__init__(points, "longest_side", 10.0, (0.1, 0.3, 0.5), ())
+
+
+@component("protocol", "occnet")
+class OccNet(SurfaceProtocol):
+    """Occupancy Networks' scale and numbers: a tenth of the longest side is the unit.
+
+    Its targets are watertight remeshings, without interiors; ours are the shapes' surfaces.
+
+    Source: autonomousvision/occupancy_networks im2mesh/eval.py and issue 61.
+    """
+
+    reported: ClassVar = {
+        "Chamfer-L1": ("chamfer_l1", 1),
+        "Normal Consistency": ("normal_consistency", 1),
+    }
+
+    def __init__(self, points: int = 100_000) -> None:
+        super().__init__(points, "longest_side", 10.0, (), ())
