@@ -161,6 +161,7 @@ def model_entry(
     if network.heads.conditioned:
         data.give_templates(network)
         content["template_codes"] = network.template_codes
+        content["one_camera"] = network.projection is not None
     return {_ENTRY: content}
 
 
@@ -235,6 +236,8 @@ def load_model(checkpoint: Path) -> TrainedModel:
         raise ConfigError(f"the checkpoint {checkpoint} is of another network ({reason})") from None
     if "template_codes" in content:
         network.use_templates(content["template_codes"], bank.sample(consensus.POINTS))
+        camera = render.only_camera if content.get("one_camera") else None
+        network.projection = None if camera is None else camera.projection
     step = int(state["global_step"])
     return TrainedModel(network.eval(), bank, fill, render, categories, record, step)
 

@@ -430,6 +430,9 @@ class FfdDataModule(LightningDataModule):
             pictures = (np.stack([self.prepared.image(r, v) for v in views]) for r in rows)
             codes = network.codes(self.bank.points, pictures)
             network.use_templates(codes, self.bank.sample(consensus.POINTS))
+            camera = self.render.only_camera
+            if camera is not None and not any(p.source.own_images for p in self.preparations):
+                network.projection = camera.projection
 
     def rows(self, ids: Sequence[str]) -> NDArray[np.int64]:
         """Return the prepared set's rows of shapes."""

@@ -94,9 +94,10 @@ def predict(
     @torch.no_grad()
     def run(start: int) -> list[NDArray[np.float32]]:
         chunk = samples[start : start + size]
-        images = np.stack([prepared.image(s.row, s.view)[..., :3] for s in chunk])
+        whole = [prepared.image(s.row, s.view) for s in chunk]
+        images, masks = np.stack([x[..., :3] for x in whole]), np.stack([x[..., 3] for x in whole])
         features = network.features(torch.from_numpy(images).permute(0, 3, 1, 2).to(device))
-        prediction = network.predict(features)
+        prediction = network.predict(features, torch.from_numpy(masks).to(device))
         unit = normalize(features.flatten(1).float(), dim=1)
         outputs = prediction.template_weights, prediction.offsets, unit
         return [output.float().cpu().numpy() for output in outputs]

@@ -61,6 +61,13 @@ class Camera:
         return CameraPose(position, right, np.cross(toward, right), -toward)
 
     @property
+    def projection(self) -> NDArray[np.float64]:
+        """From points (x, y, z, 1) to how far to the right, up and away they are, (3, 4)."""
+        pose = self.pose
+        axes = np.stack([pose.right, pose.up, pose.forward])
+        return np.column_stack([axes, -axes @ pose.position])
+
+    @property
     def half_height(self) -> float:
         """Half the height of what is seen at distance 1."""
         return float(np.tan(np.radians(self.field_of_view / 2)))

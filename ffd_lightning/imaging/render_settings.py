@@ -65,6 +65,12 @@ class RenderSettings:
         return (*self._fixed(), *(_random_camera(rng) for _ in range(self.random_views)))
 
     @property
+    def only_camera(self) -> Camera | None:
+        """The camera of all images; None where there are several."""
+        cameras = self.cameras()
+        return cameras[0] if len(cameras) == 1 and not self.random_views else None
+
+    @property
     def views(self) -> str:
         """From where images are rendered, in words.
 

@@ -166,7 +166,9 @@ class Predictor:
         if not photos:
             return []
         images = torch.from_numpy(np.stack([photo.image[..., :3] for photo in photos]))
-        prediction = self.model.network(images.permute(0, 3, 1, 2).to(self.device))
+        masks = torch.from_numpy(np.stack([photo.image[..., 3] for photo in photos]))
+        images, masks = images.permute(0, 3, 1, 2).to(self.device), masks.to(self.device)
+        prediction = self.model.network(images, mask=masks)
         weights = prediction.template_weights.float().cpu().numpy()
         offsets = prediction.offsets.float().cpu().numpy()
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):

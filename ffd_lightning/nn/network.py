@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import torch
 from jaxtyping import Float, Int, UInt8
+from numpy.typing import NDArray
 from torch import Tensor, nn
 
 from ffd_lightning.components import Component
@@ -151,6 +152,7 @@ class TemplateFfdNetwork(nn.Module):
         for name in ("template_codes", "_template_matrix", "_template_control_points"):
             self.register_buffer(name, None, persistent=False)
         self._template_degrees: Degrees = (1, 1, 1)
+        self.projection: NDArray[np.float64] | None = None
 
     def description(self) -> dict[str, Any]:
         """Return the plain arguments that give a network of the same layers.
@@ -165,6 +167,7 @@ class TemplateFfdNetwork(nn.Module):
         self,
         images: Float[Tensor, "q 3 height width"] | UInt8[Tensor, "q 3 height width"],
         drawn: DrawnTemplates | None = None,
+        mask: UInt8[Tensor, "q height width"] | None = None,
     ) -> FfdPrediction:
         """Predict from images as rendered: (q, 3, H, W), floating point or uint8, any scale.
 
@@ -172,9 +175,10 @@ class TemplateFfdNetwork(nn.Module):
             images: of the objects.
             drawn: the templates of a training step, for conditioned heads; by default those of the
                 last `use_templates`.
+            mask: of the object in the images, for outlines.
         """
         if drawn is None:
-            return self.predict(self.features(images))
+            return self.predict(self.features(images), mask)
         # In one batch: batch norm sees photographs and pictures of templates alike.
         hidden = self.heads.hidden(self.features(torch.cat([images, drawn.images])))
         own, pictures = hidden.split([len(images), len(drawn.images)])
@@ -238,8 +242,12 @@ class TemplateFfdNetwork(nn.Module):
         features: Tensor = self.encoder(inputs)
         return features
 
-    def predict(self, features: Float[Tensor, "q channels rows columns"]) -> FfdPrediction:
-        """Predict from `features`.
+    def predict(
+        self,
+        features: Float[Tensor, "q channels rows columns"],
+        mask: UInt8[Tensor, "q height width"] | None = None,
+    ) -> FfdPrediction:
+        """Predict from `features`; see `forward`.
 
         Raises:
             ConfigError: conditioned heads without templates.
@@ -250,10 +258,14 @@ class TemplateFfdNetwork(nn.Module):
         if not self.heads.conditioned:
             return self._prediction(hidden, None)
         templates = self._template_matrix, self._template_control_points, self._template_degrees
-        return self._prediction(hidden, self.template_codes, TemplateSample(*templates))
+        return self._prediction(hidden, self.template_codes, TemplateSample(*templates), mask)
 
     def _prediction(
-        self, hidden: Tensor, codes: Tensor | None, templates: TemplateSample | None = None
+        self,
+        hidden: Tensor,
+        codes: Tensor | None,
+        templates: TemplateSample | None = None,
+        mask: Tensor | None = None,
     ) -> FfdPrediction:
         # Under mixed precision the outputs are of a lower one, too coarse for losses and geometry.
         logits, offsets = (
@@ -263,7 +275,7 @@ class TemplateFfdNetwork(nn.Module):
         if self.mirror_degrees is not None:
             offsets = (offsets + mirrored_offsets(offsets, self.mirror_degrees)) / 2
         if templates is not None:
-            logits = consensus_logits(logits, offsets, templates)
+            logits = consensus_logits(logits, offsets, templates, mask, self.projection)
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
         return FfdPrediction(probs, weights, offsets, logits)

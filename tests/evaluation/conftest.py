@@ -31,7 +31,7 @@ class Network(nn.Module):
         colours = 1 - images.float().mean((2, 3)) / 255
         return torch.cat([colours, colours @ self.mixing], 1)
 
-    def predict(self, features):
+    def predict(self, features, mask=None):
         colours = features[:, :3]
         weights = (colours @ self.logits).softmax(1)
         offsets = torch.einsum("bc,ctmx->btmx", colours, self.offsets)

@@ -328,7 +328,7 @@ class _FixedOutputs(nn.Module):
     def forward(self, images: torch.Tensor) -> FfdPrediction:
         return self.predict(self.features(images))
 
-    def predict(self, features: torch.Tensor) -> FfdPrediction:
+    def predict(self, features: torch.Tensor, mask: Any = None) -> FfdPrediction:
         logits = self.logits.expand(len(features), -1)
         probs = logits.softmax(1)
         return FfdPrediction(probs, probs, self.offsets.expand(len(features), -1, -1, -1), logits)

@@ -1,6 +1,8 @@
+import numpy as np
 import torch
 
 from ffd_lightning.geometry.ffd import Lattice, TemplateSample, deformation_matrix
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.nn.consensus import consensus_logits
 
 
@@ -39,3 +41,22 @@ def test_unlikely_templates_stay_behind_and_one_alone_is_selected():
         2,
         1,
     )
+
+
+def test_an_outline_tells_what_a_photograph_shows():
+    """A tall box and a flat one, equally likely, before the pixels that a camera sees of each."""
+    torch.manual_seed(0)
+    boxes = [
+        torch.rand(256, 3) * torch.tensor(size) - 0.25
+        for size in ([0.2, 0.9, 0.2], [0.9, 0.1, 0.4])
+    ]
+    bank, camera = sample(*boxes), Camera()
+    masks = torch.zeros(3, 96, 128, dtype=torch.uint8)
+    for mask, box in zip(masks, boxes, strict=False):  # the third shows nothing
+        columns, rows = camera.pixels(box.double().numpy(), 96, 128)[0].astype(int).T
+        mask[np.clip(rows, 0, 95), np.clip(columns, 0, 127)] = 255
+    given = torch.zeros(3, 2), torch.zeros(3, 2, 8, 3), bank
+    found = consensus_logits(*given, masks, camera.projection)
+    assert found.argmax(1)[:2].tolist() == [0, 1]
+    torch.testing.assert_close(found[2], consensus_logits(*given)[2])
+    assert consensus_logits(*given, masks)[:2].std() < 1e-3, "no camera, no outline"
