@@ -66,7 +66,7 @@ class Pix3dSource(ffd.Source):
         root: with pix3d.json beside img, mask and model.
         up: the axis of the meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until they face -z.
-        leave_out: kinds of photographs that are passed over: truncated, occluded,
+        without: kinds of photographs that are passed over: truncated, occluded,
             slightly_occluded.
     """
 
@@ -77,13 +77,13 @@ class Pix3dSource(ffd.Source):
         root: Path,
         up: Up = "y",
         yaw: float = 0.0,
-        leave_out: Sequence[str] = ("truncated", "occluded"),
+        without: Sequence[str] = ("truncated", "occluded"),
     ) -> None:
         check_orientation(up, yaw)
-        if unknown := sorted(set(leave_out) - set(FLAWS)):
-            raise ValueError(f"leave_out={unknown[0]} must be of {', '.join(FLAWS)}")
+        if unknown := sorted(set(without) - set(FLAWS)):
+            raise ValueError(f"without={unknown[0]} must be of {', '.join(FLAWS)}")
         self.root, self.up, self.yaw = Path(root), up, yaw
-        self.leave_out = tuple(sorted(set(leave_out)))
+        self.without = tuple(sorted(set(without)))
         self._photos: dict[str, dict[str, _Photo]] = {}
 
     def categories(self) -> list[str]:
@@ -124,7 +124,7 @@ class Pix3dSource(ffd.Source):
         return {
             "source": "pix3d",
             "sha256": digest.hexdigest(),
-            "leave_out": list(self.leave_out),
+            "leave_out": list(self.without),
             "fill": OBJECT_FILL,
             "up": self.up,
             "yaw": self.yaw,
@@ -167,7 +167,7 @@ class Pix3dSource(ffd.Source):
         found = self._read().get(category)
         if not found:
             why = (
-                "has no" if found is None else f"with data.leave_out={list(self.leave_out)} has no"
+                "has no" if found is None else f"with data.without={list(self.without)} has no"
             )
             there = ", ".join(self.categories()) or "nothing"
             raise DataError(f"{self.root / _LIST} {why} {category}; it has: {there}")
@@ -182,7 +182,7 @@ class Pix3dSource(ffd.Source):
                 stem = PurePosixPath(photo.img).stem
                 counts[category, stem] = number = counts.get((category, stem), 0) + 1
                 photos = self._photos.setdefault(category, {})
-                if not set(photo.flaws) & set(self.leave_out):
+                if not set(photo.flaws) & set(self.without):
                     photos[stem if number == 1 else f"{stem}-{number}"] = photo
         return self._photos
 

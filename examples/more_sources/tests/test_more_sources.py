@@ -124,7 +124,7 @@ def pix3d(tmp_path):
 def test_photographs_are_cut_out_and_as_large_as_rendered_objects(pix3d, tmp_path):
     source = pix3d()
     assert source.shape_ids("chair") == ["0", "1"]
-    assert len(Pix3dSource(tmp_path, leave_out=[]).shape_ids("chair")) == 3
+    assert len(Pix3dSource(tmp_path, without=[]).shape_ids("chair")) == 3
     prepared = Preparation(source, "chair", 32, VIEW, tmp_path, workers=1, progress=False).run()
     image = prepared.image(0)
     rows, columns = (np.flatnonzero((image[..., 3] > 127).any(axis)) for axis in (1, 0))
@@ -138,7 +138,7 @@ def test_photographs_are_cut_out_and_as_large_as_rendered_objects(pix3d, tmp_pat
 
 def test_no_photographs_of_a_shape_are_on_both_sides(pix3d, tmp_path):
     pix3d()
-    source = Pix3dSource(tmp_path, leave_out=[])
+    source = Pix3dSource(tmp_path, without=[])
     split = source.split("chair")
     assert split["0"] == split["2"]
     assert set(split) == {"0", "1", "2"}
@@ -163,5 +163,5 @@ def test_what_cannot_be_used_is_rejected(pix3d, changes, reason):
 def test_mistakes_are_named(tmp_path):
     with pytest.raises(DataError, match=r"set data\.root to Pix3D's folder"):
         Pix3dSource(tmp_path).categories()
-    with pytest.raises(ValueError, match="leave_out=blurred must be of"):
-        Pix3dSource(tmp_path, leave_out=["blurred"])
+    with pytest.raises(ValueError, match="without=blurred must be of"):
+        Pix3dSource(tmp_path, without=["blurred"])
