@@ -191,8 +191,8 @@ class NetworkConfig:
         batch_norm_momentum: share of a new batch in moving statistics, of encoder and heads.
         seen_height: of the images as the encoder sees them: higher ones are shrunk, by the largest
             whole factor that leaves so many pixels; null takes them as they are.
-        weights: the first weights of the whole network, `encoder.weights` included: a run's folder,
-            a checkpoint, or embedded, the network for any templates that comes with the package.
+        weights: the first weights of the whole network, those of the encoder included: a run's
+            folder, or a checkpoint.
     """
 
     settings_like: ClassVar[str] = "ffd_lightning.nn.network:TemplateFfdNetwork"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from ffd_lightning import components
@@ -13,7 +12,7 @@ from ffd_lightning.errors import ConfigError
 from ffd_lightning.inference.predictor import checkpoint_of
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
-from ffd_lightning.pretrained import conditioned_model, pretrained_model
+from ffd_lightning.pretrained import pretrained_model
 
 EMBEDDED, _NETWORK = "embedded", "network."
 
@@ -62,7 +61,7 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
     Raises:
         ConfigError: there is no such run or checkpoint, or it is of another network.
     """
-    state = read_checkpoint(_checkpoint(weights))["state_dict"]
+    state = read_checkpoint(checkpoint_of(weights))["state_dict"]
     own = {k.removeprefix(_NETWORK): v for k, v in state.items() if k.startswith(_NETWORK)}
     try:
         network.load_state_dict(own)
@@ -72,10 +71,6 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
             f"network.weights={weights} is of another network ({reason}): encoder, heads and "
             "network.* must be as they were"
         ) from None
-
-
-def _checkpoint(weights: str) -> Path:
-    return conditioned_model() if weights == EMBEDDED else checkpoint_of(weights)
 
 
 def weights_problem(cfg: Any) -> str:
@@ -110,7 +105,7 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     weights = cfg.network.weights
     if weights is None and cfg.encoder.first_weights != EMBEDDED:
         return ""
-    model = read_checkpoint(pretrained_model() if weights is None else _checkpoint(weights))[
+    model = read_checkpoint(pretrained_model() if weights is None else checkpoint_of(weights))[
         "model"
     ]
     before = model["record"].get("settings", {})

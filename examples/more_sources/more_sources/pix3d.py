@@ -166,9 +166,7 @@ class Pix3dSource(ffd.Source):
     def _category(self, category: str) -> dict[str, _Photo]:
         found = self._read().get(category)
         if not found:
-            why = (
-                "has no" if found is None else f"with data.without={list(self.without)} has no"
-            )
+            why = "has no" if found is None else f"with data.without={list(self.without)} has no"
             there = ", ".join(self.categories()) or "nothing"
             raise DataError(f"{self.root / _LIST} {why} {category}; it has: {there}")
         return found
