@@ -108,7 +108,7 @@ def command_help(
     for place in fields:
         options = [file.stem for file in _option_files(place, folders)]
         options += components.names(GROUPS[place]) if place in GROUPS else []
-        if options:
+        if options and place in usual:  # evaluate's templates are meshes
             choices.append((f"{place}={usual[place]}", ", ".join(options)))
     for key in dict.fromkeys([*(_USUAL), *(f for f in fields if name != "train")]):
         place, _, setting = key.rpartition(".")
