@@ -105,9 +105,8 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     weights = cfg.network.weights
     if weights is None and cfg.encoder.first_weights != EMBEDDED:
         return ""
-    model = read_checkpoint(pretrained_model() if weights is None else checkpoint_of(weights))[
-        "model"
-    ]
+    file = pretrained_model() if weights is None else checkpoint_of(weights)
+    model = read_checkpoint(file)["model"]
     before = model["record"].get("settings", {})
     ours = {"name": cfg.data.name, "seed": cfg.data.settings.get("seed")}
     if ours != {name: before.get(f"data.{name}") for name in ours}:

@@ -78,6 +78,8 @@ class _Indices(Dataset[BatchIndices]):
 class TrainingIndices(_Indices):
     """Item k is what training step k sees: whole passes over the shuffled shapes, end to end.
 
+    With a pool, a step draws its templates, and queries that are other shapes than these.
+
     Of several devices, each takes every `world_size`-th query of the batch, from its `rank` on.
 
     Raises:
@@ -97,25 +99,29 @@ class TrainingIndices(_Indices):
         self.rank, self.world_size = rank, world_size
 
     def __getitem__(self, step: int) -> BatchIndices:
-        places, count = step * self.batch_size + np.arange(self.batch_size), len(self.rows)
-        passes = range(places[0] // count, places[-1] // count + 1)
-        orders = [np.random.default_rng([self.seed, 1, k]).permutation(self.rows) for k in passes]
-        rows = np.concatenate(orders)[places - passes[0] * count]
         rng = np.random.default_rng([self.seed, 2, step])
         views = rng.integers(self.views, size=self.batch_size)
         # Points are drawn for all queries, so that a share of a batch is the same wherever it is.
         points = self._points(self.batch_size, rng)
         template_points = self._points(self.num_templates, rng)
         own = np.random.SeedSequence([self.seed, 5, step, 0]).generate_state(1)
-        mine, seed = slice(self.rank, None, self.world_size), int(own[0])
         drawn: dict[str, Any] = {}
-        if self.pool is not None:
+        if self.pool is None:
+            rows = self._in_passes(step)
+        else:
             rng = np.random.default_rng([self.seed, 6, step])
             templates, rows = self.pool.draw(self.batch_size, rng)
             pictures = rng.integers(self.views, size=len(templates))
             drawn = {"template_rows": _tensor(templates), "template_views": _tensor(pictures)}
-        found = _batch_indices(rows[mine], views[mine], points[mine], template_points, seed)
+        mine = slice(self.rank, None, self.world_size)
+        found = _batch_indices(rows[mine], views[mine], points[mine], template_points, int(own[0]))
         return found._replace(**drawn)
+
+    def _in_passes(self, step: int) -> NDArray[np.int64]:
+        places, count = step * self.batch_size + np.arange(self.batch_size), len(self.rows)
+        passes = range(places[0] // count, places[-1] // count + 1)
+        orders = [np.random.default_rng([self.seed, 1, k]).permutation(self.rows) for k in passes]
+        return np.concatenate(orders)[places - passes[0] * count]
 
 
 class EvaluationIndices(_Indices):

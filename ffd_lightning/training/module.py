@@ -174,7 +174,9 @@ class FfdModule(LightningModule):
         self._check_finite(self.state_dict())
         self.on_test_start()
 
-    on_train_end = on_validation_start
+    def on_train_end(self) -> None:
+        """Make sure that losses and weights are finite."""
+        self._check_finite(self.state_dict())
 
     def on_test_start(self) -> None:
         """Tell conditioned heads the templates."""
