@@ -16,7 +16,7 @@ from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.parallel import available_cores
 
-_EACH = 12  # templates of a category, where there are several
+_EACH = 8  # templates of a category, where there are several
 
 
 class TemplatePool:
