@@ -426,8 +426,16 @@ class FfdDataModule(LightningDataModule):
         """What training steps draw templates from; None where they see the bank's."""
         if self.draw is None:
             return None
-        trained_on = (*self.split.train, *self.variants)
-        return TemplatePool(self.prepared, trained_on, self.bank.ids, self.draw)
+        return TemplatePool(self.prepared, self.trained_on, self.draw)
+
+    @property
+    def trained_on(self) -> tuple[str, ...]:
+        """The shapes and variants that training steps show, after `setup`.
+
+        Where each step draws templates, those of the bank are shapes like others.
+        """
+        templates = () if self.draw is None else self.bank.ids
+        return (*self.split.train, *templates, *self.variants)
 
     def give_templates(self, network: TemplateFfdNetwork) -> None:
         """Tell conditioned heads the bank's templates; other heads know theirs."""
@@ -471,7 +479,7 @@ class FfdDataModule(LightningDataModule):
         rank, world_size = self._share
         templates = len(self.bank) if self.pool is None else self.pool.count
         given = (self.prepared, templates, self.batch_size, self.num_points, self.seed)
-        rows = self.rows((*self.split.train, *self.variants))
+        rows = self.rows(self.trained_on)
         indices = TrainingIndices(rows, *given, rank=rank, world_size=world_size, pool=self.pool)
         trainer, length = self.trainer, -(-len(rows) // self.batch_size)
         if trainer is not None and trainer.max_steps > 0 and trainer.max_epochs in (None, -1):

@@ -26,8 +26,8 @@ class _Set:
 
 
 def test_no_shape_is_a_template_of_itself_or_of_a_variant_of_itself():
-    prepared = _Set("a", "a~0", "a~1", "b", "b~0", "c", "bank")
-    pool = TemplatePool(prepared, prepared.ids[:-1], ["bank"], count=24)
+    prepared = _Set("a", "a~0", "a~1", "b", "b~0", "c", "d")
+    pool = TemplatePool(prepared, prepared.ids, count=24)
     assert pool.count == 2, "half of four shapes"
     seen = set()
     for step in range(50):
@@ -37,16 +37,15 @@ def test_no_shape_is_a_template_of_itself_or_of_a_variant_of_itself():
         ]
         assert len(of[0]) == 2
         assert not of[0] & of[1]
-        assert prepared.index("bank") not in queries
         seen |= {*templates.tolist()}
     assert seen == set(range(7)), "every shape is a template now and then, variants too"
     with pytest.raises(ConfigError, match="add shapes"):
-        TemplatePool(prepared, ["a", "a~0"], [], 1)
+        TemplatePool(prepared, ["a", "a~0"], 1)
 
 
 def test_of_several_categories_a_step_takes_a_few_and_as_many_templates_of_each():
     prepared = _Set(*(f"{name}/{k}" for name in "abc" for k in range(9)))
-    pool = TemplatePool(prepared, prepared.ids, [], count=8)
+    pool = TemplatePool(prepared, prepared.ids, count=8)
     assert pool.count == 8
     for step in range(20):
         templates, queries = pool.draw(6, np.random.default_rng(step))

@@ -150,8 +150,8 @@ def _own_templates(
 
     model = load_model(checkpoint)
     if cfg.templates == ["train"]:
-        unseen = {*data.split.test, *(data.split.val if cfg.evaluation.subset == "val" else ())}
-        own = of_prepared(model, data.prepared, [i for i in data.prepared.ids if i not in unseen])
+        val = () if cfg.evaluation.subset == "val" else data.split.val
+        own = of_prepared(model, data.prepared, sorted({*data.split.train, *data.bank.ids, *val}))
     elif (named := named_templates(cfg, model, data.root, cfg.progress_bar)) is None:
         return None
     else:

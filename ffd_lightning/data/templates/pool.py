@@ -27,8 +27,7 @@ class TemplatePool:
 
     Args:
         prepared: the set of all shapes.
-        trained_on: ids of the shapes that queries are drawn from.
-        others: ids of shapes that are templates only.
+        ids: of the shapes.
         count: templates of a step; of each category at most half of its shapes, where variants of
             one count once.
 
@@ -39,15 +38,11 @@ class TemplatePool:
         ConfigError: a category of a single shape.
     """
 
-    def __init__(
-        self, prepared: PreparedSet, trained_on: Sequence[str], others: Sequence[str], count: int
-    ) -> None:
-        ids = [*trained_on, *others]
+    def __init__(self, prepared: PreparedSet, ids: Sequence[str], count: int) -> None:
         self._prepared = prepared
         self.rows = np.array([prepared.index(i) for i in ids], np.int64)
         _, self._shapes = np.unique([prepared.origins.get(i, i) for i in ids], return_inverse=True)
         self._members = [np.flatnonzero(self._shapes == k) for k in range(self._shapes.max() + 1)]
-        self._queries = np.arange(len(ids)) < len(trained_on)
         whose = np.array([prepared.category(self.rows[m[0]]) for m in self._members])
         self._categories = [np.flatnonzero(whose == name) for name in np.unique(whose)]
         fewest = min(map(len, self._categories))
@@ -61,14 +56,11 @@ class TemplatePool:
         self, queries: int, rng: np.random.Generator
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Draw rows of templates, (T,), and of queries of other shapes, (queries,)."""
-        while True:
-            taken = rng.permutation(len(self._categories))[: self._taken]
-            orders = [rng.permutation(self._categories[k]) for k in taken]
-            shapes = np.concatenate([order[: self._each] for order in orders])
-            others = np.concatenate([order[self._each :] for order in orders])
-            free = np.flatnonzero(self._queries & np.isin(self._shapes, others))
-            if len(free):
-                break
+        taken = rng.permutation(len(self._categories))[: self._taken]
+        orders = [rng.permutation(self._categories[k]) for k in taken]
+        shapes = np.concatenate([order[: self._each] for order in orders])
+        others = np.concatenate([order[self._each :] for order in orders])
+        free = np.flatnonzero(np.isin(self._shapes, others))
         templates = [rng.choice(self._members[k]) for k in shapes]
         chosen = rng.choice(free, queries, replace=len(free) < queries)
         return self.rows[templates], self.rows[chosen]
