@@ -200,9 +200,9 @@ class Preparation:
             from ffd_lightning.data.preparation.poses import likely_poses
 
             _say(*describe(prepared))
-            likely = likely_poses(prepared)
+            likely = likely_poses(prepared.originals)
             sheet = write_sheet(prepared, sheet_of(prepared.path), likely)
-            _say(*suggestion(prepared, likely), sheet)
+            _say(*suggestion(prepared.originals, likely), sheet)
         return prepared
 
     def _missing(self) -> list[str] | None:
