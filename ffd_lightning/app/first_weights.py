@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from ffd_lightning import components
@@ -61,7 +62,8 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
     Raises:
         ConfigError: there is no such run or checkpoint, or it is of another network.
     """
-    state = read_checkpoint(checkpoint_of(weights))["state_dict"]
+    file = _network_file(weights, network.heads.conditioned)
+    state = read_checkpoint(file)["state_dict"]
     own = {k.removeprefix(_NETWORK): v for k, v in state.items() if k.startswith(_NETWORK)}
     try:
         network.load_state_dict(own)
@@ -71,6 +73,10 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
             f"network.weights={weights} is of another network ({reason}): encoder, heads and "
             "network.* must be as they were"
         ) from None
+
+
+def _network_file(weights: str, conditioned: bool) -> Path:
+    return checkpoint_of(None if weights == EMBEDDED else weights, conditioned)
 
 
 def weights_problem(cfg: Any) -> str:
@@ -105,7 +111,8 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     weights = cfg.network.weights
     if weights is None and cfg.encoder.first_weights != EMBEDDED:
         return ""
-    file = pretrained_model() if weights is None else checkpoint_of(weights)
+    conditioned = cfg.heads.name == "conditioned"
+    file = pretrained_model() if weights is None else _network_file(weights, conditioned)
     model = read_checkpoint(file)["model"]
     before = model["record"].get("settings", {})
     ours = {"name": cfg.data.name, "seed": cfg.data.settings.get("seed")}

@@ -64,7 +64,8 @@ class PredictSettings:
         background: what tells the object from its background, where no mask is given: `auto`, the
             alpha channel, else the colour of the border; `rembg`, the package of that name.
         templates: meshes to take as templates in place of the network's own: a folder, files, a
-            pattern, or a list of those; for networks of heads=conditioned.
+            pattern, or a list of those; for networks of heads=conditioned, as one is that comes
+            with the package and is taken where run is null.
         up: the axis of those meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
         data_root: those meshes are prepared once, and kept there.
@@ -129,7 +130,7 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
     """
     out = Path(settings.out).expanduser()
     jobs = find_jobs(settings.image, settings.mask, out)
-    checkpoint = checkpoint_of(settings.run)
+    checkpoint = checkpoint_of(settings.run, settings.templates is not None)
     predictor = Predictor.load(checkpoint, settings.device)
     check_apart(settings.templates or (), out=out)
     own = named_templates(settings, predictor.model, settings.data_root, settings.progress_bar)

@@ -3,7 +3,7 @@
     ffd view                                     photos, by the model that comes with the package
     ffd view run=runs/demo/table/r/t16/seed0     a run's test shapes, and photos
     ffd view image=photo.png mask=mask.png       a photo to begin with
-    ffd view run=RUN templates=my_meshes yaw=180 your meshes in place of the network's templates
+    ffd view templates=my_meshes yaw=180         your meshes as templates
 
 The page is served to this machine only. Every browser window that opens it has a state of its own.
 Needs viser: pip install 'ffd_lightning[viewer]'
@@ -82,7 +82,8 @@ def main(settings: Settings) -> int:
 
 def open_shared(settings: Settings) -> Shared:
     """Load a run, or a checkpoint alone, and the photograph to begin with."""
-    predictor = Predictor.load(settings.checkpoint or settings.run, settings.device)
+    source, told = settings.checkpoint or settings.run, settings.templates is not None
+    predictor = Predictor.load(source, settings.device, conditioned=told)
     own = named_templates(settings, predictor.model, settings.data_root or "data")
     predictor = predictor if own is None else predictor.told(own)
     shapes, note = None, "A checkpoint alone: open a photo."
