@@ -6,9 +6,10 @@ import glob
 import io
 import os
 import sys
+import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -162,10 +163,12 @@ def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> Train
         ConfigError: the network knows the templates of its training only.
     """
     key = digest_of([__version__, weights_digest(model.network), own.digest])[:20]
-    file = None if own.root is None else own.root / "codes" / f"{key}.npy"
+    file = None if own.root is None else own.root / "codes" / f"{key}.npz"
     if file is not None:
-        with suppress(OSError, ValueError, EOFError):
-            return model.with_codes(own.bank, torch.from_numpy(np.load(file)))
+        with suppress(OSError, ValueError, EOFError, LookupError, zipfile.BadZipFile):
+            with np.load(file) as kept:
+                codes, boxes = (torch.from_numpy(kept[name]) for name in ("codes", "boxes"))
+            return model.with_codes(replace(own.bank, boxes=boxes), codes)
     with CountProgress("looking at templates", len(own.bank), 0, progress) as bar:
 
         def seen() -> Iterator[NDArray[np.uint8]]:
@@ -176,7 +179,8 @@ def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> Train
         told = model.with_templates(own.bank, seen())
     if file is not None:
         content = io.BytesIO()
-        np.save(content, told.network.template_codes.cpu().numpy())
+        boxes = torch.stack([torch.stack([b.origin, b.size]) for b in told.bank.lattices])
+        np.savez(content, codes=told.network.template_codes.cpu().numpy(), boxes=boxes.numpy())
         with suppress(OSError):  # of a folder that cannot be written to
             write_bytes_atomic(file, content.getvalue())
     return told
