@@ -88,7 +88,7 @@ def of_files(
         DataError: none of the meshes can be used.
     """
     model.check_conditioned()
-    found = _sources(model, [places] if isinstance(places, str | Path) else places, up, yaw)
+    found = _sources(model, [places] if isinstance(places, str | Path) else places, up, float(yaw))
     check_apart(places, data_root=root)
     points, preparations = model.bank.points.shape[1], []
     for category, source in found.items():
