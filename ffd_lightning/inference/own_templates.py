@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from ffd_lightning import __version__
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.data.categories import SYNSETS, name_of
-from ffd_lightning.data.preparation.overview import sheet_of
+from ffd_lightning.data.preparation.overview import sheet_of, suggested_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, mesh_of, unread
-from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
+from ffd_lightning.data.reading.orientation import ORIENTATIONS, Up, check_orientation, orient
 from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.mesh_files import MeshFiles, name_files
@@ -94,10 +94,13 @@ def of_files(
     for category, source in found.items():
         given = (source, category, points, model.render, Path(root).expanduser())
         preparations.append(Preparation(*given, workers=workers, progress=progress))
+    new = progress and not all(preparation.target.exists() for preparation in preparations)
     prepared = PreparedSet.join([preparation.run() for preparation in preparations])
     own = of_prepared(model, prepared, prepared.ids)
+    if not new:  # else the preparation has said it
+        _warn_of_prepared(prepared)
     sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]
-    _warn(prepared.rejected, model.bank, own.bank, up, yaw, sheets)
+    _warn_of_turn(model.bank, own.bank, up, yaw, sheets)
     return own
 
 
@@ -141,7 +144,8 @@ def of_meshes(
     if not usable:
         raise DataError(f"no usable template: {_some(rejected)}")
     bank = TemplateBank.of_meshes(usable, points, model.bank.degrees, model.bank.max_edge)
-    _warn(rejected, model.bank, bank, up, yaw)
+    _warn_of_rejected(rejected)
+    _warn_of_turn(model.bank, bank, up, yaw)
     to = model.render
     size = {"height": to.height, "width": to.width, "samples": to.samples}
     pictures = (
@@ -255,27 +259,38 @@ def _categories(folder: Path, of_model: Sequence[str]) -> list[Path]:
     return [folder]
 
 
-def _warn(
-    rejected: Mapping[str, str],
-    known: TemplateBank,
-    own: TemplateBank,
-    up: Up,
-    yaw: float,
-    sheets: Sequence[str] = (),
-) -> None:
-    """Say which meshes cannot be used, and if the others seem to stand wrongly."""
-    warnings = []
+def _warn(text: str) -> None:
+    print(f"warning: {text}", file=sys.stderr)
+
+
+def _warn_of_rejected(rejected: Mapping[str, str]) -> None:
+    """Say which meshes cannot be used."""
     if rejected:
-        warnings.append(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
+        _warn(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
+
+
+def _warn_of_prepared(prepared: PreparedSet) -> None:
+    """Say which meshes cannot be used, or probably stand otherwise than the others."""
+    _warn_of_rejected(prepared.rejected)
+    for table in map(suggested_of, prepared.paths):
+        if table.is_file():
+            _warn(
+                f"some templates probably stand otherwise than the rest: the lines of {table} in "
+                f"{ORIENTATIONS} beside the meshes turn them"
+            )
+
+
+def _warn_of_turn(
+    known: TemplateBank, own: TemplateBank, up: Up, yaw: float, sheets: Sequence[str] = ()
+) -> None:
+    """Say if the meshes seem to stand wrongly."""
     better = better_turn(own, known, up, yaw)
     if better != (up, yaw):
         seen = f"; {', '.join(sheets)} shows them" if sheets else ""
-        warnings.append(
+        _warn(
             f"the templates seem to stand wrongly: with up={better[0]} yaw={better[1]:g} they are "
             f"more like those of the network's training{seen}"
         )
-    for warning in warnings:
-        print(f"warning: {warning}", file=sys.stderr)
 
 
 def _some(rejected: Mapping[str, str]) -> str:

@@ -26,12 +26,12 @@ FEWER = ("category=table", "split.train_fraction=0.6")
 def warned(tiny_config):
     """Return a function from overrides to the warning and the ids that are tested on."""
 
-    def make(*overrides, twins={}):
+    def make(*overrides, twins=None):
         cfg = tiny_config("data.num_models=500", EMBEDDED, *overrides)
         ids = tuple(build_source(cfg).shape_ids(cfg.category.name))
         subsets = cfg.split.build()(SplitInput(cfg.category.name, ids, (), {}))
         tested = make_split(ids, subsets, cfg.split.val_fraction).test
-        return leak_warning(cfg, tested, twins), tested
+        return leak_warning(cfg, tested, twins or {}), tested
 
     return make
 
