@@ -102,11 +102,18 @@ def weights_problem(cfg: Any) -> str:
     )
 
 
-def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
+def leak_warning(
+    cfg: TrainConfig, tested: Sequence[str], twins: Mapping[str, Mapping[str, str]] = {}
+) -> str:
     """Say how many test shapes the first weights were trained or validated on, "" for none.
 
     They are known again by their ids, where the data is of the same name and seed. Templates of the
     network that the weights are from do not count: it was never shown images of them.
+
+    Args:
+        cfg: of the run that is to start.
+        tested: ids of its test shapes.
+        twins: of each of its categories, see `data.twins`: copies count like the shapes themselves.
     """
     weights = cfg.network.weights
     if weights is None and cfg.encoder.first_weights != EMBEDDED:
@@ -119,7 +126,9 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     if ours != {name: before.get(f"data.{name}") for name in ours}:
         return ""
     prefix = "" if cfg.category.members else f"{cfg.category.name}/"
-    seen = {f"{prefix}{shape_id}" for shape_id in tested} & _seen(model, before)
+    first = {f"{name}/{i}": f"{name}/{j}" for name in twins for i, j in twins[name].items()}
+    known = {first.get(i, i) for i in _seen(model, before, twins)}
+    seen = [i for i in tested if first.get(f"{prefix}{i}", f"{prefix}{i}") in known]
     if not seen:
         return ""
     said = "encoder.weights=embedded" if weights is None else f"network.weights={weights}"
@@ -127,13 +136,18 @@ def leak_warning(cfg: TrainConfig, tested: Sequence[str]) -> str:
     split["split"] = split.pop("split.name")
     return (
         f"of {len(tested)} shapes to test on, {len(seen)} trained or validated the weights that "
-        f"this run starts from ({said}): its scores will be too good. Split as they did "
+        f"this run starts from ({said}), or are near copies of shapes that did: its scores will be "
+        "too good. Split as they did "
         f"({' '.join(f'{key}={value}' for key, value in split.items())}), or train from scratch "
         "(encoder.weights=none)"
     )
 
 
-def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> set[str]:
+def _seen(
+    model: Mapping[str, Any],
+    settings: Mapping[str, Any],
+    twins: Mapping[str, Mapping[str, str]],
+) -> set[str]:
     """Return the shapes, `<category>/<id>`, that a model was trained or validated on."""
     from ffd_lightning.data.splits import SplitInput, make_split
 
@@ -145,8 +159,8 @@ def _seen(model: Mapping[str, Any], settings: Mapping[str, Any]) -> set[str]:
 
     source, rule, seen = made("source", "data"), made("split", "split"), set()
     for category in model["categories"]:
-        ids = tuple(source.shape_ids(category))
-        subsets = rule(SplitInput(category, ids, (), source.split(category)))
-        split = make_split(ids, subsets, settings["split.val_fraction"])
+        ids, alike = tuple(source.shape_ids(category)), twins.get(category, {})
+        subsets = rule(SplitInput(category, ids, (), source.split(category), alike))
+        split = make_split(ids, subsets, settings["split.val_fraction"], alike)
         seen |= {f"{category}/{shape_id}" for shape_id in (*split.train, *split.val)}
     return seen - set(model["templates"]["ids"])

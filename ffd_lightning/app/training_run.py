@@ -32,7 +32,7 @@ from ffd_lightning.checkpoint import read_checkpoint
 from ffd_lightning.components import OWN
 from ffd_lightning.data.datamodule import FfdDataModule
 from ffd_lightning.data.templates.summary import outlier_note, outlier_rows, template_rows
-from ffd_lightning.data.twins import twin_warning
+from ffd_lightning.data.twins import twin_warning, twins
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.evaluation.evaluator import (
     SHARED_FOLDER,
@@ -137,7 +137,9 @@ def _train(cfg: TrainConfig, run: RunFolder) -> dict[str, float]:
     )
     tested = [data.prepared.ids[row] for row in subject.tested_on.rows]
     copies = twin_warning(len(subject.twins), len(tested))
-    for warning in filter(None, (data.split.warning(), leak_warning(cfg, tested), copies)):
+    alike = {of.categories[0]: twins(of.originals) for of in data.prepared.members}
+    leak = leak_warning(cfg, tested, alike)
+    for warning in filter(None, (data.split.warning(), leak, copies)):
         log.warning("%s: %s", run.path, warning)
     done = _checkpoint_step(run, data.bank.ids)
     if _rank() == 0:
@@ -188,8 +190,8 @@ def evaluated(
             "evaluation.subset=val: there are no validation shapes (split.val_fraction)"
         )
     trained_on, tested_on = (Subset(data.prepared, data.rows(x)) for x in (data.split.train, ids))
-    twins = data.seen_twins.intersection(ids)
-    return EvaluatedNetwork(network, data.bank, trained_on, tested_on, step, twins)
+    seen = data.seen_twins.intersection(ids)
+    return EvaluatedNetwork(network, data.bank, trained_on, tested_on, step, seen)
 
 
 def evaluation_options(

@@ -6,9 +6,10 @@ import glob
 import io
 import os
 import sys
+import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,11 @@ from numpy.typing import NDArray
 from ffd_lightning import __version__
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.data.categories import SYNSETS, name_of
-from ffd_lightning.data.preparation.overview import sheet_of
+from ffd_lightning.data.preparation.overview import sheet_of, suggested_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, mesh_of, unread
-from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
+from ffd_lightning.data.reading.orientation import ORIENTATIONS, Up, check_orientation, orient
 from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.mesh_files import MeshFiles, name_files
@@ -87,16 +88,19 @@ def of_files(
         DataError: none of the meshes can be used.
     """
     model.check_conditioned()
-    found = _sources(model, [places] if isinstance(places, str | Path) else places, up, yaw)
+    found = _sources(model, [places] if isinstance(places, str | Path) else places, up, float(yaw))
     check_apart(places, data_root=root)
     points, preparations = model.bank.points.shape[1], []
     for category, source in found.items():
         given = (source, category, points, model.render, Path(root).expanduser())
         preparations.append(Preparation(*given, workers=workers, progress=progress))
+    new = progress and not all(preparation.target.exists() for preparation in preparations)
     prepared = PreparedSet.join([preparation.run() for preparation in preparations])
     own = of_prepared(model, prepared, prepared.ids)
+    if not new:  # else the preparation has said it
+        _warn_of_prepared(prepared)
     sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]
-    _warn(prepared.rejected, model.bank, own.bank, up, yaw, sheets)
+    _warn_of_turn(model.bank, own.bank, up, yaw, sheets)
     return own
 
 
@@ -140,7 +144,8 @@ def of_meshes(
     if not usable:
         raise DataError(f"no usable template: {_some(rejected)}")
     bank = TemplateBank.of_meshes(usable, points, model.bank.degrees, model.bank.max_edge)
-    _warn(rejected, model.bank, bank, up, yaw)
+    _warn_of_rejected(rejected)
+    _warn_of_turn(model.bank, bank, up, yaw)
     to = model.render
     size = {"height": to.height, "width": to.width, "samples": to.samples}
     pictures = (
@@ -162,10 +167,12 @@ def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> Train
         ConfigError: the network knows the templates of its training only.
     """
     key = digest_of([__version__, weights_digest(model.network), own.digest])[:20]
-    file = None if own.root is None else own.root / "codes" / f"{key}.npy"
+    file = None if own.root is None else own.root / "codes" / f"{key}.npz"
     if file is not None:
-        with suppress(OSError, ValueError, EOFError):
-            return model.with_codes(own.bank, torch.from_numpy(np.load(file)))
+        with suppress(OSError, ValueError, EOFError, LookupError, zipfile.BadZipFile):
+            with np.load(file) as kept:
+                codes, boxes = (torch.from_numpy(kept[name]) for name in ("codes", "boxes"))
+            return model.with_codes(replace(own.bank, boxes=boxes), codes)
     with CountProgress("looking at templates", len(own.bank), 0, progress) as bar:
 
         def seen() -> Iterator[NDArray[np.uint8]]:
@@ -176,7 +183,8 @@ def tell(model: TrainedModel, own: OwnTemplates, progress: bool = True) -> Train
         told = model.with_templates(own.bank, seen())
     if file is not None:
         content = io.BytesIO()
-        np.save(content, told.network.template_codes.cpu().numpy())
+        boxes = torch.stack([torch.stack([b.origin, b.size]) for b in told.bank.lattices])
+        np.savez(content, codes=told.network.template_codes.cpu().numpy(), boxes=boxes.numpy())
         with suppress(OSError):  # of a folder that cannot be written to
             write_bytes_atomic(file, content.getvalue())
     return told
@@ -251,27 +259,38 @@ def _categories(folder: Path, of_model: Sequence[str]) -> list[Path]:
     return [folder]
 
 
-def _warn(
-    rejected: Mapping[str, str],
-    known: TemplateBank,
-    own: TemplateBank,
-    up: Up,
-    yaw: float,
-    sheets: Sequence[str] = (),
-) -> None:
-    """Say which meshes cannot be used, and if the others seem to stand wrongly."""
-    warnings = []
+def _warn(text: str) -> None:
+    print(f"warning: {text}", file=sys.stderr)
+
+
+def _warn_of_rejected(rejected: Mapping[str, str]) -> None:
+    """Say which meshes cannot be used."""
     if rejected:
-        warnings.append(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
+        _warn(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
+
+
+def _warn_of_prepared(prepared: PreparedSet) -> None:
+    """Say which meshes cannot be used, or probably stand otherwise than the others."""
+    _warn_of_rejected(prepared.rejected)
+    for table in map(suggested_of, prepared.paths):
+        if table.is_file():
+            _warn(
+                f"some templates probably stand otherwise than the rest: the lines of {table} in "
+                f"{ORIENTATIONS} beside the meshes turn them"
+            )
+
+
+def _warn_of_turn(
+    known: TemplateBank, own: TemplateBank, up: Up, yaw: float, sheets: Sequence[str] = ()
+) -> None:
+    """Say if the meshes seem to stand wrongly."""
     better = better_turn(own, known, up, yaw)
     if better != (up, yaw):
         seen = f"; {', '.join(sheets)} shows them" if sheets else ""
-        warnings.append(
+        _warn(
             f"the templates seem to stand wrongly: with up={better[0]} yaw={better[1]:g} they are "
             f"more like those of the network's training{seen}"
         )
-    for warning in warnings:
-        print(f"warning: {warning}", file=sys.stderr)
 
 
 def _some(rejected: Mapping[str, str]) -> str:

@@ -18,14 +18,13 @@ NUM_POINTS = 2048
 
 
 class Packed(NamedTuple):
-    """What was packed, the file's size in bytes, and how many of those its parts take."""
+    """A file's size in bytes, and how many of those its parts take."""
 
-    model: TrainedModel
     size: int
     parts: dict[str, int]
 
 
-def write_packed(checkpoint: Path, out: Path) -> Packed:
+def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None) -> Packed:
     """Write a checkpoint without the optimizer's state and with weights of half the size.
 
     Matrices and kernels are rounded to float16; vectors stay as they are: they are few, and the
@@ -33,23 +32,31 @@ def write_packed(checkpoint: Path, out: Path) -> Packed:
     reads any other, and computes in float32. A file that is there is replaced, and never left half
     written.
 
+    Args:
+        checkpoint: the file.
+        out: the file to write.
+        model: what `load_model` gives of the checkpoint, told other templates if that is wanted.
+
     Raises:
         ConfigError: `out` is the checkpoint itself, or the checkpoint cannot be used.
         DataError: it is damaged, its weights are too large, or the file cannot be written.
     """
     if out.exists() and out.samefile(checkpoint):
         raise ConfigError(f"out={out} is the checkpoint itself: name another file")
-    model, content = load_model(checkpoint), read_checkpoint(checkpoint)
+    model, content = model or load_model(checkpoint), read_checkpoint(checkpoint)
     weights = {n: v for n, v in content["state_dict"].items() if n.startswith("network.")}
     network = {name: value.half() if value.ndim > 1 else value for name, value in weights.items()}
     for name, value in network.items():
         if not value.isfinite().all():
             raise DataError(f"{name} has values that float16 cannot hold: its training diverged")
     templates = model.bank.lighter(NUM_POINTS).state()
+    entry = {**content["model"], "templates": templates}
+    if model.network.heads.conditioned:
+        entry["template_codes"] = model.network.template_codes.cpu()
     packed = {
         "global_step": model.step,
         "state_dict": network,
-        "model": {**content["model"], "templates": templates},
+        "model": entry,
     }
     buffer = io.BytesIO()
     torch.save(packed, buffer)
@@ -59,7 +66,7 @@ def write_packed(checkpoint: Path, out: Path) -> Packed:
         "meshes": _size(templates["meshes"]),
         "clouds": _size([templates["points"]]),
     }
-    return Packed(model, len(buffer.getvalue()), parts)
+    return Packed(len(buffer.getvalue()), parts)
 
 
 def _size(tensors: list[Tensor]) -> int:

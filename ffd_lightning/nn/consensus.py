@@ -48,7 +48,7 @@ def consensus_logits(
     """
     log_probs = logits.log_softmax(1)
     top, index = log_probs.topk(min(_LIKELY, logits.shape[1]), dim=1)
-    queries = torch.arange(len(logits), device=logits.device)[:, None]
+    queries = torch.arange(logits.shape[0], device=logits.device)[:, None]
     matrix, control_points, degrees = templates
     sample = TemplateSample(matrix[index], control_points[index], degrees)
     clouds = sample.deformed(offsets[queries, index])

@@ -1,9 +1,12 @@
+import csv
+import io
 import shutil
 
 import pytest
 from analysis.folders import write_run
 
 from ffd_lightning.analysis.results import Results
+from ffd_lightning.analysis.tables import scores
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 
@@ -27,6 +30,19 @@ def test_runs_are_read_in_order_with_their_means(tmp_path):
     assert results.where(regime="b").scored["run"].tolist() == ["2"]
     with pytest.raises(DataError, match="no results with"):
         results.where(regime="w")
+
+
+def test_scores_less_copies_of_training_shapes_stand_beside(tmp_path):
+    chamfers = [0.1, 0.2, 0.9]
+    write_run(tmp_path / "1", "e", chamfer=chamfers)
+    assert "copies" not in scores(Results.read(tmp_path)).csv()
+    write_run(tmp_path / "2", "b", chamfer=chamfers, twin=[False, False, True])
+    results = Results.read(tmp_path)
+    assert results.scored["without_twins_chamfer"].tolist() == pytest.approx([0.15, 0.4])
+    assert results.scored["chamfer"].tolist() == pytest.approx([0.4, 0.4])
+    head, *rows = csv.reader(io.StringIO(scores(results).csv()))
+    place = next(k for k, title in enumerate(head) if "copies Chamfer" in title)
+    assert [row[place] for row in rows] == ["150.0", "400.0"]
 
 
 def test_protocols_are_known_from_the_runs_alone(tmp_path):

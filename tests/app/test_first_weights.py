@@ -26,12 +26,12 @@ FEWER = ("category=table", "split.train_fraction=0.6")
 def warned(tiny_config):
     """Return a function from overrides to the warning and the ids that are tested on."""
 
-    def make(*overrides):
+    def make(*overrides, twins=None):
         cfg = tiny_config("data.num_models=500", EMBEDDED, *overrides)
         ids = tuple(build_source(cfg).shape_ids(cfg.category.name))
         subsets = cfg.split.build()(SplitInput(cfg.category.name, ids, (), {}))
         tested = make_split(ids, subsets, cfg.split.val_fraction).test
-        return leak_warning(cfg, tested), tested
+        return leak_warning(cfg, tested, twins or {}), tested
 
     return make
 
@@ -55,6 +55,14 @@ def test_shapes_that_trained_the_first_weights_are_counted(warned):
     assert min(counts) > 0
     assert "split.train_fraction=0.8" in text
     assert "encoder.weights=none" in text
+
+
+def test_copies_of_shapes_that_trained_the_first_weights_are_counted(warned):
+    _, tested = warned("category=table")
+    known = {*tested, *(i[6:] for i in load_model(pretrained_model()).bank.ids)}
+    trained = next(i for i in (f"table-{k:06}" for k in range(99)) if i not in known)
+    text, _ = warned("category=table", twins={"table": {tested[-1]: trained, trained: trained}})
+    assert text.startswith(f"of {len(tested)} shapes to test on, 1 trained")
 
 
 @pytest.mark.parametrize("other", ["encoder.weights=none", "data.seed=1"])

@@ -270,6 +270,7 @@ GOOD = {
     "degenerate": ("obj", TRIANGLE + "f 1 2 3\nf 1 1 2\nf 3 3 3\n", 1, 0.5),
     "latin-1": ("obj", b"# st\xfchle\ng l\xe4nge\n" + (TRIANGLE + "f 1 2 3\n").encode(), 1, 0.5),
     "OFF": ("off", "OFF\n# c\n\n" + OFF, 1, 0.5),
+    "UTF-16": ("obj", (TRIANGLE + "f 1 2 3\n").encode("utf-16"), 1, 0.5),
     "STL latin-1": ("stl", STL.encode("latin-1"), 1, 0.5),
     "PLY latin-1": ("ply", LATIN_PLY.encode("latin-1"), 1, 0.5),
     "PLY index": ("ply", PLY.format(colors="", count=2) + POINTS + "3 0 1 2\n3 0 1 9\n", 1, 0.5),

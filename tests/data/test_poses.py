@@ -3,6 +3,7 @@ import pytest
 from box_source import RENDER
 
 from ffd_lightning import shapes
+from ffd_lightning.data.preparation.overview import suggested_of
 from ffd_lightning.data.preparation.poses import likely_poses
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.reading.orientation import turn
@@ -31,10 +32,12 @@ def test_shapes_that_stand_otherwise_are_named_and_their_lines_mend_it(folder, c
         source = FolderSource(folder / "shapes", yaw=180)
         return Preparation(source, "chair", 256, RENDER, folder, variants=1, workers=2).run()
 
-    found = likely_poses(prepare().originals)
+    prepared = prepare()
+    found = likely_poses(prepared.originals)
     assert found == {"c02": ("y", 90), "c07": ("y", 0), "c11": ("-z", 180)}
     said = capfd.readouterr().err
     lines = said[said.index("id,yaw,up") :].split("contact sheet")[0]
+    assert suggested_of(prepared.path).read_text() == lines
     (folder / "shapes/chair/orientations.csv").write_text(lines)
     mended = prepare()
     assert likely_poses(mended.originals) == {}

@@ -11,6 +11,7 @@ import onnx
 import onnxruntime
 import pytest
 import torch
+import trimesh
 
 from ffd_lightning.app.commands import export as command
 from ffd_lightning.app.settings import read_settings
@@ -18,6 +19,7 @@ from ffd_lightning.checkpoint import load_model
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.inference import export as module
 from ffd_lightning.inference.export import OUTPUTS, check_out, export_onnx
+from ffd_lightning.inference.predictor import Predictor
 
 # What float32 may be off after MobileNet's 28 layers, whose batch norm magnifies what is rounded
 # before it: ten times what was found, and a tenth of what an image makes a difference.
@@ -125,6 +127,40 @@ def test_a_network_that_torch_cannot_export_is_named(joint_checkpoint, tmp_path)
     network.image_size = model.network.image_size
     with pytest.raises(ConfigError, match="torch cannot export this network"):
         export_onnx(replace(model, network=network), tmp_path / "model.onnx")
+
+
+def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, prepared, tmp_path):
+    """They say what the network does that was told them, when the meshes are gone."""
+    for name, size in {"low": (2, 1, 3), "tall": (1, 3, 1), "wide": (4, 1, 1)}.items():
+        trimesh.creation.box(size).export(tmp_path / f"{name}.ply")
+    meshes, root = f"{tmp_path}/*.ply", tmp_path / "data"
+    settings = [f"run={conditioned_checkpoint}", f"templates={meshes}", "up=x", f"data_root={root}"]
+    for file in ("model.ckpt", "model.onnx"):
+        words = [*settings, f"out={tmp_path}/{file}"]
+        assert command.main(read_settings(command.Settings, words, command.MAIN)) == 0
+    told = Predictor.load(conditioned_checkpoint).with_templates(meshes, up="x", root=root)
+    for path in (*tmp_path.glob("*.ply"), *root.glob("codes/*"), *root.glob("prepared/*/*")):
+        path.unlink()
+    views = [prepared.image(k) for k in range(3)]
+    images = np.stack([view[..., :3].transpose(2, 0, 1) for view in views])
+    network = told.model.network.double()
+    session = onnxruntime.InferenceSession(tmp_path / "model.onnx")
+    for size in (1, 3):
+        outputs = session.run(None, {"images": images[:size]})
+        with torch.no_grad():
+            expected = network(torch.from_numpy(images[:size]).double())
+        for name, output in zip(OUTPUTS, outputs, strict=True):
+            np.testing.assert_allclose(output, getattr(expected, name), atol=ROUNDING)
+        np.testing.assert_array_equal(outputs[0].argmax(1), expected.template_index)
+    with np.load(tmp_path / "model.templates.npz") as templates:
+        np.testing.assert_allclose(templates["control_points"], told.model.bank.control_points)
+    network.float()
+    packed = Predictor.load(tmp_path / "model.ckpt")
+    assert packed.model.bank.ids == told.model.bank.ids == ("low", "tall", "wide")
+    before, after = told.predict(views[0]), packed.predict(views[0])
+    np.testing.assert_allclose(after.weights, before.weights, atol=2e-3)
+    moved = np.linalg.norm(after.offsets - before.offsets) / np.linalg.norm(before.offsets)
+    assert moved < 0.1, "by weights that are rounded to float16"
 
 
 def test_mistakes_are_named(tmp_path, monkeypatch):

@@ -2,12 +2,14 @@
 
     ffd export run=runs/demo/table/r/t16/seed0 out=model.ckpt
     ffd export run=runs/demo/table/r/t16/seed0 out=model.onnx
+    ffd export run=RUN out=catalogue.ckpt templates=my_meshes yaw=180
 
 The first has weights in float16, templates, and nothing that only further training needs;
 run=model.ckpt takes it wherever a run or a checkpoint is taken, but for resuming. The second is
 usable without torch, with its templates in model.templates.npz: docs/inference.md says what is in
 both, and deforms a template with them. Before it is written, the graph is compared with torch in
 float64 on eight pictures of the templates. More than 1e-4 between weights or offsets is an error.
+With templates= either file holds these in place of the network's own, and needs no mesh files.
 """
 
 from __future__ import annotations
@@ -15,8 +17,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ffd_lightning.checkpoint import load_model
+from ffd_lightning.app.own_templates import named_templates
+from ffd_lightning.checkpoint import TrainedModel, load_model
+from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.inference.export import check_out, export_onnx, templates_file
+from ffd_lightning.inference.own_templates import tell
 from ffd_lightning.inference.packed import NUM_POINTS, write_packed
 from ffd_lightning.inference.predictor import checkpoint_of
 
@@ -31,21 +36,33 @@ class Settings:
         run: a run folder, or a checkpoint file; null for the model that comes with the package.
         out: the file to write, .onnx or .ckpt; its folder is made where it is missing.
         checkpoint: another checkpoint than the run's newest.
+        templates: meshes to write as templates in place of the network's own, see `ffd predict`.
+        up: the axis of those meshes that points up.
+        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
+        data_root: those meshes are prepared once, and kept there.
     """
 
     run: str | None = None
     out: str = "model.onnx"
     checkpoint: str | None = None
+    templates: list[str] | None = None
+    up: Up = "y"
+    yaw: float = 0.0
+    data_root: str = "data"
 
 
 def main(settings: Settings) -> int:
     """Export the run that is named, and print what was written."""
     out = Path(settings.out).expanduser()
+    if out.suffix != ".ckpt":
+        check_out(out)  # before the checkpoint is read
+    checkpoint = checkpoint_of(settings.checkpoint or settings.run)
+    model = load_model(checkpoint)
+    if (own := named_templates(settings, model, settings.data_root)) is not None:
+        model = tell(model, own)
     if out.suffix == ".ckpt":
-        _write_checkpoint(checkpoint_of(settings.checkpoint or settings.run), out)
+        _write_checkpoint(checkpoint, out, model)
         return 0
-    check_out(out)  # before the checkpoint is read
-    model = load_model(checkpoint_of(settings.checkpoint or settings.run))
     notes = {"category": ", ".join(model.categories), "run": str(model.record.get("run", ""))}
     differences = export_onnx(model, out, notes)
     height, width = model.network.image_size
@@ -56,14 +73,14 @@ def main(settings: Settings) -> int:
     return 0
 
 
-def _write_checkpoint(checkpoint: Path, out: Path) -> None:
+def _write_checkpoint(checkpoint: Path, out: Path, model: TrainedModel) -> None:
     """Write a small checkpoint, and print what is in it."""
-    packed = write_packed(checkpoint, out)
-    model, sizes = packed.model, {k: f"{v / 1e6:.1f} MB" for k, v in packed.parts.items()}
+    packed = write_packed(checkpoint, out, model)
+    sizes = {k: f"{v / 1e6:.1f} MB" for k, v in packed.parts.items()}
     height, width = model.network.image_size
     print(
         f"{out}: {packed.size / 1e6:.1f} MB, images of {height} x {width}, {len(model.bank)} "
-        f"templates of {', '.join(model.categories)}, step {model.step:,}"
+        f"templates, trained on {', '.join(model.categories)}, step {model.step:,}"
     )
     print(
         f"network {sizes['network']} in float16, meshes {sizes['meshes']}, {NUM_POINTS:,} points "

@@ -33,6 +33,7 @@ SHOWN = 32
 _NAMED = 3  # kinds of reasons for which shapes were rejected
 _KINDS = 6  # of warnings in one line; a source of one's own may word each its own way
 _SUGGESTED = 20  # shapes with a line for the table
+_HEAD = "id,yaw,up"  # of the table
 _COLUMNS = 8
 _HEIGHT, _WIDTH = 144, 192  # pixels, of a cell
 _POSED = 3  # shapes that are drawn from all sides
@@ -50,6 +51,11 @@ _LOOKED_AT = 20  # embedded shapes, to find different ones
 def sheet_of(folder: Path) -> Path:
     """Return where a prepared set's contact sheet is: not in its folder, which never changes."""
     return folder.parents[1] / "sheets" / f"{folder.name}.png"
+
+
+def suggested_of(folder: Path) -> Path:
+    """Return where the table is of a prepared set's shapes that probably stand wrongly, if any."""
+    return sheet_of(folder).with_suffix(".csv")
 
 
 def describe(prepared: PreparedSet) -> list[str]:
@@ -97,11 +103,12 @@ def suggestion(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list
     if not likely:
         return []
     named = list(likely.items())[:_SUGGESTED]
-    more = [f"and {len(likely) - len(named)} more"] if len(likely) > len(named) else []
+    left = len(likely) - len(named)
+    more = [f"and {left} more, see {suggested_of(prepared.path)}"] if left else []
     return [
         f"{len(likely)} of {len(prepared)} shapes probably stand otherwise than the rest: see the "
         f"contact sheet; these lines in {ORIENTATIONS} beside the meshes turn them:",
-        *("id,yaw,up", *starmap(_line, named), *more),
+        *(_HEAD, *starmap(_line, named), *more),
     ]
 
 
@@ -132,10 +139,13 @@ def write_sheet(
 ) -> str:
     """Write a set's contact sheet, a PNG, and say where it is, or why it could not be written.
 
-    `likely` is what `poses.likely_poses` finds.
+    `likely` is what `poses.likely_poses` finds; a table of it is written beside the sheet.
     """
     try:
         write_bytes_atomic(file, png(draw_set(prepared, likely or {})))
+        if likely:
+            lines = "\n".join([_HEAD, *starmap(_line, likely.items()), ""])
+            write_bytes_atomic(file.with_suffix(".csv"), lines.encode())
     except OSError as error:  # the set itself is there
         return f"the contact sheet cannot be written: {error.strerror or error}: {file}"
     return f"contact sheet: {file}"

@@ -7,6 +7,7 @@ files that belong to the shape and nowhere else, so nothing outside is read or f
 
 from __future__ import annotations
 
+import codecs
 import io
 import logging
 import re
@@ -241,6 +242,8 @@ def _mended(data: bytes, kind: str, name: str) -> bytes:
 
 def _as_utf8(data: bytes) -> bytes:
     """Return text in UTF-8: older exporters write the system's encoding."""
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.decode("utf-16", "replace").encode()
     try:
         return data.decode("utf-8-sig").encode()
     except UnicodeDecodeError:

@@ -34,6 +34,23 @@ from ffd_lightning.geometry.subdivision import subdivide_mesh
 _DIVISIONS = 2  # of a small face's edges, where its texture is averaged
 
 
+class _PreparedMeshes(Sequence[Mesh]):
+    """Meshes of a prepared set's shapes; each is read when it is asked for, and kept."""
+
+    def __init__(self, prepared: PreparedSet, rows: Sequence[int]) -> None:
+        self._prepared, self._rows = prepared, rows
+        self._read: dict[int, Mesh] = {}
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, index: Any) -> Any:
+        row = self._rows[index]
+        if row not in self._read:
+            self._read[row] = self._prepared.mesh(row)
+        return self._read[row]
+
+
 @dataclass(eq=False)
 class TemplateBank:
     """T templates: clouds, meshes, parts, and their decomposition.
@@ -51,16 +68,19 @@ class TemplateBank:
         part_names: names of the parts.
         degrees: of the lattices.
         max_edge: longest edge of subdivided meshes.
+        boxes: least corner and sides of each mesh's bounding box, (T, 2, 3) float64, if they are
+            known already: meshes of a prepared set are read for it otherwise.
     """
 
     ids: tuple[str, ...]
     families: tuple[str, ...]
     points: Float[Tensor, "templates points 3"]
-    meshes: tuple[Mesh, ...]
+    meshes: Sequence[Mesh]
     point_parts: NDArray[np.uint8] | None = None
     part_names: tuple[str, ...] = ()
     degrees: Degrees = (3, 3, 3)
     max_edge: float = 0.02
+    boxes: Float[Tensor, "templates 2 3"] | None = None
     _subdivided: dict[int, tuple[Mesh, Tensor]] = field(default_factory=dict, init=False)
 
     @classmethod
@@ -78,7 +98,7 @@ class TemplateBank:
             tuple(ids),
             tuple(prepared.families[r] for r in rows),
             torch.from_numpy(np.stack([prepared.cloud(r) for r in rows])),
-            tuple(prepared.mesh(r) for r in rows),
+            _PreparedMeshes(prepared, rows),
             np.stack(parts) if parts else None,
             prepared.part_names,
             degrees,
@@ -173,6 +193,8 @@ class TemplateBank:
     @cached_property
     def lattices(self) -> tuple[Lattice, ...]:
         """The bounding box of each mesh."""
+        if self.boxes is not None:
+            return tuple(Lattice(low, size, self.degrees) for low, size in self.boxes)
         vertices = (torch.from_numpy(mesh.used_vertices()) for mesh in self.meshes)
         return tuple(Lattice.bounding(v, self.degrees) for v in vertices)
 
