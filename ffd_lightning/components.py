@@ -24,7 +24,6 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -253,8 +252,6 @@ def plain(value: Any) -> Any:
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Path):
         return str(value)
-    if isinstance(value, Enum):
-        return value.name
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
     if isinstance(value, Mapping):
@@ -279,8 +276,8 @@ _SCALARS: dict[Any, tuple[type, ...]] = {
 def typed(hint: Any, value: Any, where: str) -> Any:
     """Return a plain value as what a signature asks for; `where` names it in messages.
 
-    Types are numbers, with a `Range` or without, str, bool, Path, Literal, Enum, lists, tuples and
-    dicts of those, dataclasses, and unions. Values of other types are passed on.
+    Types are numbers, with a `Range` or without, str, bool, Path, Literal, lists, tuples and dicts
+    of those, dataclasses, and unions. Values of other types are passed on.
 
     Raises:
         ConfigError: it is of another type, or out of its range.
@@ -309,9 +306,6 @@ def typed(hint: Any, value: Any, where: str) -> Any:
     elif kind is Literal:
         if any(value == each and type(value) is type(each) for each in args):
             return value
-    elif isinstance(kind, type) and issubclass(kind, Enum):
-        if isinstance(value, kind) or value in kind.__members__:
-            return value if isinstance(value, kind) else kind[value]
     elif dataclasses.is_dataclass(kind):
         if isinstance(value, Mapping):
             return build(kind, value, where)
@@ -341,8 +335,6 @@ def _sequence(kind: type, args: tuple[Any, ...], value: Any, where: str) -> Any:
 
 def choices(hint: Any) -> tuple[Any, ...]:
     """Return the values that a type has, () where they are not counted."""
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        return tuple(hint.__members__)
     return get_args(hint) if get_origin(hint) is Literal else ()
 
 

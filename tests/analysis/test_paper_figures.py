@@ -16,8 +16,13 @@ from ffd_lightning.analysis.figures.drawing import (
     voxel_mesh,
 )
 from ffd_lightning.analysis.figures.examples import collect, in_order, picked
-from ffd_lightning.analysis.figures.figure import paper_figure
-from ffd_lightning.analysis.figures.sheets import FIGURES, TEMPLATE, TRUTH, with_lattice
+from ffd_lightning.analysis.figures.sheets import (
+    FIGURES,
+    TEMPLATE,
+    TRUTH,
+    paper_figure,
+    with_lattice,
+)
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings

@@ -64,8 +64,7 @@ class Settings:
 def main(settings: Settings) -> int:
     """Draw the figure, and print where it is."""
     from ffd_lightning.analysis.figures.examples import collect
-    from ffd_lightning.analysis.figures.figure import paper_figure
-    from ffd_lightning.analysis.figures.sheets import FIGURES
+    from ffd_lightning.analysis.figures.sheets import FIGURES, paper_figure
     from ffd_lightning.analysis.plots import save_figure
     from ffd_lightning.app.open_run import open_run
 
