@@ -509,8 +509,7 @@ def component(kind: str, name: str) -> Callable[[_Target], _Target]:
     Raises:
         ConfigError: no such kind, a name that cannot be written, or one that is taken.
     """
-    if kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r} to register {name!r} as: use one of {_list(KINDS)}")
+    _check_kind(kind)
     if not name.isidentifier():
         raise ConfigError(f"{kind} {name!r}: a name has letters, digits and underscores only")
     caller = sys._getframe(1).f_globals.get("__name__", "")
@@ -600,8 +599,7 @@ def make(kind: str, name: str, /, **given: Any) -> Any:
     Raises:
         ConfigError: no such component, or a setting that does not fit.
     """
-    if kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r} of components: use one of {_list(KINDS)}")
+    _check_kind(kind)
     context = {key: value for key, value in given.items() if key in KINDS[kind].context}
     own = {key: value for key, value in given.items() if key not in context}
     return Component(kind, name, own).build(**context)
@@ -664,6 +662,11 @@ def _from(whose: str) -> Iterator[None]:
         yield
     finally:
         _provider = before
+
+
+def _check_kind(kind: str) -> None:
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r} of components: use one of {_list(KINDS)}")
 
 
 def _words(kind: str) -> str:

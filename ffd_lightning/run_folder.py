@@ -137,8 +137,8 @@ class RunFolder:
             with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
                 pass
         # The status first: what a kill leaves half removed must not be called finished.
-        names = ("status.json", "progress.json", "data.json", "template_ranking.csv")
-        names += ("templates.csv", "templates.png", "outliers.csv", "reconstructions.png")
+        names = ["status.json", "progress.json", "data.json", "template_ranking.csv"]
+        names += ["templates.csv", "templates.png", "outliers.csv", "reconstructions.png"]
         for file in (*(self.path / name for name in names), self.checkpoint):
             file.unlink(missing_ok=True)
         for events in (self.path / "tensorboard").glob("events.*"):

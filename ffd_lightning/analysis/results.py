@@ -258,14 +258,8 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
 
 
 def evaluate_command(run: object, name: str) -> str:
-    """Return the command that makes a run's results of this name.
-
-    >>> evaluate_command("DIR", "paper-points-300")
-    'ffd evaluate run=DIR protocol=paper (with the settings that paper-points-300 names)'
-    """
-    protocol = re.split("[-/]", name)[0]
-    rest = "" if protocol == name else f" (with the settings that {name} names)"
-    return f"ffd evaluate run={run} protocol={protocol}{rest}"
+    """Return the command that makes a run's results of this name, but for what this says more."""
+    return f"ffd evaluate run={run} protocol={re.split('[-/]', name)[0]}"
 
 
 def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:

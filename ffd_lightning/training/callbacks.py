@@ -35,7 +35,6 @@ from ffd_lightning.training.tensorboard import tensorboard_writer, write_histogr
 _WARM_UP_STEPS = 5
 _KEPT_STEPS = 1000
 _WRITTEN_EVERY = 5.0  # seconds
-_WEIGHT_BINS = 20
 _CLOUD_POINTS = 2048
 
 
@@ -170,14 +169,14 @@ class TemplateSelection(Callback):
     """Draws template selection into TensorBoard at every validation.
 
     Images: `which_template/all`, see `template_figure`, at the first, and `which_template/bars`,
-    see `selection_bars`. Histograms: `which_template/selected` (share of the images, in percent, by
-    the template's number from 1) and `which_template/weight_of_selected`.
+    see `selection_bars`. Histogram: `which_template/selected`, share of the images, in percent, by
+    the template's number from 1.
     """
 
     _pictures: Sequence[Picture] = ()
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Write the images and the histograms."""
+        """Write the images and the histogram."""
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         if writer is None or trainer.sanity_checking or not isinstance(data, FfdDataModule):
             return
@@ -195,8 +194,6 @@ class TemplateSelection(Callback):
         writer.add_image("which_template/bars", image, step, dataformats="HWC")
         numbers = np.arange(len(shares) + 1) + 0.5
         write_histogram(writer, "which_template/selected", shares, numbers, step)
-        largest, edges = np.histogram(scores.weights.max(1), _WEIGHT_BINS, (0, 1))
-        write_histogram(writer, "which_template/weight_of_selected", largest, edges, step)
 
 
 class Reconstructions(Callback):
@@ -221,27 +218,24 @@ class Reconstructions(Callback):
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Draw what is due."""
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
-        if writer is None or trainer.sanity_checking or not self._due(trainer):
+        step, total = trainer.global_step, trainer.max_steps
+        last = step - int(trainer.val_check_batch or 0)
+        due = self.times * step // total > self.times * last // total  # of equal parts, one ended
+        if writer is None or trainer.sanity_checking or not due:
             return
         assert isinstance(pl_module, FfdModule)
         assert isinstance(data, FfdDataModule)
-        rows, step = example_rows(data, self.examples)[: self.count], trainer.global_step
+        rows = example_rows(data, self.examples)[: self.count]
         if not rows:
             return
         network, prepared, bank = pl_module.network, data.prepared, data.bank
         with evaluating(network):
-            if step < trainer.max_steps:
+            if step < total:
                 figure = np.asarray(reconstruction_figure(network, prepared, bank, rows))
                 writer.add_image("worked_examples/reconstructions", figure, step, dataformats="HWC")
             clouds = deformed_clouds(network, prepared, bank, rows)
         truths = [torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS)) for row in rows]
         write_clouds(writer, self._clouds, list(zip(clouds, truths, strict=True)), step)
-
-    def _due(self, trainer: Trainer) -> bool:
-        """Tell whether one of the `times` equal parts of training has ended since the last one."""
-        step, total = trainer.global_step, trainer.max_steps
-        last = step - int(trainer.val_check_batch or 0)
-        return self.times * step // total > self.times * last // total
 
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -17,7 +16,7 @@ from ffd_lightning.analysis.results import (
     own_protocol,
     read_samples,
 )
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import ConfigError, DataError, did_you_mean
 from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
@@ -204,9 +203,8 @@ def reconstruct(
     data, path = run.data, run.folder.path
     for shape_id, _ in queries:
         if shape_id not in data.prepared.ids:
-            close = difflib.get_close_matches(shape_id, data.prepared.ids, 3)
-            hint = f"; close to it: {', '.join(close)}" if close else ""
-            raise DataError(f"there is no shape {shape_id!r} in the data of {path}{hint}")
+            near = did_you_mean(shape_id, data.prepared.ids)
+            raise DataError(f"there is no shape {shape_id!r} in the data of {path}.{near}")
     images = [Sample(data.prepared.index(shape_id), view) for shape_id, view in queries]
     prediction = predict(run.network, data.prepared, images)
     scores: dict[Query, Any] = {}

@@ -281,10 +281,12 @@ def paper_figure(
     if len(pictures) == 1:
         return pictures[0]
     font_size = round(size / 16)
-    titled = [
-        grid([picture], 1, headings=[_title(examples[0])], font_size=font_size)
-        for picture, examples in zip(pictures, runs, strict=True)
-    ]
+    titled = []
+    for picture, examples in zip(pictures, runs, strict=True):
+        settings = examples[0].run.folder.settings
+        category, regime = settings["category"]["name"], regime_title(settings["regime"]["name"])
+        heading = f"{category}, regime {regime}, T = {settings['templates']['count']}"
+        titled.append(grid([picture], 1, headings=[heading], font_size=font_size))
     return joined(titled, across=name != "method")
 
 
@@ -310,9 +312,3 @@ def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -
     if name not in LEGENDS:
         return sheet
     return joined([sheet, legend(LEGENDS[name](examples), sheet.width, font_size)])
-
-
-def _title(example: Example) -> str:
-    settings = example.run.folder.settings
-    category, regime = settings["category"]["name"], regime_title(settings["regime"]["name"])
-    return f"{category}, regime {regime}, T = {settings['templates']['count']}"

@@ -121,10 +121,8 @@ def run_study(request: Request) -> int:
     else:
         # A stage of which a run has failed does not keep the next from the others' results.
         code = max([train([*stage, *request.options]) for stage in stages])
-    from ffd_lightning.app.sweep_end import print_beside_paper, report_quietly
+    from ffd_lightning.app.sweep_end import report_quietly
 
-    if study.beside_paper:
-        print_beside_paper(folder)
     report_quietly(folder)
     return code
 
@@ -143,10 +141,7 @@ def _note(folder: Path, name: str, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
     options = [*(["--quick"] if request.quick else []), *request.options]
     command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
-    content = {"study": name, "question": study.question, "command": command}
+    content: dict[str, object] = {"study": name, "question": study.question, "command": command}
     content |= {"beside_paper": True} if study.beside_paper else {}
-    try:
-        text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
-        write_atomic(folder / "study.yaml", text)
-    except OSError as error:
-        raise ConfigError(f"cannot write {folder}: {error}") from None
+    text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
+    write_atomic(folder / "study.yaml", text)
