@@ -141,13 +141,7 @@ _broken: dict[str, str] = {}  # plugins that could not be imported, and why
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting of a component, or of a command.
-
-    Attributes:
-        hint: its type.
-        default: its default, `MISSING` where it must be given.
-        help: what the docstring says of it.
-    """
+    """One setting: its type, its default (`MISSING` where it must be given) and its help."""
 
     hint: Any
     default: Any = MISSING
@@ -467,12 +461,7 @@ def called(target: Any, place: str, /, **given: Any) -> Any:
 class Component:
     """A component that is chosen: what configurations and checkpoints hold of it.
 
-    Attributes:
-        kind: one of `KINDS`.
-        name: of the component.
-        settings: plain values by name.
-        provider: the package that it comes from.
-        where: its place in a configuration, for messages.
+    Settings are plain values; `where` is its place in a configuration, for messages.
     """
 
     kind: str

@@ -28,9 +28,6 @@ def atomic_file(path: Path, durable: bool = True) -> Iterator[IO[bytes]]:
     Args:
         path: in a folder that exists.
         durable: wait until all of it is on the disk. Without, a power cut may leave a broken file.
-
-    Raises:
-        OSError: it cannot be written.
     """
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:

@@ -26,10 +26,7 @@ def in_threads(
     waits for the items in work and no more. Meanwhile torch has one thread, in every thread; so
     there must not be two calls at once.
 
-    Args:
-        function: called once for each item.
-        items: taken as they are needed.
-        workers: so many threads, 1 or more.
+    Items are taken as they are needed; `workers` threads, 1 or more, work on them.
     """
     with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="worker") as pool:
         todo = iter(items)

@@ -23,12 +23,7 @@ _CHECKED = ("schedule=", "encoder", "trainer")  # settings that a job may fail b
 
 @dataclass(frozen=True)
 class Stage:
-    """One sweep.
-
-    Attributes:
-        overrides: of `ffd train -m`, one value or several separated by commas each.
-        quick: further ones, or others, for the quick version.
-    """
+    """One sweep: overrides of `ffd train -m`, and further ones, or others, if it is to be quick."""
 
     overrides: list[str] = field(default_factory=list)
     quick: list[str] = field(default_factory=list)
@@ -58,9 +53,7 @@ class Study:
     """A study as its file in `sweeps/` has it.
 
     Attributes:
-        question: what it is to answer.
-        overrides: of all stages.
-        quick: further ones, or others, for the quick version.
+        overrides, quick: of all stages, see `Stage`.
         stages: sweeps, one after the other; a later one may read what an earlier one wrote.
         search: instead of stages.
         beside_paper: sets the results beside the paper's Table 3 at the end, and in the report.

@@ -16,7 +16,7 @@ from ffd_lightning.analysis.results import (
     own_protocol,
     read_samples,
 )
-from ffd_lightning.errors import ConfigError, DataError, did_you_mean
+from ffd_lightning.errors import DataError, did_you_mean
 from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
@@ -24,10 +24,6 @@ from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.run_folder import RunFolder
-
-PICKS = ("spread", "best", "median", "worst", "random")
-"""Which test images to show, of those sorted by their scores: `spread` takes them evenly from the
-best to the worst; `random` needs no scores."""
 
 T = TypeVar("T")
 Query = tuple[str, int]
@@ -39,12 +35,9 @@ class Example:
     """One image and what a run makes of it.
 
     Attributes:
-        run: with its data, opened.
-        sample: the image.
         weights: of the templates, (T,).
         offsets: of their control points, (T, M, 3).
-        scores: its row of `samples.csv`; {} where it was not evaluated.
-        protocol: of the scores.
+        scores: its row of `samples.csv`, under `protocol`; {} where it was not evaluated.
     """
 
     run: OpenRun
@@ -119,17 +112,16 @@ def collect(
         open_run: opens one.
         models: ids of shapes, whose first images are shown; by `pick` where there are none.
         number: images at most, of `pick`.
-        pick: one of `PICKS`.
+        pick: which test images, of those sorted by their scores: `best`, `median`, `worst`,
+            `spread`, which takes them evenly from the best to the worst, or `random`, which needs
+            no scores.
         protocol: whose scores decide; that of each run's training where it is None.
         seed: of random choice.
 
     Raises:
-        ConfigError: an unknown `pick`.
         DataError: a shape that is not in the data, or a run whose scores are needed and not there,
             or of other weights.
     """
-    if pick not in PICKS:
-        raise ConfigError(f"pick={pick}: choose one of {', '.join(PICKS)}")
     result: list[list[Example]] = []
     first: list[Query] = []
     for run in runs:
@@ -171,7 +163,7 @@ def in_order(samples: pd.DataFrame, measure: Metric) -> pd.DataFrame:
 
 
 def picked(order: Sequence[T], pick: str, number: int) -> list[T]:
-    """Return what is picked of a list that begins with the best: at most so many, see `PICKS`."""
+    """Return what is picked of a list that begins with the best: so many at most, see `collect`."""
     count, number = len(order), min(number, len(order))
     middle = range((count - number) // 2, (count - number) // 2 + number)
     places = {

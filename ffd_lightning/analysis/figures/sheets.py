@@ -63,14 +63,7 @@ _PAPER = PaperProtocol()
 
 
 class Cell(NamedTuple):
-    """A picture of a figure, or a shape to draw beside the input image.
-
-    Attributes:
-        heading: of its column; "" in a further row.
-        content: a shape, or a picture.
-        label: below it.
-        camera: that sees the shape, where it is not the input's.
-    """
+    """A picture, or a shape to draw by a camera, the input's by default; its label is below it."""
 
     heading: str
     content: Mesh | Picture
