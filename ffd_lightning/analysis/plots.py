@@ -151,8 +151,8 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     """Draw how often each template was selected, the most selected first, a panel per run.
 
     All T templates are on the axis, also those that are never selected. The dotted line is where
-    all would be selected alike. Above each panel: exp(entropy) of the shares, and the number of the
-    `samples` of `Results`.
+    all would be selected alike. Above each panel: exp(entropy) of the shares, and how many
+    `samples`, those of `Results`, there are.
     """
     labels, (runs, colors) = run_labels(samples, titled=True), setting_labels(samples)
     title = "How often each template is selected"

@@ -238,8 +238,8 @@ def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
 
 def own_protocol(run: RunFolder) -> str:
     """Return the name of the results that a run's training ended with, or will."""
-    ended = run.status.get("evaluation") or run.settings.get("protocol") or {"name": "paper"}
-    return str(ended["name"])
+    ended, chosen = run.status.get("evaluation") or {}, run.settings.get("protocol") or {}
+    return str(ended.get("name") or chosen.get("name", "paper"))
 
 
 def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
@@ -258,7 +258,7 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
 
 
 def evaluate_command(run: object, name: str) -> str:
-    """Return the command that makes a run's results of this name, but for what this says more."""
+    """Return the command that makes a run's results of this name, without further settings."""
     return f"ffd evaluate run={run} protocol={re.split('[-/]', name)[0]}"
 
 

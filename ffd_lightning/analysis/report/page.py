@@ -61,16 +61,7 @@ def write_report(
     results, about = Results.read(folder, protocol), folder / "study.yaml"
     study = dict(yaml.safe_load(about.read_text("utf-8"))) if about.is_file() else {}
     opened = open_runs(results, open_run, gallery_runs)
-    environment = Environment(
-        loader=PackageLoader(_PACKAGE, "."),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
-    for name, file in (("style", "page.css"), ("script", "viewer.js")):
-        environment.globals[name] = Markup(files(_PACKAGE).joinpath(file).read_text("utf-8"))
+    environment = _environment()
     environment.globals["pictures"] = pictures(results, opened)
 
     def drawn(template: str, values: dict[str, Any]) -> Markup:
@@ -114,6 +105,21 @@ def write_report(
     path = folder / "report.html"
     write_atomic(path, page)
     return path
+
+
+def _environment() -> Environment:
+    """Return where the page's templates are, with its style and its script."""
+    environment = Environment(
+        loader=PackageLoader(_PACKAGE, "."),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    for name, file in (("style", "page.css"), ("script", "viewer.js")):
+        environment.globals[name] = Markup(files(_PACKAGE).joinpath(file).read_text("utf-8"))
+    return environment
 
 
 def _best(results: Results) -> Section:
