@@ -12,7 +12,6 @@ import io
 import pickle
 import re
 import warnings
-import zipfile
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -34,17 +33,6 @@ if TYPE_CHECKING:  # Lightning takes a second to load: inference does without
     from ffd_lightning.data.datamodule import FfdDataModule
 
 _ENTRY, _NETWORK = "model", "network."
-# What unpickling and what follows it raise on a damaged file.
-_DAMAGED = (
-    RuntimeError,
-    EOFError,
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    pickle.PickleError,
-    zipfile.BadZipFile,
-)
 
 
 @dataclass(frozen=True)
@@ -215,7 +203,7 @@ def load_model(checkpoint: Path) -> TrainedModel:
         sizes, encoder = dict(content["network"]), encoder_component(content)
         sizes["heads"] = Component(**content["heads"]) if "heads" in content else None
         sizes["image_size"] = tuple(sizes["image_size"])
-    except _DAMAGED as error:
+    except Exception as error:  # whatever a file of another version lacks
         reason = str(error).split("\n")[0]
         raise ConfigError(
             f"the checkpoint {checkpoint} is of another version or damaged ({reason})"
@@ -269,10 +257,10 @@ def read_checkpoint(checkpoint: Path) -> dict[str, Any]:
             warnings.simplefilter("ignore")
             state: dict[str, Any] = torch.load(checkpoint, map_location="cpu", weights_only=True)
         int(state["global_step"]), dict(state["state_dict"])
+        return state
     except FileNotFoundError:
         raise ConfigError(
             f"there is no checkpoint {checkpoint}: train the run, or name one with checkpoint=FILE"
         ) from None
-    except (OSError, *_DAMAGED):  # unpickling meets anything in a damaged file
+    except Exception:  # unpickling meets anything in a damaged file
         raise DataError(f"the checkpoint {checkpoint} is damaged or no checkpoint") from None
-    return state

@@ -24,7 +24,6 @@ import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
@@ -142,13 +141,7 @@ _broken: dict[str, str] = {}  # plugins that could not be imported, and why
 
 @dataclass(frozen=True)
 class Setting:
-    """One setting of a component, or of a command.
-
-    Attributes:
-        hint: its type.
-        default: its default, `MISSING` where it must be given.
-        help: what the docstring says of it.
-    """
+    """One setting: its type, its default (`MISSING` where it must be given) and its help."""
 
     hint: Any
     default: Any = MISSING
@@ -253,8 +246,6 @@ def plain(value: Any) -> Any:
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Path):
         return str(value)
-    if isinstance(value, Enum):
-        return value.name
     if isinstance(value, list | tuple):
         return [plain(each) for each in value]
     if isinstance(value, Mapping):
@@ -279,8 +270,8 @@ _SCALARS: dict[Any, tuple[type, ...]] = {
 def typed(hint: Any, value: Any, where: str) -> Any:
     """Return a plain value as what a signature asks for; `where` names it in messages.
 
-    Types are numbers, with a `Range` or without, str, bool, Path, Literal, Enum, lists, tuples and
-    dicts of those, dataclasses, and unions. Values of other types are passed on.
+    Types are numbers, with a `Range` or without, str, bool, Path, Literal, lists, tuples and dicts
+    of those, dataclasses, and unions. Values of other types are passed on.
 
     Raises:
         ConfigError: it is of another type, or out of its range.
@@ -309,9 +300,6 @@ def typed(hint: Any, value: Any, where: str) -> Any:
     elif kind is Literal:
         if any(value == each and type(value) is type(each) for each in args):
             return value
-    elif isinstance(kind, type) and issubclass(kind, Enum):
-        if isinstance(value, kind) or value in kind.__members__:
-            return value if isinstance(value, kind) else kind[value]
     elif dataclasses.is_dataclass(kind):
         if isinstance(value, Mapping):
             return build(kind, value, where)
@@ -341,8 +329,6 @@ def _sequence(kind: type, args: tuple[Any, ...], value: Any, where: str) -> Any:
 
 def choices(hint: Any) -> tuple[Any, ...]:
     """Return the values that a type has, () where they are not counted."""
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        return tuple(hint.__members__)
     return get_args(hint) if get_origin(hint) is Literal else ()
 
 
@@ -475,12 +461,7 @@ def called(target: Any, place: str, /, **given: Any) -> Any:
 class Component:
     """A component that is chosen: what configurations and checkpoints hold of it.
 
-    Attributes:
-        kind: one of `KINDS`.
-        name: of the component.
-        settings: plain values by name.
-        provider: the package that it comes from.
-        where: its place in a configuration, for messages.
+    Settings are plain values; `where` is its place in a configuration, for messages.
     """
 
     kind: str
@@ -517,8 +498,7 @@ def component(kind: str, name: str) -> Callable[[_Target], _Target]:
     Raises:
         ConfigError: no such kind, a name that cannot be written, or one that is taken.
     """
-    if kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r} to register {name!r} as: use one of {_list(KINDS)}")
+    _check_kind(kind)
     if not name.isidentifier():
         raise ConfigError(f"{kind} {name!r}: a name has letters, digits and underscores only")
     caller = sys._getframe(1).f_globals.get("__name__", "")
@@ -608,8 +588,7 @@ def make(kind: str, name: str, /, **given: Any) -> Any:
     Raises:
         ConfigError: no such component, or a setting that does not fit.
     """
-    if kind not in KINDS:
-        raise ConfigError(f"no kind {kind!r} of components: use one of {_list(KINDS)}")
+    _check_kind(kind)
     context = {key: value for key, value in given.items() if key in KINDS[kind].context}
     own = {key: value for key, value in given.items() if key not in context}
     return Component(kind, name, own).build(**context)
@@ -672,6 +651,11 @@ def _from(whose: str) -> Iterator[None]:
         yield
     finally:
         _provider = before
+
+
+def _check_kind(kind: str) -> None:
+    if kind not in KINDS:
+        raise ConfigError(f"no kind {kind!r} of components: use one of {_list(KINDS)}")
 
 
 def _words(kind: str) -> str:

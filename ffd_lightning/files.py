@@ -28,9 +28,6 @@ def atomic_file(path: Path, durable: bool = True) -> Iterator[IO[bytes]]:
     Args:
         path: in a folder that exists.
         durable: wait until all of it is on the disk. Without, a power cut may leave a broken file.
-
-    Raises:
-        OSError: it cannot be written.
     """
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}.tmp")
     try:
@@ -45,22 +42,14 @@ def atomic_file(path: Path, durable: bool = True) -> Iterator[IO[bytes]]:
 
 
 def write_bytes_atomic(path: Path, content: bytes) -> None:
-    """Write a small file as `atomic_file` does, and the folders that it is in.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write a small file as `atomic_file` does, and the folders that it is in."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with atomic_file(path) as file:
         file.write(content)
 
 
 def write_atomic(path: Path, text: str) -> None:
-    """Write a small text file, in UTF-8, as `write_bytes_atomic` does.
-
-    Raises:
-        OSError: it cannot be written.
-    """
+    """Write a small text file, in UTF-8, as `write_bytes_atomic` does."""
     write_bytes_atomic(path, text.encode())
 
 

@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from threading import Lock, Thread
 from typing import TypeVar
 
 _Item = TypeVar("_Item")
@@ -24,12 +23,10 @@ def in_threads(
     """Yield (item, function(item)) as they are done.
 
     Threads do, since the heavy parts are compiled and free the interpreter. Ctrl-C, or an error,
-    waits for the items in work and no more. Meanwhile torch has one thread, in every thread.
+    waits for the items in work and no more. Meanwhile torch has one thread, in every thread; so
+    there must not be two calls at once.
 
-    Args:
-        function: called once for each item.
-        items: taken as they are needed.
-        workers: so many threads, 1 or more.
+    Items are taken as they are needed; `workers` threads, 1 or more, work on them.
     """
     with _one_thread(), ThreadPoolExecutor(workers, thread_name_prefix="worker") as pool:
         todo = iter(items)
@@ -51,28 +48,14 @@ def in_threads(
                 raise
 
 
-_lock = Lock()
-_calls = 0  # of `_one_thread` at once
-_threads = 1  # of torch before the first of them
-
-
 @contextmanager
 def _one_thread() -> Iterator[None]:
     """Keep torch to one thread, as several at once would each start as many as there are cores."""
     import torch  # here: workers of the preparation need this module, and no torch
 
-    global _calls, _threads
-    with _lock:
-        # What torch is told counts for the thread that tells it, and for all that start later.
-        _threads = _threads if _calls else torch.get_num_threads()
-        _calls += 1
-        torch.set_num_threads(1)
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)  # for this thread, and all that start later
     try:
         yield
     finally:
-        with _lock:
-            _calls -= 1
-            torch.set_num_threads(_threads)
-            if _calls:  # threads that start later are those of the others: still one
-                (again := Thread(target=torch.set_num_threads, args=(1,))).start()
-                again.join()
+        torch.set_num_threads(threads)

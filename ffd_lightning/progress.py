@@ -27,8 +27,7 @@ class CountProgress:
 
     Args:
         label: what the bar is called.
-        total: how many there are.
-        done: how many of them are done already.
+        total, done: how many there are, and how many of them are done already.
         show: say anything at all.
         unit: what is counted, where the label does not say it.
     """

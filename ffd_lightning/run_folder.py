@@ -45,10 +45,10 @@ def _read_json(file: Path) -> dict[str, Any]:
 class RunFolder:
     """Paths and status of one run.
 
-    Holds `config.yaml`, `templates.csv`, `templates.png`, `outliers.csv` where the data has any,
-    `checkpoints/last.ckpt`, `tensorboard/`, `status.json`, and once finished
-    `evaluation/<name>/{samples.csv, summary.json}`, `data.json`, `template_ranking.csv` and
-    `reconstructions.png`.
+    Holds `config.yaml`, `templates.csv` (in their order: ids, and how they cover the other shapes),
+    `templates.png`, `outliers.csv` where the data has any, `checkpoints/last.ckpt`, `tensorboard/`,
+    `status.json`, and once finished `evaluation/<name>/{samples.csv, summary.json}`, `data.json`,
+    `template_ranking.csv` and `reconstructions.png`.
     """
 
     path: Path
@@ -99,21 +99,6 @@ class RunFolder:
         """The newest checkpoint."""
         return self.path / "checkpoints" / "last.ckpt"
 
-    @property
-    def templates(self) -> Path:
-        """The templates in their order: ids, and how they cover the other shapes."""
-        return self.path / "templates.csv"
-
-    @property
-    def templates_picture(self) -> Path:
-        """The templates drawn."""
-        return self.path / "templates.png"
-
-    @property
-    def outliers(self) -> Path:
-        """The shapes that are like nothing else in their category; missing where none are."""
-        return self.path / "outliers.csv"
-
     def evaluation(self, name: str, of: str = "test") -> Path:
         """Folder of results.
 
@@ -152,10 +137,9 @@ class RunFolder:
             with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
                 pass
         # The status first: what a kill leaves half removed must not be called finished.
-        names = ("status.json", "progress.json", "data.json", "template_ranking.csv")
-        for name in (*names, "reconstructions.png"):
-            (self.path / name).unlink(missing_ok=True)
-        for file in (self.checkpoint, self.templates, self.templates_picture, self.outliers):
+        names = ["status.json", "progress.json", "data.json", "template_ranking.csv"]
+        names += ["templates.csv", "templates.png", "outliers.csv", "reconstructions.png"]
+        for file in (*(self.path / name for name in names), self.checkpoint):
             file.unlink(missing_ok=True)
         for events in (self.path / "tensorboard").glob("events.*"):
             events.unlink()

@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from dataclasses import dataclass, field
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -106,7 +105,6 @@ class Inner:
     angles: list[float] = field(default_factory=lambda: [45.0])
 
 
-Side = Enum("Side", ["left", "right"])
 VALUES = [
     (int, 3, 3),
     (float, 3, 3.0),
@@ -118,7 +116,6 @@ VALUES = [
     (list[float], (1, 2), [1.0, 2.0]),
     (dict[str, int], {"a": 1}, {"a": 1}),
     (Literal["a", "b"], "b", "b"),
-    (Side, "left", Side.left),
     (Inner, {"angles": [1]}, Inner([1.0])),
     (torch.Tensor | float, 1, 1.0),
     (Annotated[int, Range("(0, inf)")] | None, 1, 1),

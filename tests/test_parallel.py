@@ -1,5 +1,5 @@
 import threading
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import wait
 
 import pytest
 import torch
@@ -27,32 +27,6 @@ def test_items_are_taken_as_they_are_needed_and_torch_has_one_thread():
     results.close()
     assert threads == {("worker", 1)}
     assert torch.get_num_threads() == before
-
-
-def test_calls_that_overlap_leave_torch_its_threads():
-    """As of two threads of a viewer: the second begins in the first, and ends after it."""
-    torch.set_num_threads(3)
-    seen = []
-
-    def of_a_new_thread():
-        with ThreadPoolExecutor(1) as pool:
-            return pool.submit(torch.get_num_threads).result()
-
-    def work(k):
-        seen.append(torch.get_num_threads())
-        return k
-
-    with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(1) as other:
-        assert one.submit(torch.get_num_threads).result() == 3
-        first, second = in_threads(work, range(9), 1), in_threads(work, range(9), 5)
-        one.submit(next, first).result()
-        other.submit(next, second).result()
-        one.submit(list, first).result()
-        assert (one.submit(torch.get_num_threads).result(), of_a_new_thread()) == (3, 1)
-        other.submit(list, second).result()
-        assert [x.submit(torch.get_num_threads).result() for x in (one, other)] == [3, 3]
-    assert of_a_new_thread() == 3
-    assert set(seen) == {1}
 
 
 def test_what_is_done_comes_before_an_error(monkeypatch):

@@ -108,8 +108,7 @@ def cumulative_curves(
         measure: of the protocol.
 
     Raises:
-        ConfigError: the protocol has no such measure.
-        DataError: the samples lack the measure.
+        ConfigError, DataError: the protocol, or the samples, lack the measure.
     """
     metric = protocol.metric(measure)
     if measure not in samples:
@@ -152,10 +151,8 @@ def selection_histograms(samples: pd.DataFrame) -> Figure:
     """Draw how often each template was selected, the most selected first, a panel per run.
 
     All T templates are on the axis, also those that are never selected. The dotted line is where
-    all would be selected alike. Above each panel: exp(entropy) of the shares, and the samples.
-
-    Args:
-        samples: of `Results`.
+    all would be selected alike. Above each panel: exp(entropy) of the shares, and how many
+    `samples`, those of `Results`, there are.
     """
     labels, (runs, colors) = run_labels(samples, titled=True), setting_labels(samples)
     title = "How often each template is selected"
@@ -233,7 +230,7 @@ def _over_seeds(panel: Axes, values: pd.Series, color: str, dash: str) -> None:
     """Draw means of values that share an index, with their deviations."""
     groups = values.groupby(level=0)
     mean, deviation = groups.mean(), groups.std().fillna(0.0)
-    bars = panel.errorbar(
+    panel.errorbar(
         mean.index,
         mean,
         yerr=deviation if (deviation > 0).any() else None,
@@ -244,9 +241,8 @@ def _over_seeds(panel: Axes, values: pd.Series, color: str, dash: str) -> None:
         markersize=3.5,
         markerfacecolor=color if dash == "-" else "white",  # a lone point has no line
         capsize=2.5,
+        elinewidth=0.9,
     )
-    for line in bars[2]:
-        line.set_linewidth(0.9)
 
 
 def to_svg(figure: Figure) -> bytes:
@@ -257,17 +253,14 @@ def to_svg(figure: Figure) -> bytes:
 def save_figure(figure: Figure | Image.Image, path: Path) -> list[Path]:
     """Write a plot as PNG at 200 dpi and as PDF, or a picture as PNG, the same bytes each time.
 
-    Endings of `path` are replaced. Returns the files; a DataError where one cannot be written.
+    Endings of `path` are replaced. Returns the files.
     """
     if isinstance(figure, Image.Image):
         contents = {".png": png(figure, dpi=(_DPI, _DPI))}
     else:
         contents = {ending: _to_bytes(figure, ending) for ending in (".png", ".pdf")}
     for ending, content in contents.items():
-        try:
-            write_bytes_atomic(path.with_suffix(ending), content)
-        except OSError as error:
-            raise DataError(f"cannot write {path}: {error.strerror or error}") from None
+        write_bytes_atomic(path.with_suffix(ending), content)
     return [path.with_suffix(ending) for ending in contents]
 
 

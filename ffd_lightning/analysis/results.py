@@ -213,18 +213,6 @@ def _read_kept(file: Path) -> Results:
 # --- run folders ---------------------------------------------------------------------------------
 
 
-def setting_of(settings: Mapping[str, Any], key: str) -> Any:
-    """Return a setting of a run by its name on the command line, None where it is not set.
-
-    >>> setting_of({"regime": {"name": "b"}}, "regime.name")
-    'b'
-    """
-    value: Any = settings
-    for name in key.split("."):
-        value = value.get(name) if isinstance(value, Mapping) else None
-    return value
-
-
 def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
     """Return what decides runs but their category and seed, as text; null is the same as nothing.
 
@@ -250,9 +238,8 @@ def deciding_settings(settings: pd.DataFrame) -> pd.DataFrame:
 
 def own_protocol(run: RunFolder) -> str:
     """Return the name of the results that a run's training ended with, or will."""
-    ended = run.status.get("evaluation") or {}
-    before = ended.get("protocol") or setting_of(run.settings, "protocol.name")
-    return str(ended.get("name") or before or "paper")
+    ended, chosen = run.status.get("evaluation") or {}, run.settings.get("protocol") or {}
+    return str(ended.get("name") or chosen.get("name", "paper"))
 
 
 def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
@@ -271,14 +258,8 @@ def described_protocol(run: RunFolder, name: str) -> ProtocolDescription | None:
 
 
 def evaluate_command(run: object, name: str) -> str:
-    """Return the command that makes a run's results of this name.
-
-    >>> evaluate_command("DIR", "paper-points-300")
-    'ffd evaluate run=DIR protocol=paper (with the settings that paper-points-300 names)'
-    """
-    protocol = re.split("[-/]", name)[0]
-    rest = "" if protocol == name else f" (with the settings that {name} names)"
-    return f"ffd evaluate run={run} protocol={protocol}{rest}"
+    """Return the command that makes a run's results of this name, without further settings."""
+    return f"ffd evaluate run={run} protocol={re.split('[-/]', name)[0]}"
 
 
 def read_samples(run: RunFolder, protocol: ProtocolDescription) -> pd.DataFrame:

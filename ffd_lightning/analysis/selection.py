@@ -10,7 +10,6 @@ import pandas as pd
 from ffd_lightning.analysis.compare import require_columns
 from ffd_lightning.analysis.naming import GROUP, SETTING
 from ffd_lightning.analysis.results import Results
-from ffd_lightning.errors import DataError
 from ffd_lightning.metrics.selection import (
     adjusted_rand,
     effective_templates,
@@ -70,9 +69,9 @@ def selection_stability(results: Results) -> pd.DataFrame:
 
     Returns:
         A row per category, regime, templates and variant. Columns: those; `num_seeds`; `num_pairs`
-        of seeds; `num_samples`, the fewest that a pair shares; over the pairs, the mean of the
-        `adjusted_rand` index and of `same_template`, the share of samples for which both select
-        the same. For one seed there is no pair, and these are NaN.
+        of seeds that share two samples or more; `num_samples`, the fewest that a pair shares; over
+        the pairs, the mean of the `adjusted_rand` index and of `same_template`, the share of
+        samples for which both select the same. Where there is no pair, these are NaN.
     """
     rows = []
     for values, part in results.samples.groupby(GROUP, sort=False):
@@ -80,13 +79,9 @@ def selection_stability(results: Results) -> pd.DataFrame:
         shared = []
         for a, b in combinations(part["run"].unique(), 2):
             both = selected[[a, b]].dropna()
-            if len(both) < 2:
-                raise DataError(
-                    f"{a} and {b} share {len(both)} test samples, 2 at least are needed: compare "
-                    "seeds with the same data and split"
-                )
-            same = float((both[a] == both[b]).mean())
-            shared.append((len(both), adjusted_rand(both[a], both[b]), same))
+            if len(both) >= 2:
+                same = float((both[a] == both[b]).mean())
+                shared.append((len(both), adjusted_rand(both[a], both[b]), same))
         numbers = pd.DataFrame(shared, columns=["samples", "adjusted_rand", "same_template"])
         row = dict(zip(GROUP, values, strict=True)) | {
             "num_seeds": selected.shape[1],

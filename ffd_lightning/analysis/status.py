@@ -27,7 +27,10 @@ def run_status(run: RunFolder) -> dict[str, object]:
     state = "running" if run.at_work else "interrupted" if state == "running" else state
     share = 1.0 if state == "finished" else None
     if progress and state != "finished":
-        done = _evaluated(run) if progress["phase"] == "evaluating" else progress["done"]
+        done = progress["done"]
+        if progress["phase"] == "evaluating":  # the samples that are scored
+            files = (run.path / "evaluation").rglob("samples.partial")
+            done = max((len(f.read_text("utf-8").splitlines()) - 1 for f in files), default=0)
         share = done / progress["total"] if progress["total"] else None
     return {
         "run": str(run.path),
@@ -37,12 +40,6 @@ def run_status(run: RunFolder) -> dict[str, object]:
         "seconds_left": progress.get("seconds_left") if state == "running" else None,
         "reason": str(status.get("reason", "")) if state == "failed" else "",
     }
-
-
-def _evaluated(run: RunFolder) -> int:
-    """Return how many samples of an evaluation at work are done."""
-    files = (run.path / "evaluation").rglob("samples.partial")
-    return max((len(f.read_text(encoding="utf-8").splitlines()) - 1 for f in files), default=0)
 
 
 def status_table(folder: Path) -> pd.DataFrame:

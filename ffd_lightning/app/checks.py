@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from ffd_lightning.app.config import PrepareConfig, TrainConfig
 from ffd_lightning.components import plain, written
@@ -20,21 +19,11 @@ def validate(cfg: PrepareConfig) -> None:
 
     problems = list(_data_problems(cfg))
     if isinstance(cfg, TrainConfig):
-        problems += [*_training_problems(cfg), *device_problems(cfg)]
+        problems += _training_problems(cfg)
     if problems:
         raise ConfigError("; ".join(problems))
     if isinstance(cfg, TrainConfig):
         build.build_all(cfg)
-
-
-def device_problems(cfg: Any) -> list[str]:
-    """Return what is wrong with where a run, typed or composed, is to train on this machine."""
-    import torch
-
-    accelerator = cfg.trainer.accelerator
-    if accelerator not in ("gpu", "cuda") or torch.cuda.is_available():
-        return []
-    return [f"trainer.accelerator={accelerator}: there is no GPU: use trainer=auto"]
 
 
 def _data_problems(cfg: PrepareConfig) -> Iterator[str]:
@@ -65,8 +54,12 @@ def _data_problems(cfg: PrepareConfig) -> Iterator[str]:
 
 
 def _training_problems(cfg: TrainConfig) -> Iterator[str]:
+    import torch
+
     from ffd_lightning.app.first_weights import weights_problem
 
+    if cfg.trainer.accelerator in ("gpu", "cuda") and not torch.cuda.is_available():
+        yield f"trainer.accelerator={cfg.trainer.accelerator}: there is no GPU: use trainer=auto"
     regime, points = cfg.regime, cfg.schedule.num_points
     if points > cfg.data.num_points:
         yield (

@@ -363,7 +363,6 @@ class TrainConfig(PrepareConfig):
         restart: discards what the run folder holds.
         provided: which package each component came from that is not ours; filled in by training.
         base: overrides that a study makes: its folders' names leave them out.
-        callback: components that take part in the training, by label.
     """
 
     split: Split
@@ -397,8 +396,6 @@ class EvaluateConfig:
 
     Attributes:
         run: a run folder.
-        protocol: how it is measured.
-        evaluation: of what.
         checkpoint: another file than the run's newest.
         prepared: the folder of another prepared set than the run's own; all its shapes are tested.
         data_root: where the run's prepared data is, if not where it was.

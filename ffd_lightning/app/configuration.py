@@ -18,6 +18,7 @@ from typing import Any, TypeVar, get_origin
 
 import hydra
 from hydra import compose, initialize_config_dir
+from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
 from hydra._internal.utils import get_args_parser
 from hydra.core.config_store import ConfigStore
 from hydra.core.hydra_config import HydraConfig
@@ -280,16 +281,18 @@ def _for_hydra(overrides: Sequence[str], schema: type[Any], several: bool) -> li
     return found
 
 
-def _first_job(overrides: Sequence[str]) -> list[str]:
-    """Return what the first job of a sweep is given; patterns of options are left out."""
-    parsed = OverridesParser.create().parse_overrides(list(overrides))
-    return [
-        f"{each.get_key_element()}={next(iter(each.sweep_string_iterator()))}"
-        if each.is_sweep_override()
-        else str(each.input_line)
-        for each in parsed
-        if not isinstance(each.value(), Glob)
-    ]
+def jobs(sweep: Sequence[str]) -> list[list[str]]:
+    """Return the jobs of a sweep as Hydra makes them, without its own settings.
+
+    Patterns of options are left out, so that the defaults take their places.
+
+    >>> jobs(["regime=b,e", "seed=0"])
+    [['regime=b', 'seed=0'], ['regime=e', 'seed=0']]
+    """
+    parsed = OverridesParser.create().parse_overrides([x for x in sweep if x[:5] != "hydra"])
+    plain = [override for override in parsed if not isinstance(override.value(), Glob)]
+    (batch,) = BasicSweeper.split_arguments(plain, None)
+    return [list(job) for job in batch]
 
 
 # --- commands that Hydra runs ---------------------------------------------------------------------
@@ -347,7 +350,7 @@ def run_hydra(
     if not (args.hydra_help or args.info):
         from ffd_lightning.app.identity import without_suffix
 
-        first = compose_config(name, schema, _first_job(overrides), args.config_dir)
+        first = compose_config(name, schema, jobs(overrides)[0], args.config_dir)
         typed_config(without_suffix(OmegaConf.to_container(first)), schema)
     spelled = dict(zip(args.overrides, overrides, strict=True))
     sys.argv[1:] = [spelled.get(argument, argument) for argument in given]

@@ -39,12 +39,7 @@ def load_first_weights(encoder: ImageEncoder, weights: str) -> None:
 
 def _embedded(encoder: ImageEncoder) -> dict[str, Any]:
     """Return the weights of the encoder of the trained model that comes with the package."""
-    try:
-        content = read_checkpoint(pretrained_model())
-    except ConfigError:
-        raise ConfigError(
-            "encoder.weights=embedded: this installation has no trained model: leave it out"
-        ) from None
+    content = read_checkpoint(pretrained_model())
     there, asked = encoder_component(content["model"]), encoder.component
     recorded = (there.name, dict(there.settings)) if there else ("", {})
     if asked is None or recorded != (asked.name, dict(asked.settings)):

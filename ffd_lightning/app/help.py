@@ -29,8 +29,7 @@ _NOT_GIVEN = ("provided", "base")  # by users
 class Section:
     """The settings of a group, or of one component of it, by their names on the command line.
 
-    The title is "data.render", "encoder=" or "encoder=mobilenet", say; "" for the whole. Options
-    are files of the group, and what each is.
+    Titles are "data.render", "encoder=", "encoder=mobilenet", "" of the whole. Options are files.
     """
 
     title: str
@@ -93,13 +92,16 @@ def command_help(
 ) -> str:
     """Return the help of a command: what is usual, or everything.
 
-    `<name>.yaml` in the first of the folders of configurations, which is ours, holds its
-    introduction under `hydra.help.template`.
+    It begins with `hydra.help.template` of `<name>.yaml` in the first folder, ours.
     """
     file = OmegaConf.load(folders[0] / f"{name}.yaml")
     intro = str(OmegaConf.select(file, "hydra.help.template")).rstrip()
     if everything:
-        found = [_section_help(section) for section in sections(schema, folders)]
+        found = []
+        for section in sections(schema, folders):
+            title = f"{section.title or 'Of the whole'}    {section.text}"
+            texts = title, two_columns(section.options.items()), settings_help(section.settings)
+            found.append("\n".join(filter(None, texts)))
         end = "--cfg job prints every setting with its value; --hydra-help what Hydra can do."
         return "\n\n".join([intro, *found, end])
     # The components themselves are not asked here: to import them all takes seconds.
@@ -122,9 +124,3 @@ def command_help(
     return "\n\n".join(
         [intro, f"Choices:\n{two_columns(choices, 28)}", f"Settings:\n{settings}", end]
     )
-
-
-def _section_help(section: Section) -> str:
-    title = f"{section.title or 'Of the whole'}    {section.text}"
-    texts = (title, two_columns(section.options.items()), settings_help(section.settings))
-    return "\n".join(filter(None, texts))

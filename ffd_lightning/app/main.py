@@ -37,7 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if "LOCAL_RANK" in os.environ and _COMMAND in os.environ:
         given.insert(0, os.environ[_COMMAND])
     if not given or given[0] in ("-h", "--help", "help"):
-        print(_help())
+        print(
+            "Learn to select a template mesh and deform it into the object that an image shows.\n"
+        )
+        print(*(f"  ffd {name:<10}{summary}" for name, summary in COMMANDS.items()), sep="\n")
+        print("\nSettings are key=value everywhere; ffd COMMAND --help lists them.")
         return
     if given[0] == "--version":
         from ffd_lightning import __version__
@@ -81,14 +85,6 @@ def run(name: str, arguments: Sequence[str] | None = None) -> None:
         sys.exit(module.main(read_settings(schema, own, main_setting)))
 
     shown(command)
-
-
-def _help() -> str:
-    commands = "\n".join(f"  ffd {name:<10}{summary}" for name, summary in COMMANDS.items())
-    return (
-        "Learn to select a template mesh and deform it into the object that an image shows.\n\n"
-        f"{commands}\n\nSettings are key=value everywhere; ffd COMMAND --help lists them."
-    )
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ def open_data(
 
     Args:
         run: its folder.
-        data_root: where its prepared data is (`paths.data`), if not where it was.
+        data_root: where its prepared data is, if not where it was.
         prepare: data that is not there will be prepared anew.
 
     Raises:

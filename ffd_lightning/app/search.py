@@ -94,10 +94,8 @@ def _trials(
     for trial in study.get_trials(states=[TrialState.RUNNING]):
         if trial.params.keys() == search.parameters.keys():
             yield trial.number, trial.params
-        else:
-            study.tell(
-                trial.number, state=TrialState.FAIL
-            )  # cut off while its settings were chosen
+        else:  # cut off while its settings were chosen
+            study.tell(trial.number, state=TrialState.FAIL)
     while len(study.get_trials(states=[TrialState.RUNNING, TrialState.COMPLETE])) < count:
         # A sampler per trial: what it suggests then depends on the scores so far, not on whether
         # the search was cut off.

@@ -7,15 +7,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import yaml
-from hydra._internal.core_plugins.basic_sweeper import BasicSweeper
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Glob
 
 from ffd_lightning import components
 from ffd_lightning.app.build import category_names
 from ffd_lightning.app.checks import validate
-from ffd_lightning.app.config import TrainConfig
-from ffd_lightning.app.configuration import compose_config, typed_config
+from ffd_lightning.app.config import Data, TrainConfig
+from ffd_lightning.app.configuration import compose_config, jobs, typed_config
 from ffd_lightning.data.categories import SYNSETS
 from ffd_lightning.data.source import Source
 from ffd_lightning.errors import ConfigError
@@ -25,12 +23,7 @@ _CHECKED = ("schedule=", "encoder", "trainer")  # settings that a job may fail b
 
 @dataclass(frozen=True)
 class Stage:
-    """One sweep.
-
-    Attributes:
-        overrides: of `ffd train -m`, one value or several separated by commas each.
-        quick: further ones, or others, for the quick version.
-    """
+    """One sweep: overrides of `ffd train -m`, and further ones, or others, if it is to be quick."""
 
     overrides: list[str] = field(default_factory=list)
     quick: list[str] = field(default_factory=list)
@@ -47,14 +40,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Search:
-    """A search for the settings with the best score.
-
-    Attributes:
-        parameters: settings, as on the command line, and where to look for them.
-        trials: how many runs it may take.
-        quick_trials: the same, for the quick version.
-        measure: of the protocol; averaged over what the overrides sweep.
-    """
+    """A search for the settings whose `measure`, averaged over what the study sweeps, is best."""
 
     parameters: Mapping[str, Bounds]
     trials: int = 50
@@ -67,9 +53,7 @@ class Study:
     """A study as its file in `sweeps/` has it.
 
     Attributes:
-        question: what it is to answer.
-        overrides: of all stages.
-        quick: further ones, or others, for the quick version.
+        overrides, quick: of all stages, see `Stage`.
         stages: sweeps, one after the other; a later one may read what an earlier one wrote.
         search: instead of stages.
         beside_paper: sets the results beside the paper's Table 3 at the end, and in the report.
@@ -134,20 +118,6 @@ def value_of(key: str, overrides: Iterable[str], default: str) -> str:
     return values[-1] if values else default
 
 
-def jobs(sweep: Sequence[str]) -> list[list[str]]:
-    """Return the jobs of a sweep as Hydra makes them, without its own settings.
-
-    Patterns of options are left out, so that the defaults take their places.
-
-    >>> jobs(["regime=b,e", "seed=0"])
-    [['regime=b', 'seed=0'], ['regime=e', 'seed=0']]
-    """
-    parsed = OverridesParser.create().parse_overrides([x for x in sweep if x[:5] != "hydra"])
-    plain = [override for override in parsed if not isinstance(override.value(), Glob)]
-    (batch,) = BasicSweeper.split_arguments(plain, None)
-    return [list(job) for job in batch]
-
-
 # --- before anything runs -------------------------------------------------------------------------
 
 
@@ -182,27 +152,20 @@ def check_study(
         # All others': composing each would take most of a second.
         swept = {value_of(key, job, "") for job in every for key in ("category", "category.name")}
         names.update((name, None) for name in sorted(swept) if name in SYNSETS)
-    if not problems and (absent := _absent(configs, list(names))):
+    if not problems and (absent := _absent(configs[0].data, list(names))):
         problems[absent] = None
     return configs[0], "; ".join(problems)
 
 
-def _absent(configs: Sequence[TrainConfig], names: Sequence[str]) -> str:
-    """Say which of some categories the data lacks, and the way out; "" where all are there."""
-    data = configs[0].data
+def _absent(data: Data, names: Sequence[str]) -> str:
+    """Say which of some categories the data lacks, "" where all are there."""
     source: Source = data.build()
     there = source.categories()
-    known = {*there, *(SYNSETS[name] for name in there if name in SYNSETS)}
-    absent = [name for name in names if not {name, SYNSETS.get(name, name)} & known]
-    if not absent:
-        return ""
-    left = [name for name in names if name not in absent]
-    if not left:
+    known = {SYNSETS.get(name, name) for name in there}
+    absent = [name for name in names if SYNSETS.get(name, name) not in known]
+    if len(absent) == len(names):
         source.shape_ids(absent[0])  # raises, and says what there is
-    way = f"leave them out with category={','.join(left)}"
-    if any(cfg.category.members for cfg in configs):  # which category= would take the place of
-        way = "leave them out in a copy of the study's file, as docs/studies.md says"
-    return (
+    return bool(absent) * (
         f"data={data.name} has {', '.join(there)}, and lacks {len(absent)} of the study's "
-        f"{len(names)} categories: {', '.join(absent)}. Nothing has run yet: {way}"
+        f"{len(names)} categories: {', '.join(absent)}. Leave them out (docs/studies.md)"
     )

@@ -15,8 +15,6 @@ from hydra.experimental.callback import Callback
 from omegaconf import DictConfig
 
 from ffd_lightning.analysis.tables import summary_tables
-from ffd_lightning.app.checks import device_problems
-from ffd_lightning.errors import UserError
 from ffd_lightning.files import write_atomic
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.terminal import table_console, terminal_width
@@ -33,10 +31,7 @@ class SweepEnd(Callback):
         self._ends: Path | None = None  # of a single run there is none
 
     def on_multirun_start(self, config: DictConfig, **_: Any) -> None:
-        """Make the place for the jobs' files; refuse what no job could do."""
-        here = "submitit" not in config.hydra.launcher._target_.lower()
-        if problems := device_problems(config) if here else []:
-            sys.exit(f"error: {problems[0]}")  # Hydra would make a warning of other exceptions
+        """Make the place for the jobs' files."""
         folder = Path(config.hydra.sweep.dir).absolute()
         folder.mkdir(parents=True, exist_ok=True)
         self._ends = Path(tempfile.mkdtemp(prefix=".jobs-", dir=folder))
@@ -103,18 +98,3 @@ def report_quietly(folder: Path) -> None:
             f"and ffd report {folder} tries again",
             file=sys.stderr,
         )
-
-
-def print_beside_paper(folder: Path) -> None:
-    """Print the finished runs of a study beside the paper's Table 3, as far as there are any."""
-    from ffd_lightning.analysis.paper import beside_paper
-    from ffd_lightning.analysis.results import Results
-
-    try:
-        table = beside_paper(Results.read(folder, "paper"))
-    except (UserError, OSError) as error:
-        print(f"nothing is set beside the paper's Table 3: {error}", file=sys.stderr)
-        return
-    print()
-    console = table_console()
-    console.print(table.rich(console.width))

@@ -51,12 +51,12 @@ from ffd_lightning.nn.network import TemplateFfdNetwork, compile_encoder
 from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.callbacks import (
     Clock,
+    Progress,
     Reconstructions,
     TemplateSelection,
     example_rows,
 )
 from ffd_lightning.training.module import FfdModule
-from ffd_lightning.training.progress import Progress
 from ffd_lightning.training.tensorboard import StepLogger
 
 log = logging.getLogger(__name__)
@@ -250,17 +250,17 @@ def _record_templates(run: RunFolder, data: FfdDataModule) -> None:
     """Write `templates.csv`, `templates.png` and, if there are outliers, `outliers.csv`."""
     bank = data.bank
     rows, coverage = template_rows(data.prepared, bank)
-    write_csv(run.templates, rows)
+    write_csv(run.path / "templates.csv", rows)
     notes = [f"nearest to {100 * row['share']:.0f}% of the shapes" for row in rows]
-    write_bytes_atomic(run.templates_picture, png(template_figure(bank, notes)))
+    write_bytes_atomic(run.path / "templates.png", png(template_figure(bank, notes)))
     log.info(
         f"{run.path}: T = {len(bank)} templates (templates.csv, templates.png); mean box "
         f"Chamfer x 1000 of the other shapes to the nearest: {1000 * coverage:.1f}; "
         f"ids: {', '.join(bank.ids)}"
     )
-    run.outliers.unlink(missing_ok=True)
+    (run.path / "outliers.csv").unlink(missing_ok=True)
     if outliers := outlier_rows(data.prepared):
-        write_csv(run.outliers, outliers)
+        write_csv(run.path / "outliers.csv", outliers)
         note = outlier_note(data.prepared, outliers, data.drop_outliers)
         chosen = len({row["id"] for row in outliers}.intersection(bank.ids))
         log.warning("%s: %s (outliers.csv); %d of them are templates", run.path, note, chosen)

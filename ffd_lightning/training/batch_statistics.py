@@ -7,6 +7,7 @@ from typing import Any
 
 import torch
 from torch import Tensor, distributed
+from torch.distributed.nn.functional import all_reduce
 from torch.nn import functional
 from torch.overrides import TorchFunctionMode
 
@@ -30,22 +31,6 @@ class SharedBatchStatistics(TorchFunctionMode):
         return function(*args, **(kwargs or {}))
 
 
-class _Sum(torch.autograd.Function):
-    """The sum over all devices; the gradient is that of all devices' results."""
-
-    @staticmethod
-    def forward(ctx: Any, values: Tensor) -> Tensor:
-        result = values.clone()
-        distributed.all_reduce(result)
-        return result
-
-    @staticmethod
-    def backward(ctx: Any, gradient: Tensor) -> Tensor:
-        result = gradient.clone()
-        distributed.all_reduce(result)
-        return result
-
-
 def _batch_norm(
     images: Tensor,
     running_mean: Tensor | None,
@@ -65,7 +50,7 @@ def _batch_norm(
     own = torch.stack(torch.var_mean(exact, [0, *range(2, images.ndim)], correction=0))
     every = own.new_zeros(distributed.get_world_size(), *own.shape)
     every[distributed.get_rank()] = own
-    variances, means = _Sum.apply(every).unbind(1)
+    variances, means = all_reduce(every).unbind(1)  # so is the gradient, of all devices' results
     mean = means.mean(0)
     variance = variances.mean(0) + (means - mean).square().mean(0)
     if running_mean is not None and running_var is not None:

@@ -10,6 +10,7 @@ import statistics
 import time
 from collections import deque
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -25,13 +26,15 @@ from ffd_lightning.geometry.ffd import deform
 from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.nn.network import TemplateFfdNetwork, evaluating
+from ffd_lightning.progress import CountProgress
+from ffd_lightning.run_folder import RunFolder
 from ffd_lightning.training.module import FfdModule
 from ffd_lightning.training.pictures import CLOUD_LEGEND, selection_bars, write_clouds
 from ffd_lightning.training.tensorboard import tensorboard_writer, write_histogram
 
 _WARM_UP_STEPS = 5
 _KEPT_STEPS = 1000
-_WEIGHT_BINS = 20
+_WRITTEN_EVERY = 5.0  # seconds
 _CLOUD_POINTS = 2048
 
 
@@ -101,18 +104,79 @@ class Clock(Callback):
         self._durations.extend(state_dict["durations"])
 
 
+class Progress(Callback):
+    """Says steps, box Chamfer and time left, and writes them to `progress.json` now and then.
+
+    A bar on a terminal, else a line now and then, in place of Lightning's bar, which fills a log
+    with what is meant for a terminal.
+
+    Args:
+        run: whose folder to write to.
+        clock: knows how long a step takes.
+        show: say it, too.
+    """
+
+    _bar: CountProgress | None = None
+
+    def __init__(self, run: RunFolder, clock: Clock, show: bool) -> None:
+        self._run, self._clock, self._show = run, clock, show
+
+    def on_train_start(self, trainer: Trainer, pl_module: LightningModule) -> None:
+        """Begin, where the run is resumed."""
+        self._done, show = trainer.global_step, self._show and trainer.is_global_zero
+        self._bar = CountProgress("training", trainer.max_steps, self._done, show, "steps")
+        self._bar.__enter__()
+        self._write(trainer)
+
+    def on_train_batch_end(self, trainer: Trainer, *_: Any) -> None:
+        """Count the steps."""
+        if self._bar is not None:
+            self._bar.advance(trainer.global_step - self._done, partial(_box_chamfer, trainer))
+            self._done = trainer.global_step
+        if time.monotonic() - self._last > _WRITTEN_EVERY:
+            self._write(trainer)
+
+    def _write(self, trainer: Trainer) -> None:
+        self._last = time.monotonic()
+        if trainer.is_global_zero:
+            step, total = trainer.global_step, trainer.max_steps
+            seconds = self._clock.seconds_per_step
+            left = None if seconds != seconds else (total - step) * seconds  # nan: no step yet
+            self._run.set_progress("training", step, total, left)
+
+    def on_train_end(self, *_: Any) -> None:
+        """Take the bar away."""
+        if self._bar is not None:
+            self._bar.__exit__()
+            self._bar = None
+
+    def on_exception(self, *_: Any) -> None:
+        """Take the bar away."""
+        self.on_train_end()
+
+
+def _box_chamfer(trainer: Trainer) -> str:
+    """Return the last step's.
+
+    Read only when it is said: Lightning's own `prog_bar` reads it back from the device at every
+    step, which makes each step wait for the one before.
+    """
+    found = trainer.callback_metrics.get("train/box_chamfer")
+    return "" if found is None else f"box Chamfer {float(found):.1f}"
+
+
 class TemplateSelection(Callback):
     """Draws template selection into TensorBoard at every validation.
 
     Images: `which_template/all`, see `template_figure`, at the first, and `which_template/bars`,
-    see `selection_bars`. Histograms: `which_template/selected` (share of the images, in percent, by
-    the template's number from 1) and `which_template/weight_of_selected`.
+    see `selection_bars`. Histogram: `which_template/selected`, share of the images, in percent, by
+    the template's number from 1.
     """
 
     _pictures: Sequence[Picture] = ()
 
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
-        """Write the images and the histograms."""
+        """Write the images and the histogram."""
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
         if writer is None or trainer.sanity_checking or not isinstance(data, FfdDataModule):
             return
@@ -130,8 +194,6 @@ class TemplateSelection(Callback):
         writer.add_image("which_template/bars", image, step, dataformats="HWC")
         numbers = np.arange(len(shares) + 1) + 0.5
         write_histogram(writer, "which_template/selected", shares, numbers, step)
-        largest, edges = np.histogram(scores.weights.max(1), _WEIGHT_BINS, (0, 1))
-        write_histogram(writer, "which_template/weight_of_selected", largest, edges, step)
 
 
 class Reconstructions(Callback):
@@ -156,27 +218,24 @@ class Reconstructions(Callback):
     def on_validation_end(self, trainer: Trainer, pl_module: LightningModule) -> None:
         """Draw what is due."""
         writer, data = tensorboard_writer(trainer), getattr(trainer, "datamodule", None)
-        if writer is None or trainer.sanity_checking or not self._due(trainer):
+        step, total = trainer.global_step, trainer.max_steps
+        last = step - int(trainer.val_check_batch or 0)
+        due = self.times * step // total > self.times * last // total  # of equal parts, one ended
+        if writer is None or trainer.sanity_checking or not due:
             return
         assert isinstance(pl_module, FfdModule)
         assert isinstance(data, FfdDataModule)
-        rows, step = example_rows(data, self.examples)[: self.count], trainer.global_step
+        rows = example_rows(data, self.examples)[: self.count]
         if not rows:
             return
         network, prepared, bank = pl_module.network, data.prepared, data.bank
         with evaluating(network):
-            if step < trainer.max_steps:
+            if step < total:
                 figure = np.asarray(reconstruction_figure(network, prepared, bank, rows))
                 writer.add_image("worked_examples/reconstructions", figure, step, dataformats="HWC")
             clouds = deformed_clouds(network, prepared, bank, rows)
         truths = [torch.from_numpy(prepared.cloud(row, _CLOUD_POINTS)) for row in rows]
         write_clouds(writer, self._clouds, list(zip(clouds, truths, strict=True)), step)
-
-    def _due(self, trainer: Trainer) -> bool:
-        """Tell whether one of the `times` equal parts of training has ended since the last one."""
-        step, total = trainer.global_step, trainer.max_steps
-        last = step - int(trainer.val_check_batch or 0)
-        return self.times * step // total > self.times * last // total
 
 
 def example_rows(data: FfdDataModule, count: int) -> list[int]:

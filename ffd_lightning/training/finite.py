@@ -11,7 +11,7 @@ from torch import Tensor
 
 from ffd_lightning.errors import ConfigError
 
-_UNREAD = 50  # losses that are left on a GPU, whose host waits when it reads one
+_UNREAD = 50  # losses that are left on the device: a GPU's host waits when it reads one
 WAY_OUT = (
     "Look for divisions by 0 and for roots of 0, whose gradients are infinite; a lower learning "
     "rate or weight of a term may help. No checkpoint is written of it: one that is there is of an "
@@ -20,23 +20,19 @@ WAY_OUT = (
 
 
 class FiniteLosses:
-    """Reads losses, sooner or later, and ends a training at the first that is not finite.
-
-    On a single CPU each is read at once. On other devices, or several, they are read every 50
-    batches and whenever `read` is called, by all devices alike.
-    """
+    """Reads losses every 50 batches and when asked to; the first not finite ends a training."""
 
     def __init__(self) -> None:
         self._unread: list[tuple[int, dict[str, Tensor]]] = []
 
     def add(self, step: int, parts: dict[str, Tensor], trainer: Trainer) -> None:
-        """Take what a loss is made of, see `Objective.parts`, and read it if it is time to."""
+        """Take what a loss is made of, see `Objective.parts`."""
         self._unread.append((step, parts))
-        if _free_to_read(trainer) or len(self._unread) == _UNREAD:
+        if len(self._unread) == _UNREAD:
             self.read(trainer)
 
     def read(self, trainer: Trainer) -> None:
-        """Read all losses since the last time."""
+        """Read all losses since the last time; all devices do so at the same steps."""
         unread, self._unread = self._unread, []
         first = _first_non_finite([list(parts.values())[-1] for _, parts in unread], trainer)
         if first is not None:
@@ -59,10 +55,6 @@ def not_finite(module: LightningModule, state: Mapping[str, Any]) -> str | None:
             if not finite.all():
                 return name
     return None
-
-
-def _free_to_read(trainer: Trainer) -> bool:
-    return trainer.strategy.root_device.type == "cpu" and trainer.world_size == 1
 
 
 def _first_non_finite(values: Sequence[Tensor], trainer: Trainer) -> int | None:

@@ -16,8 +16,13 @@ from ffd_lightning.analysis.figures.drawing import (
     voxel_mesh,
 )
 from ffd_lightning.analysis.figures.examples import collect, in_order, picked
-from ffd_lightning.analysis.figures.figure import paper_figure
-from ffd_lightning.analysis.figures.sheets import FIGURES, TEMPLATE, TRUTH, with_lattice
+from ffd_lightning.analysis.figures.sheets import (
+    FIGURES,
+    TEMPLATE,
+    TRUTH,
+    paper_figure,
+    with_lattice,
+)
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
@@ -240,11 +245,11 @@ def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatc
         (["{run}", "data_root={run}"], "the prepared data of .* is not there.*data_root=DIR"),
         (["{run}", "protocol=modern"], r"ffd evaluate run=.* protocol=modern"),
         (["{run}", "models=[table-00001]"], "there is no shape 'table-00001'.*table-0000"),
-        (["{run}", "pick=good"], "pick=good: choose one of spread, best"),
+        (["{run}", "pick=good"], "pick=good must be one of spread, best"),
     ],
 )
 def test_mistakes_are_named(run, options, message):
     with pytest.raises(UserError, match=message):
         command("figure=overview", *(option.format(run=run.path) for option in options))
-    with pytest.raises(UserError, match="choose one of method, overview, subdivision"):
+    with pytest.raises(UserError, match="must be one of method, overview, subdivision"):
         command("figure=overvew", str(run.path))

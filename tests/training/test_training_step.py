@@ -135,13 +135,9 @@ BROKEN = {
 }
 
 
-@pytest.mark.parametrize("at_once", [True, False], ids=["CPU", "as on a GPU"])
 @pytest.mark.parametrize("every", [1, 2])
 @pytest.mark.parametrize(("objective", "words"), BROKEN.values(), ids=BROKEN)
-def test_training_ends_before_a_checkpoint_of_what_is_not_finite(
-    tmp_path, monkeypatch, objective, words, every, at_once
-):
-    monkeypatch.setattr("ffd_lightning.training.finite._free_to_read", lambda _: at_once)
+def test_training_ends_before_a_checkpoint_of_what_is_not_finite(tmp_path, objective, words, every):
     keep = ModelCheckpoint(tmp_path, "{step}", every_n_train_steps=1, save_top_k=-1)
     batches = [make_batch(k) for k in range(6 * every)]
     settings = {"accumulate_grad_batches": every, "callbacks": [keep]}
@@ -152,14 +148,13 @@ def test_training_ends_before_a_checkpoint_of_what_is_not_finite(
     assert all(w.isfinite().all() for c in kept for w in c["state_dict"].values())
 
 
-def test_without_checkpoints_a_gpu_is_read_now_and_then_and_weights_at_the_end(monkeypatch):
+def test_without_checkpoints_losses_are_read_now_and_then_and_weights_at_the_end():
     with pytest.raises(ConfigError, match="is not finite after step 3"):
         fit(
             FfdModule(tiny_network(), own(broken_gradient)),
             [make_batch(k) for k in range(3)],
             max_epochs=1,
         )
-    monkeypatch.setattr("ffd_lightning.training.finite._free_to_read", lambda _: False)
     for steps, trained in ((6, 6), (60, 50)):
         module = FfdModule(tiny_network(), own(broken_term))
         with pytest.raises(ConfigError, match=r"step 3 .* the term mine"):

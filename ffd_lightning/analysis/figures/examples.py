@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -17,7 +16,7 @@ from ffd_lightning.analysis.results import (
     own_protocol,
     read_samples,
 )
-from ffd_lightning.errors import ConfigError, DataError
+from ffd_lightning.errors import DataError, did_you_mean
 from ffd_lightning.evaluation.candidates import PreparedShape, TemplateShape
 from ffd_lightning.evaluation.figures import View
 from ffd_lightning.evaluation.opened import OpenRun, RunOpener
@@ -25,10 +24,6 @@ from ffd_lightning.evaluation.protocols import Metric, ProtocolDescription
 from ffd_lightning.evaluation.samples import Sample, predict
 from ffd_lightning.imaging.grid import Picture
 from ffd_lightning.run_folder import RunFolder
-
-PICKS = ("spread", "best", "median", "worst", "random")
-"""Which test images to show, of those sorted by their scores: `spread` takes them evenly from the
-best to the worst; `random` needs no scores."""
 
 T = TypeVar("T")
 Query = tuple[str, int]
@@ -40,12 +35,9 @@ class Example:
     """One image and what a run makes of it.
 
     Attributes:
-        run: with its data, opened.
-        sample: the image.
         weights: of the templates, (T,).
         offsets: of their control points, (T, M, 3).
-        scores: its row of `samples.csv`; {} where it was not evaluated.
-        protocol: of the scores.
+        scores: its row of `samples.csv`, under `protocol`; {} where it was not evaluated.
     """
 
     run: OpenRun
@@ -120,17 +112,16 @@ def collect(
         open_run: opens one.
         models: ids of shapes, whose first images are shown; by `pick` where there are none.
         number: images at most, of `pick`.
-        pick: one of `PICKS`.
+        pick: which test images, of those sorted by their scores: `best`, `median`, `worst`,
+            `spread`, which takes them evenly from the best to the worst, or `random`, which needs
+            no scores.
         protocol: whose scores decide; that of each run's training where it is None.
         seed: of random choice.
 
     Raises:
-        ConfigError: an unknown `pick`.
         DataError: a shape that is not in the data, or a run whose scores are needed and not there,
             or of other weights.
     """
-    if pick not in PICKS:
-        raise ConfigError(f"pick={pick}: choose one of {', '.join(PICKS)}")
     result: list[list[Example]] = []
     first: list[Query] = []
     for run in runs:
@@ -172,7 +163,7 @@ def in_order(samples: pd.DataFrame, measure: Metric) -> pd.DataFrame:
 
 
 def picked(order: Sequence[T], pick: str, number: int) -> list[T]:
-    """Return what is picked of a list that begins with the best: at most so many, see `PICKS`."""
+    """Return what is picked of a list that begins with the best: so many at most, see `collect`."""
     count, number = len(order), min(number, len(order))
     middle = range((count - number) // 2, (count - number) // 2 + number)
     places = {
@@ -204,9 +195,8 @@ def reconstruct(
     data, path = run.data, run.folder.path
     for shape_id, _ in queries:
         if shape_id not in data.prepared.ids:
-            close = difflib.get_close_matches(shape_id, data.prepared.ids, 3)
-            hint = f"; close to it: {', '.join(close)}" if close else ""
-            raise DataError(f"there is no shape {shape_id!r} in the data of {path}{hint}")
+            near = did_you_mean(shape_id, data.prepared.ids)
+            raise DataError(f"there is no shape {shape_id!r} in the data of {path}.{near}")
     images = [Sample(data.prepared.index(shape_id), view) for shape_id, view in queries]
     prediction = predict(run.network, data.prepared, images)
     scores: dict[Query, Any] = {}

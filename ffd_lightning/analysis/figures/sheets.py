@@ -1,4 +1,4 @@
-"""The paper's qualitative figures: what each shows beside an image."""
+"""The paper's qualitative figures, of any run."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from PIL import Image
 
 from ffd_lightning.analysis.figures.drawing import (
     bars,
@@ -22,15 +23,21 @@ from ffd_lightning.analysis.figures.drawing import (
 from ffd_lightning.analysis.figures.examples import Example, score_text
 from ffd_lightning.errors import DataError
 from ffd_lightning.evaluation.candidates import Candidate
-from ffd_lightning.evaluation.figures import View, cloud_mesh, draw, fitting_scale
+from ffd_lightning.evaluation.figures import (
+    View,
+    cloud_mesh,
+    draw,
+    fitting_scale,
+    reconstruction_row,
+)
 from ffd_lightning.evaluation.protocols import PaperProtocol
 from ffd_lightning.geometry.ffd import Degrees, deform, deformation_matrix, lattice_edges
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh
 from ffd_lightning.geometry.voxels import voxelize
 from ffd_lightning.imaging.camera import Camera
-from ffd_lightning.imaging.grid import Color, Picture
+from ffd_lightning.imaging.grid import Color, Picture, grid, joined, legend
 from ffd_lightning.metrics.iou import voxel_iou
-from ffd_lightning.palette import part_colors
+from ffd_lightning.palette import part_colors, regime_title
 
 TEMPLATE: Color = (172, 172, 172)
 DEFORMED: Color = (92, 142, 200)
@@ -56,14 +63,7 @@ _PAPER = PaperProtocol()
 
 
 class Cell(NamedTuple):
-    """A picture of a figure, or a shape to draw beside the input image.
-
-    Attributes:
-        heading: of its column; "" in a further row.
-        content: a shape, or a picture.
-        label: below it.
-        camera: that sees the shape, where it is not the input's.
-    """
+    """A picture, or a shape to draw by a camera, the input's by default; its label is below it."""
 
     heading: str
     content: Mesh | Picture
@@ -254,3 +254,54 @@ LEGENDS: dict[str, Callable[[Sequence[Example]], Mapping[str, Color]]] = {
     "voxels": lambda _: AGREEMENT,
     "labels": part_legend,
 }
+
+
+def paper_figure(
+    name: str, runs: Sequence[Sequence[Example]], size: int = 320, templates: int = 4
+) -> Image.Image:
+    """Draw one of the paper's figures.
+
+    Args:
+        name: a key of `FIGURES`.
+        runs: examples of each run, side by side; of `method`, which is wide, below each other.
+        size: width of a cell in pixels; its height follows from the shape of the input images.
+        templates: of each image, in `method`.
+
+    Raises:
+        DataError: `labels` of data without part labels.
+    """
+    pictures = [_of_run(name, examples, size, templates) for examples in runs]
+    if len(pictures) == 1:
+        return pictures[0]
+    font_size = round(size / 16)
+    titled = []
+    for picture, examples in zip(pictures, runs, strict=True):
+        settings = examples[0].run.folder.settings
+        category, regime = settings["category"]["name"], regime_title(settings["regime"]["name"])
+        heading = f"{category}, regime {regime}, T = {settings['templates']['count']}"
+        titled.append(grid([picture], 1, headings=[heading], font_size=font_size))
+    return joined(titled, across=name != "method")
+
+
+def _of_run(name: str, examples: Sequence[Example], size: int, templates: int) -> Image.Image:
+    count = min(templates, len(examples[0].weights))
+    pictures: list[Picture] = []
+    labels: list[str] = []
+    for example in examples:
+        view = example.view(size)
+        cells = FIGURES[name](example, view, count)
+        shapes = [(cell.content, cell.camera) for cell in cells if isinstance(cell.content, Mesh)]
+        meshes, cameras = zip(*shapes, strict=True)
+        seen = reconstruction_row(
+            example.image, meshes, view, [camera or view.camera for camera in cameras]
+        )
+        drawn = iter(seen[1:])
+        pictures.append(seen[0])
+        pictures += [next(drawn) if isinstance(c.content, Mesh) else c.content for c in cells]
+        labels += [example.name, *(cell.label for cell in cells)]
+    headings = ["input", *(cell.heading for cell in cells if cell.heading)]
+    font_size = max(10, round(size / 17))
+    sheet = grid(pictures, len(headings), labels, headings, font_size)
+    if name not in LEGENDS:
+        return sheet
+    return joined([sheet, legend(LEGENDS[name](examples), sheet.width, font_size)])

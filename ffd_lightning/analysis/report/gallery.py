@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,7 +35,6 @@ _LEAST_BYTES = 12_000  # of a mesh: with fewer, table tops have holes
 _IMAGES = 4  # of a category
 _ROWS = 12  # of all categories
 _STILL = 180, 240  # height and width: twice what a wide screen shows
-_THUMBNAIL = 84, 112
 _COLORS = 48  # of a flat-shaded picture's palette
 
 Meshes = dict[str, Mapping[str, str | float]]
@@ -52,36 +50,26 @@ class View(NamedTuple):
     true: bool = False
 
 
-@dataclass(frozen=True)
-class Opened:
+class Opened(NamedTuple):
     """Runs that could be opened, by name, and why others could not."""
 
-    runs: Mapping[str, OpenRun]
-    errors: Mapping[str, str]
+    runs: dict[str, OpenRun]
+    errors: dict[str, str]
 
 
 def open_runs(results: Results, open_run: RunOpener, limit: int) -> Opened:
-    """Open the runs that `choose_runs` names."""
-    runs: dict[str, OpenRun] = {}
-    errors: dict[str, str] = {}
-    for name in choose_runs(results.scored, limit):
+    """Open the first seed of each setting; of more than `limit` settings a spread."""
+    opened = Opened({}, {})
+    for name in picked(results.scored.drop_duplicates(GROUP)["run"].tolist(), "spread", limit):
         try:
-            runs[name] = open_run(results.run_folder(name))
+            opened.runs[name] = open_run(results.run_folder(name))
         except (UserError, OSError) as error:
-            errors[name] = str(error)
-    return Opened(runs, errors)
-
-
-def choose_runs(runs: pd.DataFrame, limit: int) -> list[str]:
-    """Return the first seed of each setting; of more than `limit` settings a spread."""
-    return picked(runs.drop_duplicates(GROUP)["run"].tolist(), "spread", limit)
+            opened.errors[name] = str(error)
+    return opened
 
 
 def gallery(results: Results, opened: Opened, limit: int) -> tuple[dict[str, Any], Meshes]:
-    """Return what `gallery.html` shows: images of each category through the opened runs.
-
-    And all meshes, which it names.
-    """
+    """Return what `gallery.html` shows, images of each category and runs, and the meshes in it."""
     known = results.samples[results.samples["run"].isin(opened.runs)]
     pairs = known[["run", "category"]].drop_duplicates()
     categories = list(dict.fromkeys(pairs["category"]))
@@ -187,12 +175,7 @@ def still(mesh: PackedMesh, color: Color, camera: Camera, fit: float) -> bytes:
     """Return a mesh as the page's script draws it first, as PNG on nothing; see `fit_of`."""
     colors = np.tile(np.array([*color, 255], np.uint8), (len(mesh.faces), 1))
     solid = Mesh(fit * mesh.places(), mesh.faces.astype(np.int64), colors)
-    return _rendered(solid, camera, _STILL)
-
-
-def thumbnail(mesh: Mesh) -> bytes:
-    """Return a small picture of a template, as PNG on nothing."""
-    return _rendered(mesh, Camera(), _THUMBNAIL)
+    return rendered(solid, camera, _STILL)
 
 
 def data_uri(content: bytes, kind: str) -> str:
@@ -200,8 +183,8 @@ def data_uri(content: bytes, kind: str) -> str:
     return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
-def _rendered(mesh: Mesh, camera: Camera, size: tuple[int, int]) -> bytes:
-    """Render a mesh without the white that it is rendered over."""
+def rendered(mesh: Mesh, camera: Camera, size: tuple[int, int]) -> bytes:
+    """Return a picture of a mesh, without the white that it is rendered over, as PNG."""
     image = render(mesh, camera, height=size[0], width=size[1], samples=2)
     alpha = image[..., 3:].astype(np.float64) / 255
     colors = (image[..., :3] - 255 * (1 - alpha)) / np.maximum(alpha, 1 / 255)

@@ -64,12 +64,8 @@ def lighten(
     """Merge vertices that are near each other until a mesh is small enough (vertex clustering).
 
     Vertices of one cell of a grid become their mean; faces that lose their area go, and so do
-    faces that come to lie on others. The finest grid that suffices is taken.
-
-    Args:
-        vertices: (V, 3).
-        faces: (F, 3).
-        max_bytes: of the result, packed.
+    faces that come to lie on others. The finest grid is taken that gives (V, 3) vertices and (F, 3)
+    faces of `max_bytes` at most, packed.
 
     Source: Rossignac and Borrel 1993.
     """

@@ -21,7 +21,7 @@ from ffd_lightning.analysis.report.gallery import Meshes, data_uri, gallery, ope
 from ffd_lightning.analysis.report.selection import bars, pictures
 from ffd_lightning.analysis.results import Results
 from ffd_lightning.analysis.table import Table
-from ffd_lightning.errors import ConfigError, DataError, UserError
+from ffd_lightning.errors import DataError, UserError
 from ffd_lightning.evaluation.opened import RunOpener
 from ffd_lightning.files import write_atomic
 
@@ -49,16 +49,17 @@ def write_report(
             `command`, and says whether to set the results `beside_paper`.
         open_run: opens the runs whose examples are shown.
         protocol: whose scores are shown; by default that of most trainings.
-        gallery_runs: of how many runs examples are shown, see `gallery.choose_runs`; also
-            whose templates have pictures.
+        gallery_runs: of how many runs examples are shown, and pictures of the templates: the first
+            seed of each setting, of more settings a spread.
 
     Returns:
         The page's path.
 
     Raises:
-        DataError: no run, none evaluated under this protocol, or a folder that cannot be written.
+        DataError: no run, or none evaluated under this protocol.
     """
-    results, study = Results.read(folder, protocol), _study(folder)
+    results, about = Results.read(folder, protocol), folder / "study.yaml"
+    study = dict(yaml.safe_load(about.read_text("utf-8"))) if about.is_file() else {}
     opened = open_runs(results, open_run, gallery_runs)
     environment = _environment()
     environment.globals["pictures"] = pictures(results, opened)
@@ -102,10 +103,7 @@ def write_report(
         },
     )
     path = folder / "report.html"
-    try:
-        write_atomic(path, page)
-    except OSError as error:
-        raise DataError(f"cannot write {path}: {error.strerror or error}") from None
+    write_atomic(path, page)
     return path
 
 
@@ -175,13 +173,8 @@ def _beside_paper(folder: Path) -> Markup:
 
 
 def _selection(results: Results, drawn: Markup) -> Section:
-    blocks = [drawn, _titled(tables.selection(results))]
-    try:
-        if (agreement := tables.seeds_agree(results)) is not None:
-            blocks.append(_titled(agreement))
-    except DataError as error:
-        blocks.append(_text(f"Seeds are not held against each other: {error}", "note"))
-    return Section("selection", "Template selection", blocks)
+    found = filter(None, (tables.selection(results), tables.seeds_agree(results)))
+    return Section("selection", "Template selection", [drawn, *map(_titled, found)])
 
 
 def _curves(results: Results) -> Markup:
@@ -225,18 +218,3 @@ def _titled(table: Table) -> Markup:
 
 def _text(words: str, kind: str = "text") -> Markup:
     return Markup('<p class="{}">{}</p>').format(kind, words)
-
-
-def _study(folder: Path) -> dict[str, Any]:
-    """Return what `study.yaml` says, {} where there is none.
-
-    Raises:
-        ConfigError: it is damaged.
-    """
-    file = folder / "study.yaml"
-    try:
-        study = yaml.safe_load(file.read_text(encoding="utf-8")) if file.is_file() else {}
-        return dict(study)
-    except (OSError, ValueError, TypeError, yaml.YAMLError) as error:
-        reason = " ".join(str(error).split())
-        raise ConfigError(f"{file} cannot be read ({reason}): mend or remove it") from None

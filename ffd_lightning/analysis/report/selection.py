@@ -7,12 +7,14 @@ from typing import Any
 import pandas as pd
 
 from ffd_lightning.analysis.naming import SETTING, differing, name_of
-from ffd_lightning.analysis.report.gallery import Opened, data_uri, thumbnail
+from ffd_lightning.analysis.report.gallery import Opened, data_uri, rendered
 from ffd_lightning.analysis.results import Results
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.metrics.selection import effective_templates
 from ffd_lightning.palette import REGIME_COLORS
 
 _BARS = 12
+_THUMBNAIL = 84, 112  # height and width
 
 
 def bars(results: Results) -> dict[str, Any]:
@@ -62,5 +64,6 @@ def pictures(results: Results, opened: Opened) -> dict[str, tuple[str, str]]:
     for run in opened.runs.values():
         for name, mesh in zip(run.data.bank.ids, run.data.bank.meshes, strict=True):
             if name in wanted and name not in drawn:
-                drawn[name] = f"template-{len(drawn)}", data_uri(thumbnail(mesh), "image/png")
+                picture = data_uri(rendered(mesh, Camera(), _THUMBNAIL), "image/png")
+                drawn[name] = f"template-{len(drawn)}", picture
     return {name.rpartition("/")[2]: picture for name, picture in drawn.items()} | drawn

@@ -19,7 +19,7 @@ import os
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from ffd_lightning.components import MISSING, NotNegative, Positive, Range
 from ffd_lightning.errors import ConfigError
@@ -33,12 +33,12 @@ class Settings:
     """Which figure, of which runs and images.
 
     Attributes:
-        figure: method, overview, subdivision, voxels or labels.
+        figure: see above.
         runs: a run's folder, or several: [DIR,DIR].
         models: ids of shapes that are shown, in this order: [ID,ID]; by default those of `pick`.
         number: images at most.
-        pick: which test images, by their first distance: spread (evenly from the best to the
-            worst), best, median, worst, or random, which needs no scores.
+        pick: which test images, by their first distance: spread, evenly from the best to the
+            worst; random needs no scores.
         seed: of pick=random.
         protocol: whose scores sort the images; by default the one that the run's training ended
             with.
@@ -48,11 +48,11 @@ class Settings:
         data_root: where the runs' prepared data is, if not where they left it.
     """
 
-    figure: str = MISSING
+    figure: Literal["method", "overview", "subdivision", "voxels", "labels"] = MISSING
     runs: list[str] = MISSING
     models: list[str] = field(default_factory=list)
     number: Positive = 6
-    pick: str = "spread"
+    pick: Literal["spread", "best", "median", "worst", "random"] = "spread"
     seed: NotNegative = 0
     protocol: str | None = None
     size: Annotated[int, Range("[64, 2048]")] = 320
@@ -64,14 +64,10 @@ class Settings:
 def main(settings: Settings) -> int:
     """Draw the figure, and print where it is."""
     from ffd_lightning.analysis.figures.examples import collect
-    from ffd_lightning.analysis.figures.figure import paper_figure
-    from ffd_lightning.analysis.figures.sheets import FIGURES
+    from ffd_lightning.analysis.figures.sheets import paper_figure
     from ffd_lightning.analysis.plots import save_figure
     from ffd_lightning.app.open_run import open_run
 
-    figure = settings.figure
-    if figure not in FIGURES:
-        raise ConfigError(f"figure={figure}: choose one of {', '.join(FIGURES)}")
     if not settings.runs:
         raise ConfigError("runs=[]: at least one run must be shown")
     if settings.out and Path(settings.out).suffix.lower() not in ("", ".png"):
@@ -89,7 +85,6 @@ def main(settings: Settings) -> int:
         protocol=settings.protocol,
         seed=settings.seed,
     )
-    picture = paper_figure(figure, examples, settings.size, settings.top)
-    files = save_figure(picture, Path(settings.out or folder / figure))
-    print(*files)
+    picture = paper_figure(settings.figure, examples, settings.size, settings.top)
+    print(*save_figure(picture, Path(settings.out or folder / settings.figure)))
     return 0

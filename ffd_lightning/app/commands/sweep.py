@@ -63,12 +63,6 @@ class Request:
         """What the command line of each sweep has beside its overrides."""
         return [] if self.config_dir is None else ["--config-dir", self.config_dir]
 
-    @property
-    def file(self) -> Path:
-        """The study's file."""
-        path = Path(self.study)
-        return path if path.suffix in (".yaml", ".yml") else _FOLDER / f"{path}.yaml"
-
     @classmethod
     def parse(cls, arguments: Sequence[str]) -> Request:
         """Read a command line."""
@@ -99,7 +93,9 @@ def main(arguments: Sequence[str]) -> int:
 
 def run_study(request: Request) -> int:
     """Run a study, resuming where it was interrupted; return 0 if all runs are finished."""
-    study, stem = load_study(request.file), request.file.stem
+    file = Path(request.study)
+    file = file if file.suffix in (".yaml", ".yml") else _FOLDER / f"{file}.yaml"
+    study, stem = load_study(file), file.stem
     name = value_of("name", request.overrides, f"{stem}-quick" if request.quick else stem)
     overrides = ["callbacks.report=false", *request.overrides]  # one at the end instead
     stages = sweeps(study, name, request.quick, overrides)
@@ -114,7 +110,7 @@ def run_study(request: Request) -> int:
         return 0
     if problems:
         raise ConfigError(problems)
-    _note(folder, study, request)
+    _note(folder, stem, study, request)
     if study.search is not None:
         from ffd_lightning.app.search import run_search
 
@@ -125,10 +121,8 @@ def run_study(request: Request) -> int:
     else:
         # A stage of which a run has failed does not keep the next from the others' results.
         code = max([train([*stage, *request.options]) for stage in stages])
-    from ffd_lightning.app.sweep_end import print_beside_paper, report_quietly
+    from ffd_lightning.app.sweep_end import report_quietly
 
-    if study.beside_paper:
-        print_beside_paper(folder)
     report_quietly(folder)
     return code
 
@@ -143,16 +137,11 @@ def train(overrides: Sequence[str]) -> int:
     return int(code != 0)
 
 
-def _note(folder: Path, study: Study, request: Request) -> None:
+def _note(folder: Path, name: str, study: Study, request: Request) -> None:
     """Keep with the runs what they are for."""
     options = [*(["--quick"] if request.quick else []), *request.options]
     command = shlex.join(["python", "sweep.py", request.study, *options, *request.overrides])
-    content: dict[str, object] = {"study": request.file.stem, "question": study.question}
-    content["command"] = command
-    if study.beside_paper:
-        content["beside_paper"] = True
+    content: dict[str, object] = {"study": name, "question": study.question, "command": command}
+    content |= {"beside_paper": True} if study.beside_paper else {}
     text = yaml.safe_dump(content, sort_keys=False, allow_unicode=True)
-    try:
-        write_atomic(folder / "study.yaml", text)
-    except OSError as error:
-        raise ConfigError(f"cannot write {folder}: {error}") from None
+    write_atomic(folder / "study.yaml", text)
