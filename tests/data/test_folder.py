@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from trees import TEXTURED, TRIANGLE, area, png, write_folder
 
-from ffd_lightning.data.reading.orientation import Orientation, Up, orient, turn, turn_anew
+from ffd_lightning.data.reading.orientation import Up, orient, turn
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.errors import DataError, RejectedShapeError
 from ffd_lightning.geometry.mesh import Mesh
@@ -226,8 +226,6 @@ def test_turns_are_exact_by_quarters_and_do_not_mirror():
         assert np.linalg.det(matrix) == pytest.approx(1)
         upwards = np.eye(3)["xyz".index(axis[-1])] * (-1 if axis[0] == "-" else 1)
         np.testing.assert_array_equal(turn(upwards, up, 33.3), [0, 1, 0])
-        anew = turn_anew(turn(CORNERS, "z", 12), Orientation("z", 12), Orientation(up, 5))
-        np.testing.assert_allclose(anew, turn(CORNERS, up, 5), rtol=1e-6, atol=1e-6)
 
 
 def test_single_shapes_stand_as_their_table_says(root):

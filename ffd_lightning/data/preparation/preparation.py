@@ -27,7 +27,6 @@ from ffd_lightning.data.preparation.overview import (
     describe,
     sheet_of,
     some_reasons,
-    suggestion,
     write_sheet,
 )
 from ffd_lightning.data.preparation.prepared import (
@@ -196,13 +195,7 @@ class Preparation:
             ) from error
         prepared = PreparedSet.open(self.target)
         if missing is None and self.progress:
-            # Not at the top: workers need no torch.
-            from ffd_lightning.data.preparation.poses import likely_poses
-
-            _say(*describe(prepared))
-            likely = likely_poses(prepared)
-            sheet = write_sheet(prepared, sheet_of(prepared.path), likely)
-            _say(*suggestion(prepared, likely), sheet)
+            _say(*describe(prepared), write_sheet(prepared, sheet_of(prepared.path)))
         return prepared
 
     def _missing(self) -> list[str] | None:

@@ -59,11 +59,6 @@ def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
     return np.stack([cosine * x + sine * z, y, cosine * z - sine * x], axis=-1) + 0.0  # no -0.0
 
 
-def turn_anew(points: ArrayLike, earlier: Orientation, orientation: Orientation) -> Any:
-    """Turn points (..., 3) that were turned by `earlier` as if they had been by `orientation`."""
-    return turn(np.asarray(points) @ turn(np.eye(3), *earlier).T, *orientation)
-
-
 def check_orientation(up: str, yaw: float) -> None:
     """Check the settings of a source that turns its meshes; a ValueError names the wrong one."""
     if up not in get_args(Up):
