@@ -31,7 +31,6 @@ _LEAST_ERROR = 1e-5  # in diagonals
 _BINS = 16
 _AT_ONCE = 4096  # pairs
 _HELD = 256  # shapes in memory
-_KEPT = 16  # sets
 _NAMED = 3  # groups
 
 _DIRECTIONS = np.array([v for v in product((-1, 0, 1), repeat=3) if v > (0, 0, 0)], np.float32)
@@ -52,8 +51,6 @@ def twins(prepared: PreparedSet) -> dict[str, str]:
     """
     key = str(prepared.path), prepared.digest
     if key not in _known:
-        if len(_known) >= _KEPT:
-            del _known[next(iter(_known))]
         _known[key] = _groups(prepared)
     return _known[key]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import shlex
 from collections.abc import Sequence
 from typing import Any
@@ -99,7 +98,8 @@ def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = Fal
     looked_at = sum(min(len(member.originals), CANDIDATES) for member in prepared.members)
     ids = [str(row["id"]) for row in rows[:_NAMED]]
     more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
-    setting = shlex.quote(f"data.leave_out=[{','.join(map(_in_list, ids))}]")
+    listed = json.dumps(ids, ensure_ascii=False, separators=(",", ":"))
+    setting = shlex.quote(f"data.leave_out={listed}")
     way = (
         "they are left out of training and tests"
         if dropped
@@ -108,13 +108,3 @@ def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = Fal
     )
     count = f"{len(rows)} of {looked_at} shapes are like nothing else in their category"
     return f"{count}: {', '.join(ids)}{more}; {way}"
-
-
-def _in_list(shape_id: str) -> str:
-    """Return an id as it is written in a list on a command line: quoted, if it is no plain word.
-
-    >>> _in_list("chair-7"), _in_list("007")
-    ('chair-7', '"007"')
-    """
-    word = re.fullmatch(r"(?!(true|false|null|inf|nan)$)[A-Za-z_][\w./-]*", shape_id, re.A | re.I)
-    return shape_id if word else json.dumps(shape_id, ensure_ascii=False)
