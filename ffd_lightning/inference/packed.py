@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import NamedTuple
 
 import torch
-from torch import Tensor
 
 from ffd_lightning.checkpoint import TrainedModel, load_model, read_checkpoint
 from ffd_lightning.errors import ConfigError, DataError
@@ -17,21 +15,13 @@ NUM_POINTS = 2048
 """So many points of each template's cloud are kept. Predictions are of the meshes, kept whole."""
 
 
-class Packed(NamedTuple):
-    """What was packed, the file's size in bytes, and how many of those its parts take."""
-
-    model: TrainedModel
-    size: int
-    parts: dict[str, int]
-
-
-def write_packed(checkpoint: Path, out: Path) -> Packed:
+def write_packed(checkpoint: Path, out: Path) -> TrainedModel:
     """Write a checkpoint without the optimizer's state and with weights of half the size.
 
     Matrices and kernels are rounded to float16; vectors stay as they are: they are few, and the
     variances of batch norm may be larger than float16 holds. `load_model` reads the file as it
     reads any other, and computes in float32. A file that is there is replaced, and never left half
-    written.
+    written. Returns what was packed.
 
     Raises:
         ConfigError: `out` is the checkpoint itself, or the checkpoint cannot be used.
@@ -45,22 +35,12 @@ def write_packed(checkpoint: Path, out: Path) -> Packed:
     for name, value in network.items():
         if not value.isfinite().all():
             raise DataError(f"{name} has values that float16 cannot hold: its training diverged")
-    templates = model.bank.lighter(NUM_POINTS).state()
     packed = {
         "global_step": model.step,
         "state_dict": network,
-        "model": {**content["model"], "templates": templates},
+        "model": {**content["model"], "templates": model.bank.lighter(NUM_POINTS).state()},
     }
     buffer = io.BytesIO()
     torch.save(packed, buffer)
     write_file(out, buffer.getvalue())
-    parts = {
-        "network": _size(list(network.values())),
-        "meshes": _size(templates["meshes"]),
-        "clouds": _size([templates["points"]]),
-    }
-    return Packed(model, len(buffer.getvalue()), parts)
-
-
-def _size(tensors: list[Tensor]) -> int:
-    return sum(tensor.nbytes for tensor in tensors)
+    return model

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.inference.export import check_out, export_onnx, templates_file
-from ffd_lightning.inference.packed import NUM_POINTS, write_packed
+from ffd_lightning.inference.packed import write_packed
 from ffd_lightning.inference.predictor import checkpoint_of
 
 MAIN = "run"
@@ -58,14 +58,9 @@ def main(settings: Settings) -> int:
 
 def _write_checkpoint(checkpoint: Path, out: Path) -> None:
     """Write a small checkpoint, and print what is in it."""
-    packed = write_packed(checkpoint, out)
-    model, sizes = packed.model, {k: f"{v / 1e6:.1f} MB" for k, v in packed.parts.items()}
+    model = write_packed(checkpoint, out)
     height, width = model.network.image_size
     print(
-        f"{out}: {packed.size / 1e6:.1f} MB, images of {height} x {width}, {len(model.bank)} "
-        f"templates of {', '.join(model.categories)}, step {model.step:,}"
-    )
-    print(
-        f"network {sizes['network']} in float16, meshes {sizes['meshes']}, {NUM_POINTS:,} points "
-        f"of each template {sizes['clouds']}"
+        f"{out}: {out.stat().st_size / 1e6:.1f} MB, images of {height} x {width}, "
+        f"{len(model.bank)} templates of {', '.join(model.categories)}, step {model.step:,}"
     )

@@ -23,12 +23,7 @@ from typing import Any, Literal
 import numpy as np
 from filelock import AcquireReturnProxy, FileLock, Timeout
 
-from ffd_lightning.data.preparation.overview import (
-    describe,
-    sheet_of,
-    some_reasons,
-    write_sheet,
-)
+from ffd_lightning.data.preparation.overview import describe, sheet_of, some_reasons, write_sheet
 from ffd_lightning.data.preparation.prepared import (
     FORMAT_VERSION,
     MANIFEST,

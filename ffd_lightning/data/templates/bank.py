@@ -20,13 +20,7 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.geometry.ffd import (
-    Degrees,
-    Lattice,
-    TemplateSample,
-    deform,
-    deformation_matrix,
-)
+from ffd_lightning.geometry.ffd import Degrees, Lattice, TemplateSample, deform, deformation_matrix
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, mean_colors, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.subdivision import subdivide_mesh
@@ -92,7 +86,6 @@ class TemplateBank:
         num_points: int = 16384,
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
-        seed: int = 0,
     ) -> TemplateBank:
         """Take any meshes as templates: they are normalised, and clouds drawn from them.
 
@@ -101,7 +94,6 @@ class TemplateBank:
             num_points: per cloud.
             degrees: of the lattices.
             max_edge: longest edge of subdivided meshes.
-            seed: decides the clouds.
 
         Raises:
             ValueError: a mesh without area.
@@ -110,7 +102,7 @@ class TemplateBank:
         clouds, parts, normalized = [], [], []
         for mesh in meshes.values():
             mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
-            rng = np.random.default_rng(seed)
+            rng = np.random.default_rng(0)
             points, faces = sample_stratified(mesh.vertices, mesh.faces, num_points, rng)
             if names:
                 own = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
