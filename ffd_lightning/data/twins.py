@@ -44,10 +44,7 @@ def twins(prepared: PreparedSet) -> dict[str, str]:
 
     Twins of twins are twins. Clouds of fewer than 2,048 points have none: they are too coarse. For
     7,000 shapes it takes about half a minute. What a process has found it keeps, for the many runs
-    that it may open.
-
-    Args:
-        prepared: a set of one category.
+    that it may open. The set is of one category.
     """
     key = str(prepared.path), prepared.digest
     if key not in _known:
@@ -56,12 +53,7 @@ def twins(prepared: PreparedSet) -> dict[str, str]:
 
 
 def twin_note(found: Mapping[str, str], published: Mapping[str, str]) -> str:
-    """Return in words what `twins` has found, "" where it is nothing.
-
-    Args:
-        found: by `twins`.
-        published: the data set's own split, {} where it has none.
-    """
+    """Return in words what `twins` has found, also by the data set's own split; "" for nothing."""
     if not found:
         return ""
     groups: dict[str, list[str]] = {}

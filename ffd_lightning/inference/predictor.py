@@ -57,10 +57,6 @@ class Predictor:
     def load(cls, source: str | Path | None = None, device: str = "auto") -> Predictor:
         """Load a run folder's newest checkpoint, a checkpoint file, or the package's own model.
 
-        Args:
-            source: the run folder, or the file; None for the model that comes with the package.
-            device: see `Predictor`.
-
         Raises:
             ConfigError: no run, no checkpoint, or one of another version; no such device.
             DataError: the checkpoint is damaged.
@@ -175,10 +171,7 @@ class Predictor:
 
 
 def checkpoint_of(source: str | Path | None) -> Path:
-    """Return the checkpoint that a run folder, or a checkpoint file, stands for.
-
-    Args:
-        source: the folder or the file; None for the model that comes with the package.
+    """Return the checkpoint that a run folder or a file stands for; None for the package's own.
 
     Raises:
         ConfigError: there is none of them.

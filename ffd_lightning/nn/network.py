@@ -205,9 +205,7 @@ class TemplateFfdNetwork(nn.Module):
     ) -> None:
         """Tell conditioned heads the templates of all predictions to come.
 
-        Args:
-            codes: of `codes`.
-            templates: `consensus.POINTS` points of each.
+        They are told by their `codes`, and by `consensus.POINTS` points of each.
         """
         device = self.heads.offsets.weight.device
         self.template_codes = codes.to(device)

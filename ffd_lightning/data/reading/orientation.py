@@ -78,10 +78,8 @@ def read_orientations(
 ) -> dict[str, Orientation]:
     """Read how single shapes stand: a CSV with a column `id`, and `yaw` or `up` or both.
 
-    Args:
-        file: the table; where there is none, no shape stands otherwise.
-        ids: of the shapes that there are.
-        usual: what an empty field, or a column that is not there, means.
+    An empty field, or a column that is not there, means what is `usual`. Where there is no file, no
+    shape stands otherwise.
 
     Raises:
         DataError: a column, an id or a value that cannot be; it names the line.

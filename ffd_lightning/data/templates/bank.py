@@ -180,12 +180,7 @@ class TemplateBank:
         return torch.stack([deformation_matrix(p.double(), box).float() for p, box in pairs])
 
     def lighter(self, num_points: int, max_edge: float | None = None) -> TemplateBank:
-        """Return the same templates with fewer points, or with longer edges.
-
-        Args:
-            num_points: the first of each cloud, whose order is random.
-            max_edge: longest edge of subdivided meshes; None leaves it.
-        """
+        """Return the templates with the first points of each cloud, and perhaps longer edges."""
         return replace(
             self,
             points=self.points[:, :num_points],

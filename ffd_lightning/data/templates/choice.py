@@ -37,14 +37,8 @@ def choose_templates(
 ) -> tuple[str, ...]:
     """Choose template ids from a prepared set, and check what was chosen.
 
-    The strategy is given the shapes that are not excluded as a set. Lists, the paper's and a
-    user's, may name any shape of the set.
-
-    Args:
-        strategy: how to choose.
-        prepared: the shapes of a category.
-        count: how many, T.
-        exclude: ids not to choose from: those to test on.
+    The strategy is given the shapes of a category that are not excluded, as those to test on are.
+    Lists, the paper's and a user's, may name any shape of the set.
 
     Raises:
         ConfigError: the strategy did not choose so many different shapes of the set.

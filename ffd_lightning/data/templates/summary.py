@@ -27,10 +27,6 @@ def template_rows(prepared: PreparedSet, bank: TemplateBank) -> tuple[list[Row],
     Distances are mean Chamfer distances of clouds of `POINTS` points, in units of the squared
     bounding-box diagonal.
 
-    Args:
-        prepared: the set, of one category or several.
-        bank: T templates of it.
-
     Returns:
         A row per template, in their order: `order` from 1, `id`, `family`, `share` of the shapes
         that are nearest to it, itself among them, and `chamfer`, the mean distance of the others of
@@ -83,10 +79,7 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
 def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = False) -> str:
     """Return in words what `outlier_rows` has found, and what can be done; "" where it is nothing.
 
-    Args:
-        prepared: the set.
-        rows: of its outliers.
-        dropped: they are left out already.
+    `dropped` says that they are left out already.
     """
     if not rows:
         return ""
