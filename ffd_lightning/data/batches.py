@@ -235,13 +235,8 @@ def augmented(
 ) -> Batch:
     """Return a training batch with other images of its objects; any other batch as it is.
 
-    What is drawn for a query is what one device would draw for it that had the whole batch.
-
-    Args:
-        batch: with masks; every `world_size`-th query of the whole batch, from the `rank`-th on.
-        augmentation: what changes the images.
-        rank: of this device.
-        world_size: number of devices.
+    It has masks, and every `world_size`-th query of the whole batch, from the `rank`-th on. What is
+    drawn for a query is what one device would draw for it that had the whole batch.
     """
     if batch.seed is None or batch.mask is None:
         return batch

@@ -244,13 +244,10 @@ class FfdDataModule(LightningDataModule):
         render: the images.
         cloud_points: surface samples kept of each shape, of which steps draw theirs.
         root: prepared data is kept below it.
-        limit, leave_out, variants: see `Preparation`.
+        limit, leave_out, variants, prepare_workers, prepare_timeout, progress: see `Preparation`.
         augmentation: changes the images that are trained on, and no others.
         residency: where images and clouds are kept while training, see `Residency`.
         num_workers: processes that read ahead; None for none on the CPU and some beside a GPU.
-        prepare_workers: see `Preparation`.
-        prepare_timeout: see `Preparation`.
-        progress: see `Preparation`.
 
     Raises:
         ConfigError: no category, or one twice; templates that categories cannot give equally many

@@ -31,7 +31,6 @@ _LEAST_ERROR = 1e-5  # in diagonals
 _BINS = 16
 _AT_ONCE = 4096  # pairs
 _HELD = 256  # shapes in memory
-_KEPT = 16  # sets
 _NAMED = 3  # groups
 
 _DIRECTIONS = np.array([v for v in product((-1, 0, 1), repeat=3) if v > (0, 0, 0)], np.float32)
@@ -45,26 +44,16 @@ def twins(prepared: PreparedSet) -> dict[str, str]:
 
     Twins of twins are twins. Clouds of fewer than 2,048 points have none: they are too coarse. For
     7,000 shapes it takes about half a minute. What a process has found it keeps, for the many runs
-    that it may open.
-
-    Args:
-        prepared: a set of one category.
+    that it may open. The set is of one category.
     """
     key = str(prepared.path), prepared.digest
     if key not in _known:
-        if len(_known) >= _KEPT:
-            del _known[next(iter(_known))]
         _known[key] = _groups(prepared)
     return _known[key]
 
 
 def twin_note(found: Mapping[str, str], published: Mapping[str, str]) -> str:
-    """Return in words what `twins` has found, "" where it is nothing.
-
-    Args:
-        found: by `twins`.
-        published: the data set's own split, {} where it has none.
-    """
+    """Return in words what `twins` has found, also by the data set's own split; "" for nothing."""
     if not found:
         return ""
     groups: dict[str, list[str]] = {}

@@ -14,7 +14,7 @@ import numpy as np
 import torch
 from filelock import FileLock
 
-from ffd_lightning.data.preparation.prepared import PreparedSet
+from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.evaluation.candidates import (
     CANDIDATES,
@@ -123,7 +123,7 @@ def evaluate(
         return finished
     evaluated = with_labels(evaluated, protocol, options.references)
     with lock_folder(folder, f"another process evaluates into {folder}: wait for it"):
-        partial, key = folder / "samples.partial", _digest(settings)
+        partial, key = folder / "samples.partial", digest_of(settings)
         with Journal(partial, key, options.restart) as journal:
             table, prediction = _score(evaluated, protocol, journal, settings, folder, options)
         counts = np.bincount(prediction.selected, minlength=len(evaluated.bank))
@@ -253,7 +253,7 @@ def _reference_rows(
     """
     (prepared, _), bank = evaluated.tested_on, evaluated.bank
     deciding = ("format", "protocol", "templates", "max_edge", "trained_on", "seed")
-    key = _digest([*(settings[name] for name in deciding), prepared.digest, bank_digest(bank)])
+    key = digest_of([*(settings[name] for name in deciding), prepared.digest, bank_digest(bank)])
     samples = {(prepared.ids[s.row], 0): s for s in evaluated.tested_on.samples(all_views=False)}
     shared = options.shared
     place = shared if shared is not None and os.access(shared.parent, os.W_OK) else folder
@@ -289,10 +289,6 @@ def weights_digest(network: TemplateFfdNetwork) -> str:
     for value in (network.state_dict() | told).values():
         digest.update(value.detach().cpu().contiguous().reshape(-1).view(torch.uint8).numpy())
     return digest.hexdigest()
-
-
-def _digest(content: object) -> str:
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
 def rank_templates(

@@ -1,4 +1,4 @@
-"""Scores of every template for every query: how training judges itself on its way.
+"""Scores of the selected templates: how training judges itself on its way.
 
 By the box Chamfer distance: squared, mean over points, both directions added, in units in which
 every shape's bounding box has diagonal 1. Results are measured by `evaluation.evaluator`.
@@ -28,13 +28,13 @@ BOX_CHAMFER_FACTOR = 1000.0
 
 @dataclass(frozen=True)
 class TemplateScores:
-    """Every template tried on every query.
+    """What was selected for each query, and how near it came.
 
     Attributes:
         rows: row of each query in the prepared set, (q,).
         weights: template weights, (q, T).
-        deformed: box Chamfer distance of each deformed template, not multiplied, (q, T).
-        undeformed: the same of each template as it is, (q, T).
+        deformed: box Chamfer distance of the selected template, deformed, not multiplied, (q,).
+        undeformed: the same of the template as it is, (q,).
     """
 
     rows: NDArray[np.int64]
@@ -48,44 +48,26 @@ class TemplateScores:
         rows = computed["rows"].cpu().numpy().reshape(-1)
         order = np.argsort(rows, kind="stable")
         # torchmetrics squeezes what has one element.
-        columns = (computed[f.name].cpu().numpy() for f in fields(cls)[1:])
-        return cls(rows[order], *(c.reshape(len(rows), -1)[order] for c in columns))
-
-    @property
-    def selected(self) -> NDArray[np.int64]:
-        """The template of the greatest weight for each query, (q,)."""
-        return self.weights.argmax(1)
+        weights = computed["weights"].cpu().numpy().reshape(len(rows), -1)
+        distances = (computed[k].cpu().numpy().reshape(-1) for k in ("deformed", "undeformed"))
+        return cls(rows[order], weights[order], *(distance[order] for distance in distances))
 
     @property
     def counts(self) -> NDArray[np.int64]:
         """How often each template was selected, (T,)."""
-        return np.bincount(self.selected, minlength=self.weights.shape[1])
-
-    def of_selected(self, scores: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Pick the selected template's column of scores (q, T), giving (q,)."""
-        return np.take_along_axis(scores, self.selected[:, None], 1)[:, 0]
+        return np.bincount(self.weights.argmax(1), minlength=self.weights.shape[1])
 
     def summary(self) -> dict[str, float]:
-        """Return means over queries, distances multiplied by 1000, and how templates were selected.
-
-        `box_chamfer` and `undeformed_box_chamfer` are of the selected template; `best_...` of the
-        best template for each query, chosen by an oracle.
-        """
-        distances = {
-            "box_chamfer": self.of_selected(self.deformed),
-            "undeformed_box_chamfer": self.of_selected(self.undeformed),
-            "best_undeformed_box_chamfer": self.undeformed.min(1),
-            "best_deformed_box_chamfer": self.deformed.min(1),
-        }
+        """Return means over queries, distances times 1000, and how templates were selected."""
         return {
-            **{k: BOX_CHAMFER_FACTOR * float(v.mean()) for k, v in distances.items()},
+            "box_chamfer": BOX_CHAMFER_FACTOR * float(self.deformed.mean()),
+            "undeformed_box_chamfer": BOX_CHAMFER_FACTOR * float(self.undeformed.mean()),
             **selection_summary(self.counts),
-            "num_samples": float(len(self.rows)),
         }
 
 
 class TemplateScoring(Metric):
-    """Collects the scores of every template on every query; each device adds its share."""
+    """Collects the scores of the selected templates; each device adds its share."""
 
     full_state_update = False
 
@@ -96,10 +78,12 @@ class TemplateScoring(Metric):
 
     @torch.no_grad()
     def update(self, prediction: FfdPrediction, batch: Batch) -> None:
-        """Score all templates, deformed and not, on the queries of a batch."""
-        target = batch.target_points[:, None]
-        deformed = batch.templates.deformed(prediction.offsets)
-        undeformed = batch.templates.deformed(torch.zeros_like(batch.templates.control_points))
+        """Score what is selected for the queries of a batch, deformed and not."""
+        index, target = prediction.template_index, batch.target_points
+        queries = torch.arange(len(index), device=index.device)
+        deformed = batch.templates.deformed(prediction.offsets)[queries, index]
+        still = torch.zeros_like(batch.templates.control_points)
+        undeformed = batch.templates.deformed(still)[index]
         found = {
             "rows": batch.rows,
             "weights": prediction.template_weights.detach().float(),

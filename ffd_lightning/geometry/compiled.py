@@ -19,10 +19,7 @@ _SLICES_PER_THREAD = 4  # so that a thread that was held up does not hold up the
 def jit(function: Callable[..., Any], fastmath: Collection[str] = ()) -> Callable[..., Any]:
     """Compile at first use, without the interpreter's lock; later processes reuse the result.
 
-    Args:
-        function: arrays and numbers in.
-        fastmath: liberties that may be taken in arithmetic; none by default, so that results are
-            the same on every machine.
+    Without fastmath, liberties that may be taken in arithmetic, all machines give the same results.
     """
     liberties = set(fastmath) or False
     try:

@@ -104,9 +104,8 @@ def bounding_box(
 def mean_colors(mesh: Mesh, divisions: int) -> NDArray[np.uint8]:
     """Return one colour per face, (F, 4) uint8: the mean of its texture at places all over it.
 
-    Args:
-        mesh: faces without a texture keep their colour.
-        divisions: of a face's edges; the places are the corners of the small triangles.
+    Its edges are divided; the places are the corners of the small triangles. Faces without a
+    texture keep their colour.
     """
     colors = mesh.face_colors.copy()
     if mesh.face_textures is None or mesh.face_uvs is None:

@@ -22,13 +22,9 @@ class SubdividedMesh(NamedTuple):
 def subdivide(
     vertices: NDArray[np.float64], faces: NDArray[np.int64], max_edge: float
 ) -> SubdividedMesh:
-    """Split faces until no edge is longer than `max_edge`.
+    """Split faces (F, 3) until no edge is longer than `max_edge`, in units of the vertices, (V, 3).
 
-    Args:
-        vertices: (V, 3).
-        faces: (F, 3).
-        max_edge: greatest edge length, above 0, in units of the vertices (the paper: 0.02 of a
-            mesh with diagonal 1).
+    The paper: 0.02 for meshes of diagonal 1.
 
     Source: the paper's section 4.2.
     """

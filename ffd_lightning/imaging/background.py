@@ -52,10 +52,7 @@ def split_by_border(pixels: Floats) -> BorderSplit:
     touches it does not count. What is like the surface and connected to the border is background;
     so is what has the same colour as such places in its neighbourhood (soft shadows, vignettes),
     and holes that have the surface's colour on average. Then, since the background is known, its
-    share is taken out of the pixels at the object's edge.
-
-    Args:
-        pixels: (h, w, 3), levels of 255.
+    share is taken out of the pixels, (h, w, 3) levels of 255, at the object's edge.
     """
     ring = border_ring(pixels.shape[:2])
     # Noise would otherwise widen the tolerance.

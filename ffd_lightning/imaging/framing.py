@@ -205,11 +205,7 @@ def _cut_by_alpha(photo: Image.Image) -> _Cut:
 def _cut_by_border(photo: Image.Image, wanted: float) -> _Cut:
     """Take for the object the main part of what differs from the border's colour.
 
-    Small ones of large photographs are cut again, at a higher resolution.
-
-    Args:
-        photo: upright.
-        wanted: the object's larger side in what will be made of it, in pixels.
+    One of less than `wanted` pixels, in a larger photograph, is cut again at a higher resolution.
     """
     cut = _split(photo)
     left, top, right, bottom = _object_box(cut)

@@ -91,16 +91,7 @@ def joined(pictures: Sequence[Image.Image], across: bool = False) -> Image.Image
 def write(
     picture: Image.Image, text: str, x: float, y: float, size: float, color: Color = (0, 0, 0)
 ) -> None:
-    """Write a line of text into a picture.
-
-    Args:
-        picture: what is written into.
-        text: without line breaks.
-        x: of its left end, in pixels.
-        y: halfway up.
-        size: of the font, in pixels.
-        color: of the letters.
-    """
+    """Write a line of text into a picture, from x on and halfway up at y; all in pixels."""
     width, height = int(text_width(text, size)) + 4, 2 * int(size) + 2
     mask = Image.new("L", (_FINE * width, _FINE * height))
     font = _font(round(_FINE * size))
@@ -115,12 +106,9 @@ def text_width(text: str, size: float) -> float:
 
 
 def png(picture: Picture | Image.Image, colors: int | None = None, **options: Any) -> bytes:
-    """Return a picture as PNG.
+    """Return a picture, with its alpha, as PNG; a palette of few colors takes a third of the bytes.
 
-    Args:
-        picture: RGB, or RGBA with its alpha.
-        colors: of a palette: a third of the bytes; all colours where it is None.
-        options: of Pillow's.
+    Other options are Pillow's.
     """
     image = picture if isinstance(picture, Image.Image) else Image.fromarray(picture)
     if colors is not None:

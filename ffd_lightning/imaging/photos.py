@@ -23,11 +23,7 @@ _FORMATS = ("PNG", "JPEG", "WEBP", "BMP", "GIF", "TIFF", "PPM")
 
 
 def read_photo(source: str | Path | bytes, name: str = "") -> Image.Image:
-    """Read a photograph: PNG, JPEG, WebP, BMP, GIF, TIFF or PPM.
-
-    Args:
-        source: the file, or its content.
-        name: for messages; by default the file's.
+    """Read a photograph: PNG, JPEG, WebP, BMP, GIF, TIFF or PPM, from a file or its content.
 
     Returns:
         Upright, RGB or RGBA; of several frames the first. Colour profiles are ignored.
@@ -57,11 +53,7 @@ def read_photo(source: str | Path | bytes, name: str = "") -> Image.Image:
 
 
 def as_photo(picture: Image.Image | Bytes, name: str = "the photograph") -> Image.Image:
-    """Return any picture as `read_photo` would.
-
-    Args:
-        picture: PIL's, or (H, W) or (H, W, 3 or 4) uint8: grey or RGB, and coverage as alpha.
-        name: for messages.
+    """Return PIL's picture, or (H, W) or (H, W, 3 or 4) uint8, as `read_photo` would.
 
     Raises:
         DataError: it is none, has no pixels, or cannot be decoded.

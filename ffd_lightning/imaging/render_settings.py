@@ -67,8 +67,8 @@ class RenderSettings:
     @property
     def only_camera(self) -> Camera | None:
         """The camera of all images; None where there are several."""
-        cameras = self.cameras()
-        return cameras[0] if len(cameras) == 1 and not self.random_views else None
+        fixed = self._fixed()
+        return fixed[0] if len(fixed) == 1 and not self.random_views else None
 
     @property
     def views(self) -> str:
@@ -97,8 +97,7 @@ class RenderSettings:
 
         Otherwise from three quarters, where most of a shape is seen.
         """
-        fixed = self._fixed()
-        return fixed[0] if len(fixed) == 1 and not self.random_views else Camera()
+        return self.only_camera or Camera()
 
     def _fixed(self) -> tuple[Camera, ...]:
         if self.camera == "framed":

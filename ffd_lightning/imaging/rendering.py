@@ -51,19 +51,14 @@ def render(
     width: int = 256,
     samples: int = 3,
 ) -> NDArray[np.uint8]:
-    """Render a mesh over white.
-
-    Convention:
-        y is up and the object faces -z; see `Camera`. By default the camera looks at the origin
-        from where a sphere of radius 0.5 just fills the vertical field of view, so that all
-        normalised shapes are seen whole, and at the same scale.
+    """Render a mesh over white, as a `Camera` sees it.
 
     Faces are lit from both sides by ambient light and fixed lights above, left and right, without
     shadows. See-through faces are blended front to back, six deep.
 
     Args:
         mesh: what is seen; what lies outside of the image is cut off.
-        camera: from where it is seen.
+        camera: by default, all normalised shapes are seen whole, and at the same scale.
         height: of the image in pixels.
         width: of the image in pixels.
         samples: rays per pixel along each axis, averaged in linear light.

@@ -30,10 +30,6 @@ _PREVIEW_HEIGHT = 192  # of its cells, pixels: images of less are shown two or m
 class MeshWriter:
     """Writes meshes of reconstructions by the same templates, in pieces named after their parts.
 
-    Args:
-        bank: the templates.
-        colors: what colours say.
-
     Raises:
         DataError: colours by part, but the templates have no part labels.
     """

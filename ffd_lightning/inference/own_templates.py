@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 from ffd_lightning import __version__
 from ffd_lightning.checkpoint import TrainedModel
 from ffd_lightning.data.categories import SYNSETS, name_of
-from ffd_lightning.data.preparation.overview import sheet_of, suggested_of
+from ffd_lightning.data.preparation.overview import sheet_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
 from ffd_lightning.data.reading.mesh_file import EXTENSIONS, FOREIGN, mesh_of, unread
-from ffd_lightning.data.reading.orientation import ORIENTATIONS, Up, check_orientation, orient
+from ffd_lightning.data.reading.orientation import Up, check_orientation, orient
 from ffd_lightning.data.source import Source
 from ffd_lightning.data.sources.folder import FolderSource
 from ffd_lightning.data.sources.mesh_files import MeshFiles, name_files
@@ -98,7 +98,7 @@ def of_files(
     prepared = PreparedSet.join([preparation.run() for preparation in preparations])
     own = of_prepared(model, prepared, prepared.ids)
     if not new:  # else the preparation has said it
-        _warn_of_prepared(prepared)
+        _warn_of_rejected(prepared.rejected)
     sheets = [str(sheet) for path in prepared.paths if (sheet := sheet_of(path)).is_file()]
     _warn_of_turn(model.bank, own.bank, up, yaw, sheets)
     return own
@@ -267,17 +267,6 @@ def _warn_of_rejected(rejected: Mapping[str, str]) -> None:
     """Say which meshes cannot be used."""
     if rejected:
         _warn(f"{len(rejected)} meshes cannot be used as templates: {_some(rejected)}")
-
-
-def _warn_of_prepared(prepared: PreparedSet) -> None:
-    """Say which meshes cannot be used, or probably stand otherwise than the others."""
-    _warn_of_rejected(prepared.rejected)
-    for table in map(suggested_of, prepared.paths):
-        if table.is_file():
-            _warn(
-                f"some templates probably stand otherwise than the rest: the lines of {table} in "
-                f"{ORIENTATIONS} beside the meshes turn them"
-            )
 
 
 def _warn_of_turn(

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import NamedTuple
 
 import torch
-from torch import Tensor
 
 from ffd_lightning.checkpoint import TrainedModel, load_model, read_checkpoint
 from ffd_lightning.errors import ConfigError, DataError
@@ -17,14 +15,7 @@ NUM_POINTS = 2048
 """So many points of each template's cloud are kept. Predictions are of the meshes, kept whole."""
 
 
-class Packed(NamedTuple):
-    """A file's size in bytes, and how many of those its parts take."""
-
-    size: int
-    parts: dict[str, int]
-
-
-def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None) -> Packed:
+def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None) -> None:
     """Write a checkpoint without the optimizer's state and with weights of half the size.
 
     Matrices and kernels are rounded to float16; vectors stay as they are: they are few, and the
@@ -61,13 +52,3 @@ def write_packed(checkpoint: Path, out: Path, model: TrainedModel | None = None)
     buffer = io.BytesIO()
     torch.save(packed, buffer)
     write_file(out, buffer.getvalue())
-    parts = {
-        "network": _size(list(network.values())),
-        "meshes": _size(templates["meshes"]),
-        "clouds": _size([templates["points"]]),
-    }
-    return Packed(len(buffer.getvalue()), parts)
-
-
-def _size(tensors: list[Tensor]) -> int:
-    return sum(tensor.nbytes for tensor in tensors)

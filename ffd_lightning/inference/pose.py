@@ -23,15 +23,8 @@ _NEARER, _SHARE, _MEAN = 0.15, 0.5, 0.8
 def better_turn(own: TemplateBank, known: TemplateBank, up: Up, yaw: float) -> tuple[Up, float]:
     """Return `up` and `yaw` by which meshes come nearest to templates that stand rightly.
 
-    Args:
-        own: the meshes, as they were turned.
-        known: templates of a trained network.
-        up: how the meshes were turned.
-        yaw: likewise.
-
-    Returns:
-        Other settings where half of the meshes come nearer by 15%, and all by 20% on average; else
-        those that were given, also for fewer than four meshes.
+    Own templates were turned by `up` and `yaw`; others are returned where half of them come nearer
+    by 15%, and all by 20% on average, and never for fewer than four.
     """
     if len(own) < _LEAST:
         return up, yaw

@@ -143,12 +143,6 @@ class Predictor:
         photo = self.frame(image, mask=mask, background=background)
         return self.predict_framed([photo], category)[0]
 
-    def predict_batch(
-        self, images: Sequence[Photo], category: str | None = None
-    ) -> list[Reconstruction]:
-        """Reconstruct what photographs show, in one batch; see `frame` and `predict_framed`."""
-        return self.predict_framed([self.frame(image) for image in images], category)
-
     @torch.no_grad()
     def predict_framed(
         self, photos: Sequence[FramedPhoto], category: str | None = None

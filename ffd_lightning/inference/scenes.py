@@ -28,13 +28,9 @@ def mesh_scene(
     textures: Sequence[NDArray[np.uint8]],
     linear: bool,
 ) -> trimesh.Scene:
-    """Return a mesh as a scene of its pieces.
+    """Return a mesh of vertices (V, 3) and textures (h, w, 4) uint8 as a scene of its pieces.
 
-    Args:
-        vertices: of the whole mesh, (V, 3).
-        split: its pieces.
-        textures: its textures, (h, w, 4) uint8 each.
-        linear: gives the colours as glTF wants them, which is linear light.
+    `linear` gives the colours as glTF wants them, which is linear light.
     """
     result = trimesh.Scene()
     images = [_picture(texture) for texture in textures]

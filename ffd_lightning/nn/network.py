@@ -13,7 +13,7 @@ from jaxtyping import Float, Int, UInt8
 from numpy.typing import NDArray
 from torch import Tensor, nn
 
-from ffd_lightning.components import Component
+from ffd_lightning.components import Component, check_ranges
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import Degrees, TemplateSample, mirrored_offsets
 from ffd_lightning.nn.consensus import consensus_logits
@@ -105,8 +105,8 @@ class TemplateFfdNetwork(nn.Module):
             at the plane x = 0, which keeps symmetric templates symmetric; None leaves them free.
 
     Raises:
-        ConfigError: no template, a floor outside [0, 1], a shrink below 1, or images too small for
-            the encoder.
+        ValueError: a number out of its range.
+        ConfigError: images too small for the encoder.
 
     Source: the paper's Table 1; equation 8 for the floor $\epsilon_\gamma$.
     """
@@ -127,12 +127,7 @@ class TemplateFfdNetwork(nn.Module):
         heads: Component | None = None,
     ) -> None:
         super().__init__()
-        if num_templates < 1:
-            raise ConfigError(f"the network needs one template or more, got {num_templates}")
-        if not 0 <= min_weight <= 1:
-            raise ConfigError(f"regime.min_weight must lie in [0, 1], got {min_weight}")
-        if shrink < 1:
-            raise ConfigError(f"images cannot be shrunk by {shrink}: 1 takes them as they are")
+        check_ranges(locals(), num_templates="(0, inf)", min_weight="[0, 1]", shrink="(0, inf)")
         self.mirror_degrees = mirror_degrees
         self.image_size, self.shrink = tuple(image_size), shrink
         self.num_templates, self.num_control_points = num_templates, num_control_points
@@ -210,9 +205,7 @@ class TemplateFfdNetwork(nn.Module):
     ) -> None:
         """Tell conditioned heads the templates of all predictions to come.
 
-        Args:
-            codes: of `codes`.
-            templates: `consensus.POINTS` points of each.
+        They are told by their `codes`, and by `consensus.POINTS` points of each.
         """
         device = self.heads.offsets.weight.device
         self.template_codes = codes.to(device)

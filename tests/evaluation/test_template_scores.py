@@ -36,27 +36,19 @@ def naive(a, b):
     return float(squared.min(1).values.mean() + squared.min(0).values.mean())
 
 
-def test_every_template_is_scored_on_every_query(case):
+def test_the_selected_template_is_scored_on_every_query(case):
     prediction, batch = case
     scores = score((prediction, batch))
     matrix, control, _ = batch.templates
-    for q in range(2):
-        for t in range(3):
-            truth = batch.target_points[q]
-            moved = matrix[t] @ (control[t] + prediction.offsets[q, t])
-            assert scores.deformed[q, t] == pytest.approx(naive(moved, truth), rel=1e-4)
-            rest = matrix[t] @ control[t]
-            assert scores.undeformed[q, t] == pytest.approx(naive(rest, truth), rel=1e-4)
-    assert scores.selected.tolist() == [1, 0]
+    for q, t in ((0, 1), (1, 0)):
+        truth = batch.target_points[q]
+        moved = matrix[t] @ (control[t] + prediction.offsets[q, t])
+        assert scores.deformed[q] == pytest.approx(naive(moved, truth), rel=1e-4)
+        assert scores.undeformed[q] == pytest.approx(naive(matrix[t] @ control[t], truth), rel=1e-4)
     assert scores.counts.tolist() == [1, 1, 0]
     summary = scores.summary()
-    mean = 1000 * (scores.deformed[0, 1] + scores.deformed[1, 0]) / 2
-    assert summary["box_chamfer"] == pytest.approx(mean, rel=1e-6)
-    best = 1000 * np.mean([min(row) for row in scores.undeformed.tolist()])
-    assert summary["best_undeformed_box_chamfer"] == pytest.approx(best, rel=1e-6)
-    assert summary["best_deformed_box_chamfer"] <= summary["box_chamfer"]
+    assert summary["box_chamfer"] == pytest.approx(1000 * scores.deformed.mean(), rel=1e-6)
     assert summary["effective_templates"] == pytest.approx(2)
-    assert summary["num_samples"] == 2
 
 
 def test_batches_are_joined_in_the_order_of_the_rows(case):
@@ -73,4 +65,4 @@ def test_one_query_and_one_template_keep_their_axes(case):
     weights = torch.ones(1, 1)
     alone = FfdPrediction(weights, weights, prediction.offsets[:1, :1], weights.log())
     scores = score((alone, Batch(*(x[:1] for x in batch[:3]), templates)))
-    assert scores.deformed.shape == scores.weights.shape == (1, 1)
+    assert (scores.deformed.shape, scores.weights.shape) == ((1,), (1, 1))

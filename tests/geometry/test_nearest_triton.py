@@ -88,32 +88,6 @@ def test_points_that_are_not_finite(backend):
     assert not i_ba.any()
 
 
-@runs
-@pytest.mark.parametrize(("num_a", "num_b", "count"), [(3, 3, 3), (6, 2, 6), (2, 6, 6), (1, 1, 2)])
-def test_gradient(backend, num_a, num_b, count):
-    a, b = clouds(num_a, 33).mT.contiguous().mT, clouds(num_b, 300, seed=1)  # a is strided
-    index_a, index_b = pairs(a, b, count)
-    d_ab, i_ab, d_ba, i_ba = torch_backend.search(a, b, index_a, index_b)
-    g_ab, g_ba = torch.rand_like(d_ab), torch.ones(1, device=DEVICE).expand(d_ba.shape)
-    arguments = a, b, index_a, index_b, i_ab, i_ba, g_ab, g_ba
-    expected = torch_backend.gradient(*arguments)
-    torch.testing.assert_close(backend.gradient(*arguments), expected, rtol=1e-4, atol=1e-4)
-
-
-@pytest.mark.skipif(DEVICE == "cpu", reason="needs a GPU")
-def test_repeats_when_asked_to(backend):
-    a, b = clouds(1, 500), clouds(40, 500, seed=1)
-    index_a, index_b = pairs(a, b, 40)
-    d_ab, i_ab, d_ba, i_ba = backend.search(a, b, index_a, index_b)
-    arguments = a, b, index_a, index_b, i_ab, i_ba, torch.rand_like(d_ab), torch.rand_like(d_ba)
-    torch.use_deterministic_algorithms(True)
-    try:
-        first = backend.gradient(*arguments)
-        assert all(torch.equal(first, backend.gradient(*arguments)) for _ in range(5))
-    finally:
-        torch.use_deterministic_algorithms(False)
-
-
 @pytest.mark.skipif(INTERPRETED, reason="is in it")
 def test_in_the_interpreter():
     environment = {k: v for k, v in os.environ.items() if not k.startswith("PYTEST")}

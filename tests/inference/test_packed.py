@@ -90,7 +90,6 @@ def test_the_command_says_what_is_in_the_file(joint_checkpoint, tmp_path, capsys
     arguments = [f"run={joint_checkpoint}", f"out={out}"]
     assert command.main(read_settings(command.Settings, arguments)) == 0
     said = capsys.readouterr().out
-    sizes = [float(size) for size in re.findall(r"([\d.]+) MB", said)]
-    assert sizes[0] == pytest.approx(out.stat().st_size / 1e6, abs=0.06)
-    assert sizes[0] == pytest.approx(sum(sizes[1:]), abs=0.3)
+    size = float(re.search(r"([\d.]+) MB", said)[1])
+    assert size == pytest.approx(out.stat().st_size / 1e6, abs=0.06)
     assert out.stat().st_size < joint_checkpoint.stat().st_size / 3

@@ -108,12 +108,12 @@ def test_candidates_come_by_weight(reconstruction):
 
 def test_a_batch_is_its_images(predictor, image, reconstruction):
     other = image[:, ::-1].copy()
-    batch = predictor.predict_batch([other, image])
+    batch = predictor.predict_framed([predictor.frame(x) for x in (other, image)])
     np.testing.assert_allclose(batch[1].offsets, reconstruction.offsets, atol=ROUNDING)
     np.testing.assert_allclose(batch[0].weights, predictor.predict(other).weights, atol=ROUNDING)
     for one, two in ((batch[0].weights, batch[1].weights), (batch[0].offsets, batch[1].offsets)):
         assert np.abs(one - two).max() > 5 * ROUNDING, "images are told apart"
-    assert predictor.predict_batch([]) == []
+    assert predictor.predict_framed([]) == []
 
 
 def test_outputs_that_are_not_finite_are_named(checkpoint, image):
@@ -230,7 +230,9 @@ def test_a_category_that_is_named_is_selected_from(joint, image):
         with pytest.raises(IndexError, match=f"2 templates of {found.category}"):
             found.candidate(2)
     assert guess.of_category("sofa").index == asked.index
-    one, other = joint.predict_batch([image, image[:, ::-1].copy()], category="sofa")
+    one, other = joint.predict_framed(
+        [joint.frame(x) for x in (image, image[:, ::-1].copy())], category="sofa"
+    )
     assert one.category == other.category == "sofa"
 
 

@@ -22,7 +22,7 @@ from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.inference.export import check_out, export_onnx, templates_file
 from ffd_lightning.inference.own_templates import tell
-from ffd_lightning.inference.packed import NUM_POINTS, write_packed
+from ffd_lightning.inference.packed import write_packed
 from ffd_lightning.inference.predictor import checkpoint_of
 
 MAIN = "run"
@@ -56,7 +56,8 @@ def main(settings: Settings) -> int:
     out = Path(settings.out).expanduser()
     if out.suffix != ".ckpt":
         check_out(out)  # before the checkpoint is read
-    checkpoint = checkpoint_of(settings.checkpoint or settings.run)
+    told = settings.templates is not None
+    checkpoint = checkpoint_of(settings.checkpoint or settings.run, told)
     model = load_model(checkpoint)
     if (own := named_templates(settings, model, settings.data_root)) is not None:
         model = tell(model, own)
@@ -75,14 +76,9 @@ def main(settings: Settings) -> int:
 
 def _write_checkpoint(checkpoint: Path, out: Path, model: TrainedModel) -> None:
     """Write a small checkpoint, and print what is in it."""
-    packed = write_packed(checkpoint, out, model)
-    sizes = {k: f"{v / 1e6:.1f} MB" for k, v in packed.parts.items()}
+    write_packed(checkpoint, out, model)
     height, width = model.network.image_size
     print(
-        f"{out}: {packed.size / 1e6:.1f} MB, images of {height} x {width}, {len(model.bank)} "
-        f"templates, trained on {', '.join(model.categories)}, step {model.step:,}"
-    )
-    print(
-        f"network {sizes['network']} in float16, meshes {sizes['meshes']}, {NUM_POINTS:,} points "
-        f"of each template {sizes['clouds']}"
+        f"{out}: {out.stat().st_size / 1e6:.1f} MB, images of {height} x {width}, "
+        f"{len(model.bank)} templates, trained on {', '.join(model.categories)}, step {model.step:,}"
     )

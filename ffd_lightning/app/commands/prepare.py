@@ -78,7 +78,7 @@ def _tried(preparation: Preparation, cfg: PrepareCommandConfig) -> Iterator[str]
     if absent := [i for i in templates if i not in usable]:
         yield (
             f"{len(absent)} of the paper's {len(templates)} templates are absent or cannot be "
-            f"used, `medoids` ones take their places: {', '.join(absent)}"
+            f"used, others take their places: {', '.join(absent)}"
         )
     if preparation.target.exists():
         yield f"prepared already: {preparation.target}"

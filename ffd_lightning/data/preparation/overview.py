@@ -1,15 +1,14 @@
 """What a user should know of a set that has just been prepared: in lines, and in a picture.
 
 Below what the network sees, embedded shapes and some of the set are drawn from the same
-sides, so that a wrong `up` or `yaw` is seen at a glance; and below those, what probably stands
-otherwise than the rest.
+sides, so that a wrong `up` or `yaw` is seen at a glance.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from itertools import product, starmap
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +18,7 @@ from PIL import Image
 from ffd_lightning import shapes
 from ffd_lightning.data.categories import name_of
 from ffd_lightning.data.preparation.prepared import MANIFEST, PreparedSet
-from ffd_lightning.data.reading.orientation import ORIENTATIONS, Orientation, turn_anew
+from ffd_lightning.data.reading.orientation import ORIENTATIONS
 from ffd_lightning.files import write_bytes_atomic
 from ffd_lightning.geometry.mesh import Mesh, normalize
 from ffd_lightning.imaging.camera import Camera
@@ -32,8 +31,6 @@ SHOWN = 32
 
 _NAMED = 3  # kinds of reasons for which shapes were rejected
 _KINDS = 6  # of warnings in one line; a source of one's own may word each its own way
-_SUGGESTED = 20  # shapes with a line for the table
-_HEAD = "id,yaw,up"  # of the table
 _COLUMNS = 8
 _HEIGHT, _WIDTH = 144, 192  # pixels, of a cell
 _POSED = 3  # shapes that are drawn from all sides
@@ -51,11 +48,6 @@ _LOOKED_AT = 20  # embedded shapes, to find different ones
 def sheet_of(folder: Path) -> Path:
     """Return where a prepared set's contact sheet is: not in its folder, which never changes."""
     return folder.parents[1] / "sheets" / f"{folder.name}.png"
-
-
-def suggested_of(folder: Path) -> Path:
-    """Return where the table is of a prepared set's shapes that probably stand wrongly, if any."""
-    return sheet_of(folder).with_suffix(".csv")
 
 
 def describe(prepared: PreparedSet) -> list[str]:
@@ -89,40 +81,6 @@ def some_reasons(reasons: Mapping[str, str]) -> str:
     return "; ".join([*parts, *(["..."] if len(kinds) > _NAMED else [])])
 
 
-def present_pose(prepared: PreparedSet, shape_id: str) -> Orientation | None:
-    """Return how a shape of one category was turned; None if its source has no table of that."""
-    source = prepared.manifests[0]["settings"]["source"]
-    if source.get("source") != "folder":
-        return None
-    own = source.get("orientations", {})
-    return Orientation(*own.get(shape_id, (source["up"], source["yaw"])))
-
-
-def suggestion(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list[str]:
-    """Return what to say of shapes that probably stand wrongly, and lines for their table."""
-    if not likely:
-        return []
-    named = list(likely.items())[:_SUGGESTED]
-    left = len(likely) - len(named)
-    more = [f"and {left} more, see {suggested_of(prepared.path)}"] if left else []
-    return [
-        f"{len(likely)} of {len(prepared)} shapes probably stand otherwise than the rest: see the "
-        f"contact sheet; these lines in {ORIENTATIONS} beside the meshes turn them:",
-        *(_HEAD, *starmap(_line, named), *more),
-    ]
-
-
-def _line(shape_id: str, pose: Orientation) -> str:
-    """Return a line of the table of orientations.
-
-    >>> _line("chair, red", Orientation("z", 90.0))
-    '"chair, red",90,z'
-    """
-    if set(shape_id) & set(',"'):
-        shape_id = '"' + shape_id.replace('"', '""') + '"'
-    return f"{shape_id},{pose.yaw:g},{pose.up}"
-
-
 def count_warnings(prepared: PreparedSet) -> str:
     """Return how many shapes have each of the commonest kinds of warning, as text."""
     counts: Counter[str] = Counter()
@@ -134,29 +92,17 @@ def count_warnings(prepared: PreparedSet) -> str:
     return "; ".join(parts + more)
 
 
-def write_sheet(
-    prepared: PreparedSet, file: Path, likely: Mapping[str, Orientation] | None = None
-) -> str:
-    """Write a set's contact sheet, a PNG, and say where it is, or why it could not be written.
-
-    `likely` is what `poses.likely_poses` finds; a table of it is written beside the sheet.
-    """
+def write_sheet(prepared: PreparedSet, file: Path) -> str:
+    """Write a set's contact sheet, a PNG, and say where it is, or why it could not be written."""
     try:
-        write_bytes_atomic(file, png(draw_set(prepared, likely or {})))
-        if likely:
-            lines = "\n".join([_HEAD, *starmap(_line, likely.items()), ""])
-            write_bytes_atomic(file.with_suffix(".csv"), lines.encode())
+        write_bytes_atomic(file, png(draw_set(prepared)))
     except OSError as error:  # the set itself is there
         return f"the contact sheet cannot be written: {error.strerror or error}: {file}"
     return f"contact sheet: {file}"
 
 
-def draw_set(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> Image.Image:
-    """Draw the first image of up to 32 shapes of a set, and some shapes from four sides.
-
-    Of those that probably stand otherwise, eight are drawn as they do and as they should; of a set
-    with variants, a row of these.
-    """
+def draw_set(prepared: PreparedSet) -> Image.Image:
+    """Draw the first image of up to 32 shapes of a set, some of its variants, and four sides."""
     whole, prepared = prepared, prepared.originals
     views, category = prepared.spread_views(range(len(prepared)), SHOWN), prepared.category(0)
     rows = [row for row, _ in views]
@@ -167,9 +113,11 @@ def draw_set(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> Image.
     title = f"right orientation: {category if known else 'any shape'}"
     left = _poses(expected, [cameras[min(k, len(own) - 1)] for k in range(len(expected))])
     right = _poses([(prepared.ids[row], prepared.mesh(row)) for row in own], cameras)
+    source = prepared.manifests[0]["settings"]["source"]
     turning = "the same sides of shapes of the set"
-    if usual := present_pose(prepared, ""):
-        turning = f"data.up={usual.up} data.yaw={usual.yaw:g} turn all, {ORIENTATIONS} single ones"
+    if source.get("source") == "folder":
+        up, yaw = source["up"], source["yaw"]
+        turning = f"data.up={up} data.yaw={yaw:g} turn all, {ORIENTATIONS} single ones"
     poses = [
         _headed(left, title, "embedded shapes: front to -z, y up"),
         _headed(right, "orientation of this set", turning),
@@ -181,26 +129,7 @@ def draw_set(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> Image.
         some = [row for row, _ in whole.spread_views(made, _COLUMNS)]
         note = f"{len(some)} of {len(made)} variants of these shapes, that are only trained on"
         sheets.append(_headed(_first_images(whole, some), "deformed variants", note))
-    return joined([*sheets, joined(poses, across=True), *_suggested(prepared, likely)])
-
-
-def _suggested(prepared: PreparedSet, likely: Mapping[str, Orientation]) -> list[Image.Image]:
-    """Draw some shapes as they stand, and below as they probably should; nothing of none."""
-    if not likely:
-        return []
-    shown = list(likely.items())[:_COLUMNS]
-    before, after = [], []
-    for shape_id, pose in shown:
-        row, present = prepared.index(shape_id), present_pose(prepared, shape_id)
-        assert present is not None
-        mesh, camera = prepared.mesh(row), prepared.camera(row)
-        before.append(_drawn(mesh, camera))
-        turned = mesh.with_vertices(turn_anew(mesh.vertices, present, pose))
-        after.append(_drawn(turned, camera))
-    labels = [i for i, _ in shown] + [*starmap(_line, shown)]
-    pictures = grid([*before, *after], len(shown), labels, font_size=_FONT)
-    note = f"{len(shown)} of {len(likely)}, and as these lines of {ORIENTATIONS} turn them"
-    return [_headed(pictures, "probably standing otherwise than the rest", note)]
+    return joined([*sheets, joined(poses, across=True)])
 
 
 def _first_images(prepared: PreparedSet, rows: Sequence[int]) -> Image.Image:

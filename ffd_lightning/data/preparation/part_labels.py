@@ -16,14 +16,9 @@ Points = NDArray[np.float64]
 
 
 def label_points(parts: PartCloud, points: Points) -> NDArray[np.uint8]:
-    """Return the label of the annotated point nearest to each point.
+    """Return the label of the annotated point nearest to each of some points, (N, 3).
 
-    Args:
-        parts: annotated points.
-        points: (N, 3), in their frame.
-
-    Returns:
-        (N,) uint8 index into `parts.names`, 255 where that is not known.
+    Returns (N,) uint8, indices into `parts.names`, 255 where that is not known.
     """
     if len(parts.points) == 0:
         return np.full(len(points), UNKNOWN_PART, np.uint8)

@@ -23,13 +23,7 @@ from typing import Any, Literal
 import numpy as np
 from filelock import AcquireReturnProxy, FileLock, Timeout
 
-from ffd_lightning.data.preparation.overview import (
-    describe,
-    sheet_of,
-    some_reasons,
-    suggestion,
-    write_sheet,
-)
+from ffd_lightning.data.preparation.overview import describe, sheet_of, some_reasons, write_sheet
 from ffd_lightning.data.preparation.prepared import (
     FORMAT_VERSION,
     MANIFEST,
@@ -196,13 +190,7 @@ class Preparation:
             ) from error
         prepared = PreparedSet.open(self.target)
         if missing is None and self.progress:
-            # Not at the top: workers need no torch.
-            from ffd_lightning.data.preparation.poses import likely_poses
-
-            _say(*describe(prepared))
-            likely = likely_poses(prepared.originals)
-            sheet = write_sheet(prepared, sheet_of(prepared.path), likely)
-            _say(*suggestion(prepared.originals, likely), sheet)
+            _say(*describe(prepared), write_sheet(prepared, sheet_of(prepared.path)))
         return prepared
 
     def _missing(self) -> list[str] | None:

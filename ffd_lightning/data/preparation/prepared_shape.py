@@ -13,12 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from ffd_lightning.data.preparation.packing import (
-    pack_cameras,
-    pack_image,
-    pack_mesh,
-    pack_points,
-)
+from ffd_lightning.data.preparation.packing import pack_cameras, pack_image, pack_mesh, pack_points
 from ffd_lightning.data.preparation.part_labels import label_faces, label_points
 from ffd_lightning.data.preparation.variants import vary
 from ffd_lightning.data.source import Source, SourceShape

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, as_completed
@@ -40,9 +39,6 @@ def make_shapes(
     with _plain_processes():
         pool = ProcessPool(min(workers, len(ids)), 0, _start_worker, (maker,), context)
         try:
-            with _no_ctrl_c():  # what starts workers is started here
-                started = pool.schedule(os.getpid)
-            started.result()
             pending: dict[Future[Failure | None], str]
             pending = {pool.schedule(_work, (i,), timeout=timeout): i for i in ids}
             for future in as_completed(pending):
@@ -68,23 +64,6 @@ def make_shapes(
             pool.stop()  # Ctrl-C or a full disk: no reason to wait for shapes in work
             pool.join()
     return failures
-
-
-@contextmanager
-def _no_ctrl_c() -> Iterator[None]:
-    """Keep Ctrl-C from processes that are started here and by threads that are.
-
-    A terminal sends it to the workers too, and one that is still importing would answer with a
-    traceback. They inherit the mask; the parent gets what was held back when it is lifted.
-    """
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -33,16 +33,11 @@ from ffd_lightning.geometry.mesh import Mesh
 EXTENSIONS = (".glb", ".gltf", ".obj", ".ply", ".off", ".stl")
 """Formats that can be read, the best at carrying colours first."""
 
-_CONVERTED = {
-    **{".ac": "AC3D", ".acc": "AC3D", ".dae": "Collada", ".fbx": "FBX", ".3ds": "3D Studio"},
-    **{".lwo": "LightWave", ".x3d": "X3D", ".3mf": "3MF"},
-}  # by assimp
-_EXPORTED = {
-    **{".blend": "Blender", ".skp": "SketchUp", ".max": "3ds Max", ".c4d": "Cinema 4D"},
-    **{".ma": "Maya", ".mb": "Maya", ".3dm": "Rhino", ".step": "STEP", ".stp": "STEP"},
-    **{".usd": "USD", ".usda": "USD", ".usdc": "USD", ".usdz": "USD", ".wrl": "VRML"},
-}  # by the program that made it, or another
-FOREIGN = (*_CONVERTED, *_EXPORTED)
+_ASSIMP = (".ac", ".acc", ".dae", ".fbx", ".3ds", ".lwo", ".x3d", ".3mf")
+FOREIGN = (
+    *(*_ASSIMP, ".blend", ".skp", ".max", ".c4d", ".ma", ".mb", ".3dm", ".step", ".stp"),
+    *(".usd", ".usda", ".usdc", ".usdz", ".wrl"),
+)
 """Formats of meshes that cannot be read; `read_mesh` says how to convert them."""
 
 _NO_LIBRARY = "material files are absent"
@@ -101,14 +96,12 @@ def unread(path: PurePath) -> str:
     """Return why a file of one of the formats `FOREIGN` is not read, and the way out.
 
     >>> unread(PurePath("cars/mini.ac"))
-    'AC3D is not read: `assimp export mini.ac mini.obj` makes an OBJ of it'
+    '.ac is not read: `assimp export mini.ac mini.obj` makes an OBJ of it'
     """
     kind, name = path.suffix.lower(), path.name
-    if kind in _CONVERTED:
-        out = path.with_suffix(".obj").name
-        way = f"`{shlex.join(['assimp', 'export', name, out])}` makes an OBJ of it"
-        return f"{_CONVERTED[kind]} is not read: {way}"
-    return f"{_EXPORTED[kind]} is not read: export {name} as .glb or .obj"
+    command = shlex.join(["assimp", "export", name, path.with_suffix(".obj").name])
+    way = f"`{command}` makes an OBJ of it" if kind in _ASSIMP else f"export {name} as .glb or .obj"
+    return f"{kind} is not read: {way}"
 
 
 def mesh_of(geometry: trimesh.Trimesh | trimesh.Scene, name: str) -> Mesh:

@@ -6,7 +6,7 @@ import csv
 import math
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, cast, get_args
+from typing import Literal, NamedTuple, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,11 +59,6 @@ def turn(points: ArrayLike, up: Up, yaw: float) -> NDArray[np.float64]:
     return np.stack([cosine * x + sine * z, y, cosine * z - sine * x], axis=-1) + 0.0  # no -0.0
 
 
-def turn_anew(points: ArrayLike, earlier: Orientation, orientation: Orientation) -> Any:
-    """Turn points (..., 3) that were turned by `earlier` as if they had been by `orientation`."""
-    return turn(np.asarray(points) @ turn(np.eye(3), *earlier).T, *orientation)
-
-
 def check_orientation(up: str, yaw: float) -> None:
     """Check the settings of a source that turns its meshes; a ValueError names the wrong one."""
     if up not in get_args(Up):
@@ -83,10 +78,8 @@ def read_orientations(
 ) -> dict[str, Orientation]:
     """Read how single shapes stand: a CSV with a column `id`, and `yaw` or `up` or both.
 
-    Args:
-        file: the table; where there is none, no shape stands otherwise.
-        ids: of the shapes that there are.
-        usual: what an empty field, or a column that is not there, means.
+    An empty field, or a column that is not there, means what is `usual`. Where there is no file, no
+    shape stands otherwise.
 
     Raises:
         DataError: a column, an id or a value that cannot be; it names the line.
@@ -95,36 +88,24 @@ def read_orientations(
         return {}
     found: dict[str, Orientation] = {}
     with file.open(encoding="utf-8-sig", errors="replace", newline="") as lines:
-        rows = csv.DictReader(lines, skipinitialspace=True)
-        names = rows.fieldnames or []
-        if "id" not in names or not {"id"} < set(names) <= {"id", "yaw", "up"}:
+        rows: csv.DictReader[str] = csv.DictReader(lines, skipinitialspace=True)
+        names = set(rows.fieldnames or ())
+        if not {"id"} < names <= {"id", "yaw", "up"}:
             raise DataError(
                 f"{file}, line 1: columns must be id, yaw and up, or id and one of both"
             )
         for row in rows:
+            shape_id, up, yaw = ((row.get(name) or "").strip() for name in ("id", "up", "yaw"))
             try:
-                found.update([_orientation(row, found, ids, usual)])
+                if shape_id not in ids:
+                    raise ValueError(
+                        f"there is no shape {shape_id!r}.{did_you_mean(shape_id, ids)}"
+                    )
+                if shape_id in found:
+                    raise ValueError(f"{shape_id} is there twice")
+                pose = Orientation(cast(Up, up or usual.up), float(yaw or usual.yaw))
+                check_orientation(*pose)
             except ValueError as error:
                 raise DataError(f"{file}, line {rows.line_num}: {error}") from None
+            found[shape_id] = pose
     return found
-
-
-def _orientation(
-    row: dict[Any, Any], found: Collection[str], ids: Collection[str], usual: Orientation
-) -> tuple[str, Orientation]:
-    """Return one row of the table; a ValueError says what is wrong with it."""
-    if None in row:
-        raise ValueError("it has more fields than there are columns")
-    fields = {name: (value or "").strip() for name, value in row.items()}
-    shape_id, up, yaw = (fields.get(name, "") for name in ("id", "up", "yaw"))
-    if shape_id not in ids:
-        raise ValueError(f"there is no shape {shape_id!r}.{did_you_mean(shape_id, ids)}")
-    if shape_id in found:
-        raise ValueError(f"{shape_id} is there twice")
-    try:
-        degrees = float(yaw) if yaw else usual.yaw
-    except ValueError:
-        raise ValueError(f"yaw={yaw} must be a number of degrees") from None
-    up = up or usual.up
-    check_orientation(up, degrees)
-    return shape_id, Orientation(cast(Up, up), degrees)

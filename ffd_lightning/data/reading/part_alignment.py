@@ -38,10 +38,7 @@ def align(parts: PartCloud, mesh: Mesh, rng: np.random.Generator) -> PartCloud:
     Boxes are laid over each other by their centres and diagonals, for each quarter turn about the
     vertical, and the turn that fits best is taken; no turn, if it fits within 3% of the best.
 
-    Args:
-        parts: annotated points in any frame that is y up.
-        mesh: the shape.
-        rng: draws the points of the surface that are compared.
+    Annotated points may come in any frame that is y up.
 
     Raises:
         RejectedShapeError: it does not fit; the message is the reason.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from ffd_lightning import shapes
 from ffd_lightning.components import check_ranges
 from ffd_lightning.data.source import Source, SourceShape
-from ffd_lightning.errors import RejectedShapeError
 
 
 class ProceduralSource(Source):
@@ -33,10 +32,8 @@ class ProceduralSource(Source):
 
     def load(self, category: str, shape_id: str) -> SourceShape:
         """Build one shape; its part names are the category's, in the category's order."""
-        prefix, _, digits = shape_id.rpartition("-")
-        if prefix != category or not digits.isdecimal():
-            raise RejectedShapeError(f"{shape_id} is no id of a procedural {category}")
-        return SourceShape(*shapes.build(category, int(digits), self.seed))
+        index = int(shape_id.removeprefix(f"{category}-"))
+        return SourceShape(*shapes.build(category, index, self.seed))
 
     def fingerprint(self, category: str) -> dict[str, object]:
         """Return what decides the shapes."""

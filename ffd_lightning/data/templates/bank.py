@@ -20,13 +20,7 @@ from ffd_lightning.data.preparation.packing import (
     unpack_points,
 )
 from ffd_lightning.data.preparation.prepared import PreparedSet
-from ffd_lightning.geometry.ffd import (
-    Degrees,
-    Lattice,
-    TemplateSample,
-    deform,
-    deformation_matrix,
-)
+from ffd_lightning.geometry.ffd import Degrees, Lattice, TemplateSample, deform, deformation_matrix
 from ffd_lightning.geometry.mesh import UNKNOWN_PART, Mesh, mean_colors, normalize
 from ffd_lightning.geometry.sampling import sample_stratified
 from ffd_lightning.geometry.subdivision import subdivide_mesh
@@ -112,7 +106,6 @@ class TemplateBank:
         num_points: int = 16384,
         degrees: Degrees = (3, 3, 3),
         max_edge: float = 0.02,
-        seed: int = 0,
     ) -> TemplateBank:
         """Take any meshes as templates: they are normalised, and clouds drawn from them.
 
@@ -121,7 +114,6 @@ class TemplateBank:
             num_points: per cloud.
             degrees: of the lattices.
             max_edge: longest edge of subdivided meshes.
-            seed: decides the clouds.
 
         Raises:
             ValueError: a mesh without area.
@@ -130,7 +122,7 @@ class TemplateBank:
         clouds, parts, normalized = [], [], []
         for mesh in meshes.values():
             mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
-            rng = np.random.default_rng(seed)
+            rng = np.random.default_rng(0)
             points, faces = sample_stratified(mesh.vertices, mesh.faces, num_points, rng)
             if names:
                 own = np.full(len(mesh.faces), UNKNOWN_PART, np.uint8)
@@ -210,12 +202,7 @@ class TemplateBank:
         return torch.stack([deformation_matrix(p.double(), box).float() for p, box in pairs])
 
     def lighter(self, num_points: int, max_edge: float | None = None) -> TemplateBank:
-        """Return the same templates with fewer points, or with longer edges.
-
-        Args:
-            num_points: the first of each cloud, whose order is random.
-            max_edge: longest edge of subdivided meshes; None leaves it.
-        """
+        """Return the templates with the first points of each cloud, and perhaps longer edges."""
         return replace(
             self,
             points=self.points[:, :num_points],

@@ -9,20 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import torch
 
 from ffd_lightning.components import check_ranges
 from ffd_lightning.data.categories import paper_templates
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.distances import (
-    POINTS,
     ShapeDistances,
     greedy_medoids,
     shape_distances,
     spread_rows,
 )
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.geometry.chamfer import chamfer_distance
 
 log = logging.getLogger(__name__)
 
@@ -37,14 +34,8 @@ def choose_templates(
 ) -> tuple[str, ...]:
     """Choose template ids from a prepared set, and check what was chosen.
 
-    The strategy is given the shapes that are not excluded as a set. Lists, the paper's and a
-    user's, may name any shape of the set.
-
-    Args:
-        strategy: how to choose.
-        prepared: the shapes of a category.
-        count: how many, T.
-        exclude: ids not to choose from: those to test on.
+    The strategy is given the shapes of a category that are not excluded, as those to test on are.
+    Lists, the paper's and a user's, may name any shape of the set.
 
     Raises:
         ConfigError: the strategy did not choose so many different shapes of the set.
@@ -112,46 +103,27 @@ class RandomTemplates:
 
 
 class PaperTemplates:
-    """The authors' own templates, of ShapeNet v1; `medoids` for those that are absent."""
+    """The authors' own templates, of ShapeNet v1; `medoids` of the others for those absent."""
 
     def __call__(self, prepared: PreparedSet, count: int) -> tuple[str, ...]:
-        """Return the paper's ids in their order; for an absent one what `medoids` would add there.
+        """Return those of the paper's ids that there are, in their order, then `medoids`.
 
         The first t of a larger choice are the choice of t.
         """
-        category, whole = _category(prepared), prepared.whole
-        known, held = paper_templates(category), set(whole.ids)
+        category, held = _category(prepared), set(prepared.whole.ids)
+        known = paper_templates(category)
         if not known:
             raise ConfigError(
                 f"template_strategy=paper: the paper has no templates for {category}; use medoids"
             )
-        wanted = known[:count]
-        absent = [i for i in wanted if i not in held]
-        if absent:
+        if absent := [i for i in known[:count] if i not in held]:
             log.warning(
-                "%s lacks %d of the paper's %d templates, `medoids` chooses others instead: %s",
-                *(prepared.path, len(absent), len(wanted), ", ".join(absent)),
+                "%s lacks %d of the paper's first %d templates, others take their places: %s",
+                *(prepared.path, len(absent), count, ", ".join(absent)),
             )
-        elif len(wanted) == count:
-            return wanted
-        # The paper's further templates are not used up, unless there is hardly anything else.
-        enough = len(set(prepared.ids).difference(known)) >= count - len(wanted) + len(absent)
-        spared = known if enough else wanted
-        found = shape_distances(prepared, count)
-        ids = _ids(prepared, found, range(len(found.rows)))
-        nearest = np.full(len(ids), np.inf, np.float32)
-        chosen: list[str] = []
-        for k in range(count):
-            if k < len(known) and known[k] in held:
-                chosen.append(known[k])
-            else:
-                taken = {*chosen, *spared}
-                barred = [place for place, shape_id in enumerate(ids) if shape_id in taken]
-                chosen.append(ids[greedy_medoids(found, 1, barred, nearest)[0]])
-            cloud = torch.from_numpy(whole.cloud(whole.index(chosen[-1]), POINTS))
-            distance = chamfer_distance(cloud, found.points, "mean").numpy()
-            nearest = np.minimum(nearest, distance)
-        return tuple(chosen)
+        chosen = tuple(i for i in known if i in held)[:count]
+        left = count - len(chosen)
+        return chosen + MedoidTemplates()(prepared.without(chosen), left) if left else chosen
 
 
 class AutoTemplates:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -106,33 +105,18 @@ def _measure(prepared: PreparedSet, size: int) -> ShapeDistances:
     return ShapeDistances(rows, points, table + table.T)
 
 
-def greedy_medoids(
-    found: ShapeDistances,
-    count: int,
-    barred: Sequence[int] = (),
-    nearest: Float[np.ndarray, " n"] | None = None,
-) -> list[int]:
+def greedy_medoids(found: ShapeDistances, count: int) -> list[int]:
     r"""Choose shapes one by one so that all others have a chosen one near.
 
     Each is the one that lowers $\sum_i \min_t \sqrt{d_{it}}$ the most, so the first t of any
     larger choice are the choice of t. The root keeps few shapes that are far from everything from
     drawing templates to them. Outliers neither count in the sum nor are chosen, unless no others
-    are left.
-
-    Args:
-        found: distances between the shapes.
-        count: how many are chosen.
-        barred: places in `found.rows` that must not be chosen.
-        nearest: distance of each shape to the nearest one that is chosen already.
-
-    Returns:
-        Places in `found.rows`, in the order in which they were chosen.
+    are left. Returns places in `found.rows`, in the order in which they were chosen.
     """
     outlier, _ = found.outliers()
     cost = np.sqrt(found.table[:, ~outlier].astype(np.float64))
-    near = np.full(cost.shape[1], np.inf) if nearest is None else np.sqrt(nearest[~outlier])
+    near = np.full(cost.shape[1], np.inf)
     free = np.ones(len(cost), bool)
-    free[list(barred)] = False
     chosen: list[int] = []
     for _ in range(count):
         allowed = np.flatnonzero(free & ~outlier)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import shlex
 from collections.abc import Sequence
 from typing import Any
@@ -14,12 +13,7 @@ from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.prepared import PreparedSet
 from ffd_lightning.data.templates.bank import TemplateBank
-from ffd_lightning.data.templates.distances import (
-    CANDIDATES,
-    POINTS,
-    shape_distances,
-    spread_rows,
-)
+from ffd_lightning.data.templates.distances import CANDIDATES, POINTS, shape_distances, spread_rows
 from ffd_lightning.geometry.chamfer import chamfer_distance
 
 Row = dict[str, Any]
@@ -32,10 +26,6 @@ def template_rows(prepared: PreparedSet, bank: TemplateBank) -> tuple[list[Row],
 
     Distances are mean Chamfer distances of clouds of `POINTS` points, in units of the squared
     bounding-box diagonal.
-
-    Args:
-        prepared: the set, of one category or several.
-        bank: T templates of it.
 
     Returns:
         A row per template, in their order: `order` from 1, `id`, `family`, `share` of the shapes
@@ -89,17 +79,15 @@ def outlier_rows(prepared: PreparedSet) -> list[Row]:
 def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = False) -> str:
     """Return in words what `outlier_rows` has found, and what can be done; "" where it is nothing.
 
-    Args:
-        prepared: the set.
-        rows: of its outliers.
-        dropped: they are left out already.
+    `dropped` says that they are left out already.
     """
     if not rows:
         return ""
     looked_at = sum(min(len(member.originals), CANDIDATES) for member in prepared.members)
     ids = [str(row["id"]) for row in rows[:_NAMED]]
     more = f" and {len(rows) - _NAMED} more" if len(rows) > _NAMED else ""
-    setting = shlex.quote(f"data.leave_out=[{','.join(map(_in_list, ids))}]")
+    listed = json.dumps(ids, ensure_ascii=False, separators=(",", ":"))
+    setting = shlex.quote(f"data.leave_out={listed}")
     way = (
         "they are left out of training and tests"
         if dropped
@@ -108,13 +96,3 @@ def outlier_note(prepared: PreparedSet, rows: Sequence[Row], dropped: bool = Fal
     )
     count = f"{len(rows)} of {looked_at} shapes are like nothing else in their category"
     return f"{count}: {', '.join(ids)}{more}; {way}"
-
-
-def _in_list(shape_id: str) -> str:
-    """Return an id as it is written in a list on a command line: quoted, if it is no plain word.
-
-    >>> _in_list("chair-7"), _in_list("007")
-    ('chair-7', '"007"')
-    """
-    word = re.fullmatch(r"(?!(true|false|null|inf|nan)$)[A-Za-z_][\w./-]*", shape_id, re.A | re.I)
-    return shape_id if word else json.dumps(shape_id, ensure_ascii=False)

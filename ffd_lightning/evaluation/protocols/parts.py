@@ -1,9 +1,4 @@
-"""How well part labels are transferred: how many of those that a template brings along are right.
-
-A template brings its labels along as it is deformed (the paper's section on semantic label
-transfer, which shows pictures). Here the true points take the labels of the points nearest to them,
-and are compared with their own.
-"""
+"""How well part labels are transferred that a template brings along."""
 
 from __future__ import annotations
 

@@ -16,7 +16,8 @@ What makes it fast:
   least of three in one. The loop of the sweep comes to 8.2 instructions per distance there, 6 of
   them arithmetic.
 
-Clouds may have up to 2 million points, the limit of a launch's grid.
+Gradients are a few gathers: plain torch's. Clouds may have up to 2 million points, the limit of a
+launch's grid.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ import triton
 import triton.language as tl
 from torch import Tensor
 
-from ffd_lightning.geometry.nearest import torch_backend
+from ffd_lightning.geometry.nearest.torch_backend import gradient
+
+__all__ = ["gradient", "search"]
 
 _LANES = 32  # threads of a warp: columns of a tile
 _ROWS = 32  # of a tile; each takes 4 registers of every thread, so 64 do not fit
@@ -66,32 +69,6 @@ def search(a: Tensor, b: Tensor, index_a: Tensor, index_b: Tensor) -> tuple[Tens
         d_ab, i_ab = _found(rows, columns, index_a, index_b, near_a, num_a, 1, count, -torch.inf)
         d_ba, i_ba = _found(swept, rows, index_b, index_a, near_b, num_b, count, _ROWS, torch.inf)
     return d_ab, i_ab, d_ba, i_ba
-
-
-def gradient(
-    a: Tensor,
-    b: Tensor,
-    index_a: Tensor,
-    index_b: Tensor,
-    i_ab: Tensor,
-    i_ba: Tensor,
-    g_ab: Tensor,
-    g_ba: Tensor,
-) -> Tensor:
-    """Return the gradient with respect to `a`, (A, N, 3).
-
-    Atomic additions come in any order, so the last bits differ from run to run. Under
-    `torch.use_deterministic_algorithms(True)` plain torch takes over.
-    """
-    if torch.are_deterministic_algorithms_enabled():
-        return torch_backend.gradient(a, b, index_a, index_b, i_ab, i_ba, g_ab, g_ba)
-    pairs, num_a, num_b = len(index_a), a.shape[1], b.shape[1]
-    result = torch.zeros_like(a, memory_format=torch.contiguous_format)
-    arrays = [t.contiguous() for t in (a, b, index_a, index_b, i_ab, i_ba, g_ab, g_ba)]
-    with torch.cuda.device_of(a):
-        grid = (pairs, triton.cdiv(max(num_a, num_b), _POINTS))
-        _add_gradients[grid](*arrays, result, num_a, num_b, POINTS=_POINTS, num_warps=4)
-    return result
 
 
 def _laid_out(clouds: Tensor, width: int, span: int, away: float) -> Tensor:
@@ -283,44 +260,3 @@ def _find(
     low += (x - x) + (y - y) + (z - z)  # nan where the point itself is not finite
     tl.store(d + pair * num + point, low, mask=wanted)
     tl.store(i + pair * num + point, best & 0x7FFFFFFF, mask=wanted)
-
-
-@triton.jit
-def _add_gradients(
-    a: tl.tensor,
-    b: tl.tensor,
-    index_a: tl.tensor,
-    index_b: tl.tensor,
-    i_ab: tl.tensor,
-    i_ba: tl.tensor,
-    g_ab: tl.tensor,
-    g_ba: tl.tensor,
-    result: tl.tensor,
-    num_a: tl.tensor,
-    num_b: tl.tensor,
-    POINTS: tl.constexpr,
-) -> None:
-    pair = tl.program_id(0).to(tl.int64)
-    point = tl.program_id(1) * POINTS + tl.arange(0, POINTS)
-    start_a = tl.load(index_a + pair) * num_a * 3
-    start_b = tl.load(index_b + pair) * num_b * 3
-    a += start_a
-    b += start_b
-    result += start_a
-    inside = point < num_a
-    j = tl.load(i_ab + pair * num_a + point, mask=inside, other=0)
-    g = tl.load(g_ab + pair * num_a + point, mask=inside, other=0.0)
-    _add_gradient(a + point * 3, b + j * 3, result + point * 3, 2 * g, inside)
-    inside = point < num_b
-    i = tl.load(i_ba + pair * num_b + point, mask=inside, other=0)
-    g = tl.load(g_ba + pair * num_b + point, mask=inside, other=0.0)
-    _add_gradient(a + i * 3, b + point * 3, result + i * 3, 2 * g, inside)
-
-
-@triton.jit
-def _add_gradient(
-    a: tl.tensor, b: tl.tensor, result: tl.tensor, g: tl.tensor, mask: tl.tensor
-) -> None:
-    for k in tl.static_range(3):
-        difference = tl.load(a + k, mask=mask, other=0.0) - tl.load(b + k, mask=mask, other=0.0)
-        tl.atomic_add(result + k, g * difference, mask=mask, sem="relaxed")

@@ -22,10 +22,6 @@ def load_keras_weights(encoder: MobileNetV1, path: str | Path) -> None:
     weights were trained on images scaled to [-1, 1]; here, as in the paper, images are
     standardised one by one, and the network adapts while it trains.
 
-    Args:
-        encoder: of the width that the file has.
-        path: of the file.
-
     Raises:
         ConfigError: Keras is not installed, or the file is damaged or of another network; the
             encoder is then as it was.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import Any
 
 import torch
@@ -10,7 +9,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from ffd_lightning.components import component
-from ffd_lightning.errors import ConfigError
+from ffd_lightning.errors import ConfigError, did_you_mean
 from ffd_lightning.nn.encoders.base import ImageEncoder
 
 
@@ -116,9 +115,8 @@ def _create_model(name: str, pretrained: bool, in_size: tuple[int, int]) -> nn.M
             f"encoder=timm cannot import timm ({error}): pip install 'ffd_lightning[timm]'"
         ) from error
     if ":" not in name and not timm.is_model(name):
-        close = difflib.get_close_matches(name, timm.list_models(), n=5)
-        hint = f"did you mean {', '.join(close)}?" if close else "see timm.list_models()"
-        raise ConfigError(f"encoder.model={name!r} is no timm model: {hint}")
+        hint = did_you_mean(name, timm.list_models()) or " See timm.list_models()"
+        raise ConfigError(f"encoder.model={name!r} is no timm model.{hint}")
     options: dict[str, Any] = {"pretrained": pretrained, "num_classes": 0, "global_pool": ""}
     try:
         try:
