@@ -13,8 +13,6 @@ from ffd_lightning.losses.selection import PosteriorTaught, Teaching, WeightedCo
 from ffd_lightning.losses.terms import (
     Chamfer,
     MeanChamfer,
-    NegativeEntropy,
-    OffsetPenalty,
     StepInput,
 )
 
@@ -59,36 +57,6 @@ def naive_chamfer(case):
             d = ((points[:, None] - target[q][None]) ** 2).sum(-1)
             found[q, t] = d.min(1).values.sum() + d.min(0).values.sum()
     return found
-
-
-def paper_objective(function="identity", entropy_weight=0.0, offset_weight=0.0, annealing_steps=5):
-    fade = "exponential", annealing_steps
-    terms = {
-        "weighted_chamfer": WeightedTerm(Chamfer()),
-        "negative_entropy": WeightedTerm(NegativeEntropy(), entropy_weight, *fade),
-        "offset_penalty": WeightedTerm(OffsetPenalty(), offset_weight, *fade),
-    }
-    return Objective(terms, WeightedCosts(function))
-
-
-@pytest.mark.parametrize(
-    ("function", "f"), [("identity", lambda g: g), ("log", lambda g: -torch.log(1 - g))]
-)
-@pytest.mark.parametrize(("weights", "step"), [((0, 0), 0), ((100, 0), 7), ((3, 2), 7)])
-def test_total_is_the_papers_sum(case, function, f, weights, step):
-    total, terms = paper_objective(function, *weights)(*case, step)
-    gamma, offsets = (x.detach() for x in case[0][:2])
-    distance, mean = naive_chamfer(case), gamma.mean(0)
-    parts = {
-        "weighted_chamfer": (f(gamma) * distance).sum(),
-        "negative_entropy": (mean * mean.log()).sum(),
-        "offset_penalty": (gamma * offsets.square().sum((-1, -2))).sum(),
-    }
-    factors = (1, *(math.exp(-step / 5) * weight for weight in weights))
-    expected = sum(k * part for k, part in zip(factors, parts.values(), strict=True))
-    torch.testing.assert_close(total.detach(), expected)
-    parts["chamfer"] = distance.gather(1, gamma.argmax(1, keepdim=True)).mean() / N
-    torch.testing.assert_close(terms, parts)
 
 
 KAPPA = {"b": (0, 0), "w": (0, 0), "e": (100, 0), "r": (0, 1)}
