@@ -25,9 +25,6 @@ def closed_form(degree, i, t):
     return math.comb(degree, i) * t**i * (1 - t) ** (degree - i)
 
 
-# --- lattice and basis ----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("degree", [0, 1, 2, 3, 5, 9])
 def test_polynomials_match_the_closed_form(degree):
     t = torch.linspace(0, 1, 23, dtype=torch.float64)
@@ -37,9 +34,6 @@ def test_polynomials_match_the_closed_form(degree):
         t = t[::11].requires_grad_()  # both ends too
         assert torch.autograd.gradcheck(bernstein_basis, (t, degree))
         assert torch.autograd.gradgradcheck(bernstein_basis, (t, degree))
-
-
-# --- deformation ----------------------------------------------------------------------------------
 
 
 def naive(points, lattice, control):
@@ -85,9 +79,6 @@ def test_queries_and_templates_broadcast_and_mixed_precision_changes_nothing():
         torch.testing.assert_close(result[q, t], matrix[t] @ (control[t] + offsets[q, t]))
     with torch.autocast("cpu", torch.bfloat16):
         assert torch.equal(deform(matrix, control, offsets), result)
-
-
-# --- inverse, bending, mirror ---------------------------------------------------------------------
 
 
 def test_fit_recovers_a_deformation():

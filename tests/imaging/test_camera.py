@@ -45,14 +45,3 @@ def test_the_authors_camera_is_that_of_their_script():
     y = 96 - focal * relative @ up / depth
     pixels, _ = camera.pixels(points, 192, 256)
     np.testing.assert_allclose(pixels, np.stack([x, y], 1), atol=1e-9)
-
-
-def test_it_cuts_tall_shapes_off_and_framing_does_not():
-    pole = np.array([[-0.02, -0.49, 0], [0.02, -0.49, 0], [0, 0.49, 0]])
-    mesh = Mesh(pole, np.array([[0, 1, 2]]), np.array([[9, 9, 9, 255]], np.uint8))
-    edges = {}
-    for model in ("framed", "authors"):
-        (camera,) = RenderSettings(camera=model, azimuths=[0.0]).cameras()
-        alpha = render(mesh, camera)[..., 3]
-        edges[model] = bool(alpha[[0, -1]].any())
-    assert edges == {"framed": False, "authors": True}

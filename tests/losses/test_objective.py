@@ -10,11 +10,7 @@ from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.ffd import TemplateSample, deform
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.selection import PosteriorTaught, Teaching, WeightedCosts
-from ffd_lightning.losses.terms import (
-    Chamfer,
-    MeanChamfer,
-    StepInput,
-)
+from ffd_lightning.losses.terms import Chamfer, MeanChamfer, StepInput
 
 
 class Prediction(NamedTuple):
@@ -93,9 +89,6 @@ def test_the_regimes_of_the_paper_are_its_formula_bit_for_bit(name, step):
         results.append((total, case[0].template_weights.grad, case[0].offsets.grad))
     ours, theirs = results
     assert all(torch.equal(a, b) for a, b in zip(ours, theirs, strict=True))
-
-
-# --- terms and selections of one's own -----------------------------------------------------------
 
 
 def squares(inputs):

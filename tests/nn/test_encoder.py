@@ -14,17 +14,6 @@ def test_output_size_is_that_of_the_feature_map(size):
     assert momenta == {1.0}
 
 
-def test_table_1_and_howard_et_al_sizes():
-    encoder = MobileNetV1(0.25)
-    assert encoder.out_channels == 256
-    assert encoder.output_size((192, 256)) == (6, 8)
-    # Howard et al.: 4.2 million parameters at width 1, of which 1.025 million in the dense top;
-    # Keras counts 3,228,864 without it, moving statistics (2 per channel) included.
-    full = MobileNetV1(1.0)
-    moving = sum(buffer.numel() for name, buffer in full.named_buffers() if "running" in name)
-    assert sum(p.numel() for p in full.parameters()) + moving == 3_228_864
-
-
 def test_impossible_settings_say_so():
     with pytest.raises(ValueError, match=r"width=0.01"):
         MobileNetV1(0.01)

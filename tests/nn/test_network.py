@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.components import make
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import mirrored_offsets
 from ffd_lightning.nn.encoders.base import ImageEncoder
@@ -116,23 +115,6 @@ def test_offsets_of_mirrored_networks_are_their_own_mirror_image():
     assert mirrored.description()["mirror_degrees"] == degrees
 
 
-def test_a_shrunk_image_is_the_mean_of_its_squares():
-    whole = build_telling()
-    small, large = random_images(2), random_images(2).repeat_interleave(2, 2)
-    encoder, heads = whole.encoder, whole.heads
-    shrinking = TemplateFfdNetwork(encoder, (128, 192), 5, 8, hidden=32, shrink=2)
-    shrinking.heads = heads
-    with torch.no_grad():
-        expected = whole(small)
-        found = shrinking.eval()(large.repeat_interleave(2, 3))
-    torch.testing.assert_close(found.template_logits, expected.template_logits)
-    torch.testing.assert_close(found.offsets, expected.offsets)
-    assert found.template_logits.std(0).max() > 10 * ROUNDING, "else nothing was compared"
-    assert not torch.equal(*found.template_logits)
-    with pytest.raises(DataError, match="images are 64x96 pixels, the network takes 128x192"):
-        shrinking(small)
-
-
 def test_lower_precision_keeps_float32_outputs():
     images = random_images()
     reference = build().eval()(images).template_logits.detach()
@@ -158,20 +140,6 @@ def test_bad_input_and_settings_say_so():
     ):
         with pytest.raises(ConfigError, match=words):
             build(**setting)
-
-
-def test_an_encoder_knows_what_it_was_made_of_and_nothing_of_first_weights():
-    encoder = make("encoder", "mobilenet", width=0.5, image_size=SIZE, batch_norm_momentum=0.3)
-    assert encoder.out_channels == 512
-    assert encoder.layers.get_submodule("conv1_bn").momentum == 0.3
-    assert encoder.component.settings == {"width": 0.5}
-    assert MobileNetV1(0.5).component == encoder.component
-    again = encoder.component.build(image_size=SIZE)
-    again.load_state_dict(encoder.state_dict())
-    images = torch.rand(2, 3, *SIZE)
-    assert torch.equal(again.eval()(images), encoder.eval()(images))
-    with pytest.raises(ConfigError, match=r"no setting 'encoder mobilenet\.weights'"):
-        make("encoder", "mobilenet", image_size=SIZE, weights="x.h5")
 
 
 class _Pooled(ImageEncoder):
