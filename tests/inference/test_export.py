@@ -128,13 +128,8 @@ def test_a_network_that_torch_cannot_export_is_named(joint_checkpoint, tmp_path)
 
 
 def test_mistakes_are_named(tmp_path, monkeypatch):
-    for setting, message in (
-        ("out=model.pt", r"must be a file that ends in \.onnx"),
-        ("run=nowhere", "there is no run nowhere"),
-        (f"run={tmp_path}", "is not a run folder"),
-    ):
-        with pytest.raises(UserError, match=message):
-            command.main(read_settings(command.Settings, [setting], command.MAIN))
+    with pytest.raises(UserError, match=r"must be a file that ends in \.onnx"):
+        command.main(read_settings(command.Settings, ["out=model.pt"], command.MAIN))
     monkeypatch.setitem(sys.modules, "onnxscript", None)
     with pytest.raises(ConfigError, match=r"needs onnxscript.*pip install 'ffd_lightning\[onnx\]'"):
         check_out(tmp_path / "model.onnx")
