@@ -211,11 +211,3 @@ def shipped(joint_checkpoint, monkeypatch, tmp_path):
     path.write_bytes(joint_checkpoint.read_bytes())
     monkeypatch.setattr(pretrained, "MODEL", path)
     return path
-
-
-@pytest.fixture
-def nothing_shipped(monkeypatch, tmp_path):
-    """A package without a trained model."""
-    from ffd_lightning import pretrained
-
-    monkeypatch.setattr(pretrained, "MODEL", tmp_path / "no.ckpt")

@@ -88,16 +88,6 @@ def test_what_was_built_is_built_again_from_plain_values():
     assert by_hand.component.settings["size"] == 4
 
 
-def test_classes_of_others_are_components_as_they_are():
-    before = torch.optim.RMSprop.__init__
-    component("optimizer", "rmsprop")(torch.optim.RMSprop)
-    assert torch.optim.RMSprop.__init__ is before
-    weights = [nn.Parameter(torch.zeros(1))]
-    built = make("optimizer", "rmsprop", params=weights, lr=0.1, momentum=0.5)
-    assert built.param_groups[0]["momentum"] == 0.5
-    assert built.param_groups[0]["lr"] == 0.1
-
-
 @dataclass
 class Inner:
     """Settings in settings."""

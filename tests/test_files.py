@@ -1,14 +1,7 @@
-import errno
-import resource
-
 import pytest
 
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.files import (
-    atomic_file,
-    lock_folder,
-    write_bytes_atomic,
-)
+from ffd_lightning.files import atomic_file, lock_folder
 
 
 @pytest.mark.parametrize("durable", [True, False])
@@ -24,21 +17,6 @@ def test_nobody_sees_half_of_a_file(tmp_path, durable):
     file.__enter__().write(b"half of it")
     assert file.__exit__(KeyError, KeyError(), None) is False
     assert path.read_text() == "one"
-    assert list(tmp_path.iterdir()) == [path]
-
-
-def test_a_full_disk_leaves_what_was_there(tmp_path):
-    path = tmp_path / "file"
-    path.write_text("earlier")
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))
-    try:
-        with pytest.raises(OSError, match="File too large") as caught:
-            write_bytes_atomic(path, bytes(10_000))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
-    assert caught.value.errno == errno.EFBIG
-    assert path.read_text() == "earlier"
     assert list(tmp_path.iterdir()) == [path]
 
 

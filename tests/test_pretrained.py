@@ -1,8 +1,5 @@
 import hashlib
 
-import pytest
-
-from ffd_lightning.errors import ConfigError
 from ffd_lightning.pretrained import pretrained_model
 
 
@@ -10,9 +7,3 @@ def test_runs_of_one_name_start_from_one_model():
     """Another model needs another word than `encoder.weights=embedded`, else runs are mixed."""
     digest = hashlib.sha256(pretrained_model().read_bytes()).hexdigest()
     assert digest == "d35a5292f4e21796e565f278e8f6bcf3820abc4a5226581403ac5aeefd2bb6b2"
-
-
-@pytest.mark.usefixtures("nothing_shipped")
-def test_where_none_came_with_the_package_the_way_out_is_said():
-    with pytest.raises(ConfigError, match="no trained model: give yours with run=RUN"):
-        pretrained_model()

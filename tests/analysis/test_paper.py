@@ -85,11 +85,6 @@ def test_the_mean_is_over_the_same_categories_on_both_sides(make):
     ], "the paper's order"
 
 
-def test_numbers_of_templates_are_told_apart(make):
-    found = cells(*(make((0.05, 0.4, 0.7), templates=t) for t in (16, 2)))["table", "ours"]
-    assert [name for name in found if found[name] != "-"] == ["b, T = 2", "b, T = 16"]
-
-
 def other(value):
     """Another value."""
     return not value if isinstance(value, bool) else f"another-{value}"

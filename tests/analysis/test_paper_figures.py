@@ -6,23 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
-from scipy.spatial import cKDTree
 
 from ffd_lightning.analysis.figures import examples as figure_examples
 from ffd_lightning.analysis.figures import sheets
-from ffd_lightning.analysis.figures.drawing import (
-    bars,
-    painted,
-    voxel_mesh,
-)
+from ffd_lightning.analysis.figures.drawing import bars, painted, voxel_mesh
 from ffd_lightning.analysis.figures.examples import collect, in_order, picked
-from ffd_lightning.analysis.figures.sheets import (
-    FIGURES,
-    TEMPLATE,
-    TRUTH,
-    paper_figure,
-    with_lattice,
-)
+from ffd_lightning.analysis.figures.sheets import FIGURES, TEMPLATE, paper_figure, with_lattice
 from ffd_lightning.app.commands import figures
 from ffd_lightning.app.open_run import open_run
 from ffd_lightning.app.settings import read_settings
@@ -63,9 +52,6 @@ def cells(name, example, count=1):
 
 def samples_of(run):
     return pd.read_csv(run.evaluation("paper-points-64") / "samples.csv").set_index("id")
-
-
-# --- meshes --------------------------------------------------------------------------------------
 
 
 def test_a_voxel_mesh_has_the_faces_that_touch_no_other_voxel():
@@ -121,23 +107,6 @@ def test_the_lattice_of_the_method_is_moved_by_the_offsets(example, monkeypatch)
     np.testing.assert_allclose(ends[:, 1] - ends[:, 0], example.offsets[index], atol=1e-6)
     deformed = found["deformed mesh"].content
     np.testing.assert_array_equal(deformed.vertices, example.deformed().mesh()[0])
-
-
-def test_subdivision_shows_one_surface_and_one_deformation(example):
-    bank, found = example.run.data.bank, cells("subdivision", example)
-    coarse = bank.meshes[example.ranked()]
-    count = len(coarse.vertices)
-    before, after, fine, fine_after, truth = (cell.content for cell in found.values())
-    np.testing.assert_array_equal(before.vertices[:count], coarse.vertices)
-    corners = fine.vertices[fine.faces]
-    assert np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max() <= bank.max_edge
-    # Where the two have a vertex in common, the deformation takes it to the same place.
-    distance, same = cKDTree(fine.vertices).query(coarse.vertices)
-    assert distance.max() < 1e-9
-    assert np.abs(after.vertices[:count] - coarse.vertices).max() > 0.05
-    np.testing.assert_allclose(after.vertices[:count], fine_after.vertices[same], atol=1e-5)
-    assert f"{len(fine.vertices):,} vertices" in found["subdivided"].label
-    assert (truth.face_colors == (*TRUTH, 255)).all()
 
 
 def test_the_iou_of_the_voxels_is_that_of_the_evaluation(run):
@@ -237,19 +206,12 @@ def test_the_command_writes_a_picture(run, example, tmp_path, capsys, monkeypatc
     assert (picture < 200).any()
 
 
-@pytest.mark.parametrize(
-    ("options", "message"),
-    [
-        (["{run}/.."], r"is not a run folder: it has no config.yaml: is .* meant\?"),
-        (["runs=[]"], "at least one run"),
-        (["{run}", "data_root={run}"], "the prepared data of .* is not there.*data_root=DIR"),
-        (["{run}", "protocol=modern"], r"ffd evaluate run=.* protocol=modern"),
-        (["{run}", "models=[table-00001]"], "there is no shape 'table-00001'.*table-0000"),
-        (["{run}", "pick=good"], "pick=good must be one of spread, best"),
-    ],
-)
-def test_mistakes_are_named(run, options, message):
-    with pytest.raises(UserError, match=message):
-        command("figure=overview", *(option.format(run=run.path) for option in options))
-    with pytest.raises(UserError, match="must be one of method, overview, subdivision"):
-        command("figure=overvew", str(run.path))
+def test_mistakes_are_named(run):
+    for option, message in (
+        (f"data_root={run.path}", "the prepared data of .* is not there.*data_root=DIR"),
+        ("protocol=modern", r"ffd evaluate run=.* protocol=modern"),
+        ("models=[table-00001]", "there is no shape 'table-00001'.*table-0000"),
+        ("pick=good", "pick=good must be one of spread, best"),
+    ):
+        with pytest.raises(UserError, match=message):
+            command("figure=overview", str(run.path), option)

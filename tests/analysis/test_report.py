@@ -8,7 +8,6 @@ import re
 import shutil
 from collections import Counter
 from html.parser import HTMLParser
-from statistics import mean
 
 import numpy as np
 import pytest
@@ -19,11 +18,6 @@ from scipy.spatial import cKDTree
 
 from ffd_lightning.analysis.figures.examples import picked, reconstruct
 from ffd_lightning.analysis.report import page as page_module
-from ffd_lightning.analysis.report.gallery import (
-    DEFORMED,
-    fit_of,
-    still,
-)
 from ffd_lightning.analysis.report.meshes import light_template, lighten, pack, size
 from ffd_lightning.analysis.report.page import write_report
 from ffd_lightning.analysis.report.selection import bars
@@ -34,32 +28,24 @@ from ffd_lightning.app.settings import read_settings
 from ffd_lightning.app.training_run import train
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.evaluation.protocols import PaperProtocol, ProtocolDescription
-from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.run_folder import RunFolder
 
 EVIL = "<script>alert('x')</script>&"
 MEASURES = ("chamfer", "emd", "iou")
 
 
-def make_run(folder, regime="b", templates=4, seed=0, count=8, settings="", **columns):
+def make_run(folder, regime="b", templates=4, seed=0, count=8, **columns):
     """Write a finished run by hand, without a checkpoint; columns are functions of the row."""
     rng = np.random.default_rng([ord(regime[0]), templates, seed])
     scores = {f"{p}{m}": rng.random(count).tolist() for p in ("", "undeformed_") for m in MEASURES}
     functions = {"template": lambda k: f"t{k % 3}"} | columns
     given = {n: [f(k) for k in range(count)] if callable(f) else f for n, f in functions.items()}
-    settings = f"trainer: {{devices: {seed}}}\n{settings}"
-    return write_run(
-        folder, regime, templates, seed, settings=settings, weight=0.5, **(scores | given)
-    )
+    return write_run(folder, regime, templates, seed, weight=0.5, **(scores | given))
 
 
 def read_rows(run, protocol="paper"):
     with (run.evaluation(protocol) / "samples.csv").open() as file:
         return list(csv.DictReader(file))
-
-
-def mean_of(run, name="chamfer"):
-    return mean(1000 * float(row[name]) for row in read_rows(run))
 
 
 class Page(HTMLParser):
@@ -149,32 +135,6 @@ def test_the_page_opens_with_who_is_best_and_whether_it_is_shown(tmp_path, blank
     assert "One training each" not in text
 
 
-def test_the_marked_best_is_the_best_of_the_samples(tmp_path, blank):
-    runs = {r: make_run(tmp_path / r, r, count=12, folded=lambda k: 0.1) for r in "bwer"}
-    page = page_of(tmp_path)
-    by_regime = {row[0][0]: row for row in table_of(page, "undeformed Chamfer")[1:]}
-    for place, name in enumerate([*MEASURES, "undeformed_chamfer"], start=1):
-        means = {r: mean_of(run, name) for r, run in runs.items()}
-        best = (max if name == "iou" else min)(means, key=means.get)
-        assert {r for r, row in by_regime.items() if "▲" in row[place]} == {best}, name
-    folded = table_of(page, "folded %")
-    assert not any("▲" in cell for row in folded for cell in row), "folded alike, none is best"
-
-
-def test_categories_have_each_their_best_and_the_mean_speaks_for_all(tmp_path, blank):
-    for category in ("table", "chair"):
-        for regime, shift in (("b", 0.05), ("e", 0.0)):
-            columns = scores_of(chamfer=shift, emd=shift, iou=shift)
-            folder = tmp_path / category / regime
-            make_run(folder, regime, count=12, category=category, **columns)
-    page = page_of(tmp_path)
-    assert "Best Chamfer and EMD: e, entropy. Best IoU: b, base." in page.text
-    rows = [row for row in page.tables[0][1:] if row[0] == "Chamfer x 1000"]
-    found = [(row[1], row[6]) for row in rows]
-    assert found == [("mean of 2", "24"), ("chair", "12"), ("table", "12")]
-    assert all(row[2] == "e, entropy: 325.8" and row[5].startswith("shown") for row in rows)
-
-
 def test_shares_of_templates_add_up_in_one_order(tmp_path):
     make_run(tmp_path / "b", count=9, template=lambda k: f"t{k % 3}")
     make_run(tmp_path / "w", "w", count=9, template=lambda k: "t2" if k else "t0")
@@ -223,36 +183,6 @@ def test_what_comes_from_outside_is_escaped(tmp_path, blank):
     assert page.tags["script"] == 2
 
 
-ODD = {
-    "failed": (lambda run: run.set_status("failed", reason="disk full"), "failed", "disk full"),
-    "killed": (lambda run: run.set_status("running"), "interrupted", "begun and is not finished"),
-    "none": (lambda run: shutil.rmtree(run.path / "evaluation"), "finished", "ffd evaluate run="),
-    "empty": (
-        lambda run: (run.evaluation("paper") / "samples.csv").write_text(""),
-        "finished",
-        "samples.csv is damaged",
-    ),
-    "no yaml": (lambda run: run.config.write_text("{{"), "damaged", "config.yaml is damaged"),
-}
-
-
-def test_runs_without_results_are_told_and_break_nothing(sweep, tmp_path):
-    for seed, (name, (change, _, _)) in enumerate(ODD.items()):
-        change(make_run(tmp_path / name, "e", seed=seed))
-    busy = make_run(tmp_path / "busy", "e", seed=len(ODD))
-    busy.set_status("running")
-    with busy.lock():
-        page = page_of(tmp_path)
-    found = {row[0]: row[1:] for row in page.tables[-1][1:]}
-    assert set(found) == {*ODD, "busy"}
-    for name, (_, state, reason) in ODD.items():
-        assert found[name][0] == state, name
-        assert reason in found[name][1], name
-    assert found["busy"] == ["running", "it was begun and is not finished: it is at work"]
-    assert [row[0][:1] for row in table_of(page, "undeformed Chamfer")[1:3]] == ["b", "w"]
-    assert "6 more runs have" in page.text
-
-
 def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, tmp_path):
     file = make_run(tmp_path / "few", "e").evaluation("paper") / "summary.json"
     few = ProtocolDescription.of(PaperProtocol(points=64))
@@ -264,29 +194,10 @@ def test_results_of_one_name_that_were_measured_otherwise_are_not_mixed(sweep, t
     assert page.text.count("evaluated under another protocol of this name") == 2
 
 
-def test_settings_that_differ_are_told_but_not_those_of_the_machine(sweep, tmp_path):
-    make_run(tmp_path / "e2", "e", seed=2)
-    page = page_of(tmp_path)
-    assert sorted(page.tables[-1][0]) == ["regime.name", "run", "seed"]
-    assert "templates.count=4" in page.text
-    assert "devices" not in page.text
-
-
 def test_the_study_s_question_is_asked(sweep, tmp_path):
     (tmp_path / "study.yaml").write_text("study: Entropy\nquestion: Does it help?\ncommand: make\n")
     text = page_of(tmp_path).text
     assert all(words in text for words in ("Entropy", "Does it help?", "make"))
-
-
-def test_results_beside_the_papers(tiny_run, sweep, tmp_path):
-    assert "Beside the paper" not in page_of(tmp_path).text, "where the study does not ask for it"
-    shutil.copytree(tiny_run.path, tmp_path / "runs" / "one")
-    (tmp_path / "runs" / "study.yaml").write_text("beside_paper: true\n")
-    page = page_of(tmp_path / "runs")
-    assert table_of(page, "PSGN")[1][:2] == ["table", "ours"]
-    assert "schedule.steps: 8 (paper: 100000)" in page.text
-    shutil.rmtree(tmp_path / "runs" / "one" / "evaluation")
-    assert "There is nothing to set beside the paper's" in page_of(tmp_path / "runs").text
 
 
 def test_the_command(sweep, tmp_path, capsys):
@@ -332,20 +243,6 @@ def test_meshes_become_small_and_keep_their_shape(limit, lost):
     assert (1 - lost) * 0.5 < radius.min() < radius.max() < 0.5001
 
 
-def test_a_still_is_the_mesh_in_its_color_and_never_cut_off():
-    vertices, faces = sphere(24)
-    mesh = pack(*lighten(3 * vertices, faces))
-    assert fit_of([mesh, pack(*lighten(vertices, faces))]) == pytest.approx(1 / 3, rel=1e-3)
-    assert fit_of([pack(*lighten(0.5 * vertices, faces))]) == 1
-    image = Image.open(io.BytesIO(still(mesh, DEFORMED, Camera(), fit_of([mesh])))).convert("RGBA")
-    pixels = np.asarray(image).astype(int)
-    shown = pixels[..., 3] > 127
-    assert shown.any(0).sum() == pytest.approx(shown.any(1).sum(), abs=2), "it is round"
-    assert shown.any(1).sum() == pytest.approx(len(pixels), abs=8), "and as high as the picture"
-    red, green, blue = (pixels[..., k][shown].mean() for k in range(3))
-    assert red < green < blue
-
-
 @pytest.fixture(scope="module")
 def trained(tiny_config, tmp_path_factory):
     """The folder of a tiny run of 2 steps, and the report's path."""
@@ -384,24 +281,6 @@ def test_the_page_shows_images_from_the_best_to_the_worst(trained):
         image = Image.open(io.BytesIO(base64.b64decode(source.partition(",")[2]))).convert("RGBA")
         assert 0.02 < (np.asarray(image)[..., 3] > 127).mean() < 0.9
     assert len(text) < 1_000_000
-
-
-@pytest.mark.parametrize(
-    ("change", "reason"),
-    [
-        (lambda run: shutil.rmtree(run.path / "checkpoints"), "there is no checkpoint"),
-        (
-            lambda run: run.config.write_text(run.config.read_text().replace("hidden: 32", "q: 3")),
-            "config.yaml cannot be used here: no setting",
-        ),
-    ],
-)
-def test_why_there_are_no_examples(trained, tmp_path, change, reason, blank):
-    shutil.copytree(trained[0], tmp_path / "copy")
-    change(RunFolder(tmp_path / "copy" / "run"))
-    page = page_of(tmp_path / "copy")
-    assert reason in page.text
-    assert page.tags["canvas"] == 0
 
 
 # --- in a browser --------------------------------------------------------------------------------

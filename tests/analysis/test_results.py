@@ -17,10 +17,14 @@ def test_runs_are_read_in_order_with_their_means(tmp_path):
     write_run(tmp_path / "1", "e", chamfer=[0.1, 0.3])
     write_run(tmp_path / "2", "b", 16, template=["x", "y"])
     write_run(tmp_path / "3", "b", 4).set_status("failed", reason="the disk is full")
+    empty = write_run(tmp_path / "4", "r").evaluation("paper") / "samples.csv"
+    empty.write_text("")
     results = Results.read(tmp_path)
-    assert results.runs["run"].tolist() == ["3", "2", "1"]
-    assert results.runs["state"].tolist() == ["failed", "finished", "finished"]
-    assert results.unscored["reason"].tolist() == ["the disk is full"]
+    assert results.runs["run"].tolist() == ["3", "2", "1", "4"]
+    assert results.runs["state"].tolist() == ["failed", *["finished"] * 3]
+    failed, damaged = results.unscored["reason"]
+    assert failed == "the disk is full"
+    assert "samples.csv is damaged" in damaged
     two, one = results.scored.to_dict("records")
     assert one["chamfer"] == pytest.approx(0.2)
     assert (two["effective_templates"], one["effective_templates"]) == pytest.approx((2, 1))
@@ -61,9 +65,6 @@ def test_protocols_are_known_from_the_runs_alone(tmp_path):
     assert Results.read(run.path).samples.empty, "damaged"
 
 
-# --- variants ------------------------------------------------------------------------------------
-
-
 def variants(folder):
     return Results.read(folder).runs.set_index("run")["variant"].to_dict()
 
@@ -81,9 +82,6 @@ def test_runs_that_are_alike_are_told_apart_by_their_names(tmp_path):
     for name in ("slow", "fast"):
         write_run(tmp_path / name)
     assert variants(tmp_path) == {"slow": "slow", "fast": "fast"}
-
-
-# --- families ------------------------------------------------------------------------------------
 
 
 def test_families_come_with_the_ranking_of_the_templates(tmp_path):

@@ -1,7 +1,6 @@
 """Tests of analysis/selection.py (tests/metrics has a test_selection.py)."""
 
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ from analysis.made import PAPER, results
 from analysis.made import run_samples as made_samples
 
 from ffd_lightning.analysis.selection import selection_stability, selection_table
+from ffd_lightning.metrics.selection import adjusted_rand
 
 
 def run_samples(templates, regime="b", **columns):
@@ -46,14 +46,6 @@ def test_regret_is_what_a_better_choice_would_have_saved():
     assert row["regret"] == pytest.approx(0.4 / 3), "of IoU more is better"
 
 
-def naive_rand(a, b):
-    pairs = list(combinations(range(len(a)), 2))
-    both = sum(a[i] == a[j] and b[i] == b[j] for i, j in pairs)
-    first, second = (sum(x[i] == x[j] for i, j in pairs) for x in (a, b))
-    expected = first * second / len(pairs)
-    return (both - expected) / ((first + second) / 2 - expected)
-
-
 def test_seeds_are_compared_over_the_samples_both_have():
     a, b, c = selections = "xxyyzzxy", "xxyyzzyy", "yyxxzzzx"
     parts = [run_samples(s, seed=k) for k, s in enumerate(selections)]
@@ -61,7 +53,7 @@ def test_seeds_are_compared_over_the_samples_both_have():
     parts[2] = parts[2].iloc[1:]  # a sample less
     table = selection_stability(results(*parts, run_samples("xxxxxxxx", "w"))).set_index("regime")
     pairs = [(a, b), (a[1:], c[1:]), (b[1:], c[1:])]
-    expected = np.mean([naive_rand(*pair) for pair in pairs])
+    expected = np.mean([adjusted_rand(*map(list, pair)) for pair in pairs])
     assert table.loc["b", "adjusted_rand"] == pytest.approx(expected)
     same = [np.mean([x == y for x, y in zip(*pair, strict=True)]) for pair in pairs]
     assert table.loc["b", "same_template"] == pytest.approx(np.mean(same))

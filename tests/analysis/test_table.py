@@ -58,23 +58,11 @@ def scores_of(folder, *runs):
     return scores(Results.read(folder))
 
 
-def test_what_runs_have_in_common_is_in_the_title(tmp_path):
-    table = scores_of(tmp_path / "a", ("b", 16, 0), ("w", 16, 0))
-    assert table.title.endswith(": table, T = 16, 2 test shapes")
-    assert [row[0] for row in table.rows] == ["b, base", "w, log-weighted"]
-    assert scores_of(tmp_path / "b", ("b", 4, 0), ("b", 8, 0)).columns[0] == "T"
-    table = scores_of(tmp_path / "c", ("b", 4, 3))
-    assert (table.columns[0], table.rows[0][0]) == ("regime", "b, base")
-
-
 def test_seeds_become_a_mean_and_the_best_is_marked(tmp_path):
     table = scores_of(tmp_path, ("b", 4, 0), ("b", 4, 1), ("w", 4, 0), ("w", 4, 1))
     assert table.columns[:3] == ["regime", "seeds", "Chamfer ↓\nx 1000"]
     assert [row[1:3] for row in table.rows] == [["2", "500.0 ± 707.1"], ["2", "2500.0 ± 707.1"]]
     assert [row[2].mark for row in table.rows] == ["▲", ""]
-
-
-# --- at the end of a training --------------------------------------------------------------------
 
 
 def test_a_training_ends_with_scores_and_reasons_under_its_protocol(tmp_path):

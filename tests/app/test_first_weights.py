@@ -81,9 +81,6 @@ def test_a_run_says_so_before_it_trains(tiny_config, tmp_path, caplog, monkeypat
     assert "what is measured on fewer than 10 shapes says little" in caplog.text
 
 
-# --- the encoder of the model that comes with the package -----------------------------------------
-
-
 def test_the_encoder_sees_what_the_models_encoder_sees(shipped, tiny_config):
     cfg = tiny_config(EMBEDDED, "network.batch_norm_momentum=0.3")
     validate(cfg)
@@ -109,9 +106,6 @@ def test_it_is_what_is_meant_where_nothing_is_said(tiny_config, overrides, embed
     assert identity(cfg)["encoder.weights"] == ("embedded" if embedded else "none")
     statistics = build_network(cfg).encoder.layers.conv1_bn.running_mean
     assert bool(statistics.any()) == embedded, "scratch starts at 0"
-
-
-# --- a whole network ------------------------------------------------------------------------------
 
 
 CONDITIONED = ("category=table", "heads=conditioned", "heads.draw=3", "templates=t2")

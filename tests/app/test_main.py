@@ -44,9 +44,6 @@ def test_a_process_of_another_device_knows_its_command(monkeypatch):
     assert given == [("train", ["regime=e"])]
 
 
-# --- help ----------------------------------------------------------------------------------------
-
-
 def test_help_of_train_is_one_screen_and_help_all_lists_every_setting(capsys):
     text = printed(capsys, "train", "--help")
     assert len(text.splitlines()) < 50
@@ -82,16 +79,11 @@ def test_help_does_not_load_torch():
     assert subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL).returncode == 0
 
 
-# --- settings of plain commands ------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["report", "runs=x", "galery=3"], "no setting 'galery'. Did you mean gallery?"),
-        (["report", "gallery=3"], "these settings must be given: runs=..."),
         (["report", "runs=x", "runs=y"], "runs= is given twice"),
-        (["report", "x", "y"], "'y' is no setting: write runs=y, say"),
         (["figures", "figure=voxels", "runs=[a", "number=3"], "runs=[a must be a list"),
     ],
 )

@@ -1,12 +1,9 @@
 """Components of a user's own: what is kept of their settings, and what is said of mistakes."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 import pytest
 import torch
-import yaml
 from torch import nn
 
 import ffd_lightning as ffd
@@ -14,10 +11,7 @@ from ffd_lightning import components
 from ffd_lightning.app.build import build_network
 from ffd_lightning.app.config import TrainConfig
 from ffd_lightning.app.configuration import compose_config, typed_config
-from ffd_lightning.app.identity import to_yaml
-from ffd_lightning.data.preparation.preparation import Preparation
-from ffd_lightning.errors import ConfigError, UserError
-from ffd_lightning.imaging.render_settings import RenderSettings
+from ffd_lightning.errors import ConfigError
 
 
 @pytest.fixture(autouse=True)
@@ -45,16 +39,6 @@ class TinyEncoder(ffd.ImageEncoder):
 def small(*overrides):
     given = ("data.render.height=48", "data.render.width=64", "templates=t2", *overrides)
     return typed_config(compose_config("train", TrainConfig, given), TrainConfig)
-
-
-def test_settings_are_read_back_from_a_runs_config():
-    ffd.component("encoder", "tiny")(type("Tiny", (TinyEncoder,), {}))
-    cfg = small("encoder=tiny", "encoder.notes=a/b", "encoder.sizes=[8,4]")
-    again = typed_config(yaml.safe_load(to_yaml(cfg)), TrainConfig)
-    assert again.encoder.settings == cfg.encoder.settings
-    assert again.encoder.build().notes == Path("a/b")
-    with pytest.raises(ConfigError, match=r"encoder\.sizes=\[8\] must be 2 values"):
-        small("encoder=tiny", "encoder.sizes=[8]")
 
 
 def test_an_encoder_whose_feature_map_is_not_as_it_says():
@@ -88,46 +72,6 @@ def test_trying_an_encoder_leaves_random_numbers_and_statistics_alone():
     std = network.heads.logits.weight.std()
     torch.manual_seed(0)
     assert std == build_network(small("encoder=frozen")).heads.logits.weight.std()
-
-
-@dataclass(frozen=True)
-class OddSource(ffd.Source):
-    ids: object = field(default_factory=lambda: ["a", "b"])
-    kept: object = field(default_factory=lambda: {"source": "odd"})
-
-    def categories(self):
-        return ["odd"]
-
-    def shape_ids(self, category):
-        return self.ids
-
-    def load(self, category, shape_id):
-        return None
-
-    def fingerprint(self, category):
-        return self.kept
-
-
-class PartsOfOthers(OddSource):
-    def load(self, category, shape_id):
-        colors, parts = np.zeros((1, 4), np.uint8), np.zeros(2, np.uint8)
-        return ffd.SourceShape(ffd.Mesh(np.eye(3), np.array([[0, 1, 2]]), colors, parts, ("a",)))
-
-
-@pytest.mark.parametrize(
-    ("source", "words"),
-    [
-        (OddSource(kept={"root": Path("x")}), "fingerprint of OddSource .* not JSON"),
-        (OddSource(), "its source gives a NoneType, not a SourceShape"),
-        (PartsOfOthers(), "its source gives 2 face_parts for 1 faces"),
-    ],
-)
-def test_a_source_that_gives_something_else(tmp_path, source, words):
-    render = RenderSettings(48, 64, samples=1)
-    preparation = Preparation(source, "odd", 64, render, tmp_path, workers=1, progress=False)
-    with pytest.raises(UserError, match=words) as caught:
-        preparation.run()
-    assert "report it" not in str(caught.value)
 
 
 def test_a_script_combines_a_regime_with_components_of_its_own():

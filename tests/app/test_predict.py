@@ -173,21 +173,6 @@ def test_masks_go_by_name(tmp_path):
         find_jobs(["a.png", "b.png"], "mask.png", Path("o"))
 
 
-def test_a_bad_photograph_does_not_stop_the_others(config, photos, tmp_path, capsys):
-    good = [str(p) for p in sorted(photos.iterdir())]
-    bad = tmp_path / "bad.png"
-    bad.write_bytes(b"no image")
-    images = [good[0], str(bad), str(tmp_path / "gone.jpg"), good[1]]
-    outcomes = predict_files(replace(config, image=images, preview=False))
-    assert [bool(o.error) for o in outcomes] == [False, True, True, False]
-    err = capsys.readouterr().err
-    assert "bad.png" in err
-    assert "gone.jpg" in err
-    assert "Traceback" not in err
-    assert not (Path(config.out) / "bad").exists()
-    assert (Path(config.out) / Path(good[1]).stem / "mesh.glb").is_file()
-
-
 def test_what_is_there_is_not_made_again(config, photos, monkeypatch):
     config = replace(config, image=str(photos), preview=False)
     first = predict_files(config)
@@ -264,19 +249,6 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
     assert f"{len(whole)} of them there already" in done.stdout
     assert before == {note: note.stat().st_mtime_ns for note in whole}
     assert len(list(out.glob("*/prediction.json"))) == 20
-
-
-# --- several categories, and no run ---------------------------------------------------------------
-
-
-@pytest.mark.usefixtures("nothing_shipped")
-def test_without_a_run_and_a_model_one_line_says_what_to_do(photos, tmp_path):
-    done = run_command("predict", f"image={photos}", f"out={tmp_path / 'out'}")
-    assert done.returncode == 1
-    assert done.stderr.splitlines() == [
-        "error: this installation has no trained model: give yours with run=RUN, a run folder or "
-        "a checkpoint file"
-    ]
 
 
 def test_meshes_of_ones_own_are_templates(

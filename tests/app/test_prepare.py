@@ -32,10 +32,8 @@ def test_a_trial_says_what_there_is_and_leaves_a_picture(tried, tmp_path):
     said = tried("data=shapenet", f"data.root={root}")
     assert "1 categories: chair" in said
     assert f"chair: {4 + len(BAD)} shapes, 2 cannot be used (absent: it has no model.obj; " in said
-    assert "by the default split, before templates are taken out: there are only " in said
     assert "chair: 29 of the paper's 30 templates are absent or cannot be used" in said
     assert "chair: 7 tried, 3 rejected (" in said
-    assert "chair: warnings of those tried: " in said
     left = [path for path in (tmp_path / "data").rglob("*") if path.is_file()]
     assert [path.name for path in left] == ["shapenet-chair-trial.png"]
     assert Image.open(left[0]).width > 1000
@@ -50,15 +48,10 @@ def test_the_command(tmp_path):
     assert "2 categories: a, b" in done.stdout
     assert "a: 9 tried" in done.stdout
     assert "b: 9 tried" in done.stdout
-    for arguments, said in (
-        (["trial=true", "data=shapnet"], "Did you mean data=shapenet?"),
-        (["trial=true", "data=shapenet"], "these settings must be given: data.root=..."),
-        (["trial=true", "data=folder", f"data.root={tmp_path}/no"], "does not exist"),
-    ):
-        done = run_command("prepare", *arguments, cwd=tmp_path)
-        assert done.returncode == 1
-        assert said in done.stderr
-        assert "Traceback" not in done.stderr
+    no_folder = ("trial=true", "data=folder", f"data.root={tmp_path}/no")
+    done = run_command("prepare", *no_folder, cwd=tmp_path)
+    assert (done.returncode, "Traceback" in done.stderr) == (1, False)
+    assert "does not exist" in done.stderr
 
 
 def test_the_former_spelling_is_refused_with_the_new_one():

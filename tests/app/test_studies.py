@@ -203,9 +203,6 @@ def test_a_study_of_categories_that_are_not_there_is_refused(name, shapenet, tra
     assert not (tmp_path / "runs").exists()
 
 
-# --- the command ----------------------------------------------------------------------------------
-
-
 def test_a_stage_that_fails_does_not_stop_the_next(trained, tmp_path):
     given = ("template_counts", "category=chair", "--config-dir=conf")
     assert run_study(request_of(tmp_path, *given)) == 1

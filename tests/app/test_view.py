@@ -1,4 +1,3 @@
-import pytest
 import trimesh
 from PIL import Image
 
@@ -15,13 +14,6 @@ def test_a_checkpoint_alone_or_without_its_data_takes_photos_only(checkpoint, ti
     assert "elsewhere" in moved.note
     assert "data_root=DIR" in moved.note
     assert not (tmp_path / "elsewhere").exists(), "nothing is prepared for looking"
-
-
-@pytest.mark.usefixtures("shipped")
-def test_without_a_run_the_model_that_comes_with_the_package_is_used():
-    alone = open_shared(Settings())
-    assert alone.shape_ids == ()
-    assert alone.heading.startswith("sofa, table: ")
 
 
 def test_a_photo_and_its_mask_can_be_named(tiny_run, checkpoint, tmp_path):

@@ -10,10 +10,7 @@ from ffd_lightning.data.sources.procedural import ProceduralSource
 __all__ = ["BAD", "CHAIR", "bad_models", "good_models", "model_text", "write_folder", "write_zips"]
 
 CHAIR = "03001627"
-LAYOUTS = {
-    "v1": "{synset}/{model}/model",
-    "v2": "{synset}/{model}/models/model_normalized",
-}
+LAYOUTS = {"v1": "{synset}/{model}/model", "v2": "{synset}/{model}/models/model_normalized"}
 
 
 def model_text(index=0, texture=None):

@@ -101,16 +101,3 @@ def test_a_bank_of_any_meshes():
     assert set(bank.point_parts[2]) == {1}
     again = TemplateBank.from_state(bank.state())
     assert torch.equal(again.points, bank.points)
-
-
-def test_a_flat_template_with_a_vertex_that_no_face_uses():
-    """All control points lie in its plane, and moving them all moves it out of that plane."""
-    bank = TemplateBank.of_meshes({"square": square(np.vstack([SQUARE, (9, 9, 9)]))}, 20)
-    size = 0.5 * 0.5**0.5
-    np.testing.assert_allclose(bank.control_points[0].amax(0), (size, 0, size), atol=1e-6)
-    assert bank.point_parts is None
-    points = bank.deformation_matrix @ bank.control_points
-    torch.testing.assert_close(points, bank.points, atol=1e-6, rtol=0)
-    lifted = bank.deformed_mesh(0, torch.tensor([0.0, 1, 0]).expand(64, 3))
-    np.testing.assert_allclose(lifted.vertices[:4, 1], 1, atol=1e-6)
-    assert lifted.face_parts is None

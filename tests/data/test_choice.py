@@ -27,9 +27,6 @@ def choose_from(prepared, path, text, count=2):
     return choose_templates(ListedTemplates(path), prepared, count)
 
 
-# --- choosing -----------------------------------------------------------------------------------
-
-
 def test_diverse_starts_at_the_centre_and_goes_to_the_farthest(prepared, table, monkeypatch):
     monkeypatch.setattr(choice, "_SPREAD", len(prepared))  # the centre of all of them
     rows = [int(table.sum(0).argmin())]
@@ -48,9 +45,6 @@ def test_random_is_a_function_of_the_seed(prepared):
         assert sorted(chosen) == list(prepared.ids), "all of them, if so many are wanted"
 
 
-# --- files --------------------------------------------------------------------------------------
-
-
 def test_listed_keeps_the_order_of_the_file_and_reads_a_ranking_by_its_column(prepared, tmp_path):
     a, b, c = prepared.ids[7], prepared.ids[2], prepared.ids[5]
     text = f"\ufeff# chosen by hand\r\n\n  {a}  # the first\n{a}\r\n\n{b}\n{c}\n"
@@ -64,9 +58,6 @@ def test_a_list_may_name_any_shape_and_its_file_the_category(prepared, tmp_path)
     (tmp_path / "table.txt").write_text("\n".join(prepared.ids[:2]))
     strategy = ListedTemplates(str(tmp_path / "{category}.txt"))
     assert choose_templates(strategy, prepared, 2, prepared.ids[1:9]) == prepared.ids[:2]
-
-
-# --- the paper's templates ----------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

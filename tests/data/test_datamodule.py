@@ -135,9 +135,6 @@ def seen(module, batches):
     return [module.on_after_batch_transfer(batch, 0) for batch in batches]
 
 
-# --- training steps -----------------------------------------------------------------------------
-
-
 def test_a_step_holds_what_the_prepared_set_holds_from_views_that_vary(boxes):
     steps, views = Steps(boxes), set()
     for k in range(40):
@@ -152,15 +149,6 @@ def test_a_step_holds_what_the_prepared_set_holds_from_views_that_vary(boxes):
             assert len(drawn) == POINTS, "without replacement"
             assert drawn <= {tuple(p) for p in boxes.prepared.cloud(row).tolist()}
     assert views == set(itertools.product(boxes.rows(boxes.split.train).tolist(), (0, 1)))
-
-
-def test_a_step_is_a_function_of_seed_and_number(tables):
-    one, other = Steps(tables), Steps(tables)
-    forth = [one[k] for k in range(12)]
-    back = [other[k] for k in reversed(range(12))][::-1]
-    assert all(equal(a, b) for a, b in zip(forth, back, strict=True))
-    assert not any(equal(a, b) for a, b in itertools.pairwise(forth))
-    assert not any(equal(a, Steps(tables, seed=1)[k]) for k, a in enumerate(forth))
 
 
 def test_devices_share_out_what_one_would_see(boxes):
@@ -296,12 +284,6 @@ def test_where_the_data_is_kept_changes_no_batch(make_boxes, dark_boxes, monkeyp
     assert all(equal(a, b) for a, b in zip(seen(kept, indices), files, strict=True))
 
 
-# --- residency ----------------------------------------------------------------------------------
-
-
-# --- loaders ------------------------------------------------------------------------------------
-
-
 def test_an_epoch_is_the_training_or_a_pass(tables):
     batches_of_a_pass = -(-len(tables.split.train) // BATCH)
     assert batches_of_a_pass != STEPS
@@ -313,9 +295,6 @@ def test_an_epoch_is_the_training_or_a_pass(tables):
     ):
         with trained(tables, **settings):
             assert len(list(tables.train_dataloader())) == length
-
-
-# --- splits -------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("hold_out", [None, 4])

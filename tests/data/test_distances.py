@@ -16,11 +16,7 @@ from ffd_lightning.data.templates.choice import (
     RandomTemplates,
     choose_templates,
 )
-from ffd_lightning.data.templates.distances import (
-    POINTS,
-    greedy_medoids,
-    shape_distances,
-)
+from ffd_lightning.data.templates.distances import POINTS, greedy_medoids, shape_distances
 from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.mesh import normalize
 from ffd_lightning.geometry.sampling import sample_surface
@@ -84,9 +80,6 @@ def mixed(planes, odd):
     return set_of((planes | odd).values(), planes | odd)
 
 
-# --- distances ------------------------------------------------------------------------------------
-
-
 def test_the_table_holds_the_distance_of_each_pair(clean):
     table = shape_distances(clean).table
     assert table.shape == (PLANES, PLANES)
@@ -95,18 +88,12 @@ def test_the_table_holds_the_distance_of_each_pair(clean):
         assert table[i, j] == pytest.approx(float(alone), rel=1e-5)
 
 
-# --- outliers -------------------------------------------------------------------------------------
-
-
 def test_what_is_no_aeroplane_is_named_and_no_aeroplane_is(clean, mixed):
     assert not shape_distances(clean).outliers()[0].any()
     outlier, factor = shape_distances(mixed).outliers()
     assert {mixed.ids[k] for k in np.flatnonzero(outlier)} == set(ODD)
     assert factor[outlier].min() > factor[~outlier].max()
     assert np.median(factor) == pytest.approx(1)
-
-
-# --- the choice -----------------------------------------------------------------------------------
 
 
 def test_each_choice_lowers_the_sum_of_roots_the_most(clean):

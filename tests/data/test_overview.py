@@ -1,12 +1,10 @@
 import numpy as np
-import pytest
 from box_source import RENDER, BoxSource, prepare_boxes
 from PIL import Image
 from shapenet_tree import model_text, write_folder
 from trees import png
 
-from ffd_lightning import shapes
-from ffd_lightning.data.preparation.overview import _expected, count_warnings, sheet_of
+from ffd_lightning.data.preparation.overview import count_warnings, sheet_of
 from ffd_lightning.data.preparation.preparation import Preparation
 from ffd_lightning.data.sources.folder import FolderSource
 
@@ -38,10 +36,3 @@ def test_the_picture_holds_what_the_network_sees(tmp_path):
     left = sheet[40:240, 12 : 12 + 176].astype(int)  # the first column, below the title
     places = [left[top : top + 128] for top in range(len(left) - 128)]
     assert any(np.abs(place - inner).max() <= 1 for place in places)
-
-
-@pytest.mark.parametrize("category", [*shapes.categories()[:2], "mug"])
-def test_expected_shapes_are_of_several_families(category):
-    names = [name for name, _ in _expected(category)]
-    assert len(set(names)) == 3
-    assert all(name.startswith(category) for name in names) == (category != "mug")

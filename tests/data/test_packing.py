@@ -9,10 +9,8 @@ from PIL import Image
 from ffd_lightning.data.preparation.packing import (
     POINT_STEP,
     UV_STEP,
-    pack_image,
     pack_mesh,
     pack_points,
-    unpack_image,
     unpack_mesh,
     unpack_points,
 )
@@ -28,29 +26,6 @@ def test_points_lose_half_a_step_at_most_and_stay_within_their_box(points):
     np.testing.assert_allclose(back, np.clip(points, -0.5, 0.5), atol=0.5001 * POINT_STEP)
     assert np.abs(back).max() <= 0.5
     np.testing.assert_array_equal(back[points == 0], 0)
-
-
-@given(hnp.arrays(np.uint8, (5, 4, 4)))
-def test_images_come_back(image):
-    np.testing.assert_array_equal(unpack_image(pack_image(image), (5, 4, 4)), image)
-    np.testing.assert_array_equal(unpack_image(pack_image(image[:, ::2]), (5, 2, 4)), image[:, ::2])
-
-
-@pytest.mark.parametrize("parts", [True, False])
-def test_meshes_come_back(parts):
-    mesh = box_mesh(3)
-    if not parts:
-        mesh = Mesh(mesh.vertices, mesh.faces[::-1], mesh.face_colors)
-    point_parts = np.array([0, 1, 255, 1], np.uint8)
-    back, back_parts = unpack_mesh(pack_mesh(mesh, point_parts))
-    np.testing.assert_array_equal(back.vertices, mesh.vertices.astype(np.float32))
-    np.testing.assert_array_equal(back.faces, mesh.faces)
-    np.testing.assert_array_equal(back.face_colors, mesh.face_colors)
-    unknown = np.full(len(mesh.faces), 255)
-    np.testing.assert_array_equal(back.face_parts, mesh.face_parts if parts else unknown)
-    assert back.part_names == mesh.part_names
-    assert (back.vertices.dtype, back.faces.dtype) == (np.float64, np.int64)
-    np.testing.assert_array_equal(back_parts, point_parts)
 
 
 def soft_texture(height, width):

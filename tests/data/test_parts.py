@@ -21,9 +21,6 @@ def covered(mesh, found, truth):
     return areas[found == truth].sum() / areas.sum()
 
 
-# --- Reading and aligning -----------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("category", "turns", "points_right", "area_right"),
     # Measured at worst: 0.972, 0.958, 0.916 of the points and 0.987, 0.984, 0.970 of the area.
@@ -86,9 +83,6 @@ def test_the_fingerprint_follows_the_files(tmp_path):
         PartAnnotations(tmp_path / "absent").ids("chair")
 
 
-# --- Labelling ----------------------------------------------------------------------------------
-
-
 def test_faces_are_labelled_by_area_and_not_by_their_centroid():
     # One face over most of which lies part 0, but its centroid is nearest to the only point of 1.
     vertices, faces = np.array([[0.0, 0, 0], [3, 0, 0], [0, 3, 0]]), np.array([[0, 1, 2]])
@@ -104,9 +98,6 @@ def test_unknown_stays_unknown():
     for parts in (unknown, PartCloud(np.zeros((0, 3)), np.zeros(0, np.uint8), ())):
         assert label_points(parts, vertices).tolist() == [255] * 3
         assert label_faces(parts, vertices, faces).tolist() == [255]
-
-
-# --- Through ShapeNet to a prepared set ---------------------------------------------------------
 
 
 def obj(mesh):

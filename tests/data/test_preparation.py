@@ -7,11 +7,10 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from box_source import RENDER, BoxSource, boxes_of, contents, loads, prepare_boxes
+from box_source import BoxSource, boxes_of, contents, loads, prepare_boxes
 from commands import run_command
 
 from ffd_lightning.errors import ConfigError, DataError
@@ -176,9 +175,6 @@ def test_ctrl_c_ends_the_workers_and_says_how_to_resume(undisturbed, tmp_path, s
     assert len(partial_files(tmp_path)) == 4
 
 
-# --- shapes that are left out -------------------------------------------------------------------
-
-
 def test_shapes_are_left_out_by_their_ids(tmp_path):
     source = BoxSource(4, tmp_path / "log")
     usual = boxes_of(source, tmp_path)
@@ -222,6 +218,8 @@ def test_without_any_shape_there_is_no_set(tmp_path):
         prepare_boxes(BoxSource(2, tmp_path / "log", faults), tmp_path, workers=1)
     with pytest.raises(DataError, match="no usable shape of box: there are none"):
         prepare_boxes(BoxSource(0, tmp_path / "log", version=1), tmp_path)
+    with pytest.raises(ConfigError, match="fingerprint of BoxSource must be JSON-able"):
+        prepare_boxes(BoxSource(2, tmp_path / "log", version=Path("x")), tmp_path)
     broken = BoxSource(2, tmp_path / "log", {"b00": "no source"}, version=2)
     with pytest.raises(DataError, match="the archive is damaged"):
         prepare_boxes(broken, tmp_path, workers=1)
@@ -260,9 +258,7 @@ def test_what_cannot_be_read_now_makes_no_set(undisturbed, tmp_path, log):
 @pytest.mark.parametrize("limit", [2000, 6000], ids=["a shape", "the manifest"])
 def test_full_disk(tmp_path, start, log, limit):
     """A limit on the size of files stands in for a full disk: writing fails half-way."""
-    process = start(
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
-    )
+    process = start(preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
     _, errors = process.communicate(timeout=LIMIT)
     assert process.returncode == 1
     assert "DataError: cannot prepare" in errors
@@ -287,22 +283,6 @@ def test_a_script_without_the_guard_ends_and_says_so(tmp_path):
     assert done.returncode == 1
     assert 'data is prepared outside of `if __name__ == "__main__":`' in done.stderr
     assert "worker processes end as soon as they start" in done.stderr
-
-
-def test_the_folder_depends_on_every_setting(tmp_path):
-    log = tmp_path / "log"
-    names = {
-        boxes_of(source, tmp_path, **settings).target.name.rpartition("-")[2]
-        for source, settings in (
-            (BoxSource(1, log), {}),
-            (BoxSource(1, log, version=1), {}),
-            (BoxSource(1, log), {"num_points": 33}),
-            (BoxSource(1, log), {"render": replace(RENDER, elevation=10.0)}),
-            (BoxSource(1, log), {"category": "crate"}),
-            (BoxSource(1, log), {"limit": 1}),
-        )
-    }
-    assert len(names) == 6
 
 
 def test_a_category_that_fails_does_not_stop_the_others(tmp_path):

@@ -1,5 +1,4 @@
 import json
-import pickle
 import shutil
 from pathlib import Path
 
@@ -26,18 +25,6 @@ def boxes(tmp_path_factory):
 def copy(boxes, tmp_path):
     """A copy of the set that a test may damage."""
     return PreparedSet.open(shutil.copytree(boxes.path, tmp_path / "copy"))
-
-
-def test_what_a_set_holds(boxes):
-    assert boxes.ids == ("b00", "b01", "b02", "b03")
-    assert boxes.families == ("plain", "wooden", "plain", "wooden")
-    assert set(boxes.part_names) == {"lid", "body"}
-    assert boxes.image_shape == (2, 24, 32, 4)
-    assert (len(boxes), boxes.num_points) == (4, 50)
-    assert [boxes.index(i) for i in boxes.ids] == [0, 1, 2, 3]
-    assert boxes.spread_views(np.array([3, 1, 0]), 2) == [(3, 0), (0, 1)]
-    again = pickle.loads(pickle.dumps(boxes))
-    np.testing.assert_array_equal(again.cloud(1, 9), boxes.cloud(1)[:9])
 
 
 def test_arrays_agree_with_the_shape_and_each_other(boxes):

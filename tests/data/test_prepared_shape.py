@@ -2,16 +2,11 @@ from dataclasses import replace
 
 import numpy as np
 import trimesh
-from box_source import RENDER, BoxSource, box_mesh
+from box_source import RENDER, box_mesh
 
 from ffd_lightning.data.preparation import prepared_shape
 from ffd_lightning.data.preparation.packing import unpack_mesh
-from ffd_lightning.data.preparation.prepared_shape import (
-    MAX_TEXELS,
-    ShapeMaker,
-    shape_file,
-    shrink_textures,
-)
+from ffd_lightning.data.preparation.prepared_shape import MAX_TEXELS, ShapeMaker, shrink_textures
 from ffd_lightning.data.source import Source, SourceShape
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.imaging.rendering import render
@@ -31,13 +26,6 @@ def maker(folder, mesh, **more):
     return ShapeMaker(OneShape(SourceShape(mesh, **more)), "box", 40, RENDER, folder)
 
 
-def test_a_sample_depends_on_category_and_id_only(tmp_path):
-    made = maker(tmp_path, box_mesh(0))
-    one, other, again = (made.arrays(i)["points"] for i in ("a", "b", "a"))
-    assert not np.array_equal(one, other)
-    np.testing.assert_array_equal(one, again)
-
-
 def test_odd_ids_do_not_leave_the_folder(tmp_path):
     folder = tmp_path / "work"
     folder.mkdir()
@@ -48,9 +36,11 @@ def test_odd_ids_do_not_leave_the_folder(tmp_path):
 
 def test_what_a_source_gives_wrongly_is_rejected_with_the_reason(tmp_path, monkeypatch):
     flat = Mesh(np.eye(3), np.array([[0, 1, 1]]), np.full((1, 4), 255, np.uint8))
+    parts = replace(flat, face_parts=np.zeros(2, np.uint8), part_names=("a",))
     image = np.zeros((8, 8, 3), np.uint8)
     for made, words in (
         (maker(tmp_path, flat), "no area"),
+        (maker(tmp_path, parts), "gives 2 face_parts for 1 faces"),
         (maker(tmp_path, box_mesh(0), images=[image]), "gives [('uint8', (8, 8, 3))]"),
         (maker(tmp_path, box_mesh(0), images=[]), "gives []"),
         (ShapeMaker(OneShape(None), "box", 40, RENDER, tmp_path), "gives a NoneType"),
@@ -61,23 +51,6 @@ def test_what_a_source_gives_wrongly_is_rejected_with_the_reason(tmp_path, monke
     monkeypatch.setattr(prepared_shape, "normalize", None)
     reason = maker(tmp_path, box_mesh(0)).make("a").reason
     assert reason.endswith("a bug of ffd_lightning: please report it)")
-
-
-def test_whole_files_alone_are_done(tmp_path):
-    made = ShapeMaker(BoxSource(1, tmp_path / "log"), "box", 40, RENDER, tmp_path)
-    assert not made.is_done("b00")
-    made.make("b00")
-    assert made.is_done("b00")
-    file = shape_file(tmp_path, "b00")
-    whole = file.read_bytes()
-    at = whole.index(b"image_0.npy") + 200  # within the image
-    for broken in (b"", whole[:100], whole[:-1], whole[:at] + b"?" + whole[at + 1 :]):
-        file.write_bytes(broken)
-        assert not made.is_done("b00")
-        assert not file.exists()
-
-
-# --- textures -----------------------------------------------------------------------------------
 
 
 def textured(count, height, width):

@@ -25,9 +25,6 @@ def split_ids(ids, fraction, exclude=(), val_fraction=0.0):
 IDS = [f"table-{i:06d}" for i in range(5000)]
 
 
-# --- by hash --------------------------------------------------------------------------------------
-
-
 def test_shares_are_met():
     """Within four standard deviations of a binomial draw, and independently of each other."""
     split = split_ids(IDS, 0.8, val_fraction=0.25)
@@ -68,9 +65,6 @@ def test_validation_takes_from_the_training_shapes_alone():
     assert f"{len(split.train)} to train on, 1 to validate on" in few.warning()
 
 
-# --- other rules ----------------------------------------------------------------------------------
-
-
 def test_published_validation_shapes_are_the_ones_that_are_used():
     """Also where only some of them are there: the hash adds none."""
     published = {"a": "train", "b": "train", "c": "val", "d": "test", "e": "val"}
@@ -88,8 +82,6 @@ def test_3d_r2n2_takes_the_first_four_fifths_of_the_sorted_ids():
     split = make_split(set(ids) - {"003", "009"}, subsets).without({"000"})
     assert split == (tuple(i for i in ids[1:8] if i != "003"), (), ("008", "010"))
 
-
-# --- lists ----------------------------------------------------------------------------------------
 
 FORMS = {
     "ids.txt": "c\nd\n\n",

@@ -26,10 +26,7 @@ from ffd_lightning.run_folder import RunFolder
 sys.path.insert(0, str(ROOT / "docs" / "tools"))
 import reference
 
-HYDRA = {
-    "train": ("train", TrainConfig),
-    "prepare": ("prepare", PrepareCommandConfig),
-}
+HYDRA = {"train": ("train", TrainConfig), "prepare": ("prepare", PrepareCommandConfig)}
 # What only the reader has: parts of a package of theirs.
 THEIRS = ("plugins=", "regime/term=", "encoder=mine", "encoder=patches", "data=boxes")
 WRITTEN = [(name(page), *found) for page in PAGES for found in commands(page)]

@@ -103,18 +103,6 @@ def test_a_difference_that_one_seed_contradicts_decides_nothing():
     assert not table["shown"].any()
 
 
-def test_a_difference_is_that_of_a_to_b():
-    made = study({"b": (0.05, 0.2, 4), "posterior": (0.04, 0.2, 4)})
-    there, back = (
-        differences(made, [p], ["chamfer"]) for p in (("b", "posterior"), ("posterior", "b"))
-    )
-    assert there["difference"].tolist() == pytest.approx([0.01] * 3, abs=1e-3)
-    assert there["difference"].tolist() == (-back["difference"]).tolist()
-    assert there["low"].tolist() == (-back["high"]).tolist()
-    assert there["mean_a"].tolist() == back["mean_b"].tolist()
-    assert there["shown"].all()
-
-
 SEVEN = ("sofa", "table", "chair", "lamp", "bench", "car", "plane")
 
 
@@ -168,9 +156,6 @@ def test_labels_transfer_where_the_template_is_close(close, expected):
     families = {run: {"t0": "sofa/corner", "t1": "sofa/plain"} for run in samples["run"]}
     labelled = dataclasses.replace(made, samples=samples, families=families)
     assert CLAIMS["labels"].judge(labelled).word == expected
-
-
-# --- what is kept --------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,6 @@ from ffd_lightning.app.open_run import open_run
 from ffd_lightning.evaluation import figures
 from ffd_lightning.evaluation.figures import (
     View,
-    cloud_mesh,
     fitting_scale,
     reconstruction_figure,
     reconstruction_row,
@@ -33,14 +32,6 @@ def labels(monkeypatch):
 
     monkeypatch.setattr(figures, "grid", keep)
     return kept
-
-
-def test_a_cloud_becomes_one_octahedron_per_point_at_its_place():
-    points = np.array([[0, 0, 0], [0.2, 0.3, -0.1]])
-    mesh = cloud_mesh(points, radius=0.01)
-    np.testing.assert_allclose(mesh.vertices.reshape(2, 6, 3).mean(1), points, atol=1e-12)
-    assert np.abs(mesh.vertices.reshape(2, 6, 3) - points[:, None]).max() <= 0.01 + 1e-12
-    assert (cloud_mesh(np.zeros((3, 3))).face_colors[:, 3] == 255).all(), "of one height"
 
 
 def soup(points):

@@ -7,7 +7,7 @@ from torch.nn.functional import avg_pool2d, normalize
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.evaluation.candidates import PreparedShape
 from ffd_lightning.evaluation.protocols import Metric, Protocol
-from ffd_lightning.evaluation.samples import Journal, Sample, predict, score_sample
+from ffd_lightning.evaluation.samples import Sample, predict, score_sample
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.network import TemplateFfdNetwork
 
@@ -65,19 +65,3 @@ def test_outputs_are_of_images_as_the_network_sees_them(prepared, shrink):
     np.testing.assert_allclose(found.offsets, outputs.offsets, atol=1e-6)
     alone = predict(network, prepared, samples[1:])
     np.testing.assert_array_equal(alone.offsets[0], found.offsets[1], "whatever its company")
-
-
-def test_a_journal_is_read_again_but_for_what_a_kill_cut_off(tmp_path):
-    file = tmp_path / "rows"
-    rows = [{"id": "a", "view": k, "x": 0.1 * k} for k in range(3)]
-    with Journal(file, "key") as journal:
-        for row in rows:
-            journal.add(row)
-    file.write_text(file.read_text()[:-9])
-    with Journal(file, "key") as journal:
-        assert list(journal.rows.values()) == rows[:2]
-        journal.add(rows[2])
-    with Journal(file, "key") as journal:
-        assert list(journal.rows.values()) == rows
-    with Journal(file, "another") as journal:
-        assert journal.rows == {}

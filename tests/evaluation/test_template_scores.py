@@ -57,12 +57,3 @@ def test_batches_are_joined_in_the_order_of_the_rows(case):
     assert joined.rows.tolist() == [1, 4, 6, 9]
     np.testing.assert_array_equal(joined.deformed[[1, 3]], scores.deformed)
     np.testing.assert_array_equal(joined.weights[[0, 2]], scores.weights)
-
-
-def test_one_query_and_one_template_keep_their_axes(case):
-    prediction, batch = case
-    templates = TemplateSample(*(x[:1] for x in batch.templates[:2]), batch.templates.degrees)
-    weights = torch.ones(1, 1)
-    alone = FfdPrediction(weights, weights, prediction.offsets[:1, :1], weights.log())
-    scores = score((alone, Batch(*(x[:1] for x in batch[:3]), templates)))
-    assert (scores.deformed.shape, scores.weights.shape) == ((1,), (1, 1))

@@ -139,20 +139,3 @@ def test_predicts_from_the_checkpoint_alone(trained, packages, tmp_path):
     code, output = ffd(*predict, "out=others", folder=tmp_path)
     assert code == 1
     assert "encoder 'patches' comes from own-components 0.1.0, which is not here" in output
-
-
-def test_the_report_needs_no_plugin(trained):
-    folder, _, _ = trained
-    code, output = ffd("report", "runs=runs", "gallery=0", folder=folder)
-    assert code == 0, output
-    page = (folder / "runs" / "report.html").read_text()
-    assert "side_error" in page or "side error" in page
-
-
-def test_a_module_named_on_the_command_line(tmp_path):
-    source = ROOT / "examples" / "own_components" / "own_components" / "encoder.py"
-    (tmp_path / "my_encoder.py").write_text(source.read_text())
-    command = ("train", "plugins=[my_encoder]", "encoder=patches", "--cfg", "job")
-    code, output = ffd(*command, folder=tmp_path)
-    assert code == 0, output
-    assert "name: patches" in output

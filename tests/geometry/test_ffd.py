@@ -6,7 +6,6 @@ import torch
 
 from ffd_lightning.geometry.ffd import (
     Lattice,
-    bending_energy,
     bernstein_basis,
     deform,
     deformation_matrix,
@@ -26,9 +25,6 @@ def closed_form(degree, i, t):
     return math.comb(degree, i) * t**i * (1 - t) ** (degree - i)
 
 
-# --- lattice and basis ----------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("degree", [0, 1, 2, 3, 5, 9])
 def test_polynomials_match_the_closed_form(degree):
     t = torch.linspace(0, 1, 23, dtype=torch.float64)
@@ -38,17 +34,6 @@ def test_polynomials_match_the_closed_form(degree):
         t = t[::11].requires_grad_()  # both ends too
         assert torch.autograd.gradcheck(bernstein_basis, (t, degree))
         assert torch.autograd.gradgradcheck(bernstein_basis, (t, degree))
-
-
-def test_control_points_run_fastest_along_the_last_axis():
-    points = Lattice(torch.zeros(3), torch.tensor([1.0, 2, 3]), (1, 2, 3)).control_points()
-    assert points.shape == (num_control_points((1, 2, 3)), 3)
-    torch.testing.assert_close(points[1], torch.tensor([0.0, 0, 1]))
-    torch.testing.assert_close(points[4], torch.tensor([0.0, 1, 0]))
-    torch.testing.assert_close(points[12], torch.tensor([1.0, 0, 0]))
-
-
-# --- deformation ----------------------------------------------------------------------------------
 
 
 def naive(points, lattice, control):
@@ -75,18 +60,6 @@ def test_matches_the_triple_sum(degrees):
     np.testing.assert_allclose(result.numpy(), naive(points, lattice, control), atol=1e-12)
 
 
-@pytest.mark.parametrize("degrees", DEGREES)
-@pytest.mark.parametrize("dtype", [torch.float32, torch.float64])
-def test_zero_offsets_are_the_identity_and_rows_sum_to_one(degrees, dtype):
-    points = cloud(200, dtype) * torch.tensor([1.0, 1e-3, 50.0], dtype=dtype) + 7
-    lattice = Lattice.bounding(points, degrees)
-    matrix = deformation_matrix(points, lattice)
-    assert matrix.shape == (200, num_control_points(degrees))
-    torch.testing.assert_close(matrix.sum(-1), torch.ones(200, dtype=dtype))
-    size = float((points.amax(0) - points.amin(0)).norm())
-    assert (matrix @ lattice.control_points() - points).abs().max() <= 1e-5 * size
-
-
 @pytest.mark.parametrize("flat", [[0], [1], [2], [0, 2], [0, 1, 2]])
 def test_flat_templates_are_reproduced_and_can_be_moved(flat):
     points = cloud(30, torch.float32)
@@ -99,17 +72,6 @@ def test_flat_templates_are_reproduced_and_can_be_moved(flat):
     torch.testing.assert_close(lifted, points + 0.5, atol=1e-5, rtol=0)
 
 
-def test_gradients():
-    points = cloud(6)
-    lattice = Lattice.bounding(points, (2, 1, 2))
-    offsets = cloud(18, seed=1).requires_grad_()
-
-    def f(p, o):
-        return deform(deformation_matrix(p, lattice), lattice.control_points(), o)
-
-    assert torch.autograd.gradcheck(f, (points.clone().requires_grad_(), offsets))
-
-
 def test_queries_and_templates_broadcast_and_mixed_precision_changes_nothing():
     matrix, control, offsets = torch.rand(3, 9, 8), torch.rand(3, 8, 3), torch.rand(2, 3, 8, 3)
     result = deform(matrix, control, offsets)
@@ -117,9 +79,6 @@ def test_queries_and_templates_broadcast_and_mixed_precision_changes_nothing():
         torch.testing.assert_close(result[q, t], matrix[t] @ (control[t] + offsets[q, t]))
     with torch.autocast("cpu", torch.bfloat16):
         assert torch.equal(deform(matrix, control, offsets), result)
-
-
-# --- inverse, bending, mirror ---------------------------------------------------------------------
 
 
 def test_fit_recovers_a_deformation():
@@ -130,14 +89,6 @@ def test_fit_recovers_a_deformation():
     fitted = fit_offsets(matrix, control, target, ridge=1e-9)
     torch.testing.assert_close(deform(matrix, control, fitted), target, atol=1e-3, rtol=0)
     assert fit_offsets(matrix, control, points).abs().max() < 1e-9
-
-
-@pytest.mark.parametrize("degrees", DEGREES)
-def test_bending_energy_is_the_sum_over_the_lattice(degrees):
-    offsets = cloud(2 * num_control_points(degrees)).reshape(2, -1, 3)
-    grid = offsets.numpy().reshape(2, *(degree + 1 for degree in degrees), 3)
-    bends = [(np.diff(grid, n=2, axis=axis) ** 2).sum((1, 2, 3, 4)) for axis in (1, 2, 3)]
-    np.testing.assert_allclose(bending_energy(offsets, degrees), sum(bends))
 
 
 def test_mirrored_offsets_deform_the_mirrored_points():

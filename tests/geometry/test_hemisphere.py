@@ -84,12 +84,3 @@ def test_optimality_conditions(name, vertices):
     # The dual value bounds the squared radius from below, whatever the weights.
     lower = weights @ power - np.square(weights @ tight).sum()
     assert lower == pytest.approx(1, abs=1e-12)
-
-
-def test_transform_is_the_papers_frame():
-    vertices = np.random.default_rng(5).normal(size=(200, 3)) + 7
-    found = bounding_hemisphere(vertices)
-    moved = found.transform(vertices)
-    assert moved[:, 1].min() == 0
-    assert np.linalg.norm(moved, axis=1).max() == pytest.approx(3.2, rel=1e-15)
-    assert moved == pytest.approx((vertices - found.center) * (3.2 / found.radius))

@@ -102,15 +102,3 @@ def test_compiled_code_needs_no_place_on_disk(tmp_path):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout.split() == ["3.0"], done.stderr
-
-
-def test_repeats_to_the_last_bit():
-    def run():
-        a = clouds(8, 30, 50, dtype=torch.float32).requires_grad_()
-        b = clouds(8, 1, 50, seed=1, dtype=torch.float32).requires_grad_()
-        result = nearest_neighbors(a, b)
-        (result.a_to_b.sum() + result.b_to_a.sum()).backward()
-        return a.grad, b.grad
-
-    for first, second in zip(run(), run(), strict=True):
-        assert torch.equal(first, second)

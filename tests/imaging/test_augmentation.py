@@ -58,17 +58,6 @@ def test_no_variation_changes_nothing():
     assert torch.equal(images, before), "given images stay as they are"
 
 
-def test_what_is_drawn_follows_from_torchs_seed():
-    images, augmentation = coloured(8), PhotoAugmentation()
-    results = []
-    for seed in (3, 3, 4):
-        torch.manual_seed(seed)
-        results.append(augmentation(images))
-    assert torch.equal(results[0], results[1])
-    assert not torch.equal(results[0], results[2])
-    assert len({image.numpy().tobytes() for image in varied(bars(8), scale=0.3)}) == 8
-
-
 def test_white_stays_white_where_no_background_is_left():
     vary = {name: value for name, value in OWN.items() if name not in BACKGROUND}
     result = varied(coloured(), **vary)

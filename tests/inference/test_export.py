@@ -164,13 +164,8 @@ def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, pre
 
 
 def test_mistakes_are_named(tmp_path, monkeypatch):
-    for setting, message in (
-        ("out=model.pt", r"must be a file that ends in \.onnx"),
-        ("run=nowhere", "there is no run nowhere"),
-        (f"run={tmp_path}", "is not a run folder"),
-    ):
-        with pytest.raises(UserError, match=message):
-            command.main(read_settings(command.Settings, [setting], command.MAIN))
+    with pytest.raises(UserError, match=r"must be a file that ends in \.onnx"):
+        command.main(read_settings(command.Settings, ["out=model.pt"], command.MAIN))
     monkeypatch.setitem(sys.modules, "onnxscript", None)
     with pytest.raises(ConfigError, match=r"needs onnxscript.*pip install 'ffd_lightning\[onnx\]'"):
         check_out(tmp_path / "model.onnx")

@@ -18,12 +18,11 @@ from scipy.spatial.distance import cdist
 
 from ffd_lightning.app.commands.view import Settings, open_shared
 from ffd_lightning.errors import ConfigError
-from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.inference.viewer.page import Page
 from ffd_lightning.inference.viewer.server import start
 from ffd_lightning.inference.viewer.shared import Photo, Shared
 from ffd_lightning.inference.viewer.state import State
-from ffd_lightning.inference.viewer.text import input_text, part_legend
+from ffd_lightning.inference.viewer.text import part_legend
 from ffd_lightning.palette import part_colors
 
 
@@ -141,12 +140,6 @@ def test_the_legend_names_the_parts_of_a_mesh(state):
     ]
 
 
-def test_the_page_says_what_was_done_and_what_to_beware_of():
-    photo = FramedPhoto(None, ("cut <out>", "scaled"), ("check the result, or give mask=...",))
-    assert "cut &lt;out&gt;; scaled" in input_text(photo)
-    assert "<b>Beware:</b> check the result, or open a mask" in input_text(photo)
-
-
 # --- the page ------------------------------------------------------------------------------------
 
 
@@ -255,29 +248,6 @@ def test_the_slider_moves_what_is_drawn(page):
     page._on_reset(None)
     wait_for(lambda: np.allclose(drawn_vertices(page), before))
     assert page.amount.value == 1
-
-
-def test_shapes_stand_side_by_side_on_one_floor(page):
-    nodes, state = page.scene.nodes, page.state
-    names = ("template", "reconstruction", "ground truth")
-    places = np.array([nodes[name].position for name in names])
-    # To the right in images from azimuth 45 is where x and z alike become less.
-    np.testing.assert_allclose(places[:, 0], places[:, 2], atol=1e-6)
-    assert (np.diff(places[:, 0]) < -1 / np.sqrt(2)).all(), "a shape has a diagonal of 1"
-    meshes = state.template_surface(), state.surface(), state.truth.mesh
-    lowest = [p[1] + mesh.vertices[:, 1].min() for p, mesh in zip(places, meshes, strict=True)]
-    np.testing.assert_allclose(lowest, lowest[0], atol=1e-6)
-
-
-def test_a_window_that_changes_shows_all_again_unless_the_camera_was_moved(page):
-    camera = page._client.camera
-    first = np.linalg.norm(camera.position)
-    camera.aspect = 1.1
-    page._on_camera(camera)
-    assert np.linalg.norm(camera.position) > first
-    camera.position, camera.aspect = (5, 5, 5), 1.6
-    page._on_camera(camera)
-    assert camera.position == (5, 5, 5)
 
 
 def test_a_pulled_point_bends_the_mesh_and_lands_under_the_pointer(page, photo):

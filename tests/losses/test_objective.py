@@ -10,13 +10,7 @@ from ffd_lightning.geometry.chamfer import chamfer_distance
 from ffd_lightning.geometry.ffd import TemplateSample, deform
 from ffd_lightning.losses.objective import Objective, WeightedTerm
 from ffd_lightning.losses.selection import PosteriorTaught, Teaching, WeightedCosts
-from ffd_lightning.losses.terms import (
-    Chamfer,
-    MeanChamfer,
-    NegativeEntropy,
-    OffsetPenalty,
-    StepInput,
-)
+from ffd_lightning.losses.terms import Chamfer, MeanChamfer, StepInput
 
 
 class Prediction(NamedTuple):
@@ -61,36 +55,6 @@ def naive_chamfer(case):
     return found
 
 
-def paper_objective(function="identity", entropy_weight=0.0, offset_weight=0.0, annealing_steps=5):
-    fade = "exponential", annealing_steps
-    terms = {
-        "weighted_chamfer": WeightedTerm(Chamfer()),
-        "negative_entropy": WeightedTerm(NegativeEntropy(), entropy_weight, *fade),
-        "offset_penalty": WeightedTerm(OffsetPenalty(), offset_weight, *fade),
-    }
-    return Objective(terms, WeightedCosts(function))
-
-
-@pytest.mark.parametrize(
-    ("function", "f"), [("identity", lambda g: g), ("log", lambda g: -torch.log(1 - g))]
-)
-@pytest.mark.parametrize(("weights", "step"), [((0, 0), 0), ((100, 0), 7), ((3, 2), 7)])
-def test_total_is_the_papers_sum(case, function, f, weights, step):
-    total, terms = paper_objective(function, *weights)(*case, step)
-    gamma, offsets = (x.detach() for x in case[0][:2])
-    distance, mean = naive_chamfer(case), gamma.mean(0)
-    parts = {
-        "weighted_chamfer": (f(gamma) * distance).sum(),
-        "negative_entropy": (mean * mean.log()).sum(),
-        "offset_penalty": (gamma * offsets.square().sum((-1, -2))).sum(),
-    }
-    factors = (1, *(math.exp(-step / 5) * weight for weight in weights))
-    expected = sum(k * part for k, part in zip(factors, parts.values(), strict=True))
-    torch.testing.assert_close(total.detach(), expected)
-    parts["chamfer"] = distance.gather(1, gamma.argmax(1, keepdim=True)).mean() / N
-    torch.testing.assert_close(terms, parts)
-
-
 KAPPA = {"b": (0, 0), "w": (0, 0), "e": (100, 0), "r": (0, 1)}
 """The paper's Table 2: kappa_e0 and kappa_r0."""
 
@@ -125,9 +89,6 @@ def test_the_regimes_of_the_paper_are_its_formula_bit_for_bit(name, step):
         results.append((total, case[0].template_weights.grad, case[0].offsets.grad))
     ours, theirs = results
     assert all(torch.equal(a, b) for a, b in zip(ours, theirs, strict=True))
-
-
-# --- terms and selections of one's own -----------------------------------------------------------
 
 
 def squares(inputs):

@@ -2,12 +2,8 @@
 
 import numpy as np
 import pytest
-import torch
 import trimesh
 
-from ffd_lightning.geometry.ffd import Lattice, deform, deformation_matrix
-from ffd_lightning.geometry.jacobian import deformation_jacobian
-from ffd_lightning.geometry.subdivision import subdivide
 from ffd_lightning.metrics.distortion import distortion, edge_stretch
 
 
@@ -30,22 +26,6 @@ def test_linear_maps():
     )
     flat = under(np.diag([1, 1, 0]), *arrays(trimesh.creation.box()))
     assert flat == pytest.approx({"folded": 0, "stretch_median": 1, "stretch_95": np.inf})
-
-
-def test_a_box_pulled_over_itself():
-    """By x -> x + 1.8 x (1 - x), which turns back where its derivative is 0."""
-    fine = subdivide(*arrays(trimesh.creation.box(bounds=[[0, 0, 0], [1, 1, 1]])), 0.08)
-    vertices = torch.from_numpy(fine.vertices)
-    lattice = Lattice.bounding(vertices, (2, 1, 1))
-    offsets = torch.zeros(12, 3, dtype=torch.float64)
-    offsets[4:8, 0] = 0.9
-    deformed = deform(deformation_matrix(vertices, lattice), lattice.control_points(), offsets)
-    x = vertices[:, 0]
-    np.testing.assert_allclose(deformed[:, 0], x + 1.8 * x * (1 - x), atol=1e-12)
-    jacobians = deformation_jacobian(vertices, lattice, offsets)
-    found = distortion(fine.vertices, deformed.numpy(), fine.faces, jacobians.numpy())
-    turn = (1 + 1 / 1.8) / 2
-    assert found["folded"] == pytest.approx((4 * (1 - turn) + 1) / 6, abs=0.03)
 
 
 def test_folds_are_weighed_by_area():

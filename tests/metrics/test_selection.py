@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import entropy
 
-from ffd_lightning.metrics.selection import (
-    adjusted_rand,
-    effective_templates,
-    selection_entropy,
-)
+from ffd_lightning.metrics.selection import adjusted_rand, effective_templates, selection_entropy
 
 
 @pytest.mark.parametrize("counts", [[1, 2, 3], [7], [0, 4, 0, 4], [0.5, 0.25, 0.25]])

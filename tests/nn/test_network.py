@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from ffd_lightning.components import make
 from ffd_lightning.errors import ConfigError, DataError
 from ffd_lightning.geometry.ffd import mirrored_offsets
 from ffd_lightning.nn.encoders.base import ImageEncoder
@@ -63,14 +62,6 @@ def test_standardize_adds_up_many_pixels_without_loss():
     torch.testing.assert_close(standardize(images).double(), exact, atol=1e-5, rtol=0)
 
 
-def test_prediction_ignores_brightness_and_contrast():
-    network = build_telling()
-    images = random_images(seed=1).double()
-    a, b = network(images).template_logits, network(0.3 * images + 20).template_logits
-    torch.testing.assert_close(a, b, rtol=0, atol=ROUNDING)
-    assert (a[0] - a[1:]).abs().amax(1).min() > 100 * ROUNDING
-
-
 @pytest.mark.parametrize(
     ("num_templates", "min_weight"), [(1, 0.1), (2, 0.0), (7, 0.001), (7, 0.1), (7, 1.0)]
 )
@@ -124,23 +115,6 @@ def test_offsets_of_mirrored_networks_are_their_own_mirror_image():
     assert mirrored.description()["mirror_degrees"] == degrees
 
 
-def test_a_shrunk_image_is_the_mean_of_its_squares():
-    whole = build_telling()
-    small, large = random_images(2), random_images(2).repeat_interleave(2, 2)
-    encoder, heads = whole.encoder, whole.heads
-    shrinking = TemplateFfdNetwork(encoder, (128, 192), 5, 8, hidden=32, shrink=2)
-    shrinking.heads = heads
-    with torch.no_grad():
-        expected = whole(small)
-        found = shrinking.eval()(large.repeat_interleave(2, 3))
-    torch.testing.assert_close(found.template_logits, expected.template_logits)
-    torch.testing.assert_close(found.offsets, expected.offsets)
-    assert found.template_logits.std(0).max() > 10 * ROUNDING, "else nothing was compared"
-    assert not torch.equal(*found.template_logits)
-    with pytest.raises(DataError, match="images are 64x96 pixels, the network takes 128x192"):
-        shrinking(small)
-
-
 def test_lower_precision_keeps_float32_outputs():
     images = random_images()
     reference = build().eval()(images).template_logits.detach()
@@ -164,20 +138,6 @@ def test_bad_input_and_settings_say_so():
             build(**{name: value})
 
 
-def test_an_encoder_knows_what_it_was_made_of_and_nothing_of_first_weights():
-    encoder = make("encoder", "mobilenet", width=0.5, image_size=SIZE, batch_norm_momentum=0.3)
-    assert encoder.out_channels == 512
-    assert encoder.layers.get_submodule("conv1_bn").momentum == 0.3
-    assert encoder.component.settings == {"width": 0.5}
-    assert MobileNetV1(0.5).component == encoder.component
-    again = encoder.component.build(image_size=SIZE)
-    again.load_state_dict(encoder.state_dict())
-    images = torch.rand(2, 3, *SIZE)
-    assert torch.equal(again.eval()(images), encoder.eval()(images))
-    with pytest.raises(ConfigError, match=r"no setting 'encoder mobilenet\.weights'"):
-        make("encoder", "mobilenet", image_size=SIZE, weights="x.h5")
-
-
 class _Pooled(ImageEncoder):
     """As small as an encoder of one's own can be."""
 
@@ -188,12 +148,6 @@ class _Pooled(ImageEncoder):
 
     def forward(self, images):
         return torch.nn.functional.avg_pool2d(images, 8)
-
-
-def test_an_encoder_of_ones_own():
-    network = TemplateFfdNetwork(_Pooled(), SIZE, 5, 8, hidden=32)
-    assert network(random_images()).offsets.shape == (3, 5, 8, 3)
-    assert network.encoder.component is None, "its class is none"
 
 
 @pytest.mark.parametrize("works", [True, False])

@@ -43,10 +43,6 @@ def kernel(sweep, data_root):
     kernel.shutdown_kernel(now=True)
 
 
-def test_there_are_notebooks():
-    assert len(NOTEBOOKS) >= 3
-
-
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda p: p.stem)
 def test_a_notebook_is_kept_without_outputs(path):
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]

@@ -6,7 +6,7 @@ import pytest
 
 from ffd_lightning.data.categories import PAPER_CATEGORIES
 from ffd_lightning.data.sources.procedural import ProceduralSource
-from ffd_lightning.shapes import build, categories, families
+from ffd_lightning.shapes import categories, families
 from ffd_lightning.shapes.kit import Builder, Material
 
 PACKAGE = "ffd_lightning.shapes"
@@ -22,26 +22,8 @@ def models(category):
     return [source.load(category, i) for i in source.shape_ids(category)]
 
 
-def same(a, b):
-    arrays = ("vertices", "faces", "face_colors", "face_parts", "face_textures", "face_uvs")
-    pairs = [(getattr(a, n), getattr(b, n)) for n in arrays] + list(
-        zip(a.textures, b.textures, strict=False)
-    )
-    return len(a.textures) == len(b.textures) and all(np.array_equal(x, y) for x, y in pairs)
-
-
-def test_models_are_deterministic_and_independent_of_their_number(category):
-    assert categories() == tuple(PAPER_CATEGORIES)
-    many = ProceduralSource(5000)
-    for index, model in enumerate(models(category)[:3]):
-        again = many.load(category, f"{category}-{index:06d}")
-        mesh, family = build(category, index)
-        assert model.family == again.family == family
-        assert same(model.mesh, again.mesh)
-        assert same(model.mesh, mesh)
-
-
 def test_meshes_are_usable_and_of_all_families(category):
+    assert categories() == tuple(PAPER_CATEGORIES)
     module = importlib.import_module(f"{PACKAGE}.{category}")
     assert {model.family for model in models(category)} == set(families(category))
     for model in models(category):
@@ -74,6 +56,6 @@ def test_part_labels_keep_their_meaning(category, monkeypatch):
 def test_seed_draws_another_set(category):
     other = ProceduralSource(1, seed=1)
     model = other.load(category, other.shape_ids(category)[0])
-    assert not same(model.mesh, models(category)[0].mesh)
+    assert not np.array_equal(model.mesh.vertices, models(category)[0].mesh.vertices)
     assert other.fingerprint(category) != ProceduralSource(1).fingerprint(category)
     assert ProceduralSource(2).fingerprint(category) != ProceduralSource(1).fingerprint(category)

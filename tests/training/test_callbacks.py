@@ -12,12 +12,7 @@ from torch import nn
 from ffd_lightning.app.build import build_data, build_module, build_network
 from ffd_lightning.nn.network import FfdPrediction
 from ffd_lightning.training import callbacks
-from ffd_lightning.training.callbacks import (
-    Clock,
-    Reconstructions,
-    TemplateSelection,
-    example_rows,
-)
+from ffd_lightning.training.callbacks import Clock, Reconstructions, TemplateSelection, example_rows
 from ffd_lightning.training.pictures import CLOUD_LEGEND
 from ffd_lightning.training.tensorboard import StepLogger
 

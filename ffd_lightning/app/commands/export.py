@@ -80,5 +80,6 @@ def _write_checkpoint(checkpoint: Path, out: Path, model: TrainedModel) -> None:
     height, width = model.network.image_size
     print(
         f"{out}: {out.stat().st_size / 1e6:.1f} MB, images of {height} x {width}, "
-        f"{len(model.bank)} templates, trained on {', '.join(model.categories)}, step {model.step:,}"
+        f"{len(model.bank)} templates, trained on {', '.join(model.categories)}, "
+        f"step {model.step:,}"
     )
