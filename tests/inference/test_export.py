@@ -154,13 +154,15 @@ def test_files_hold_templates_that_a_network_is_told(conditioned_checkpoint, pre
         np.testing.assert_array_equal(outputs[0].argmax(1), expected.template_index)
     with np.load(tmp_path / "model.templates.npz") as templates:
         np.testing.assert_allclose(templates["control_points"], told.model.bank.control_points)
-    network.float()
+    with torch.no_grad():
+        for weights in network.float().parameters():
+            if weights.ndim > 1:
+                weights.copy_(weights.half())  # as they are in the file
     packed = Predictor.load(tmp_path / "model.ckpt")
     assert packed.model.bank.ids == told.model.bank.ids == ("low", "tall", "wide")
     before, after = told.predict(views[0]), packed.predict(views[0])
-    np.testing.assert_allclose(after.weights, before.weights, atol=2e-3)
-    moved = np.linalg.norm(after.offsets - before.offsets) / np.linalg.norm(before.offsets)
-    assert moved < 0.1, "by weights that are rounded to float16"
+    np.testing.assert_allclose(after.weights, before.weights, atol=1e-5)
+    np.testing.assert_allclose(after.offsets, before.offsets, atol=1e-5)
 
 
 def test_mistakes_are_named(tmp_path, monkeypatch):
