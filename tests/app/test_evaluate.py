@@ -208,7 +208,7 @@ def test_other_templates(tmp_path):
         ranking = csv.DictReader((folder / "template_ranking.csv").read_text().splitlines())
         return {row["id"] for row in rows}, {row["id"] for row in ranking}
 
-    everything = set(data.prepared.ids)
+    everything = set(data.prepared.originals.ids)
     assert scored("train") == (set(test), everything - set(test))
     meshes.mkdir()
     for name, shape in (("a", test[0]), ("b", data.split.train[0])):

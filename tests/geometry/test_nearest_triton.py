@@ -97,4 +97,4 @@ def test_in_the_interpreter():
     if "only 0-dimensional arrays can be converted" in done.stdout:
         pytest.skip("the interpreter of triton before 3.9 does not know numpy 2.4")
     assert done.returncode == 0, done.stdout
-    assert re.search(r"\b\d\d passed|^\.{10}", done.stdout, re.MULTILINE), done.stdout
+    assert re.search(r"\b[1-9]\d* passed|^\.{5}", done.stdout, re.MULTILINE), done.stdout
