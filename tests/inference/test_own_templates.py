@@ -125,9 +125,10 @@ def test_what_is_prepared_is_kept_until_a_file_changes(
 
 
 def test_one_mesh_is_enough(model, prepared):
-    found = Predictor(model).with_templates({"only": box((1, 2, 3))}).predict(prepared.image(0))
-    assert (found.template_id, found.weight) == ("only", pytest.approx(1))
-    assert np.abs(found.offsets).max() > 0
+    for predictor in (Predictor(model), Predictor.load(conditioned=True)):
+        found = predictor.with_templates({"only": box((1, 2, 3))}).predict(prepared.image(0))
+        assert (found.template_id, found.weight) == ("only", pytest.approx(1))
+        assert np.abs(found.offsets).max() > 0
 
 
 def test_mistakes_are_named(model, folder, tmp_path, checkpoint):
