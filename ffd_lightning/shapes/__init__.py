@@ -54,6 +54,8 @@ def build(category: str, index: int, seed: int = 0) -> tuple[Mesh, str]:
     package = _package(category)
     key = hashlib.sha256(f"{category}/{index}/{seed}".encode()).digest()
     rng = np.random.default_rng(list(key))
+    if hasattr(package, "CATEGORY"):
+        return package.CATEGORY.draw(rng)
     names = list(package.FAMILIES)
     family = names[int(rng.integers(len(names)))]
     mesh = package.FAMILIES[family](rng).mesh()

@@ -8,7 +8,7 @@ from ffd_lightning.shapes.bench.park import park
 from ffd_lightning.shapes.bench.plank import picnic, plank
 from ffd_lightning.shapes.bench.stone import stone
 from ffd_lightning.shapes.bench.upholstered import upholstered
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 
 PARTS = ("seat", "back", "arm", "leg", "table")
 FAMILIES: dict[str, Family] = {

@@ -10,7 +10,7 @@ from ffd_lightning.shapes.cabinet.hutch import hutch
 from ffd_lightning.shapes.cabinet.kitchen import kitchen
 from ffd_lightning.shapes.cabinet.sideboard import sideboard
 from ffd_lightning.shapes.cabinet.wardrobe import wardrobe
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 
 PARTS = ("body", "top", "door", "drawer", "shelf", "handle", "leg")
 FAMILIES: dict[str, Family] = {

@@ -7,7 +7,7 @@ from ffd_lightning.shapes.car.passenger import estate, off_roader, saloon
 from ffd_lightning.shapes.car.roadster import roadster
 from ffd_lightning.shapes.car.utility import bus, pickup, van
 from ffd_lightning.shapes.car.vintage import vintage
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 
 PARTS = ("body", "roof", "hood", "window", "wheel", "light", "trim", "seat")
 FAMILIES: dict[str, Family] = {

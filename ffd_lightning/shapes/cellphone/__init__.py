@@ -7,7 +7,7 @@ from ffd_lightning.shapes.cellphone.brick import brick
 from ffd_lightning.shapes.cellphone.docked import docked
 from ffd_lightning.shapes.cellphone.folding import flip, slider
 from ffd_lightning.shapes.cellphone.smartphone import smartphone
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 
 PARTS = ("body", "screen", "key", "button", "camera", "speaker", "antenna", "stand")
 FAMILIES: dict[str, Family] = {

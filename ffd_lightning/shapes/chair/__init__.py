@@ -1,18 +1,35 @@
-"""Chairs: dining, swivel, cantilever, armchair, stool, shell, slatted lounge."""
+"""Chairs: what they are for, what they stand on, a seat, a back, arms."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.chair.armchair import armchair
-from ffd_lightning.shapes.chair.cantilever import cantilever
-from ffd_lightning.shapes.chair.dining import dining
-from ffd_lightning.shapes.chair.shell import shell
-from ffd_lightning.shapes.chair.slatted import slatted
-from ffd_lightning.shapes.chair.stool import stool
-from ffd_lightning.shapes.chair.swivel import swivel
-from ffd_lightning.shapes.kit import Family
+from dataclasses import replace
 
-PARTS = ("seat", "back", "arm", "leg")
-FAMILIES: dict[str, Family] = {
-    "dining": dining, "swivel": swivel, "cantilever": cantilever, "armchair": armchair,
-    "stool": stool, "shell": shell, "slatted": slatted,
-}  # fmt: skip
+from ffd_lightning.shapes.chair.backs import ARM_KINDS, BACKS
+from ffd_lightning.shapes.chair.bases import BASES
+from ffd_lightning.shapes.chair.plan import USES, Plan
+from ffd_lightning.shapes.chair.seats import SEATS
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.kit.upholstery import Seating
+
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a chair of its components."""
+    b, plan = Builder(), chosen["use"].build(rng)
+    padded = chosen["base"].name == "plinth"
+    if chosen["seat"].name == "disc":
+        plan = replace(plan, depth=plan.width)
+    shared: Plan | Seating = plan.seating(rng, chosen["arms"].name) if padded else plan
+    # The corners of a shell curl up, so that what carries it must reach in further.
+    narrow = replace(plan, width=0.72 * plan.width, depth=0.75 * plan.depth)
+    chosen["base"].build(b, rng, narrow if chosen["seat"].name == "shell" else shared)
+    for slot in ("seat", "back", "arms"):
+        chosen[slot].build(b, rng, shared)
+    return b
+
+
+CATEGORY = Product(
+    parts=("seat", "back", "arm", "leg"),
+    slots={"use": USES, "base": BASES, "seat": SEATS, "back": BACKS, "arms": ARM_KINDS},
+    family=("base", "back"),
+    assemble=assemble,
+)

@@ -7,7 +7,7 @@ from ffd_lightning.shapes.firearm.pistol import pistol
 from ffd_lightning.shapes.firearm.revolver import revolver
 from ffd_lightning.shapes.firearm.rifle import assault_rifle, hunting_rifle
 from ffd_lightning.shapes.firearm.shotgun import shotgun
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 
 PARTS = ("barrel", "body", "grip", "trigger", "magazine", "stock", "sight")
 FAMILIES: dict[str, Family] = {

@@ -6,8 +6,18 @@ boards, sheets, upholstery, cross-sections, paths.
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Builder, Family
+from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.choices import Rng, draw
 from ffd_lightning.shapes.kit.materials import Material, pick_material
+from ffd_lightning.shapes.kit.product import Chosen, Component, Product
 
-__all__ = ["Builder", "Family", "Material", "Rng", "draw", "pick_material"]
+__all__ = [
+    "Builder",
+    "Chosen",
+    "Component",
+    "Material",
+    "Product",
+    "Rng",
+    "draw",
+    "pick_material",
+]

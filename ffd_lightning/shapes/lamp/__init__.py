@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 from ffd_lightning.shapes.lamp.arc import arc
 from ffd_lightning.shapes.lamp.chandelier import chandelier
 from ffd_lightning.shapes.lamp.desk import desk

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 from ffd_lightning.shapes.monitor.all_in_one import all_in_one
 from ffd_lightning.shapes.monitor.curved import curved
 from ffd_lightning.shapes.monitor.desktop import desktop, multiple

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 from ffd_lightning.shapes.plane.fighter import fighter
 from ffd_lightning.shapes.plane.flying_wing import flying_wing
 from ffd_lightning.shapes.plane.glider import glider

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 from ffd_lightning.shapes.sofa.camelback import camelback, chaise
 from ffd_lightning.shapes.sofa.curved import curved
 from ffd_lightning.shapes.sofa.daybed import daybed

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 from ffd_lightning.shapes.speaker.hifi import bookshelf, soundbar, stand, tower
 from ffd_lightning.shapes.speaker.horn import horn
 from ffd_lightning.shapes.speaker.pod import pod

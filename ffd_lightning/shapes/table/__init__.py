@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 from ffd_lightning.shapes.table.desk import desk
 from ffd_lightning.shapes.table.four_legged import four_legged
 from ffd_lightning.shapes.table.low import nested, two_tier

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit import Family
+from ffd_lightning.shapes.kit.builder import Family
 from ffd_lightning.shapes.watercraft.freighter import freighter
 from ffd_lightning.shapes.watercraft.liner import liner
 from ffd_lightning.shapes.watercraft.motorboats import motor_yacht, speedboat

@@ -1,0 +1,88 @@
+"""What the components of a chair share: sizes, materials, the frame of its back. Metres."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+from ffd_lightning.shapes.kit import Component, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit.upholstery import Seating, draw_cover
+from ffd_lightning.shapes.kit.vectors import Array, lean, vec
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A chair's sizes and materials; the middle of its seat is above the origin.
+
+    Attributes:
+        width: of the seat.
+        depth: of the seat.
+        seat: height of the seat's upper side.
+        thick: of the seat's board.
+        rise: of the back above the seat.
+        rake: degrees by which the back is tipped.
+        frame: what legs and posts are of.
+        cover: what pads and shells are of.
+    """
+
+    width: float
+    depth: float
+    seat: float
+    thick: float
+    rise: float
+    rake: float
+    frame: Material
+    cover: Material
+
+    @property
+    def under(self) -> float:
+        """Height of the board's lower side, a little above it so that legs reach in."""
+        return self.seat - self.thick + 0.003
+
+    def back(self, x: float, up: float, out: float = 0.0) -> Array:
+        """Return the point at `x`, `up` along the back, `out` behind its middle."""
+        foot = vec(0, self.seat - 0.01, self.depth / 2 - 0.025)
+        return foot + lean(self.rake) @ vec(x, up, out)
+
+    def seating(self, rng: Rng, arms: str) -> Seating:
+        """Return a padded seat of these sizes with one of the kit's arms."""
+        return Seating(
+            seats=1,
+            width=self.width,
+            depth=self.depth + 0.2,
+            seat=self.seat,
+            cushion=rng.uniform(0.1, 0.17),
+            back=self.rise,
+            thick=rng.uniform(0.12, 0.22),
+            rake=0.5 * self.rake,
+            arm=rng.uniform(0.05, 0.07) if arms == "open" else rng.uniform(0.09, 0.22),
+            arm_rise=rng.uniform(0.14, 0.26),
+            foot=rng.uniform(0.03, 0.18),
+            arms=arms,
+            cover=self.cover,
+            pillows=self.cover if rng.random() < 0.75 else pick_material(rng, "fabric"),
+            frame=self.frame,
+        )
+
+
+_WEIGHTS = {"dining": 4, "lounge": 3, "office": 1.5, "bar": 1.5}
+_RANGES = {  # of width, depth, seat, rise, rake
+    "dining": ((0.36, 0.6), (0.36, 0.54), (0.38, 0.52), (0.25, 0.75), (1, 16)),
+    "lounge": ((0.46, 0.8), (0.46, 0.72), (0.28, 0.44), (0.3, 0.8), (8, 32)),
+    "office": ((0.42, 0.6), (0.4, 0.56), (0.4, 0.58), (0.25, 0.85), (3, 16)),
+    "bar": ((0.28, 0.46), (0.28, 0.42), (0.5, 0.85), (0.12, 0.5), (0, 14)),
+}
+
+
+def draw_plan(rng: Rng, use: str) -> Plan:
+    """Draw the sizes and materials of a chair for a use."""
+    width, depth, seat, rise, rake = (rng.uniform(*span) for span in _RANGES[use])
+    wooden = (0.1, 0.1, 0.8) if use == "office" else (0.6, 0.15, 0.25)
+    frame = pick_material(rng, draw(rng, ["wood", "paint", "metal"], wooden))
+    thick = rng.uniform(0.018, 0.04)
+    return Plan(width, depth, seat, thick, rise, rake, frame, draw_cover(rng))
+
+
+USES = tuple(
+    Component(name, weight, partial(draw_plan, use=name)) for name, weight in _WEIGHTS.items()
+)

@@ -1,0 +1,74 @@
+"""A category as a product of components: its slots, what fills them, what goes together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from ffd_lightning.geometry.mesh import Mesh
+from ffd_lightning.shapes.kit.builder import Builder
+from ffd_lightning.shapes.kit.choices import Rng
+
+
+Chosen = Mapping[str, "Component"]
+"""The component of each slot."""
+
+
+@dataclass(frozen=True)
+class Component:
+    """One way to fill a slot.
+
+    Attributes:
+        name: within its slot.
+        weight: how frequent it is in the world, relative to the slot's others.
+        build: draws it; which arguments it gets is its category's affair.
+        needs: by the name of an earlier slot, the components there that this one goes with; of
+            slots that are not named it goes with all.
+    """
+
+    name: str
+    weight: float
+    build: Callable[..., Any]
+    needs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def fits(self, chosen: Chosen) -> bool:
+        """Return whether the component goes with those of the earlier slots."""
+        return all(chosen[slot].name in names for slot, names in self.needs.items())
+
+
+@dataclass(frozen=True)
+class Product:
+    """A category.
+
+    Attributes:
+        parts: names of the parts, in the order of their labels.
+        slots: the components of each slot, in the order in which they are drawn.
+        family: the slots whose components name a shape's structural family.
+        assemble: draws the dimensions that the components share and calls them.
+    """
+
+    parts: tuple[str, ...]
+    slots: Mapping[str, tuple[Component, ...]]
+    family: tuple[str, ...]
+    assemble: Callable[[Rng, Chosen], Builder]
+
+    def choose(self, rng: Rng) -> Chosen:
+        """Draw a component for each slot among those that go with the ones before it."""
+        chosen: dict[str, Component] = {}
+        for slot, components in self.slots.items():
+            fitting = [c for c in components if c.fits(chosen)]
+            weights = np.array([c.weight for c in fitting])
+            row = int(rng.choice(len(fitting), p=weights / weights.sum()))
+            chosen[slot] = fitting[row]
+        return chosen
+
+    def draw(self, rng: Rng) -> tuple[Mesh, str]:
+        """Draw a shape; return its mesh and its family, such as `legs-ladder`."""
+        chosen = self.choose(rng)
+        family = "-".join(chosen[slot].name for slot in self.family)
+        mesh = self.assemble(rng, chosen).mesh()
+        order = np.array([self.parts.index(name) for name in mesh.part_names], np.uint8)
+        return replace(mesh, face_parts=order[mesh.face_parts], part_names=self.parts), family
