@@ -12,7 +12,6 @@ from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.choices import Rng
 
-
 Chosen = Mapping[str, "Component"]
 """The component of each slot."""
 
