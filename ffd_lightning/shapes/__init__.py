@@ -1,8 +1,8 @@
 """The embedded dataset: shapes computed from (category, index, seed) alone.
 
-A package per category has `PARTS`, the names of its parts, and `FAMILIES`, its structural families
-by name: functions from a random generator to a `Builder`. `kit` holds what several categories are
-built of. Categories are imported when they are first asked for.
+A package per category has `CATEGORY`, a `Product`: slots, the components that fill them, and rules
+for what goes together. `kit` holds what several categories are built of. Categories are imported
+when they are first asked for.
 """
 
 from __future__ import annotations
@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 from ffd_lightning.errors import DataError
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from ffd_lightning.geometry.mesh import Mesh
+    from ffd_lightning.shapes.kit import Product
 
-GENERATOR_VERSION = 1
+GENERATOR_VERSION = 2
 """Goes up when generators change what they draw, so that prepared data is built anew."""
 _CATEGORIES = (
     "plane", "bench", "cabinet", "car", "cellphone", "chair", "monitor", "lamp", "speaker",
@@ -29,13 +28,29 @@ def categories() -> tuple[str, ...]:
     return _CATEGORIES
 
 
-def families(category: str) -> tuple[str, ...]:
-    """Return the structural families of a category.
+def product(category: str) -> Product:
+    """Return what a category's shapes are made of: slots, components, parts.
 
     Raises:
         DataError: no generator for the category.
     """
-    return tuple(_package(category).FAMILIES)
+    import importlib
+
+    if category not in _CATEGORIES:
+        raise DataError(f"no procedural shapes of {category!r}, only of: {', '.join(_CATEGORIES)}")
+    package = importlib.import_module(f"ffd_lightning.shapes.{category}")
+    if not hasattr(package, "CATEGORY"):
+        from ffd_lightning.shapes.kit import Component, Product
+
+        families = tuple(Component(n, 1, f) for n, f in package.FAMILIES.items())
+        return Product(
+            package.PARTS,
+            {"family": families},
+            ("family",),
+            lambda rng, chosen: chosen["family"].build(rng),
+        )
+    found: Product = package.CATEGORY
+    return found
 
 
 def build(category: str, index: int, seed: int = 0) -> tuple[Mesh, str]:
@@ -47,27 +62,8 @@ def build(category: str, index: int, seed: int = 0) -> tuple[Mesh, str]:
         DataError: no generator for the category.
     """
     import hashlib
-    from dataclasses import replace
 
     import numpy as np
 
-    package = _package(category)
     key = hashlib.sha256(f"{category}/{index}/{seed}".encode()).digest()
-    rng = np.random.default_rng(list(key))
-    if hasattr(package, "CATEGORY"):
-        return package.CATEGORY.draw(rng)
-    names = list(package.FAMILIES)
-    family = names[int(rng.integers(len(names)))]
-    mesh = package.FAMILIES[family](rng).mesh()
-    order = np.array([package.PARTS.index(name) for name in mesh.part_names], np.uint8)
-    ordered = replace(mesh, face_parts=order[mesh.face_parts], part_names=tuple(package.PARTS))
-    return ordered, family
-
-
-def _package(category: str) -> ModuleType:
-    """Import a category's package."""
-    import importlib
-
-    if category not in _CATEGORIES:
-        raise DataError(f"no procedural shapes of {category!r}, only of: {', '.join(_CATEGORIES)}")
-    return importlib.import_module(f"ffd_lightning.shapes.{category}")
+    return product(category).draw(np.random.default_rng(list(key)))

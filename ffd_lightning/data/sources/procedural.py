@@ -27,7 +27,7 @@ class ProceduralSource(Source):
 
     def shape_ids(self, category: str) -> list[str]:
         """Return `table-000000` and so on; a DataError where there is no such category."""
-        shapes.families(category)
+        shapes.product(category)
         return [f"{category}-{i:06d}" for i in range(self.num_models)]
 
     def load(self, category: str, shape_id: str) -> SourceShape:
