@@ -118,6 +118,7 @@ def build_encoder(cfg: Any) -> ImageEncoder:
 def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
     """Return the network, weights drawn from torch's global seed."""
     image_size, shrink, _ = _seen(cfg)
+    render = cfg.data.render
     network = TemplateFfdNetwork(
         build_encoder(cfg),
         image_size=image_size,
@@ -131,6 +132,7 @@ def build_network(cfg: TrainConfig) -> TemplateFfdNetwork:
         shrink=shrink,
         mirror_degrees=cfg.network.degrees if cfg.regime.mirror_offsets else None,
         heads=cfg.heads,
+        viewpoint=render.only_camera is None and not build_source(cfg).own_images,
     )
     if cfg.network.weights is not None:
         load_network_weights(network, cfg.network.weights)

@@ -9,7 +9,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from ffd_lightning.components import MISSING, NotNegative, Positive
 from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, DataError, UserError
 from ffd_lightning.files import lock_folder
-from ffd_lightning.imaging.framing import Background
+from ffd_lightning.imaging.framing import Background, Box
 from ffd_lightning.inference.files import (
     MeshWriter,
     record,
@@ -61,6 +61,8 @@ class PredictSettings:
         category: what all of them show, one that the model was trained on; null lets it guess.
         out: each image has a folder below it.
         mask: a file, or for several images a folder of masks with the images' names.
+        box: left,top,right,bottom of the object in pixels of the one photograph, with a little room
+            around it: GrabCut finds the object in it (needs the extra `photos`).
         background: what tells the object from its background, where no mask is given: `auto`, the
             alpha channel, else the colour of the border; `rembg`, the package of that name.
         templates: meshes to take as templates in place of the network's own: a folder, files, a
@@ -71,7 +73,9 @@ class PredictSettings:
         data_root: those meshes are prepared once, and kept there.
         top_k: so many templates are deformed, the selected one first.
         points: of `cloud.ply`.
-        colors: what the colours of meshes say: material or parts.
+        colors: what the colours of meshes say: `photo`, what the photograph shows; `material`, what
+            the template is of; `parts`. By default photo, where the network tells from which side a
+            photograph was taken, or was trained on images from one side; else material.
         obj: writes `mesh.obj` too.
         preview: draws a picture of each.
         seed: of the points.
@@ -86,6 +90,7 @@ class PredictSettings:
     category: str | None = None
     out: str = "predictions"
     mask: str | None = None
+    box: list[int] | None = None
     background: Background = "auto"
     templates: list[str] | None = None
     up: Up = "y"
@@ -93,7 +98,7 @@ class PredictSettings:
     data_root: str = "data"
     top_k: Positive = 1
     points: Positive = 16384
-    colors: MeshColors = "material"
+    colors: MeshColors | None = None
     obj: bool = False
     preview: bool = True
     seed: NotNegative = 0
@@ -130,6 +135,8 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
     """
     out = Path(settings.out).expanduser()
     jobs = find_jobs(settings.image, settings.mask, out)
+    if settings.box is not None and (settings.mask is not None or len(jobs) > 1):
+        raise ConfigError("box= is of one photograph, and takes the place of mask=: give one each")
     checkpoint = checkpoint_of(settings.run, settings.templates is not None)
     predictor = Predictor.load(checkpoint, settings.device)
     check_apart(settings.templates or (), out=out)
@@ -142,6 +149,13 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
     if settings.top_k > most:
         raise ConfigError(f"top_k={settings.top_k}: the model has {most} templates of {name}")
     print(f"network of {', '.join(model.categories)}; rendered images: {model.render.views}")
+    if settings.colors is None:
+        settings = replace(settings, colors="photo" if predictor.knows_side else "material")
+    elif settings.colors == "photo" and not predictor.knows_side:
+        raise ConfigError(
+            "colors=photo: this network does not tell from which side a photograph was taken; use "
+            "colors=material, or train one that does (data.render.random_views=8)"
+        )
     digest = hashlib.sha256(checkpoint.read_bytes()).hexdigest()
     maker = _Maker(settings, predictor, digest, [] if own is None else [own.digest])
     done: dict[Path, Outcome] = {}
@@ -168,7 +182,9 @@ class _Maker:
     ) -> None:
         self._settings, self._predictor, self._digest = settings, predictor, digest
         self._templates = templates  # the digest of those that the network does not bring
-        self._writer = MeshWriter(predictor.model.bank, settings.colors)
+        self._box = None if settings.box is None else _box(settings.box)
+        self._colors: MeshColors = settings.colors or "material"
+        self._writer = MeshWriter(predictor.model.bank, self._colors)
 
     def __call__(self, job: Job) -> Outcome:
         try:
@@ -186,7 +202,9 @@ class _Maker:
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
         start = time.perf_counter()
-        photo = self._predictor.frame(job.image, mask=job.mask, background=settings.background)
+        photo = self._predictor.frame(
+            job.image, mask=job.mask, box=self._box, background=settings.background
+        )
         framed = time.perf_counter()
         (selected,) = self._predictor.predict_framed([photo], settings.category)
         predicted = time.perf_counter()
@@ -200,9 +218,9 @@ class _Maker:
             found, into = selected.candidate(rank), folder / place
             self._writer.write(found, into, settings.obj)
             cloud = into / "cloud.ply"
-            write_cloud(found, cloud, settings.points, settings.seed, settings.colors)
+            write_cloud(found, cloud, settings.points, settings.seed, self._colors)
             if settings.preview:
-                write_preview(found, into / "preview.png", model.render)
+                write_preview(found, into / "preview.png", model.render, self._colors)
         seconds = {
             "framing": framed - start,
             "network": predicted - framed,
@@ -231,6 +249,13 @@ class _Maker:
         chosen = {k: v for k, v in asdict(self._settings).items() if k not in _ELSEWHERE}
         content = [FORMAT_VERSION, self._digest, *self._templates, read, chosen]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
+
+
+def _box(numbers: Sequence[int]) -> Box:
+    if len(numbers) != 4:
+        raise ConfigError(f"box={list(numbers)} must be four numbers: left,top,right,bottom")
+    left, top, right, bottom = numbers
+    return left, top, right, bottom
 
 
 def _there(folder: Path, files: Sequence[str]) -> list[Path]:

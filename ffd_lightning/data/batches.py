@@ -62,6 +62,7 @@ class Batch(NamedTuple):
         mask: of the object in the images, (q, H, W) uint8; None where it is not kept.
         seed: see `BatchIndices`.
         drawn: what conditioned heads are told of the templates that a step draws.
+        cameras: azimuth and elevation of each image in degrees, (q, 2).
     """
 
     rows: Int[Tensor, " queries"]
@@ -72,6 +73,7 @@ class Batch(NamedTuple):
     mask: UInt8[Tensor, "queries height width"] | None = None
     seed: int | None = None
     drawn: DrawnTemplates | None = None
+    cameras: Float[Tensor, "queries 2"] | None = None
 
 
 class ShapeStore:
@@ -134,6 +136,8 @@ class ShapeStore:
             index.to(self.device, non_blocking=True) for index in indices[:4]
         )
         images, clouds = self._gather(rows, views, points)
+        pairs = zip(indices.rows.tolist(), indices.views.tolist(), strict=True)
+        seen = [self._prepared.camera(row, view) for row, view in pairs]
         own = drawn = None
         if indices.template_rows is not None and indices.template_views is not None:
             chosen = indices.template_rows.to(self.device), indices.template_views.to(self.device)
@@ -155,6 +159,7 @@ class ShapeStore:
             mask=images[..., 3] if self._mask else None,
             seed=indices.seed,
             drawn=drawn,
+            cameras=torch.tensor([(c.azimuth, c.elevation) for c in seen], device=rows.device),
         )
 
     def _drawn(

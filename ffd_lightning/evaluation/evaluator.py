@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import torch
 from filelock import FileLock
+from numpy.typing import NDArray
 
 from ffd_lightning.data.preparation.prepared import PreparedSet, digest_of
 from ffd_lightning.data.templates.bank import TemplateBank
@@ -44,6 +45,7 @@ from ffd_lightning.evaluation.summaries import (
 )
 from ffd_lightning.files import lock_folder, write_atomic, write_csv
 from ffd_lightning.nn.network import TemplateFfdNetwork
+from ffd_lightning.nn.viewpoint import viewpoints
 
 FORMAT_VERSION = 7
 """Goes up when the same weights and settings give other numbers or files."""
@@ -225,6 +227,7 @@ def _score(
             "view": sample.view,
             "template": bank.ids[t],
             "weight": float(prediction.weights[k, t]),
+            **_azimuth_error(prediction.viewpoints[k], prepared.camera(row, sample.view).azimuth),
             **({"twin": prepared.ids[row] in evaluated.twins} if evaluated.twins else {}),
             **score_sample(protocol, prepared, row, candidates, options.seed),
             **model.distortion(),
@@ -236,6 +239,14 @@ def _score(
     # Every row has the columns of all, None where a shape has no such part.
     columns = dict.fromkeys(name for row in rows for name in row)
     return [{name: row.get(name) for name in columns} for row in rows], prediction
+
+
+def _azimuth_error(viewpoint: NDArray[np.float32], azimuth: float) -> dict[str, float]:
+    """Return by how many degrees the network's azimuth is off, {} if it says none."""
+    if not len(viewpoint):
+        return {}
+    found = viewpoints(torch.from_numpy(viewpoint))[0].azimuth
+    return {"azimuth_error": abs((found - azimuth + 180) % 360 - 180)}
 
 
 def _reference_rows(

@@ -59,11 +59,13 @@ class Predictions:
         weights: template weights, (n, T).
         offsets: of control points, (n, T, M, 3).
         features: of the encoder, of length 1, (n, D).
+        viewpoints: what the network says of the cameras, (n, 37); (n, 0) where it says nothing.
     """
 
     weights: NDArray[np.float32]
     offsets: NDArray[np.float32]
     features: NDArray[np.float32]
+    viewpoints: NDArray[np.float32]
 
     @property
     def selected(self) -> NDArray[np.int64]:
@@ -99,7 +101,9 @@ def predict(
         features = network.features(torch.from_numpy(images).permute(0, 3, 1, 2).to(device))
         prediction = network.predict(features, torch.from_numpy(masks).to(device))
         unit = normalize(features.flatten(1).float(), dim=1)
-        outputs = prediction.template_weights, prediction.offsets, unit
+        seen = prediction.viewpoint
+        seen = unit[:, :0] if seen is None else seen
+        outputs = prediction.template_weights, prediction.offsets, unit, seen
         return [output.float().cpu().numpy() for output in outputs]
 
     done: dict[int, list[NDArray[np.float32]]] = {}

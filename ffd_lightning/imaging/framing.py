@@ -21,6 +21,10 @@ Background = Literal["auto", "rembg"]
 """What tells a photograph's object from its background, where no mask is given: its alpha channel,
 else the colour of its border (`auto`), or the network of the package rembg."""
 
+Box = tuple[int, int, int, int]
+"""Left, top, right and bottom, in pixels."""
+
+_GRABCUT_ROUNDS = 8
 _MODEL = "isnet-general-use"  # of rembg: made for thin structures; its own default varies
 _FILTER = Image.Resampling.LANCZOS
 _LARGEST = 1536  # longer side of what is cut by a mask: several times what the network sees
@@ -62,13 +66,15 @@ def frame_photo(
     fill: float,
     whole: bool = True,
     mask: Image.Image | Bytes | None = None,
+    box: Box | None = None,
     background: Background = "auto",
 ) -> FramedPhoto:
     """Cut the object out of a photograph, lay it on white and frame it as in training images.
 
-    The object is what `mask` shows; else what the photograph's alpha channel shows; else what does
-    not have the border's colour, which may change smoothly over the picture. A picture of the
-    network's size that looks like a training image is taken as it is.
+    The object is what `mask` shows; else what GrabCut finds within `box`; else what the
+    photograph's alpha channel shows; else what does not have the border's colour, which may change
+    smoothly over the picture. A picture of the network's size that looks like a training image is
+    taken as it is.
 
     Args:
         picture: from `read_photo`, any other, or (H, W, 3 or 4) uint8.
@@ -78,15 +84,19 @@ def frame_photo(
         whole: no object is cut off in training images.
         mask: of the upright photograph's size: what is bright is the object, or what is opaque
             where alpha varies.
+        box: left, top, right and bottom of the object in pixels of the upright photograph, with a
+            little room around it.
         background: `rembg` lets that package find the object.
 
     Raises:
         DataError: the picture or the mask cannot be used, or no object is found.
-        ConfigError: rembg is asked for but is not installed or has no weights.
+        ConfigError: rembg or OpenCV is needed but is not installed, or has no weights.
     """
     photo = as_photo(picture)
     if mask is not None:
         cut = _cut_by_mask(photo, as_photo(mask, "the mask"))
+    elif box is not None:
+        cut = _cut_by_box(photo, box)
     elif background == "rembg":
         cut = _cut_by_rembg(photo)
     else:
@@ -167,6 +177,42 @@ def _cut_by_rembg(photo: Image.Image) -> _Cut:
             "the internet once for its weights, or give mask=..."
         ) from error
     return _whitened(photo, flat, mask.convert("L"), f"rembg ({_MODEL})")
+
+
+def _cut_by_box(photo: Image.Image, box: Box) -> _Cut:
+    """Take for the object what has other colours than what is outside of a box.
+
+    Source: C. Rother et al., "GrabCut", SIGGRAPH 2004, by OpenCV.
+    """
+    left, top, right, bottom = box
+    if not (0 <= left < right <= photo.width and 0 <= top < bottom <= photo.height):
+        raise DataError(
+            f"box={','.join(map(str, box))} must be left,top,right,bottom within the upright "
+            f"photograph, {photo.width} x {photo.height} pixels"
+        )
+    if (right - left) * (bottom - top) > 0.98 * photo.width * photo.height:
+        raise DataError("the box covers the whole photograph: it must leave out some background")
+    try:
+        import cv2
+    except ImportError as error:
+        raise ConfigError("box= needs OpenCV: pip install 'ffd_lightning[photos]'") from error
+    flat = over_white(_reduced(photo))
+    scale = photo.width / flat.width
+    x, y = math.floor(left / scale), math.floor(top / scale)
+    rect = x, y, max(1, math.ceil(right / scale) - x), max(1, math.ceil(bottom / scale) - y)
+    labels = np.zeros((flat.height, flat.width), np.uint8)
+    models = np.zeros((1, 65)), np.zeros((1, 65))
+    cv2.setRNGSeed(0)
+    bgr = np.ascontiguousarray(np.asarray(flat)[..., ::-1])
+    cv2.grabCut(bgr, labels, rect, *models, _GRABCUT_ROUNDS, cv2.GC_INIT_WITH_RECT)
+    found = np.isin(labels, (cv2.GC_FGD, cv2.GC_PR_FGD))
+    if not found.any():
+        raise DataError(
+            "nothing within the box has other colours than what surrounds it: make it wider, or "
+            "give mask=..."
+        )
+    mask = Image.fromarray(np.where(found, 255, 0).astype(np.uint8))
+    return _whitened(photo, flat, mask, "GrabCut within the box")
 
 
 @functools.cache

@@ -80,6 +80,22 @@ def render(
     return image
 
 
+def seen_faces(
+    mesh: Mesh, camera: Camera = _FRAMING, *, height: int = 192, width: int = 256
+) -> NDArray[np.int64]:
+    """Return the face that each pixel's middle shows, (height, width), -1 where there is none."""
+    rows, columns, directions = _rays(mesh, camera, height, width, 1)
+    found = np.full((height, width), -1, np.int64)
+    if len(directions):
+        scene = EmbreeScene(EmbreeDevice())
+        TriangleMesh(scene, mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32))
+        origins = np.broadcast_to(camera.pose.position.astype(np.float32), directions.shape)
+        hits = scene.run(origins.copy(), directions, output=1)["primID"]
+        box = rows[1] - rows[0], columns[1] - columns[0]
+        found[slice(*rows), slice(*columns)] = hits.reshape(box)
+    return found
+
+
 def _rays(
     mesh: Mesh, camera: Camera, height: int, width: int, samples: int
 ) -> tuple[tuple[int, int], tuple[int, int], Floats]:

@@ -63,10 +63,14 @@ class MeshWriter:
         return glb(self._scene(reconstruction, linear=True))
 
     def _scene(self, reconstruction: Reconstruction, linear: bool) -> trimesh.Scene:
-        index, surface = reconstruction.index, reconstruction.surface
-        if index not in self._pieces:
-            self._pieces[index] = pieces(surface, self._colors, _PALETTE)
-        return mesh_scene(surface.vertices, self._pieces[index], surface.textures, linear)
+        index, surface = reconstruction.index, reconstruction.colored(self._colors)
+        if self._colors == "photo":
+            split = pieces(surface, self._colors, _PALETTE)
+        else:
+            if index not in self._pieces:
+                self._pieces[index] = pieces(surface, self._colors, _PALETTE)
+            split = self._pieces[index]
+        return mesh_scene(surface.vertices, split, surface.textures, linear)
 
 
 def write_cloud(
@@ -76,7 +80,7 @@ def write_cloud(
 
     What the labels mean stands in comments of the header: `label 0 leg`; 255 is unknown.
     """
-    surface = reconstruction.surface
+    surface = reconstruction.colored(colors)
     points, faces = reconstruction.sample(count, seed)
     labels: dict[str, Any] = (
         {} if surface.face_parts is None else {"label": surface.face_parts[faces]}
@@ -94,13 +98,15 @@ def write_cloud(
     write_file(path, content.replace(b"element vertex", notes + b"element vertex", 1))
 
 
-def write_preview(reconstruction: Reconstruction, path: Path, view: RenderSettings) -> None:
+def write_preview(
+    reconstruction: Reconstruction, path: Path, view: RenderSettings, colors: MeshColors
+) -> None:
     """Draw what the network saw, its template, the deformed cloud and mesh, and the parts.
 
-    `view` has size and camera of the network's own images; shapes are drawn by that camera, or from
-    three quarters if there are several, and small images are enlarged.
+    All from the photograph's side; from three quarters, if the network does not know it. `view` has
+    the size of the network's own images; small ones are enlarged.
     """
-    surface = reconstruction.surface
+    surface = reconstruction.colored(colors)
     points, faces = reconstruction.sample(_PREVIEW_POINTS)
     template = f"template ({reconstruction.weight:.2f})\n{reconstruction.template_id}"
     meshes = {
@@ -112,7 +118,8 @@ def write_preview(reconstruction: Reconstruction, path: Path, view: RenderSettin
         parts = Mesh(surface.vertices, surface.faces, part_colors(surface.face_parts))
         meshes["parts"] = parts
     times = max(1, _PREVIEW_HEIGHT // view.height)
-    seen = View(view.picture_camera, times * view.height, times * view.width)
+    camera = reconstruction.camera or view.picture_camera
+    seen = View(camera, times * view.height, times * view.width)
     cells = reconstruction_row(reconstruction.photo.image, list(meshes.values()), seen)
     write_file(path, png(grid(cells, len(cells), ["what the network saw", *meshes])))
 
@@ -120,7 +127,7 @@ def write_preview(reconstruction: Reconstruction, path: Path, view: RenderSettin
 def record(reconstruction: Reconstruction) -> dict[str, Any]:
     """Return what `prediction.json` says of the prediction itself."""
     bank, index, weights = reconstruction.bank, reconstruction.index, reconstruction.weights
-    lattice = bank.lattices[index]
+    lattice, seen = bank.lattices[index], reconstruction.viewpoint
     return {
         "template": {
             "id": reconstruction.template_id,
@@ -131,6 +138,7 @@ def record(reconstruction: Reconstruction) -> dict[str, Any]:
             "name": reconstruction.category,
             "weights": reconstruction.category_weights,
         },
+        "viewpoint": None if seen is None else seen._asdict(),
         "weights": {bank.ids[t]: float(weights[t]) for t in np.argsort(-weights, kind="stable")},
         "lattice": {
             "origin": lattice.origin.tolist(),

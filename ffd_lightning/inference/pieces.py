@@ -12,8 +12,9 @@ from PIL import Image
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.palette import part_colors
 
-MeshColors = Literal["material", "parts"]
-"""What the colours of a mesh say."""
+MeshColors = Literal["photo", "material", "parts"]
+"""What the colours of a mesh say: what the photograph shows, what the template is of, or its parts.
+"""
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Piece:
 
 
 def face_colors(mesh: Mesh, colors: MeshColors) -> NDArray[np.uint8]:
-    """Return RGBA of each face, (F, 4), by its material, or by its part where those are known."""
-    if colors == "material" or mesh.face_parts is None:
+    """Return RGBA of each face, (F, 4): its own, or for `parts` that of its part where known."""
+    if colors != "parts" or mesh.face_parts is None:
         return mesh.face_colors
     return part_colors(mesh.face_parts)
 
@@ -55,7 +56,7 @@ def pieces(mesh: Mesh, colors: MeshColors, most: int, by_part: bool = True) -> l
     """
     rgba = face_colors(mesh, colors).copy()
     textures = np.full(len(mesh.faces), -1)
-    if mesh.face_textures is not None and (colors == "material" or mesh.face_parts is None):
+    if mesh.face_textures is not None and (colors != "parts" or mesh.face_parts is None):
         textures = mesh.face_textures.astype(np.int64)
     plain = textures < 0
     rgba[plain], rgba[~plain] = _few_colors(rgba[plain], most), 255

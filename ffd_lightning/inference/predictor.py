@@ -13,7 +13,7 @@ from PIL import Image
 from ffd_lightning.checkpoint import TrainedModel, load_model
 from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, DataError
-from ffd_lightning.imaging.framing import Background, FramedPhoto, frame_photo
+from ffd_lightning.imaging.framing import Background, Box, FramedPhoto, frame_photo
 from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.inference.own_templates import (
     AnyMesh,
@@ -24,6 +24,8 @@ from ffd_lightning.inference.own_templates import (
     tell,
 )
 from ffd_lightning.inference.reconstruction import Reconstruction
+from ffd_lightning.nn.network import FfdPrediction
+from ffd_lightning.nn.viewpoint import Viewpoint, viewpoints
 from ffd_lightning.pretrained import pretrained_model
 from ffd_lightning.run_folder import RunFolder
 
@@ -106,7 +108,12 @@ class Predictor:
         return Predictor(tell(self.model, own, progress), str(self.device))
 
     def frame(
-        self, image: Photo, *, mask: Photo | None = None, background: Background = "auto"
+        self,
+        image: Photo,
+        *,
+        mask: Photo | None = None,
+        box: Box | None = None,
+        background: Background = "auto",
     ) -> FramedPhoto:
         """Bring a photograph to where the network sees it as it saw its training images.
 
@@ -114,7 +121,8 @@ class Predictor:
             image: a file, a PIL image, or (H, W, 3 or 4) uint8: RGB, and coverage as alpha.
             mask: bright where the object is; (H, W) or any picture, of the upright photograph's
                 size.
-            background: what tells the object where there is neither mask nor alpha.
+            box: left, top, right and bottom of the object in it, pixels, for GrabCut.
+            background: what tells the object where there is neither mask, box nor alpha.
 
         Raises:
             DataError: not an image, or nothing is seen in it.
@@ -128,6 +136,7 @@ class Predictor:
             fill=self.model.object_fill,
             whole=render.camera == "framed",
             mask=None if mask is None else _read(mask),
+            box=box,
             background=background,
         )
 
@@ -136,11 +145,12 @@ class Predictor:
         image: Photo,
         *,
         mask: Photo | None = None,
+        box: Box | None = None,
         background: Background = "auto",
         category: str | None = None,
     ) -> Reconstruction:
         """Reconstruct what one photograph shows; see `frame` and `predict_framed`."""
-        photo = self.frame(image, mask=mask, background=background)
+        photo = self.frame(image, mask=mask, box=box, background=background)
         return self.predict_framed([photo], category)[0]
 
     @torch.no_grad()
@@ -171,10 +181,25 @@ class Predictor:
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
             raise DataError("the network's outputs are not finite: its training has diverged")
         bank, categories, found = self.model.bank, self.model.template_categories, []
-        for photo, w, o in zip(photos, weights, offsets, strict=True):
-            first = Reconstruction(photo, bank, w, o, categories, categories[0], 0)
+        sides = self._viewpoints(prediction)
+        for photo, w, o, seen in zip(photos, weights, offsets, sides, strict=True):
+            first = Reconstruction(photo, bank, w, o, categories, categories[0], 0, seen)
             found.append(first.of_category(category or next(iter(first.category_weights))))
         return found
+
+    @property
+    def knows_side(self) -> bool:
+        """Whether reconstructions have a viewpoint."""
+        model = self.model
+        return model.network.viewpoint is not None or model.render.only_camera is not None
+
+    def _viewpoints(self, prediction: FfdPrediction) -> list[tuple[Viewpoint, ...]]:
+        """Return from where each photograph may have been taken."""
+        camera, count = self.model.render.only_camera, len(prediction.template_weights)
+        if prediction.viewpoint is not None:
+            return [tuple(viewpoints(row)) for row in prediction.viewpoint.float().cpu()]
+        known = () if camera is None else (Viewpoint(camera.azimuth, camera.elevation, 1.0),)
+        return [known] * count
 
 
 def checkpoint_of(source: str | Path | None, conditioned: bool = False) -> Path:

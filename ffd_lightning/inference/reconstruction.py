@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.geometry.sampling import sample_surface
+from ffd_lightning.imaging.camera import Camera
 from ffd_lightning.imaging.framing import FramedPhoto
+from ffd_lightning.inference.pieces import MeshColors
+from ffd_lightning.inference.seen_side import choose_viewpoint, photo_colored
+from ffd_lightning.nn.viewpoint import Viewpoint
+
+_SURE = 0.5  # confidence of a viewpoint that needs no warning
 
 
 @dataclass(frozen=True, eq=False)  # arrays have no one answer to ==
@@ -33,6 +39,8 @@ class Reconstruction:
         category: whose templates are ranked.
         index: the template that is deformed: the category's of the greatest weight, unless another
             `candidate` was asked for.
+        viewpoints: from where the photograph may have been taken, the likeliest first; the camera
+            of the training images, where all have one; () where nothing is known.
     """
 
     photo: FramedPhoto
@@ -42,6 +50,7 @@ class Reconstruction:
     categories: tuple[str, ...]
     category: str
     index: int
+    viewpoints: tuple[Viewpoint, ...] = ()
 
     @property
     def template_id(self) -> str:
@@ -75,16 +84,21 @@ class Reconstruction:
     @property
     def warnings(self) -> tuple[str, ...]:
         """What the user must know before the result is trusted: the photo's, and a doubt."""
-        weights = self.category_weights
+        found, weights = self.photo.warnings, self.category_weights
+        if self.viewpoint is not None and self.viewpoint.confidence < _SURE:
+            found += (
+                "the network doubts from which side the photograph was taken (confidence "
+                f"{self.viewpoint.confidence:.2f}): colours taken from it may be wrong",
+            )
         own = weights.pop(self.category)
         if own >= 0.5:
-            return self.photo.warnings
+            return found
         name, other = next(iter(weights.items()))
         doubt = (
             f"the network doubts that it is of category {self.category}: it gives {self.category} "
             f"{own:.2f}, {name} {other:.2f}"
         )
-        return (*self.photo.warnings, doubt)
+        return (*found, doubt)
 
     def of_category(self, category: str) -> Reconstruction:
         """Return the same with the best template of another category, one of `categories`."""
@@ -108,6 +122,25 @@ class Reconstruction:
     def surface(self) -> Mesh:
         """The deformed mesh with the project's own colours and parts per face."""
         return self.bank.deformed_mesh(self.index, torch.from_numpy(self.offsets[self.index]))
+
+    @cached_property
+    def viewpoint(self) -> Viewpoint | None:
+        """From where the photograph was taken, front and back told apart by the mesh's outline."""
+        if not self.viewpoints:
+            return None
+        return choose_viewpoint(self.viewpoints, self.surface, self.photo.image)
+
+    @property
+    def camera(self) -> Camera | None:
+        """The camera that shows the mesh from the photograph's side, framed."""
+        found = self.viewpoint
+        return None if found is None else Camera(found.azimuth, found.elevation)
+
+    def colored(self, colors: MeshColors) -> Mesh:
+        """Return `surface`, for `photo` in the photograph's colours, if its side is known."""
+        if colors != "photo" or self.viewpoint is None:
+            return self.surface
+        return photo_colored(self.surface, self.viewpoint, self.photo.image)
 
     @property
     def mesh(self) -> trimesh.Trimesh:

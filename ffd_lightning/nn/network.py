@@ -19,6 +19,7 @@ from ffd_lightning.geometry.ffd import Degrees, TemplateSample, mirrored_offsets
 from ffd_lightning.nn.consensus import consensus_logits
 from ffd_lightning.nn.encoders.base import ImageEncoder
 from ffd_lightning.nn.heads import Heads
+from ffd_lightning.nn.viewpoint import ViewpointHead
 
 _CLOUD_POINTS = 1024  # that a code is made from
 
@@ -31,12 +32,15 @@ class FfdPrediction(NamedTuple):
         template_weights: (q, T) probabilities mixed with their floor; they sum to 1.
         offsets: (q, T, M, 3) displacements of the control points, in template units.
         template_logits: (q, T), for losses in log space.
+        viewpoint: (q, 37), from where the images were taken, see `nn.viewpoint`; None of networks
+            that saw all objects from one side.
     """
 
     template_probs: Float[Tensor, "q templates"]
     template_weights: Float[Tensor, "q templates"]
     offsets: Float[Tensor, "q templates control_points 3"]
     template_logits: Float[Tensor, "q templates"]
+    viewpoint: Float[Tensor, "q bins"] | None = None
 
     @property
     def template_index(self) -> Int[Tensor, " q"]:
@@ -103,6 +107,8 @@ class TemplateFfdNetwork(nn.Module):
             encoder sees them.
         mirror_degrees: of the lattices, where offsets are to be averaged with their mirror image
             at the plane x = 0, which keeps symmetric templates symmetric; None leaves them free.
+        heads: the component; the paper's by default.
+        viewpoint: whether the network tells from where an image was taken.
 
     Raises:
         ValueError: a number out of its range.
@@ -125,6 +131,7 @@ class TemplateFfdNetwork(nn.Module):
         shrink: int = 1,
         mirror_degrees: Degrees | None = None,
         heads: Component | None = None,
+        viewpoint: bool = False,
     ) -> None:
         super().__init__()
         check_ranges(locals(), num_templates="(0, inf)", min_weight="[0, 1]", shrink="(0, inf)")
@@ -144,6 +151,7 @@ class TemplateFfdNetwork(nn.Module):
             offset_std=offset_std,
             batch_norm_momentum=batch_norm_momentum,
         )
+        self.viewpoint = ViewpointHead(hidden) if viewpoint else None
         for name in ("template_codes", "_template_matrix", "_template_control_points"):
             self.register_buffer(name, None, persistent=False)
         self._template_degrees: Degrees = (1, 1, 1)
@@ -156,7 +164,8 @@ class TemplateFfdNetwork(nn.Module):
         """
         names = ("num_templates", "num_control_points", "bottleneck", "hidden", "min_weight")
         named = {name: getattr(self, name) for name in (*names, "shrink", "mirror_degrees")}
-        return {"image_size": list(self.image_size), **named}
+        told = {} if self.viewpoint is None else {"viewpoint": True}
+        return {"image_size": list(self.image_size), **named, **told}
 
     def forward(
         self,
@@ -271,7 +280,8 @@ class TemplateFfdNetwork(nn.Module):
             logits = consensus_logits(logits, offsets, templates, mask, self.projection)
         probs = logits.softmax(dim=1)
         weights = (1 - self.min_weight) * probs + self.min_weight / probs.shape[1]
-        return FfdPrediction(probs, weights, offsets, logits)
+        found = None if self.viewpoint is None else self.viewpoint(hidden).float()
+        return FfdPrediction(probs, weights, offsets, logits, found)
 
 
 @contextmanager

@@ -27,6 +27,7 @@ from ffd_lightning.evaluation.template_scores import (
 )
 from ffd_lightning.losses.objective import Objective
 from ffd_lightning.nn.network import FfdPrediction, TemplateFfdNetwork
+from ffd_lightning.nn.viewpoint import viewpoint_loss
 from ffd_lightning.training.batch_statistics import SharedBatchStatistics
 from ffd_lightning.training.finite import WAY_OUT, FiniteLosses, not_finite
 
@@ -144,6 +145,9 @@ class FfdModule(LightningModule):
             batch.own_templates,
             int(batches) * len(weights),
         )
+        if prediction.viewpoint is not None and batch.cameras is not None:
+            viewpoint = viewpoint_loss(prediction.viewpoint, batch.cameras)
+            total, terms["viewpoint"] = total + viewpoint, viewpoint.detach()
         self._losses.add(self.global_step, self.objective.parts, self.trainer)
         chamfer = BOX_CHAMFER_FACTOR * terms.pop("chamfer")
         terms = {"loss": total.detach(), **terms, "box_chamfer": chamfer}

@@ -211,3 +211,20 @@ def test_rembg_finds_the_object(monkeypatch):
     monkeypatch.setitem(sys.modules, "rembg", None)
     with pytest.raises(ConfigError, match=r"pip install 'rembg\[cpu\]'"):
         frame(photo, background="rembg")
+
+
+def test_grabcut_finds_the_object_within_a_box():
+    """Before a background of many colours, where the border's colour says nothing."""
+    photo, coverage = on_colour(noise=4)
+    stripes = np.where(np.arange(photo.shape[1]) // 20 % 2, 40, -40)[None, :, None]
+    photo = np.where(coverage[..., None] < 128, photo + stripes, photo).clip(0, 255)
+    photo = photo.astype(np.uint8)
+    rows, columns = (np.flatnonzero((coverage > 127).any(axis)) for axis in (1, 0))
+    box = columns[0] - 5, rows[0] - 5, columns[-1] + 6, rows[-1] + 6
+    framed = frame(photo, box=tuple(map(int, box)))
+    found, true = (image[..., 3] > 127 for image in (framed.image, frame(photo, mask=coverage).image))
+    assert (found & true).sum() / (found | true).sum() > 0.8
+    assert "GrabCut" in framed.steps[0]
+    for wrong, words in (((0, 0, 320, 240), "leave out"), ((5, 5, 400, 90), "within")):
+        with pytest.raises(DataError, match=words):
+            frame(photo, box=wrong)

@@ -11,7 +11,7 @@ from lightning.pytorch.callbacks import ModelCheckpoint
 from torch import nn
 from torch.utils.data import DataLoader
 
-from ffd_lightning.app.build import build_data, build_network, regime
+from ffd_lightning.app.build import build_data, build_module, build_network, regime
 from ffd_lightning.checkpoint import load_model
 from ffd_lightning.data.batches import Batch
 from ffd_lightning.errors import ConfigError
@@ -225,3 +225,24 @@ def test_terms_are_told_the_degrees_of_the_data(tiny_config, prepared):
     network.mirror_degrees = (3, 3, 3)
     with pytest.raises(ConfigError, match=r"mirror_degrees is \(3, 3, 3\)"):
         fit(FfdModule(network, own()), data, max_steps=1)
+
+
+def test_networks_that_see_objects_from_several_sides_learn_from_which(tiny_config):
+    """Its loss leaves all other weights as they are without it."""
+    several = ("data.render.random_views=2", "heads=conditioned", "regime=posterior")
+    cfg = tiny_config(*several)
+    data, found = build_data(cfg), []
+    data.prepare_data()
+    for taught in (True, False):
+        torch.manual_seed(0)
+        network = build_network(cfg)
+        assert network.viewpoint is not None
+        network.viewpoint = network.viewpoint if taught else None
+        module = build_module(cfg, network, {})
+        fit(module, data, max_steps=2)
+        found.append({name: w.clone() for name, w in network.state_dict().items()})
+    taught, plain = found
+    assert {name for name in taught if name not in plain} == {
+        f"viewpoint.layers.{k}" for k in ("0.weight", "0.bias", "2.weight", "2.bias")
+    }
+    assert all(torch.equal(taught[name], plain[name]) for name in plain)

@@ -7,13 +7,12 @@ import re
 import threading
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
 from ffd_lightning.errors import UserError
 from ffd_lightning.inference.files import MeshWriter
-from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.viewer.scene import SPACING, Scene
 from ffd_lightning.inference.viewer.shared import Photo, Shared
 from ffd_lightning.inference.viewer.state import State
@@ -80,7 +79,7 @@ class Page:
             gui.add_markdown("Drag a control point to pull at the shape.")
             reset = gui.add_button("Reset", icon="rotate", hint="amount 1, no point pulled")
         with gui.add_folder("Show", visible=False) as show:
-            self.colors = gui.add_dropdown("Colours", list(get_args(MeshColors)))
+            self.colors = gui.add_dropdown("Colours", self._shared.colors)
             self.legend = gui.add_html("", visible=False)
             self.lattice = gui.add_checkbox("Control lattice", True)
             camera = gui.add_button("Camera as at first", icon="camera")
@@ -154,8 +153,10 @@ class Page:
         self._client.send_file_download(f"{name}.glb", content, save_immediately=True)
 
     def _place_camera(self) -> None:
-        """Put the camera where the network's images are taken from, far enough to see all."""
+        """Put the camera where the input was taken from, if that is known, and see all."""
         camera, original = self._client.camera, self._shared.camera
+        if self.state is not None:
+            original = self.state.reconstruction.camera or original
         pose, width = original.pose, 2 * SPACING + 1.4  # the outer shapes are large themselves
         height = max(1.2, width / camera.aspect)
         # In narrow windows the panel lies below.
@@ -241,8 +242,9 @@ class Page:
         self.input.content = input_text(found.photo)
         for part in self._later:
             part.visible = True
-        self.colors.visible = bool(found.part_names)
+        self.colors.visible = len(self._shared.colors) > 1
         self.state = state
+        self._place_camera()
 
     def _list_templates(self, state: State) -> None:
         """List the templates of a category, of which the best is chosen."""

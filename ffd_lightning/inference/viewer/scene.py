@@ -35,13 +35,17 @@ class Scene:
 
     def __init__(self, scene: Any, view: CameraPose, refresh: Callable[[], None]) -> None:
         self._scene, self._refresh = scene, refresh
-        self._aside, toward = view.right, -view.forward * [1, 0, 1]
-        self._toward = toward / np.linalg.norm(toward)
+        self._look(view)
         self._builds, self._root = 0, ""
         self._pulls: dict[int, NDArray[np.float64]] = {}
         self.drawn: tuple[Any, ...] = ()
         self.nodes: dict[str, Any] = {}
         self.moving: list[tuple[Any, Piece]] = []
+
+    def _look(self, view: CameraPose) -> None:
+        """Have the row run across a view."""
+        self._aside, toward = view.right, -view.forward * [1, 0, 1]
+        self._toward = toward / np.linalg.norm(toward)
 
     def pulls(self) -> dict[int, NDArray[np.float64]]:
         """Return where control points were pulled since the last call: (3,) by their index."""
@@ -78,7 +82,9 @@ class Scene:
         self._root = f"/scene-{self._builds}"
         self._pulls.clear()
         self.nodes = {"": self._scene.add_frame(self._root, show_axes=False)}
-        surface = state.surface()
+        if (camera := state.reconstruction.camera) is not None:
+            self._look(camera.pose)
+        surface = state.colored(colors)
         floor = surface.vertices[:, 1].min()
         side = 0.55 if state.truth is None else 1.0
         column = side if state.truth is None else 0.0

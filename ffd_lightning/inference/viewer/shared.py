@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import dataclass
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from ffd_lightning.errors import DataError
 from ffd_lightning.imaging.framing import FramedPhoto
 from ffd_lightning.imaging.photos import read_photo
 from ffd_lightning.imaging.rendering import render
+from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.predictor import Predictor
 from ffd_lightning.inference.viewer.state import NUM_POINTS, State, Truth
 from ffd_lightning.palette import regime_title
@@ -63,6 +65,9 @@ class Shared:
             f"{model.step:,} steps"
         )
         self.note, self.photo, self.camera = note, photo, model.render.picture_camera
+        absent = set() if predictor.knows_side else {"photo"}
+        absent |= set() if model.bank.part_names else {"parts"}
+        self.colors: list[str] = [c for c in get_args(MeshColors) if c not in absent]
         self.shape_ids = () if shapes is None else shapes.ids
         self.views = 1 if shapes is None else shapes.prepared.image_shape[0]
         self._predictor, self._shapes = predictor, shapes
