@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, draw
@@ -45,10 +47,10 @@ def sled(b: Builder, rng: Rng, p: Plan) -> None:
             beam(b, "leg", p.base, start, end, width=p.side, height=p.side / 2)
 
 
-def panels(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add a board at each end, straight or narrower in the middle."""
+def panels(b: Builder, rng: Rng, p: Plan, waist: float = 0.0) -> None:
+    """Add a board at each end, narrower in the middle by up to the part `waist`."""
     x, y, z = p.posts(1)[2]
-    waist = rng.choice([0.0, rng.uniform(0.0, 0.6)])
+    waist *= rng.uniform(0.3, 1.0)
     flat = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
     for side in (-x, x):
         rings = []
@@ -93,7 +95,10 @@ def _column(b: Builder, rng: Rng, p: Plan, x: float, reach: float) -> None:
             radii = np.array([1.5, 1.3, 1, 1]) * r
             b.tube("leg", p.base, np.array(path) + [x, 0, 0], list(radii), segments=10)
     low, r = (0.7 * rise if foot == "feet" else 0.01), p.side * rng.uniform(0.5, 1.1)
-    kind, t = draw(rng, ["plain", "cone", "turned"]), np.linspace(0, 1, 9)
+    kind, t = (
+        draw(rng, ["plain", "turned", "cone"][: 2 if foot == "feet" else 3]),
+        np.linspace(0, 1, 9),
+    )
     if kind == "plain":
         head = rng.uniform(1.5, 3) * r
         rows = [(r, 0), (r, 0.95), (head, 0.97), (head, 1)]
@@ -135,7 +140,7 @@ def bracket(b: Builder, rng: Rng, p: Plan) -> None:
 
 
 _BOX = ("rectangle", "square")
-_ENDED = (*_BOX, "bowed")
+_ENDED = (*_BOX, "rounded", "bowed")
 _LOW = ("coffee", "side")
 _FREE = ("solid", "planks", "framed", "tray")  # no leaves in the way
 BASES = (
@@ -143,6 +148,7 @@ BASES = (
     Component("cabriole", 0.7, cabriole, {"use": ("dining", *_LOW, "console")}),
     Component("sled", 1.2, sled, {"shape": _ENDED, "top": _FREE}),
     Component("panels", 2, panels, {"shape": _ENDED, "top": _FREE}),
+    Component("curved", 0.7, partial(panels, waist=0.6), {"shape": _ENDED, "top": _FREE}),
     Component("trestle", 1.5, trestle, {"use": ("dining", "coffee", "bar"), "shape": _ENDED}),
     Component("pedestal", 2.5, pedestal, {"use": ("dining", "bar", *_LOW), "top": _FREE}),
     Component("drum", 0.8, drum, {"use": _LOW, "top": _FREE}),

@@ -40,7 +40,7 @@ def joined(b: Builder, rng: Rng, p: Plan) -> None:
 
 def shelves(b: Builder, rng: Rng, p: Plan) -> None:
     """Add one to three shelves between the legs."""
-    count = int(rng.choice([1, 2, 3], p=[0.65, 0.2, 0.15])) if p.under > 0.4 else 1
+    count = int(rng.integers(1, np.clip(p.under / 0.2, 2, 4)))
     thick, material = rng.uniform(0.006, 0.018), p.top if rng.random() < 0.5 else p.base
     for t in np.linspace(rng.uniform(0.08, 0.45), 1, count + 1)[:-1]:
         level, inset = t * p.under, p.inset - p.splay * (1 - t) - 0.3 * p.side
@@ -149,7 +149,7 @@ BRACES = (
     Component("apron", 2, apron, {"base": _LEGS}),
     Component("joined", 1.5, joined, {"base": ("legs",)}),
     Component("shelves", 3, shelves, {"base": _PLAIN, "use": _SHELVED}),
-    Component("beam", 2, beamed, {"base": ("panels",)}),
+    Component("beam", 2, beamed, {"base": ("panels", "curved")}),
 )
 _OPEN = {"base": (*_PLAIN, "cabriole"), "shape": _BOX, "brace": ("none", "shelves")}
 EXTRAS = (

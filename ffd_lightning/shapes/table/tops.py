@@ -16,10 +16,10 @@ Shape = tuple[Array, Array]
 _SIGNS = np.array([(-1.0, -1), (1, -1), (1, 1), (-1, 1)])
 
 
-def rectangle(rng: Rng, width: float, depth: float) -> Shape:
-    """Return a rectangle with sharp, rounded or half-round ends."""
+def rectangle(rng: Rng, width: float, depth: float, round_: float = 0.1) -> Shape:
+    """Return a rectangle; `round_` is how round its corners are at most, 1 for half circles."""
     half = np.array([width, depth]) / 2
-    radius = half.min() * rng.choice([0.03, 0.15, 0.5, 0.98], p=[0.55, 0.25, 0.12, 0.08])
+    radius = half.min() * rng.uniform(0.3 * round_, round_)
     signs, arcs = corner_arcs(6)
     return signs * (half - radius) + radius * arcs, _SIGNS * (half - 0.3 * radius)
 
@@ -108,7 +108,8 @@ def leaves(b: Builder, rng: Rng, p: Plan) -> None:
 _BOX = ("rectangle", "square")
 _ROUND = {"use": ("dining", "coffee", "side", "bar")}
 SHAPES = (
-    Component("rectangle", 9, rectangle),
+    Component("rectangle", 8, rectangle),
+    Component("rounded", 2, partial(rectangle, round_=1.0)),
     Component("square", 2, square, _ROUND),
     Component("circle", 3, circle, _ROUND),
     Component("oval", 1.5, oval, {"use": ("dining", "coffee")}),
