@@ -102,7 +102,7 @@ def hoops(b: Builder, rng: Rng, p: Plan) -> None:
     """Add bent tubes as arms."""
     for x in p.xs[[0, -1]]:
         front, rear = -0.42 * p.depth, p.back(x, p.arm)
-        path = [(x, p.under, front + 0.05), (x, p.seat + p.arm, front - 0.04), rear]
+        path = [vec(x, p.under, front + 0.05), vec(x, p.seat + p.arm, front - 0.04), rear]
         b.tube("arm", p.frame, bend(path, 0.12), 0.018, segments=8)
 
 
@@ -131,21 +131,15 @@ def scrolls(b: Builder, rng: Rng, p: Plan) -> None:
 
 
 def shelf(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add one or two shelves of slats below the seat."""
-    count = int(rng.integers(1, 3))
-    rows = int(rng.integers(1, 6))
-    for level in np.linspace(rng.uniform(0.2, 0.45), 1, count + 1)[:-1] * p.under:
-        reach = 0.84 * p.depth * (1 - 1 / rows) / 2
-        first, last = vec(0, level, -reach), vec(0, level, reach)
-        size = (p.xs[-1] - p.xs[0], 0.02, 0.84 * p.depth / rows * (0.8 if rows > 1 else 1))
+    """Add one or two shelves of boards below the seat."""
+    count, rows = (int(n) for n in rng.integers(1, (3, 6)))
+    for y in np.linspace(rng.uniform(0.2, 0.45), 1, count + 1)[:-1] * p.under:
+        pitch = 0.84 * p.depth / rows
+        first, last = (
+            vec(0, y, (pitch - 0.84 * p.depth) / 2),
+            vec(0, y, (0.84 * p.depth - pitch) / 2),
+        )
+        size = (p.xs[-1] - p.xs[0], 0.02, pitch * (0.8 if rows > 1 else 1))
         boards.slats(b, "leg", p.wood, first, last, size, rows)
         for x in p.xs:
-            beam(
-                b,
-                "leg",
-                p.frame,
-                (x, level - 0.015, -0.42 * p.depth),
-                (x, level - 0.015, 0.42 * p.depth),
-                width=0.02,
-                height=0.025,
-            )
+            p.across(b, "leg", x, y - 0.015, 0.42 * p.depth, 0.025)

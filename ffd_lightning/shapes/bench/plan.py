@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Component, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.upholstery import draw_cover
 from ffd_lightning.shapes.kit.vectors import Array, lean, vec
 
@@ -59,16 +60,22 @@ class Plan:
         """Return the point at `x`, `up` along the back, `out` behind its middle."""
         return vec(0, self.seat, self.depth / 2 - 0.02) + lean(self.rake) @ vec(x, up, out)
 
+    def across(
+        self, b: Builder, part: str, x: float, y: float, reach: float, tall: float, z: float = 0.0
+    ) -> None:
+        """Add a bar from the front to the back that reaches +-`reach` about `z`."""
+        beam(b, part, self.frame, (x, y, z - reach), (x, y, z + reach), width=0.025, height=tall)
+
 
 _SIZES = {  # how frequent, then length, depth, seat, rise, rake: the lowest and the highest
     "garden": (4, (0.9, 0.38, 0.36, 0.28, 5), (2.2, 0.62, 0.48, 0.65, 24)),
     "hall": (3.5, (0.85, 0.32, 0.38, 0.25, 1), (1.8, 0.54, 0.54, 0.9, 12)),
     "bed": (2, (0.75, 0.36, 0.36, 0.15, 2), (1.7, 0.66, 0.52, 0.6, 14)),
-    "row": (1.2, (1.5, 0.24, 0.36, 0.3, 2), (2.8, 0.42, 0.5, 0.4, 9)),
-    "stool": (1.2, (0.45, 0.28, 0.38, 0.3, 2), (0.85, 0.45, 0.56, 0.4, 9)),
-    "stone": (1.3, (0.9, 0.34, 0.36, 0.28, 0), (2.1, 0.55, 0.5, 0.55, 6)),
+    "row": (0.8, (1.5, 0.24, 0.36, 0.3, 2), (2.8, 0.42, 0.5, 0.4, 9)),
+    "stool": (1.3, (0.45, 0.28, 0.38, 0.3, 2), (0.85, 0.45, 0.56, 0.4, 9)),
+    "stone": (1.2, (0.7, 0.34, 0.34, 0.28, 0), (2.2, 0.6, 0.52, 0.6, 6)),
     "round": (1.3, (0.9, 0.3, 0.36, 0.25, 0), (1.8, 0.5, 0.5, 0.5, 0.1)),
-    "picnic": (1.2, (1.1, 0.2, 0.4, 0.3, 2), (2.5, 0.36, 0.48, 0.4, 9)),
+    "picnic": (1.2, (0.9, 0.2, 0.4, 0.3, 2), (2.5, 0.36, 0.48, 0.4, 9)),
 }
 
 
