@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 
-from ffd_lightning.shapes.bench import backs, curved, seats
+from ffd_lightning.shapes.bench import backs, seats
 from ffd_lightning.shapes.bench.plan import USES
 from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Product, Rng
 
@@ -17,7 +17,7 @@ def assemble(rng: Rng, chosen: Chosen) -> Builder:
         grey = rng.uniform(0.45, 0.85)
         color = (grey, grey * rng.uniform(0.93, 1.0), grey * rng.uniform(0.82, 0.98))
         stone = Material(color, "speckle", 3.0, seed=int(rng.integers(1 << 30)))
-        plan = replace(plan, wood=stone, frame=stone)
+        plan = replace(plan, wood=stone, frame=stone, cover=stone)
     for slot in ("seat", "base", "back", "arms", "below"):
         chosen[slot].build(b, rng, plan)
     return b
@@ -27,7 +27,7 @@ _SEATS = (
     Component("boards", 4, seats.boards, {"use": ("garden", "hall", "row", "stool")}),
     Component("board", 3, seats.board, {"use": ("garden", "hall", "row", "stool")}),
     Component("pad", 4, seats.pad, {"use": ("hall", "bed", "stool")}),
-    Component("slab", 1, seats.slab, {"use": ("stone",)}),
+    Component("slab", 1, partial(seats.board, soft=0.0), {"use": ("stone",)}),
     Component("bows", 1, seats.nothing, {"use": ("round",)}),
     Component("pair", 1, seats.nothing, {"use": ("picnic",)}),
 )
@@ -41,8 +41,8 @@ _BASES = (
     Component("iron", 2, seats.iron, {"use": ("garden",), **_WOODEN}),
     Component("chest", 2.5, seats.chest, {"use": ("hall", "bed"), "seat": ("board", "pad")}),
     Component("blocks", 1, seats.blocks, {"seat": ("slab",)}),
-    Component("bows", 1, curved.bows, {"use": ("round",)}),
-    Component("backed bows", 1, partial(curved.bows, backed=True), {"use": ("round",)}),
+    Component("bows", 1, seats.bows, {"use": ("round",)}),
+    Component("backed bows", 1, partial(seats.bows, backed=True), {"use": ("round",)}),
     Component("picnic", 1, seats.picnic, {"use": ("picnic",)}),
 )
 _SAT = {"use": ("garden", "hall"), "seat": ("boards", "board")}
@@ -53,7 +53,7 @@ _BACKS = (
     Component("cross", 1, backs.cross, _SAT),
     Component("panel", 1.5, backs.panel, _SAT),
     Component("padded", 2, backs.padded, {"use": ("hall", "bed"), "seat": ("pad",)}),
-    Component("slab", 1.2, backs.slab, {"seat": ("slab",)}),
+    Component("slab", 1.2, backs.padded, {"seat": ("slab",)}),
 )
 _POSTS = ("slats", "bars", "cross", "panel")
 _ARMS = (
@@ -66,7 +66,7 @@ _ARMS = (
 )
 _BELOW = (
     Component("nothing", 1, seats.nothing),
-    Component("shelf", 1, backs.shelf, {"use": ("hall",), "base": ("legs", "slabs", "loops")}),
+    Component("shelf", 1, seats.shelf, {"use": ("hall",), "base": ("legs", "slabs", "loops")}),
 )
 CATEGORY = Product(
     parts=("seat", "back", "arm", "leg", "table"),

@@ -1,4 +1,4 @@
-"""Backs of benches, drawn in the frame of `Plan.back`, arms, and shelves below the seat."""
+"""Backs of benches, drawn in the frame of `Plan.back`, and arms."""
 
 from __future__ import annotations
 
@@ -16,9 +16,8 @@ from ffd_lightning.shapes.kit.vectors import lean, vec
 def slats(b: Builder, rng: Rng, p: Plan) -> None:
     """Add posts and one to six long boards before them."""
     for x in p.xs:
-        beam(
-            b, "back", p.frame, p.back(x, -0.06), p.back(x, p.rise), width=0.8 * p.side, height=0.04
-        )
+        ends = p.back(x, -0.06), p.back(x, p.rise)
+        beam(b, "back", p.frame, *ends, width=0.8 * p.side, height=0.04)
     count, low = int(rng.integers(1, 7)), p.rise * rng.uniform(0.05, 0.6)
     pitch = (p.rise - low) / count
     first, last = p.back(0, low + pitch / 2, -0.03), p.back(0, p.rise - pitch / 2, -0.03)
@@ -32,9 +31,8 @@ def _framed(b: Builder, rng: Rng, p: Plan) -> float:
     for x in xs:
         beam(b, "back", p.frame, p.back(x, -0.05), p.back(x, p.rise), width=p.side, height=p.side)
     crest = (xs[-1] - xs[0] + p.side + rng.uniform(0.0, 0.1), rng.uniform(0.04, 0.12), 0.035)
-    boards.pad(
-        b, "back", p.frame, p.back(0, p.rise), crest, rng.uniform(0.1, 0.5) * crest[1], p.rake
-    )
+    radius = rng.uniform(0.1, 0.5) * crest[1]
+    boards.pad(b, "back", p.frame, p.back(0, p.rise), crest, radius, p.rake)
     beam(b, "back", p.frame, p.back(xs[0], low), p.back(xs[-1], low), width=0.03, height=0.04)
     return low
 
@@ -67,23 +65,13 @@ def panel(b: Builder, rng: Rng, p: Plan) -> None:
 
 
 def padded(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add an upholstered panel, or one for each seat."""
-    count, soft = int(rng.choice([1, 2, 3], p=[0.7, 0.15, 0.15])), rng.uniform(0.05, 0.12)
-    rise, wide = min(p.rise, 0.6 * p.length), p.length / count
-    tall = rise + p.thick
-    for i in range(count):
-        at = p.back((i + 0.5 - count / 2) * wide, (rise - p.thick) / 2)
-        radius = rng.uniform(0.03, 0.12)
-        boards.pad(
-            b, "back", p.cover, at, (0.995 * wide, tall, soft), min(radius, 0.3 * tall), p.rake
-        )
-
-
-def slab(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add an upright slab of stone."""
-    size = (p.length * rng.uniform(0.85, 1.0), p.rise + 0.02, rng.uniform(0.05, 0.1))
-    at = p.back(0, p.rise / 2 - 0.01, -0.02)
-    boards.pad(b, "back", p.wood, at, size, rng.uniform(0.02, 0.2), p.rake)
+    """Add a pad or slab, or one for each seat."""
+    count, rise = int(rng.choice([1, 2, 3], p=[0.7, 0.15, 0.15])), min(p.rise, 0.6 * p.length)
+    wide, tall = p.length / count, rise + p.thick
+    size, radius = (0.995 * wide, tall, rng.uniform(0.05, 0.12)), rng.uniform(0.1, 0.3) * tall
+    for x in (np.arange(count) + 0.5 - count / 2) * wide:
+        at = p.back(x, (rise - p.thick) / 2)
+        boards.pad(b, "back", p.cover, at, size, radius, p.rake)
 
 
 def rests(b: Builder, rng: Rng, p: Plan, backed: bool = True) -> None:
@@ -128,18 +116,3 @@ def scrolls(b: Builder, rng: Rng, p: Plan) -> None:
         if rolled:
             roll = vec(x + side * 0.3 * thick, p.seat + p.arm, 0)
             b.cylinder("arm", p.cover, roll - half, roll + half, 0.75 * thick)
-
-
-def shelf(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add one or two shelves of boards below the seat."""
-    count, rows = (int(n) for n in rng.integers(1, (3, 6)))
-    for y in np.linspace(rng.uniform(0.2, 0.45), 1, count + 1)[:-1] * p.under:
-        pitch = 0.84 * p.depth / rows
-        first, last = (
-            vec(0, y, (pitch - 0.84 * p.depth) / 2),
-            vec(0, y, (0.84 * p.depth - pitch) / 2),
-        )
-        size = (p.xs[-1] - p.xs[0], 0.02, pitch * (0.8 if rows > 1 else 1))
-        boards.slats(b, "leg", p.wood, first, last, size, rows)
-        for x in p.xs:
-            p.across(b, "leg", x, y - 0.015, 0.42 * p.depth, 0.025)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from ffd_lightning.shapes.bench.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Rng, draw
 from ffd_lightning.shapes.kit.boards import beam, slats
 from ffd_lightning.shapes.kit.legs import (
+    STRAIGHT,
+    LegStyle,
     add_leg,
     add_legs,
     add_trestle,
@@ -17,7 +20,8 @@ from ffd_lightning.shapes.kit.legs import (
     square_post,
 )
 from ffd_lightning.shapes.kit.paths import bend, corners
-from ffd_lightning.shapes.kit.vectors import vec
+from ffd_lightning.shapes.kit.sheets import arc
+from ffd_lightning.shapes.kit.vectors import UP, vec
 
 
 def nothing(b: Builder, rng: Rng, p: Plan) -> None:
@@ -35,14 +39,14 @@ def boards(b: Builder, rng: Rng, p: Plan, part: str = "seat", z: float = 0.0) ->
         p.across(b, part, x, p.under - 0.018, 0.46 * p.depth, 0.04, z)
 
 
-def board(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add one board, often with a cushion."""
+def board(b: Builder, rng: Rng, p: Plan, soft: float = 0.4) -> None:
+    """Add one board or slab, with probability `soft` with a cushion on it."""
     size, middle = vec(p.length, p.thick, p.depth), vec(0, p.seat - p.thick / 2, 0)
-    b.rounded_box("seat", p.wood, middle, size, rng.uniform(0.01, 0.12), edge=0.4 * p.thick)
-    if rng.random() < 0.4:
-        soft = rng.uniform(0.03, 0.08)
-        pad_ = (p.length - 2.2 * p.side, soft, p.depth - p.side - 0.04)
-        b.rounded_box("seat", p.cover, (0, p.seat + 0.45 * soft, -0.01), pad_, 0.04)
+    edge = min(0.4 * p.thick, 0.025)
+    b.rounded_box("seat", p.wood, middle, size, rng.uniform(0.01, 0.12), edge=edge)
+    if rng.random() < soft:
+        size = vec(p.length - 2.2 * p.side, rng.uniform(0.03, 0.08), p.depth - p.side - 0.04)
+        b.rounded_box("seat", p.cover, (0, p.seat + 0.45 * size[1], -0.01), size, 0.04)
 
 
 def pad(b: Builder, rng: Rng, p: Plan) -> None:
@@ -56,18 +60,8 @@ def pad(b: Builder, rng: Rng, p: Plan) -> None:
     b.rounded_box("seat", p.frame, (0, p.under - 0.01, 0), frame, 0.01)
     for x in np.linspace(-0.42, 0.42, round(p.length / 0.17)) if rng.random() < 0.4 else ():
         for z in (-0.3, 0.0, 0.3):
-            at, button = (
-                (x * p.length, p.seat, z * p.depth),
-                [(0.016, 0), (0.018, 0.004), (0.009, 0.01)],
-            )
-            b.lathe("seat", p.frame, button, at, segments=8)
-
-
-def slab(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add a slab of stone."""
-    size, edge = (p.length, p.thick, p.depth), rng.uniform(0.008, 0.03)
-    middle = (0, p.seat - p.thick / 2, 0)
-    b.rounded_box("seat", p.wood, middle, size, 0.05, edge=edge, segments=6)
+            at = (x * p.length, p.seat, z * p.depth)
+            b.lathe("seat", p.frame, [(0.016, 0), (0.018, 0.004), (0.009, 0.01)], at, segments=8)
 
 
 def legs(b: Builder, rng: Rng, p: Plan) -> None:
@@ -88,7 +82,7 @@ def legs(b: Builder, rng: Rng, p: Plan) -> None:
 
 
 def slabs(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add an upright board at each end, and often one on edge between them."""
+    """Add an upright board at each end, and one on edge between them."""
     size = (rng.uniform(0.6, 1.0) * p.side, p.under, p.depth * 0.92)
     for x in p.xs[[0, -1]]:
         b.rounded_box("leg", p.frame, (x, p.under / 2, 0), size, 0.01, segments=4)
@@ -119,12 +113,9 @@ def iron(b: Builder, rng: Rng, p: Plan) -> None:
     z, low = 0.44 * p.depth, p.under - 0.01
     for x in p.xs:
         for side in (-1, 1):
-            path = [
-                (x, 0, side * (z + 0.07)),
-                (x, 0.5 * low, side * (z - 0.05)),
-                (x, low, side * z),
-            ]
-            b.tube("leg", p.frame, bend(path, 0.2), 0.018, segments=8)
+            path = [(x, 0, z + 0.07), (x, 0.5 * low, z - 0.05), (x, low, z)]
+            bent = bend(np.array(path) * (1, 1, side), 0.2)
+            b.tube("leg", p.frame, bent, 0.018, segments=8)
         p.across(b, "leg", x, low, z, 0.03)
         p.across(b, "leg", x, 0.45 * low, z - 0.03, 0.03)
 
@@ -174,3 +165,37 @@ def picnic(b: Builder, rng: Rng, p: Plan) -> None:
         p.across(b, "leg", x, low, tip, 0.08)
         p.across(b, "leg", x, top - 0.03, 0.45 * wide, 0.06)
         beam(b, "leg", p.frame, (x, low, 0), (0.25 * x, top - 0.01, 0), width=0.04, height=0.06)
+
+
+def bows(b: Builder, rng: Rng, p: Plan, backed: bool = False) -> None:
+    """Add bows of boards on pairs of posts, `backed` with some behind them."""
+    half, inner = np.radians(rng.uniform(25, 125)), rng.uniform(0.3, 1.0)
+    inner += 0.25 / half
+    angles, outer, low = np.linspace(-half, half, 29), inner + p.depth, p.under
+    edges = np.linspace(inner, outer, int(rng.integers(2, 7)))
+    for start, end in pairwise(edges):
+        arc(b, "seat", p.wood, (start, end - 0.01), (low, p.seat), angles)
+    levels = p.seat + np.linspace(0.35, 1.0, int(rng.integers(2, 5))) * p.rise
+    for bottom, top in pairwise(levels) if backed else ():
+        heights = bottom, top - 0.15 * (top - bottom)
+        arc(b, "back", p.wood, (outer, outer + 0.03), heights, angles)
+    style = LegStyle(draw(rng, ["square", "round"]), p.side, STRAIGHT)
+    for angle in np.linspace(-0.92, 0.92, max(3, round(2 * half * inner / 0.7))) * half:
+        out = vec(np.sin(angle), 0, np.cos(angle))
+        for r in (inner + 0.12 * p.depth, inner + 0.85 * p.depth):
+            add_leg(b, "leg", p.frame, style, r * out + low * UP, r * out)
+        level = (low - 0.02) * UP
+        ends = (inner + 0.03) * out + level, outer * out + level
+        beam(b, "leg", p.frame, *ends, width=0.04, height=0.04)
+        if backed:
+            top = (outer - 0.012) * out + (p.seat + 0.97 * p.rise) * UP
+            beam(b, "back", p.frame, (outer - 0.012) * out + level, top, width=0.03, height=0.025)
+
+
+def shelf(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add one or two shelves of boards below the seat."""
+    wide = p.xs[-1] - p.xs[0] + p.side
+    low = replace(p, length=wide, inset=p.side / 2, depth=0.84 * p.depth, thick=0.02)
+    count = int(rng.integers(1, 3))
+    for t in np.linspace(rng.uniform(0.2, 0.45), 1, count + 1)[:-1]:
+        boards(b, rng, replace(low, seat=t * p.under), "leg")

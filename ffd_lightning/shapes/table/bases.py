@@ -23,7 +23,7 @@ def legs(b: Builder, rng: Rng, p: Plan) -> None:
 
 
 def cabriole(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add legs with a knee that scrossed out and a slender ankle."""
+    """Add legs with a knee that swings out and a slender ankle."""
     bulge = rng.uniform(0.03, 0.12) * p.under
     for top in p.posts(1):
         out = (top - vec(0, 0, p.z)) * vec(1, 0, 1)
@@ -95,10 +95,8 @@ def _column(b: Builder, rng: Rng, p: Plan, x: float, reach: float) -> None:
             radii = np.array([1.5, 1.3, 1, 1]) * r
             b.tube("leg", p.base, np.array(path) + [x, 0, 0], list(radii), segments=10)
     low, r = (0.7 * rise if foot == "feet" else 0.01), p.side * rng.uniform(0.5, 1.1)
-    kind, t = (
-        draw(rng, ["plain", "turned", "cone"][: 2 if foot == "feet" else 3]),
-        np.linspace(0, 1, 9),
-    )
+    kinds = ["plain", "turned", "cone"][: 2 if foot == "feet" else 3]
+    kind, t = draw(rng, kinds), np.linspace(0, 1, 9)
     if kind == "plain":
         head = rng.uniform(1.5, 3) * r
         rows = [(r, 0), (r, 0.95), (head, 0.97), (head, 1)]
@@ -144,16 +142,16 @@ _ENDED = (*_BOX, "rounded", "bowed")
 _LOW = ("coffee", "side")
 _FREE = ("solid", "planks", "framed", "tray")  # no leaves in the way
 BASES = (
-    Component("legs", 6, legs),
+    Component("legs", 5, legs),
     Component("cabriole", 0.7, cabriole, {"use": ("dining", *_LOW, "console")}),
     Component("sled", 1.2, sled, {"shape": _ENDED, "top": _FREE}),
     Component("panels", 2, panels, {"shape": _ENDED, "top": _FREE}),
     Component("curved", 0.7, partial(panels, waist=0.6), {"shape": _ENDED, "top": _FREE}),
     Component("trestle", 1.5, trestle, {"use": ("dining", "coffee", "bar"), "shape": _ENDED}),
     Component("pedestal", 2.5, pedestal, {"use": ("dining", "bar", *_LOW), "top": _FREE}),
-    Component("drum", 0.8, drum, {"use": _LOW, "top": _FREE}),
-    Component("crossed", 0.5, crossed, {"use": ("dining", *_LOW), "top": _FREE}),
-    Component("bracket", 0.8, bracket, {"use": ("side",), "shape": _BOX, "top": _FREE}),
+    Component("drum", 1, drum, {"use": _LOW, "top": _FREE}),
+    Component("crossed", 0.7, crossed, {"use": ("dining", *_LOW), "top": _FREE}),
+    Component("bracket", 1, bracket, {"use": ("side",), "shape": _BOX, "top": _FREE}),
     Component("case", 1.8, case, {"use": _LOW, "shape": _BOX, "top": _FREE}),
     Component("chests", 7, chests, {"use": ("desk",), "shape": ("rectangle",)}),
 )

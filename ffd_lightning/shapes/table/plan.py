@@ -80,14 +80,14 @@ class Plan:
 def draw_plan(rng: Rng, outline: Array, corners: Array, height: float, *, flush: bool) -> Plan:
     """Draw a table with an outline; `flush` if its legs may be at the very corners."""
     small = float(np.abs(outline).max(0).min())
-    side = min(rng.uniform(0.03, 0.07) * rng.choice([1.0, 1.8], p=[0.7, 0.3]), 0.25 * small)
+    side = min(rng.uniform(0.03, 0.07) * rng.choice([1.0, 1.8], p=[0.6, 0.4]), 0.25 * small)
     inset, splay = 0.7 * side + rng.uniform(0.0, 0.12) * small, 0.0
     if rng.random() < 0.4:
         inset += rng.uniform(0.0, 0.25) * small
         splay = rng.uniform(0.2, 1.1) * inset
     elif flush and rng.random() < 0.5:
         inset = side / 2
-    thick = rng.uniform(0.015, 0.05) * rng.choice([1.0, 2.0], p=[0.8, 0.2])
+    thick = rng.uniform(0.015, 0.05) * rng.choice([1.0, 2.2], p=[0.75, 0.25])
     kind = draw(rng, ["wood", "paint", "plastic", "metal", "glass"], [0.55, 0.17, 0.1, 0.06, 0.12])
     top = base = pick_material(rng, kind)
     if kind == "glass" or rng.random() < 0.65:
@@ -101,8 +101,8 @@ def _draw_size(rng: Rng, low: Triple, high: Triple) -> Array:
 
 
 _SIZES = {  # how frequent, the lowest and the highest width, depth, height
-    "dining": (2.5, (1.1, 0.7, 0.66), (2.6, 1.15, 0.8)),
-    "coffee": (3, (0.6, 0.4, 0.2), (1.6, 0.9, 0.52)),
+    "dining": (2, (1.1, 0.7, 0.66), (2.6, 1.15, 0.8)),
+    "coffee": (3, (0.6, 0.4, 0.27), (1.6, 0.9, 0.54)),
     "side": (3, (0.28, 0.28, 0.36), (0.65, 0.65, 0.8)),
     "bar": (1, (0.6, 0.45, 0.9), (1.6, 0.75, 1.15)),
     "console": (1.5, (0.7, 0.22, 0.64), (1.8, 0.45, 0.95)),

@@ -62,11 +62,8 @@ def _chest(b: Builder, rng: Rng, p: Plan, center: Array, size: Array, rows: int)
     width, height = 0.97 * size[0] / columns, 0.97 * size[1] / rows
     gap, handle = 0.06 * min(width, height), rng.choice([0.025, 0.35 * width])
     for i in range(rows * columns):
-        shift = (
-            (i % columns + 0.5 - columns / 2) * width,
-            (i // columns + 0.5 - rows / 2) * height,
-        )
-        middle = center + (*shift, -size[2] / 2 - 0.008)
+        x = (i % columns + 0.5 - columns / 2) * width
+        middle = center + (x, (i // columns + 0.5 - rows / 2) * height, -size[2] / 2 - 0.008)
         face = (width - gap, height - gap, 0.024)
         b.rounded_box("drawer", front, middle, face, 0.008, segments=1)
         knob = (handle, 0.018, 0.034)
@@ -145,7 +142,7 @@ _PLAIN = ("legs", "panels", "sled")
 _LOW = {"use": ("coffee", "side"), "shape": _BOX}
 _SHELVED = ("coffee", "side", "console", "bar")
 BRACES = (
-    Component("none", 2, nothing),
+    Component("none", 1.5, nothing),
     Component("apron", 2, apron, {"base": _LEGS}),
     Component("joined", 1.5, joined, {"base": ("legs",)}),
     Component("shelves", 3, shelves, {"base": _PLAIN, "use": _SHELVED}),
@@ -153,9 +150,9 @@ BRACES = (
 )
 _OPEN = {"base": (*_PLAIN, "cabriole"), "shape": _BOX, "brace": ("none", "shelves")}
 EXTRAS = (
-    Component("none", 4, nothing),
+    Component("none", 3, nothing),
     Component("drawers", 2, drawers, _OPEN),
     Component("hutch", 1.5, hutch, _DESK),
     Component("wing", 1.0, wing, _DESK),
-    Component("nest", 1.2, nothing, {**_LOW, "base": _PLAIN, "brace": ("none",)}),
+    Component("nest", 1.5, nothing, {**_LOW, "base": _PLAIN, "brace": ("none",)}),
 )

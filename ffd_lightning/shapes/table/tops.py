@@ -50,9 +50,7 @@ def bowed(rng: Rng, width: float, depth: float) -> Shape:
     x, bow = np.linspace(-1, 1, 15), rng.uniform(-0.4, 0.4)
     waves = rng.choice([0.0, 0.02]) * rng.normal(size=(2, 15))
     z = depth / 2 * (1 - max(bow, 0) * x**2 + min(bow, 0) * (1 - x**2) + waves)
-    front, back = (
-        np.stack([width / 2 * x, sign * z], 1) for sign, z in zip((-1, 1), z, strict=True)
-    )
+    front, back = np.stack([width / 2 * x, -z[0]], 1), np.stack([width / 2 * x, z[1]], 1)
     return np.concatenate([front, back[::-1]]), _SIGNS * np.abs(front[0]) * (1, 0.95)
 
 
@@ -125,5 +123,5 @@ TOPS = (
     Component("planks", 1.5, planks, {"shape": _BOX}),
     Component("framed", 1.2, framed, {"shape": _EVEN}),
     Component("tray", 1.5, tray, {"use": ("coffee", "side")}),
-    Component("leaves", 2, leaves, {"use": ("dining", "side"), "shape": _BOX}),
+    Component("leaves", 2.5, leaves, {"use": ("dining", "side"), "shape": _BOX}),
 )
