@@ -66,7 +66,7 @@ def panel(b: Builder, rng: Rng, p: Plan) -> None:
 
 def padded(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a pad or slab, or one for each seat."""
-    count, rise = int(rng.choice([1, 2, 3], p=[0.7, 0.15, 0.15])), min(p.rise, 0.6 * p.length)
+    count, rise = int(rng.choice([1, 2, 3], p=[0.7, 0.15, 0.15])), min(p.rise, 0.45 * p.length)
     wide, tall = p.length / count, rise + p.thick
     size, radius = (0.995 * wide, tall, rng.uniform(0.05, 0.12)), rng.uniform(0.1, 0.3) * tall
     for x in (np.arange(count) + 0.5 - count / 2) * wide:

@@ -113,7 +113,7 @@ def iron(b: Builder, rng: Rng, p: Plan) -> None:
     z, low = 0.44 * p.depth, p.under - 0.01
     for x in p.xs:
         for side in (-1, 1):
-            path = [(x, 0, z + 0.07), (x, 0.5 * low, z - 0.05), (x, low, z)]
+            path = [(x, 0.01, z + 0.07), (x, 0.5 * low, z - 0.05), (x, low, z)]
             bent = bend(np.array(path) * (1, 1, side), 0.2)
             b.tube("leg", p.frame, bent, 0.018, segments=8)
         p.across(b, "leg", x, low, z, 0.03)

@@ -142,7 +142,7 @@ _ENDED = (*_BOX, "rounded", "bowed")
 _LOW = ("coffee", "side")
 _FREE = ("solid", "planks", "framed", "tray")  # no leaves in the way
 BASES = (
-    Component("legs", 5, legs),
+    Component("legs", 4.5, legs),
     Component("cabriole", 0.7, cabriole, {"use": ("dining", *_LOW, "console")}),
     Component("sled", 1.2, sled, {"shape": _ENDED, "top": _FREE}),
     Component("panels", 2, panels, {"shape": _ENDED, "top": _FREE}),

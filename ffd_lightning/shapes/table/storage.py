@@ -142,7 +142,7 @@ _PLAIN = ("legs", "panels", "sled")
 _LOW = {"use": ("coffee", "side"), "shape": _BOX}
 _SHELVED = ("coffee", "side", "console", "bar")
 BRACES = (
-    Component("none", 1.5, nothing),
+    Component("none", 1.2, nothing),
     Component("apron", 2, apron, {"base": _LEGS}),
     Component("joined", 1.5, joined, {"base": ("legs",)}),
     Component("shelves", 3, shelves, {"base": _PLAIN, "use": _SHELVED}),
@@ -151,7 +151,7 @@ BRACES = (
 _OPEN = {"base": (*_PLAIN, "cabriole"), "shape": _BOX, "brace": ("none", "shelves")}
 EXTRAS = (
     Component("none", 3, nothing),
-    Component("drawers", 2, drawers, _OPEN),
+    Component("drawers", 2.5, drawers, _OPEN),
     Component("hutch", 1.5, hutch, _DESK),
     Component("wing", 1.0, wing, _DESK),
     Component("nest", 1.5, nothing, {**_LOW, "base": _PLAIN, "brace": ("none",)}),

@@ -122,6 +122,6 @@ TOPS = (
     Component("solid", 8, solid),
     Component("planks", 1.5, planks, {"shape": _BOX}),
     Component("framed", 1.2, framed, {"shape": _EVEN}),
-    Component("tray", 1.5, tray, {"use": ("coffee", "side")}),
+    Component("tray", 2, tray, {"use": ("coffee", "side")}),
     Component("leaves", 2.5, leaves, {"use": ("dining", "side"), "shape": _BOX}),
 )
