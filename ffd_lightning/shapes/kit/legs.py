@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ffd_lightning.shapes.kit import Builder, Material, Rng
 from ffd_lightning.shapes.kit.boards import beam, rails
 from ffd_lightning.shapes.kit.paths import bend, circle
-from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, vec
+from ffd_lightning.shapes.kit.vectors import UP, Array, Pair
 
 Profile = tuple[Pair, ...]
 STRAIGHT: Profile = ((0.0, 1.0), (0.5, 1.0), (1.0, 1.0))
@@ -132,10 +132,9 @@ def add_trestle(
         ends = (x, top - 0.5 * side, sign * high * spread), (x, 0.0, sign * low * spread)
         add_leg(b, "leg", material, square_post(side), *ends, (0.8, 2.0 if kind == "t" else 1.0))
     if kind in ("a", "h"):
-        reach = vec(0, 0, (0.35 * high + 0.65 * low) * spread)
-        middle = vec(x, level, 0)
-        ends_ = middle - reach, middle + reach
-        beam(b, "leg", material, *ends_, width=0.5 * side, height=0.7 * side)
+        reach = (0.35 * high + 0.65 * low) * spread
+        start, end = (x, level, -reach), (x, level, reach)
+        beam(b, "leg", material, start, end, width=0.5 * side, height=0.7 * side)
     for y in (top - side / 2, side / 2) if kind in ("h", "t") else (top - side / 2,):
         b.rounded_box("leg", material, (x, y, 0), (0.9 * side, side, 2 * spread), 0.2 * side)
     return level
