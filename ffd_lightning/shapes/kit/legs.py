@@ -117,3 +117,24 @@ def stretchers(
         beam(b, part, material, front_right, back_left, width=size, height=0.8 * size)
     else:
         raise ValueError(f"unknown stretchers {kind!r}")
+
+
+def add_trestle(
+    b: Builder, material: Material, kind: str, x: float, spread: float, top: float, side: float
+) -> float:
+    """Add a trestle at `x`, "x", "a", "h" or "t" seen from the end; return where a beam meets it.
+
+    Its feet and its head reach +-`spread` along z, its posts are `side` thick.
+    """
+    level = {"x": 0.5, "a": 0.35, "h": 0.3, "t": 0.4}[kind] * top
+    high, low = {"x": (-0.9, 0.9), "a": (0.3, 0.9), "h": (0.6, 0.6), "t": (0.0, 0.0)}[kind]
+    for sign in (-1, 1) if kind != "t" else (1,):
+        ends = (x, top - 0.5 * side, sign * high * spread), (x, 0.0, sign * low * spread)
+        add_leg(b, "leg", material, square_post(side), *ends, (0.8, 2.0 if kind == "t" else 1.0))
+    if kind in ("a", "h"):
+        reach = (0.35 * high + 0.65 * low) * spread
+        start, end = (x, level, -reach), (x, level, reach)
+        beam(b, "leg", material, start, end, width=0.5 * side, height=0.7 * side)
+    for y in (top - side / 2, side / 2) if kind in ("h", "t") else (top - side / 2,):
+        b.rounded_box("leg", material, (x, y, 0), (0.9 * side, side, 2 * spread), 0.2 * side)
+    return level

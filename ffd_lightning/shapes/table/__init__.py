@@ -1,18 +1,51 @@
-"""Tables: four-legged, pedestal, trestle, drawer desk, round, nested, two-tier, slab-sided."""
+"""Tables: what they are for, an outline, a top, what carries it, what is below it and on it."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Family
-from ffd_lightning.shapes.table.desk import desk
-from ffd_lightning.shapes.table.four_legged import four_legged
-from ffd_lightning.shapes.table.low import nested, two_tier
-from ffd_lightning.shapes.table.pedestal import pedestal
-from ffd_lightning.shapes.table.round import round_table
-from ffd_lightning.shapes.table.slab import slab
-from ffd_lightning.shapes.table.trestle import trestle
+from dataclasses import replace
 
-PARTS = ("top", "leg", "support", "shelf", "drawer")
-FAMILIES: dict[str, Family] = {
-    "four_legged": four_legged, "pedestal": pedestal, "trestle": trestle, "desk": desk,
-    "round": round_table, "nested": nested, "two_tier": two_tier, "slab": slab,
-}  # fmt: skip
+import numpy as np
+
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.table.bases import BASES
+from ffd_lightning.shapes.table.plan import USES, draw_plan
+from ffd_lightning.shapes.table.storage import BRACES, EXTRAS
+from ffd_lightning.shapes.table.tops import SHAPES, TOPS
+
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a table of its components, and smaller ones alike that are pulled out from it."""
+    b, (width, depth, height) = Builder(), chosen["use"].build(rng)
+    outline, corners = chosen["shape"].build(rng, width, depth)
+    flush = chosen["shape"].name in ("rectangle", "square")
+    plan = draw_plan(rng, outline, corners, height, flush=flush)
+    nest = chosen["extra"].name == "nest"
+    if nest:
+        side = min(plan.side, 0.04)
+        plan = replace(plan, side=side, inset=0.7 * side, thick=min(plan.thick, 0.03), splay=0.0)
+    if chosen["base"].name not in ("legs", "sled"):
+        plan = replace(plan, splay=0.0)
+    state, pull = int(rng.integers(1 << 30)), rng.uniform(0.15, 0.45) * depth
+    for _ in range(int(rng.integers(2, 4)) if nest else 1):
+        same = np.random.default_rng(state)  # so that the smaller tables match
+        for slot in ("base", "brace", "top", "extra"):
+            chosen[slot].build(b, same, plan)
+        shrink = np.array([1 - (2 * plan.side + 0.02) / plan.half[0], 0.92])
+        smaller = {"outline": plan.outline * shrink, "corners": plan.corners * shrink}
+        plan = replace(plan, **smaller, height=plan.under - 0.02, z=plan.z - pull)
+    return b
+
+
+CATEGORY = Product(
+    parts=("top", "leg", "support", "shelf", "drawer"),
+    slots={
+        "use": USES,
+        "shape": SHAPES,
+        "top": TOPS,
+        "base": BASES,
+        "brace": BRACES,
+        "extra": EXTRAS,
+    },
+    family=("base", "shape"),
+    assemble=assemble,
+)

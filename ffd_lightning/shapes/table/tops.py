@@ -1,124 +1,127 @@
-"""Sizes, materials, tops and drawer fronts of tables."""
+"""Outlines of tables and their corners, as a plan has them, and tops."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import partial
 
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
-from ffd_lightning.shapes.kit.boards import rails, slats
-from ffd_lightning.shapes.kit.paths import corners
-from ffd_lightning.shapes.kit.sections import eased_disc
-from ffd_lightning.shapes.kit.vectors import Pair, Triple, lean, vec
+import numpy as np
 
-_KNOB = ((0.006, -0.02), (0.006, 0.0), (0.016, 0.006), (0.013, 0.014), (0.004, 0.017))
+from ffd_lightning.shapes.kit import Builder, Component, Rng, pick_material
+from ffd_lightning.shapes.kit.boards import slats
+from ffd_lightning.shapes.kit.sections import corner_arcs, superellipse
+from ffd_lightning.shapes.kit.vectors import Array, vec
+from ffd_lightning.shapes.table.plan import Plan
 
-
-class Limits(NamedTuple):
-    """From what to what the sides of a table go, in metres."""
-
-    width: Pair
-    depth: Pair
-    height: Pair
+Shape = tuple[Array, Array]
+_SIGNS = np.array([(-1.0, -1), (1, -1), (1, 1), (-1, 1)])
 
 
-SIZES = {
-    "dining": Limits(width=(1.2, 2.2), depth=(0.75, 1.05), height=(0.7, 0.78)),
-    "square": Limits(width=(0.75, 1.1), depth=(0.75, 1.1), height=(0.68, 0.78)),
-    "coffee": Limits(width=(0.8, 1.4), depth=(0.45, 0.8), height=(0.3, 0.48)),
-    "side": Limits(width=(0.38, 0.6), depth=(0.38, 0.6), height=(0.45, 0.68)),
-    "bar": Limits(width=(0.6, 1.5), depth=(0.5, 0.7), height=(0.92, 1.12)),
-    "console": Limits(width=(0.9, 1.6), depth=(0.28, 0.42), height=(0.7, 0.9)),
-}
-"""What a table is for decides its proportions."""
+def rectangle(rng: Rng, width: float, depth: float, round_: float = 0.1) -> Shape:
+    """Return a rectangle; `round_` is how round its corners are at most, 1 for half circles."""
+    half = np.array([width, depth]) / 2
+    radius = half.min() * rng.uniform(0.3 * round_, round_)
+    signs, arcs = corner_arcs(6)
+    return signs * (half - radius) + radius * arcs, _SIGNS * (half - 0.3 * radius)
 
 
-def draw_size(rng: Rng, *uses: str) -> Triple:
-    """Draw (width, depth, height) of a table for one of `uses`."""
-    width, depth, height = (rng.uniform(*limits) for limits in SIZES[draw(rng, uses)])
-    return width, depth, height
+def square(rng: Rng, width: float, depth: float) -> Shape:
+    """Return a square."""
+    return rectangle(rng, depth, depth)
 
 
-def draw_materials(rng: Rng) -> tuple[Material, Material]:
-    """Draw the materials of the top and of what carries it; a third of tables have only one."""
-    kinds = ["wood", "paint", "plastic", "metal", "glass"]
-    kind = draw(rng, kinds, [0.55, 0.17, 0.1, 0.06, 0.12])
-    top = pick_material(rng, kind)
-    if kind != "glass" and rng.random() < 0.35:
-        return top, top
-    return top, pick_material(rng, draw(rng, ["wood", "metal", "paint"], [0.45, 0.35, 0.2]))
+def circle(rng: Rng, width: float, depth: float, count: int = 48, wave: float = 0.0) -> Shape:
+    """Return a circle, a polygon with `count` corners or, with a `wave`, a free form."""
+    a = 2 * np.pi * (np.arange(count) + 0.5) / count
+    waves = np.cos(3 * a) + rng.uniform(0, 2.2) * np.cos(2 * a + rng.uniform(0, 6.3))
+    radii = rng.uniform(0.45, 0.65) * depth * (1 + wave * waves)
+    outline = np.stack([np.sin(a), -np.cos(a)], 1) * radii[:, None]
+    legs = int(rng.choice([3, 4, 6], p=[0.35, 0.5, 0.15])) if count > 8 else count // 2
+    return outline, outline[count // legs // 2 :: count // legs]
 
 
-def rectangular_top(
-    b: Builder, rng: Rng, material: Material, size: Triple, thickness: float, rounding: float = 0.15
-) -> None:
-    """Add a solid, planked or framed top whose upper side is at the height of `size`.
-
-    `rounding` limits the radius of its corners, as a fraction of its depth.
-    """
-    width, depth, height = size
-    center = vec(0, height - thickness / 2, 0)
-    style = draw(rng, ["solid", "planks", "frame"], [0.7, 0.18, 0.12])
-    if style == "planks" and material.alpha == 1:
-        count = int(rng.integers(4, 8))
-        gap = rng.uniform(0.004, 0.012)
-        board = (width, thickness, depth / count - gap)
-        offset = vec(0, 0, (depth - depth / count) / 2)
-        slats(b, "top", material, center - offset, center + offset, board, count)
-    elif style == "frame":
-        border = 0.12 * depth
-        rim = pick_material(rng, "wood")
-        points = corners(width - border, depth - border, center[1])
-        rails(b, "top", rim, points, width=border, height=thickness)
-        for point in points:
-            b.rounded_box("top", rim, point, (border, thickness, border), 0.1 * border)
-        inner = (width - 1.9 * border, 0.6 * thickness, depth - 1.9 * border)
-        b.rounded_box("top", material, center, inner, 0.1 * border)
-    else:
-        radius = rounding * rng.choice([0.05, 0.3, 1.0]) * depth
-        edge = rng.uniform(0.1, 0.5) * thickness
-        block = (width, thickness, depth)
-        b.rounded_box("top", material, center, block, radius=radius, edge=edge, segments=4)
+def oval(rng: Rng, width: float, depth: float) -> Shape:
+    """Return an ellipse, more or less squared."""
+    half = np.array([width, depth]) / 2
+    return superellipse(rng.uniform(0.0, 0.6), 40) * half, _SIGNS * 0.72 * half
 
 
-def round_top(
-    b: Builder,
-    material: Material,
-    radius: float,
-    height: float,
-    thickness: float,
-    squash: float = 1.0,
-    part: str = "top",
-    segments: int = 40,
-) -> None:
-    """Add a disc with an eased rim whose upper side is at `height`; `squash` scales its z."""
-    ease = 0.35 * thickness
-    low = height - thickness
-    rows = eased_disc(radius, low, height, ease)
-    b.lathe(part, material, rows, segments=segments, squash=squash)
+def bowed(rng: Rng, width: float, depth: float) -> Shape:
+    """Return a rectangle whose long sides swing out or in, sometimes as the tree did."""
+    x, bow = np.linspace(-1, 1, 15), rng.uniform(-0.4, 0.4)
+    waves = rng.choice([0.0, 0.02]) * rng.normal(size=(2, 15))
+    z = depth / 2 * (1 - max(bow, 0) * x**2 + min(bow, 0) * (1 - x**2) + waves)
+    front, back = np.stack([width / 2 * x, -z[0]], 1), np.stack([width / 2 * x, z[1]], 1)
+    return np.concatenate([front, back[::-1]]), _SIGNS * np.abs(front[0]) * (1, 0.95)
 
 
-def drawer_fronts(
-    b: Builder,
-    front: Material,
-    handle: Material,
-    center: Triple,
-    size: Pair,
-    rows: int,
-    columns: int = 1,
-    knobs: bool = False,
-) -> None:
-    """Add a grid of drawer fronts with handles on the -z side of `center`; size (width, height)."""
-    width, height = size[0] / columns, size[1] / rows
-    gap = 0.06 * min(width, height)
-    for column in range(columns):
-        for row in range(rows):
-            x = center[0] + (column + 0.5 - columns / 2) * width
-            y = center[1] + (row + 0.5 - rows / 2) * height
-            face = (width - gap, height - gap, 0.024)
-            b.rounded_box("drawer", front, (x, y, center[2] - 0.008), face, 0.008, segments=1)
-            z = center[2] - 0.035
-            if knobs:
-                b.lathe("drawer", handle, _KNOB, (x, y, z), segments=10, turn=lean(-90))
-            else:
-                bar = (0.35 * width, 0.016, 0.034)
-                b.rounded_box("drawer", handle, (x, y, z), bar, 0.006, segments=1)
+def half_round(rng: Rng, width: float, depth: float) -> Shape:
+    """Return half an ellipse whose straight side is at the back."""
+    corners = [1.5, 2.0, 1.0] if rng.random() < 0.4 else [1.3, 1.7, 2.0, 1.0]
+    a = np.pi * np.array([*np.linspace(1, 2, 30), *corners])
+    points = np.stack([width / 2 * np.cos(a), depth / 2 + depth * np.sin(a)], 1)
+    return points[:30], points[30:]
+
+
+def solid(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a board."""
+    p.slab(b, "top", p.top, (p.height - p.thick, p.height), 0.0)
+
+
+def planks(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add boards side by side."""
+    (width, depth), count = 2 * p.half, int(rng.integers(4, 8))
+    middle, offset = vec(0, p.height - p.thick / 2, p.z), vec(0, 0, (depth - depth / count) / 2)
+    board = (width, p.thick, depth / count - rng.uniform(0.004, 0.012))
+    wood = p.top if p.top.alpha == 1 else p.base
+    slats(b, "top", wood, middle - offset, middle + offset, board, count)
+
+
+def framed(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a panel in a rim, often of another material."""
+    rim, border = pick_material(rng, "wood"), p.half.min() * rng.uniform(0.08, 0.25)
+    low, high = p.height - p.thick, p.height
+    p.band(b, "top", rim, (low, high), (0.0, border))
+    p.slab(b, "top", p.top, (low + 0.2 * p.thick, high - 0.15 * p.thick), 0.9 * border)
+
+
+def tray(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a board with a raised rim."""
+    solid(b, rng, p)
+    levels = p.height - p.thick / 2, p.height + rng.uniform(0.02, 0.07)
+    p.band(b, "top", p.top, levels, (-0.004, 0.012))
+
+
+def leaves(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a board with two leaves that hang down at its ends or at its front and back."""
+    solid(b, rng, p)
+    drop, axis, thick = p.under * rng.uniform(0.3, 0.8), int(rng.choice([0, 2])), 0.8 * p.thick
+    size, out = vec(1.96 * p.half[0], drop, 1.96 * p.half[1]), np.eye(3)[axis]
+    out *= 0.5 * size[axis] / 0.98 + 0.004
+    size[axis] = thick
+    for side in (-1, 1):
+        middle = side * out + vec(0, p.height - drop / 2 - 0.2 * p.thick, 0)
+        b.rounded_box("top", p.top, middle, size, 0.3 * thick)
+
+
+_BOX = ("rectangle", "square")
+_ROUND = {"use": ("dining", "coffee", "side", "bar")}
+SHAPES = (
+    Component("rectangle", 8, rectangle),
+    Component("rounded", 2, partial(rectangle, round_=1.0)),
+    Component("square", 2, square, _ROUND),
+    Component("circle", 3, circle, _ROUND),
+    Component("oval", 1.5, oval, {"use": ("dining", "coffee")}),
+    Component("hexagon", 0.5, partial(circle, count=6), _ROUND),
+    Component("octagon", 0.5, partial(circle, count=8), _ROUND),
+    Component("pebble", 1, partial(circle, wave=0.1), {"use": ("coffee", "side")}),
+    Component("bowed", 1.5, bowed, {"use": ("dining", "coffee", "console", "desk", "bar")}),
+    Component("half", 1.5, half_round, {"use": ("console",)}),
+)
+_EVEN = tuple(shape.name for shape in SHAPES if shape.name not in ("pebble", "half"))
+TOPS = (
+    Component("solid", 8, solid),
+    Component("planks", 1.5, planks, {"shape": _BOX}),
+    Component("framed", 1.2, framed, {"shape": _EVEN}),
+    Component("tray", 2, tray, {"use": ("coffee", "side")}),
+    Component("leaves", 2.5, leaves, {"use": ("dining", "side"), "shape": _BOX}),
+)

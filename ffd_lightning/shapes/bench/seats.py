@@ -1,0 +1,201 @@
+"""Seats of benches, and what carries them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from ffd_lightning.shapes.bench.plan import Plan
+from ffd_lightning.shapes.kit import Builder, Rng, draw
+from ffd_lightning.shapes.kit.boards import beam, slats
+from ffd_lightning.shapes.kit.legs import (
+    STRAIGHT,
+    LegStyle,
+    add_leg,
+    add_legs,
+    add_trestle,
+    draw_leg_style,
+    square_post,
+)
+from ffd_lightning.shapes.kit.paths import bend, corners
+from ffd_lightning.shapes.kit.sheets import arc
+from ffd_lightning.shapes.kit.vectors import UP, vec
+
+
+def nothing(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add nothing."""
+
+
+def boards(b: Builder, rng: Rng, p: Plan, part: str = "seat", z: float = 0.0) -> None:
+    """Add a level deck of boards."""
+    count = int(rng.integers(2, 9)) if p.depth > 0.3 else int(rng.integers(1, 4))
+    pitch = p.depth / count
+    first, last = (vec(0, p.seat - p.thick / 2, z + s * (p.depth - pitch) / 2) for s in (-1, 1))
+    size = (p.length, p.thick, pitch * (0.85 if count > 1 else 1.0))
+    slats(b, part, p.wood, first, last, size, count)
+    for x in p.xs:
+        p.across(b, part, x, p.under - 0.018, 0.46 * p.depth, 0.04, z)
+
+
+def board(b: Builder, rng: Rng, p: Plan, soft: float = 0.4) -> None:
+    """Add one board or slab, with probability `soft` with a cushion on it."""
+    size, middle = vec(p.length, p.thick, p.depth), vec(0, p.seat - p.thick / 2, 0)
+    edge = min(0.4 * p.thick, 0.025)
+    b.rounded_box("seat", p.wood, middle, size, rng.uniform(0.01, 0.12), edge=edge)
+    if rng.random() < soft:
+        size = vec(p.length - 2.2 * p.side, rng.uniform(0.03, 0.08), p.depth - p.side - 0.04)
+        b.rounded_box("seat", p.cover, (0, p.seat + 0.45 * size[1], -0.01), size, 0.04)
+
+
+def pad(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a thick pad, often buttoned or in two or three parts, on a frame."""
+    count, edge = int(rng.choice([1, 2, 3], p=[0.7, 0.15, 0.15])), 0.4 * p.thick
+    wide, middle = p.length / count, p.seat - p.thick / 2
+    for x in (np.arange(count) + 0.5 - count / 2) * wide:
+        size = (0.995 * wide, p.thick, p.depth)
+        b.rounded_box("seat", p.cover, (x, middle, 0), size, 0.05, edge=edge)
+    frame = (0.97 * p.length, 0.05, 0.95 * p.depth)
+    b.rounded_box("seat", p.frame, (0, p.under - 0.01, 0), frame, 0.01)
+    for x in np.linspace(-0.42, 0.42, round(p.length / 0.17)) if rng.random() < 0.4 else ():
+        for z in (-0.3, 0.0, 0.3):
+            at = (x * p.length, p.seat, z * p.depth)
+            b.lathe("seat", p.frame, [(0.016, 0), (0.018, 0.004), (0.009, 0.01)], at, segments=8)
+
+
+def legs(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add pairs of legs, straight or splayed, with rails below the seat and between the legs."""
+    style = draw_leg_style(rng, (p.side, p.side), hairpin=0.12)
+    reach, splay = p.depth / 2 - p.side / 2, rng.choice([0.0, rng.uniform(0.0, 0.08)])
+    tops = np.array([(x, p.under, z) for x in p.xs for z in (splay - reach, reach - splay)])
+    add_legs(b, "leg", p.frame, style, tops, tops * vec(1 + splay / p.length, 0, 1 + splay / reach))
+    apron, paired = (rng.random(2) < 0.5) & style.plain
+    t, tall = rng.uniform(0.2, 0.5), rng.uniform(0.05, 0.1)
+    for x in p.xs if paired else ():
+        wide = (reach - splay) * (1 + (1 - t) * splay / reach)
+        p.across(b, "leg", x * (1 + (1 - t) * splay / p.length), t * p.under, wide, 0.03)
+    for i in (-1, 1) if apron else ():
+        y, z = p.under - tall / 2, i * (reach - splay)
+        p.across(b, "leg", i * p.xs[-1], y, reach - splay, tall)
+        beam(b, "leg", p.frame, (p.xs[0], y, z), (p.xs[-1], y, z), width=0.022, height=tall)
+
+
+def slabs(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add an upright board at each end, and one on edge between them."""
+    size = (rng.uniform(0.6, 1.0) * p.side, p.under, p.depth * 0.92)
+    for x in p.xs[[0, -1]]:
+        b.rounded_box("leg", p.frame, (x, p.under / 2, 0), size, 0.01, segments=4)
+    y, tall = p.under * rng.uniform(0.3, 0.8), rng.uniform(0.0, 0.35) * p.under
+    beam(b, "leg", p.frame, (p.xs[0], y, 0), (p.xs[-1], y, 0), width=0.03, height=max(tall, 0.04))
+
+
+def trestles(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add two trestles joined by a beam."""
+    kind = draw(rng, ["x", "a", "h", "t"])
+    for x in p.xs[[0, -1]]:
+        y = add_trestle(b, p.frame, kind, x, 0.46 * p.depth, p.under, p.side)
+    ends = (p.xs[0], y, 0), (p.xs[-1], y, 0)
+    beam(b, "leg", p.frame, *ends, width=0.5 * p.side, height=p.side)
+
+
+def loops(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add loops of tube, as wide as the seat or wider on the floor."""
+    r, z, out = 0.22 * p.side, 0.45 * p.depth, rng.choice([0.0, rng.uniform(-0.05, 0.06)])
+    for x in p.xs:
+        path = [(x, p.under, -z), (x, r, -z - out), (x, r, z + out), (x, p.under, z)]
+        b.tube("leg", p.frame, bend(path, rng.uniform(0.04, 0.12)), r, segments=10)
+        p.across(b, "leg", x, p.under - 0.01, z, 0.02)
+
+
+def iron(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add curved iron legs that are joined in pairs."""
+    z, low = 0.44 * p.depth, p.under - 0.01
+    for x in p.xs:
+        for side in (-1, 1):
+            path = [(x, 0.01, z + 0.07), (x, 0.5 * low, z - 0.05), (x, low, z)]
+            bent = bend(np.array(path) * (1, 1, side), 0.2)
+            b.tube("leg", p.frame, bent, 0.018, segments=8)
+        p.across(b, "leg", x, low, z, 0.03)
+        p.across(b, "leg", x, 0.45 * low, z - 0.03, 0.03)
+
+
+def chest(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a box with panels below the seat, on the floor or on short feet."""
+    low, count = rng.choice([0.0, rng.uniform(0.03, 0.35) * p.under]), int(rng.integers(1, 6))
+    size, y = vec(p.length - 0.02, p.under - low, p.depth - 0.03), (p.under + low) / 2
+    b.rounded_box("seat", p.frame, (0, y, 0), size, 0.008)
+    for x in (np.arange(count) + 0.5 - count / 2) * size[0] / count:
+        panel = (0.88 * size[0] / count, 0.8 * size[1], 0.03)
+        b.rounded_box("seat", p.wood, (x, y, -size[2] / 2), panel, 0.008)
+    tops = corners(size[0] - p.side, size[2] - p.side, low + 0.005)
+    add_legs(b, "leg", p.frame, square_post(p.side), tops, tops * vec(1, 0, 1))
+
+
+def blocks(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add two blocks, flared blocks or turned feet of stone."""
+    kind, wide, x = draw(rng, ["block", "flared", "turned"]), rng.uniform(0.08, 0.3), p.length / 2
+    radii = np.array([1, 1, 0.6, 0.8, 0.55, 1, 1]) * 0.42 * p.depth
+    for shift in x * rng.uniform(0.55, 0.8) * np.array([-1, 1]):
+        if kind == "turned":
+            heights = np.array([0, 0.1, 0.18, 0.45, 0.8, 0.93, 1]) * p.under
+            b.lathe("leg", p.frame, np.column_stack([radii, heights]), (shift, 0, 0))
+            continue
+        rings = []
+        for t in (0, 0.12, 0.3, 0.7, 0.88, 1):
+            grow = 1.5 if kind == "flared" and abs(t - 0.5) > 0.3 else 1.0
+            ring = corners(grow * wide, (0.5 + 0.2 * grow) * p.depth, t * p.under)
+            rings.append(ring + vec(shift, 0, 0))
+        b.loft("leg", p.frame, rings)
+
+
+def picnic(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a table between two benches on common frames."""
+    wide, state = rng.uniform(0.5, 0.95), int(rng.integers(1 << 30))
+    out, length = wide / 2 + rng.uniform(0.2, 0.45), p.length * rng.uniform(0.95, 1.15)
+    table = replace(p, seat=rng.uniform(0.66, 0.82), depth=wide, length=length)
+    boards(b, rng, table, "table")
+    for z in (-out, out):
+        boards(b, np.random.default_rng(state), p, z=z)
+    low, top, tip = p.under - 0.06, table.under, out + 0.45 * p.depth
+    for x in p.length * rng.uniform(0.28, 0.4) * np.array([-1, 1]):
+        for sign in (-1, 1):
+            ends = (x, top, sign * 0.3 * wide), (x, 0, sign * 0.95 * out)
+            add_leg(b, "leg", p.frame, square_post(p.side), *ends, (0.7, 1.4))
+        p.across(b, "leg", x, low, tip, 0.08)
+        p.across(b, "leg", x, top - 0.03, 0.45 * wide, 0.06)
+        beam(b, "leg", p.frame, (x, low, 0), (0.25 * x, top - 0.01, 0), width=0.04, height=0.06)
+
+
+def bows(b: Builder, rng: Rng, p: Plan, backed: bool = False) -> None:
+    """Add bows of boards on pairs of posts, `backed` with some behind them."""
+    half, inner = np.radians(rng.uniform(25, 125)), rng.uniform(0.3, 1.0)
+    inner += 0.25 / half
+    angles, outer, low = np.linspace(-half, half, 29), inner + p.depth, p.under
+    edges = np.linspace(inner, outer, int(rng.integers(2, 7)))
+    for start, end in pairwise(edges):
+        arc(b, "seat", p.wood, (start, end - 0.01), (low, p.seat), angles)
+    levels = p.seat + np.linspace(0.35, 1.0, int(rng.integers(2, 5))) * p.rise
+    for bottom, top in pairwise(levels) if backed else ():
+        heights = bottom, top - 0.15 * (top - bottom)
+        arc(b, "back", p.wood, (outer, outer + 0.03), heights, angles)
+    style = LegStyle(draw(rng, ["square", "round"]), p.side, STRAIGHT)
+    for angle in np.linspace(-0.92, 0.92, max(3, round(2 * half * inner / 0.7))) * half:
+        out = vec(np.sin(angle), 0, np.cos(angle))
+        for r in (inner + 0.12 * p.depth, inner + 0.85 * p.depth):
+            add_leg(b, "leg", p.frame, style, r * out + low * UP, r * out)
+        level = (low - 0.02) * UP
+        ends = (inner + 0.03) * out + level, outer * out + level
+        beam(b, "leg", p.frame, *ends, width=0.04, height=0.04)
+        if backed:
+            top = (outer - 0.012) * out + (p.seat + 0.97 * p.rise) * UP
+            beam(b, "back", p.frame, (outer - 0.012) * out + level, top, width=0.03, height=0.025)
+
+
+def shelf(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add one or two shelves of boards below the seat."""
+    wide = p.xs[-1] - p.xs[0] + p.side
+    low = replace(p, length=wide, inset=p.side / 2, depth=0.84 * p.depth, thick=0.02)
+    count = int(rng.integers(1, 3))
+    for t in np.linspace(rng.uniform(0.2, 0.45), 1, count + 1)[:-1]:
+        boards(b, rng, replace(low, seat=t * p.under), "leg")

@@ -1,0 +1,114 @@
+"""What the components of a table share: outline, sizes, materials, where its legs stand. Metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit.vectors import Array, Pair, Triple
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A table's sizes and materials; the middle of its top is above the origin.
+
+    Attributes:
+        outline: of the top as (x, z) from above, (k, 2).
+        corners: points of the outline near which legs stand, (n, 2).
+        height: of the top's upper side.
+        thick: of the top.
+        side: thickness of a leg or a panel.
+        inset: how far inside the outline the middles of the legs' tops are.
+        splay: how much further out their feet are.
+        top: what the top is of.
+        base: what carries it is of.
+        z: where the middle is, other than 0 for a table that is pulled out from another.
+    """
+
+    outline: Array
+    corners: Array
+    height: float
+    thick: float
+    side: float
+    inset: float
+    splay: float
+    top: Material
+    base: Material
+    z: float = 0.0
+
+    @property
+    def half(self) -> Array:
+        """Half the width and half the depth."""
+        return np.asarray(np.abs(self.outline).max(0))
+
+    @property
+    def under(self) -> float:
+        """Height of the top's lower side, a little above it so that legs reach in."""
+        return self.height - self.thick + 0.002
+
+    def at(self, flat: Array, level: float, inset: float) -> Array:
+        """Return points of the outline, (n, 2), moved inward by `inset`, at a height, (n, 3)."""
+        return np.insert(flat * (1 - inset / self.half), 1, level, axis=1) + [0, 0, self.z]
+
+    def posts(self, t: float) -> Array:
+        """Return the middles of the legs (n, 3) at `t`, 0 at their feet, 1 at their tops."""
+        return self.at(self.corners, t * self.under, self.inset - self.splay * (1 - t))
+
+    def body(
+        self, b: Builder, part: str, material: Material, rows: Sequence[Pair], caps: bool = True
+    ) -> None:
+        """Add a body with the table's outline, less an inset at each height: (inset, height)."""
+        rings = [self.at(self.outline, level, inset) for inset, level in rows]
+        b.loft(part, material, rings, caps)
+
+    def slab(self, b: Builder, part: str, material: Material, levels: Pair, inset: float) -> None:
+        """Add a board between two levels with the table's outline, less `inset`."""
+        (low, high), ease = levels, 0.25 * (levels[1] - levels[0])
+        rows = [(inset + ease, low), (inset, low + ease), (inset, high - ease)]
+        self.body(b, part, material, [*rows, (inset + ease, high)])
+
+    def band(self, b: Builder, part: str, material: Material, levels: Pair, insets: Pair) -> None:
+        """Add a rim between two levels and two insets, the outer and the inner one."""
+        rows = [(insets[i], levels[j]) for i, j in ((0, 0), (0, 1), (1, 1), (1, 0), (0, 0))]
+        self.body(b, part, material, rows, caps=False)
+
+
+def draw_plan(rng: Rng, outline: Array, corners: Array, height: float, *, flush: bool) -> Plan:
+    """Draw a table with an outline; `flush` if its legs may be at the very corners."""
+    small = float(np.abs(outline).max(0).min())
+    side = min(rng.uniform(0.03, 0.07) * rng.choice([1.0, 1.8], p=[0.6, 0.4]), 0.25 * small)
+    inset, splay = 0.7 * side + rng.uniform(0.0, 0.12) * small, 0.0
+    if rng.random() < 0.4:
+        inset += rng.uniform(0.0, 0.25) * small
+        splay = rng.uniform(0.2, 1.1) * inset
+    elif flush and rng.random() < 0.5:
+        inset = side / 2
+    thick = rng.uniform(0.015, 0.05) * rng.choice([1.0, 2.2], p=[0.75, 0.25])
+    kind = draw(rng, ["wood", "paint", "plastic", "metal", "glass"], [0.55, 0.17, 0.1, 0.06, 0.12])
+    top = base = pick_material(rng, kind)
+    if kind == "glass" or rng.random() < 0.65:
+        base = pick_material(rng, draw(rng, ["wood", "metal", "paint"], [0.45, 0.35, 0.2]))
+    return Plan(outline, corners, height, thick, side, inset, splay, top, base)
+
+
+def _draw_size(rng: Rng, low: Triple, high: Triple) -> Array:
+    """Draw a width, a depth and a height."""
+    return rng.uniform(low, high)
+
+
+_SIZES = {  # how frequent, the lowest and the highest width, depth, height
+    "dining": (2, (1.1, 0.7, 0.66), (2.6, 1.15, 0.8)),
+    "coffee": (3, (0.6, 0.4, 0.24), (1.6, 0.9, 0.54)),
+    "side": (3.2, (0.28, 0.28, 0.34), (0.68, 0.66, 0.84)),
+    "bar": (1.4, (0.5, 0.4, 0.9), (1.7, 0.75, 1.2)),
+    "console": (1.8, (0.7, 0.22, 0.64), (1.8, 0.45, 0.95)),
+    "desk": (2.8, (0.9, 0.45, 0.68), (1.9, 0.9, 0.8)),
+}
+USES = tuple(
+    Component(name, weight, partial(_draw_size, low=low, high=high))
+    for name, (weight, low, high) in _SIZES.items()
+)
