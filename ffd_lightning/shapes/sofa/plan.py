@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng
+from ffd_lightning.shapes.kit.sheets import cut_across
 from ffd_lightning.shapes.kit.upholstery import Seating, draw_seating
 from ffd_lightning.shapes.kit.vectors import Triple, about_y
 
@@ -55,18 +56,10 @@ class Placed(Builder):
     def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
         """Add triangles where the row is; those of a curve are cut into short ones."""
         v, f, r = np.asarray(vertices, float), np.asarray(faces), self.row.radius
-        while np.isfinite(r):
-            lengths = np.abs(v[f][:, :, 0] - v[np.roll(f, -1, 1)][:, :, 0])
-            cut = lengths.max(1) > 0.4 * r
-            if not cut.any():
-                angle, out = v[:, 0] / r, r + v[:, 2]
-                v = np.stack([out * np.sin(angle), v[:, 1], out * np.cos(angle) - r], 1)
-                break
-            first = lengths[cut].argmax(1)[:, None] + np.arange(3)
-            a, b, c = np.take_along_axis(f[cut], first % 3, 1).T
-            middle = len(v) + np.arange(len(a))
-            halves = np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)
-            v, f = np.concatenate([v, (v[a] + v[b]) / 2]), np.concatenate([f[~cut], *halves])
+        if np.isfinite(r):
+            v, f = cut_across(v, f, 0.4 * r)
+            angle, out = v[:, 0] / r, r + v[:, 2]
+            v = np.stack([out * np.sin(angle), v[:, 1], out * np.cos(angle) - r], 1)
         self.target.add(part, material, v @ about_y(self.row.degrees).T + self.row.shift, f)
 
 
@@ -75,7 +68,7 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     layout, base, back, arms = (chosen[slot].name for slot in ("layout", "base", "back", "arms"))
     long, seats = layout == "longue", int(rng.choice([1, 2, 3, 4], p=(0.08, 0.37, 0.37, 0.18)))
     if long or layout not in ("straight", "stool"):
-        seats = 1 if long else max(2, seats)
+        seats = 1 if long else int(np.clip(seats, 2, 3 if layout == "curved" else 4))
     p = Plan(**vars(draw_seating(rng, seats, (arms,))))
     deck = rng.uniform(0.17, 0.38)
     low, high = (0.02, 0.06) if base == "plinth" else (0.06, 0.26)
