@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ffd_lightning.shapes.cabinet.fronts import doors, fronts, shelves, sliding_doors
-from ffd_lightning.shapes.cabinet.joinery import BOARD, Bay, Joinery, carcass, dividers
+from ffd_lightning.shapes.cabinet.joinery import BOARD, Bay, Joinery, carcass, dividers, plank
 from ffd_lightning.shapes.cabinet.plan import Plan
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.paths import corners
@@ -142,6 +142,31 @@ def rack(b: Builder, rng: Rng, p: Plan) -> None:
         b.cylinder("leg", metal, *ends, 0.006, segments=8)
 
 
+def towers(b: Builder, rng: Rng, p: Plan) -> None:
+    """Put a low case beside a tall one or between two, which a shelf may join."""
+    columns(b, rng, p)
+    sides, wide = [(-1,), (1,), (-1, 1), (-1, 1)][int(rng.integers(4))], rng.uniform(0.28, 0.65)
+    rise, kind = p.height + rng.uniform(0.3, 1.6), draw(rng, ["door", "glass", "open", "mixed"])
+    for side in sides:
+        at = (side * (p.width + wide) / 2 - side * 0.004, 0.0)
+        fill(b, rng, p.style, carcass(b, p.style, (wide, rise, p.depth), at), kind)
+    if len(sides) == 2 and rng.random() < 0.6:
+        low = rise - rng.uniform(0.03, 0.4) * (rise - p.height)
+        ends = (-p.width / 2 - 0.005, low - 0.03, 0), (p.width / 2 + 0.005, low, p.depth / 2)
+        plank(b, "shelf", p.style.body, *ends)
+
+
+def kneehole(b: Builder, rng: Rng, p: Plan) -> None:
+    """Put a case at each end and a drawer between them, with room for the knees below it."""
+    wide, shallow = rng.uniform(0.2, 0.36) * p.width, rng.uniform(0.12, 0.18)
+    rows = int(rng.integers(1, 5))
+    for side in (-1, 1):
+        size, at = (wide, p.height, p.depth), (side * (p.width - wide) / 2, 0.0)
+        fronts(b, p.style, carcass(b, p.style, size, at, p.foot), rows)
+    size = (p.width - 2 * wide + 0.01, shallow, p.depth)
+    fronts(b, p.style, carcass(b, p.style, size, bottom=p.top - shallow), 1)
+
+
 def files(b: Builder, rng: Rng, p: Plan) -> None:
     """Fill the case with drawers that have label holders, and a lock."""
     rows, bay = max(2, round(p.height / rng.uniform(0.2, 0.36))), p.case(b)
@@ -169,12 +194,14 @@ def lockers(b: Builder, rng: Rng, p: Plan) -> None:
 
 _LOW = ("night", "chest", "sideboard", "kitchen")
 LAYOUTS = (
-    Component("drawers", 3, drawers, {"use": (*_LOW, "tall")}),
+    Component("drawers", 2.4, drawers, {"use": (*_LOW, "tall")}),
     Component("doors", 1.5, closed, {"use": (*_LOW, "tall", "low", "wardrobe")}),
     Component("both", 1.5, both, {"use": ("chest", "sideboard", "kitchen", "tall", "wardrobe")}),
     Component("sliding", 0.7, sliding, {"use": ("low", "sideboard", "wardrobe")}),
     Component("columns", 2, columns, {"use": ("low", "sideboard", "kitchen", "wardrobe")}),
     Component("shelves", 1.5, shelved, {"use": ("shelving", "tall", "night", "low")}),
+    Component("towers", 2, towers, {"use": ("low",)}),
+    Component("kneehole", 1, kneehole, {"use": ("chest", "sideboard")}),
     Component("cells", 1, cells, {"use": ("shelving",)}),
     Component("rack", 0.8, rack, {"use": ("shelving",)}),
     Component("files", 1, files, {"use": ("office",)}),

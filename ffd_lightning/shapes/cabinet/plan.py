@@ -69,7 +69,7 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     steel = use in ("office", "lockers")
     style = draw_joinery(rng, ("metal", "paint") if steel else _KINDS.get(use, ("wood", "paint")))
     if chosen["outline"].name != "straight":  # so that few faces are to be bent
-        style = replace(style, panel="flat")
+        style = replace(style, panel="flat", grip="knob")
     if steel:
         style = replace(style, panel="flat", grip=draw(rng, ["bar", "bow", "slot"]))
     share = 0.6 if use in ("wardrobe", "kitchen") else 1.0  # what is tall or heavy stands low
@@ -81,7 +81,7 @@ def _still(b: Builder, rng: Rng, p: Plan) -> None:
 
 
 _WEIGHTS = {
-    "night": 1.2, "chest": 2, "tall": 1, "low": 1.2, "sideboard": 2, "wardrobe": 1.6,
+    "night": 1.2, "chest": 2, "tall": 1, "low": 2, "sideboard": 2, "wardrobe": 1.6,
     "shelving": 2, "office": 0.7, "lockers": 0.5, "kitchen": 1.2,
 }  # fmt: skip
 USES = tuple(Component(name, weight, _still) for name, weight in _WEIGHTS.items())
@@ -112,8 +112,8 @@ def straight(b: Builder, rng: Rng, p: Plan) -> Builder:
 
 def bow(b: Builder, rng: Rng, p: Plan) -> Builder:
     """Bow the front out, or in and out."""
-    swell, waves = rng.uniform(0.15, 0.5), rng.choice([1, 1, 3])
-    swell = swell / waves
+    waves = int(rng.choice([1, 1, 3]))
+    swell = min(rng.uniform(0.15, 0.5), 0.2 * p.width / p.depth) / waves**1.5
     return Warped(b, p, lambda u: 1 + swell * np.cos(waves * np.pi * u / 2), p.depth / 2)
 
 
@@ -142,7 +142,7 @@ OUTLINES = (
     Component("straight", 8, straight),
     Component("bow", 1.6, bow, _CURVED),
     Component("half", 1, half_round, _CURVED | _SMALL),
-    Component("drum", 4, drum, _CURVED | {"use": ("night",), "layout": ("doors", "drawers")}),
+    Component("drum", 4, drum, _CURVED | {"use": ("night",), "stand": ("none", "plinth")}),
     Component(
         "wedge", 1.5, wedge, _CURVED | {"use": ("tall", "chest"), "layout": ("doors", "both")}
     ),

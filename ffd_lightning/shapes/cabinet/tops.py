@@ -127,14 +127,17 @@ def wall(b: Builder, rng: Rng, p: Plan) -> None:
 
 _LOW = ("night", "chest", "low", "sideboard", "office")
 _TALL = ("tall", "wardrobe", "shelving")
-_CASES = ("drawers", "doors", "both", "sliding", "columns", "shelves")
+_CASES = ("drawers", "doors", "both", "sliding", "columns", "shelves", "kneehole")
 TOPS = (
     Component("bare", 1, none, {"use": (*_LOW, *_TALL, "lockers")}),
     Component("flat", 3, flat, {"use": (*_LOW, *_TALL), "layout": _CASES}),
     Component("cornice", 1.2, cornice, {"use": _TALL, "layout": _CASES}),
     Component("gallery", 0.7, gallery, {"use": ("night", "chest", "sideboard")}),
     Component(
-        "mirror", 0.6, mirror, {"use": ("chest", "sideboard"), "layout": ("drawers", "both")}
+        "mirror",
+        1,
+        mirror,
+        {"use": ("chest", "sideboard"), "layout": ("drawers", "both", "kneehole")},
     ),
     Component("hutch", 1.8, hutch, {"use": ("chest", "sideboard"), "layout": _CASES}),
     Component("worktop", 1, worktop, {"use": ("kitchen",)}),
