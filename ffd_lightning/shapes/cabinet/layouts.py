@@ -38,7 +38,7 @@ def fill(b: Builder, rng: Rng, style: Joinery, bay: Bay, kind: str) -> None:
 
 def drawers(b: Builder, rng: Rng, p: Plan) -> None:
     """Fill the case with rows of drawers, lower ones taller, sometimes a level open."""
-    rows = int(np.clip(round(p.height / rng.uniform(0.15, 0.32)), 1, 7))
+    rows = int(np.clip(round(p.height / rng.uniform(0.15, 0.34)), 1, 5 if p.height < 1.2 else 7))
     columns = max(1, round(p.width / rng.uniform(0.45, 1.0)))
     levels = p.case(b).split(np.linspace(rng.uniform(1.0, 1.7), 1.0, rows), across=False)
     dividers(b, p.style, levels, across=False)
@@ -195,7 +195,7 @@ def lockers(b: Builder, rng: Rng, p: Plan) -> None:
 _LOW = ("night", "chest", "sideboard", "kitchen")
 LAYOUTS = (
     Component("drawers", 2.4, drawers, {"use": (*_LOW, "tall")}),
-    Component("doors", 1.5, closed, {"use": (*_LOW, "tall", "low", "wardrobe")}),
+    Component("doors", 1.1, closed, {"use": (*_LOW, "tall", "low", "wardrobe")}),
     Component("both", 1.5, both, {"use": ("chest", "sideboard", "kitchen", "tall", "wardrobe")}),
     Component("sliding", 0.7, sliding, {"use": ("low", "sideboard", "wardrobe")}),
     Component("columns", 2, columns, {"use": ("low", "sideboard", "kitchen", "wardrobe")}),

@@ -139,7 +139,7 @@ def wedge(b: Builder, rng: Rng, p: Plan) -> Builder:
 _CURVED = {"layout": ("drawers", "doors", "both"), "top": ("flat", "bare", "cornice")}
 _SMALL = {"use": ("night", "chest", "sideboard")}
 OUTLINES = (
-    Component("straight", 8, straight),
+    Component("straight", 6.5, straight),
     Component("bow", 1.6, bow, _CURVED),
     Component("half", 1, half_round, _CURVED | _SMALL),
     Component("drum", 4, drum, _CURVED | {"use": ("night",), "stand": ("none", "plinth")}),

@@ -73,12 +73,12 @@ def casters(b: Builder, rng: Rng, p: Plan) -> None:
 _FIRM = ("drawers", "doors", "both", "sliding", "columns", "shelves")
 _LIGHT = {"layout": _FIRM, "use": ("night", "chest", "low", "sideboard")}
 STANDS = (
-    Component("none", 1.5, none),
-    Component("plinth", 2, plinth, {"layout": (*_FIRM, "files", "lockers")}),
+    Component("none", 1, none),
+    Component("plinth", 1.3, plinth, {"layout": (*_FIRM, "files", "lockers")}),
     Component("legs", 3, legs, {"layout": (*_FIRM, "lockers")} | {"use": (*_LIGHT["use"], "tall")}),
     Component("splayed", 1.5, splayed, _LIGHT),
     Component("bracket", 1, bracket, {"layout": _FIRM}),
-    Component("sled", 1.2, sled, _LIGHT),
+    Component("sled", 1.5, sled, _LIGHT),
     Component(
         "casters", 0.7, casters, {"layout": ("drawers", "files"), "use": ("night", "office")}
     ),

@@ -16,7 +16,7 @@ from ffd_lightning.shapes.kit.vectors import vec
 
 def flat(b: Builder, rng: Rng, p: Plan, material: Material | None = None) -> None:
     """Add a board with an overhang."""
-    over, thick = rng.uniform(0.0, 0.05), rng.uniform(0.02, 0.05)
+    over, thick = rng.uniform(0.0, 0.06), rng.uniform(0.02, 0.06)
     board = material or (p.style.body if rng.random() < 0.6 else p.style.front)
     size = (p.width + 2 * over + 0.004, thick, p.depth + over + 0.004)
     middle = (0, p.top + thick / 2 - 0.002, -over / 2)
@@ -40,7 +40,7 @@ def _moulding(b: Builder, rng: Rng, p: Plan, size: tuple[float, float, float], z
 
 def gallery(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a board with a rim at the back and the ends."""
-    rise, x, z = rng.uniform(0.04, 0.16), p.width / 2, p.depth / 2
+    rise, x, z = rng.uniform(0.04, 0.25), p.width / 2, p.depth / 2
     flat(b, rng, p)
     high, low = p.top + rise, p.top
     plank(b, "top", p.style.body, (-x, low, z - 0.02), (x, high, z))
@@ -130,9 +130,9 @@ _TALL = ("tall", "wardrobe", "shelving")
 _CASES = ("drawers", "doors", "both", "sliding", "columns", "shelves", "kneehole")
 TOPS = (
     Component("bare", 1, none, {"use": (*_LOW, *_TALL, "lockers")}),
-    Component("flat", 3, flat, {"use": (*_LOW, *_TALL), "layout": _CASES}),
+    Component("flat", 2.2, flat, {"use": (*_LOW, *_TALL), "layout": _CASES}),
     Component("cornice", 1.2, cornice, {"use": _TALL, "layout": _CASES}),
-    Component("gallery", 0.7, gallery, {"use": ("night", "chest", "sideboard")}),
+    Component("gallery", 1, gallery, {"use": ("night", "chest", "sideboard")}),
     Component(
         "mirror",
         1,

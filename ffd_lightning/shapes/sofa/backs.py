@@ -134,12 +134,12 @@ _BROAD = {"layout": ("straight", "stool", "ell", "corner", "u", "curved")}
 _BOX = _BROAD | {"base": ("feet", "plinth", "sled", "slab")}
 _ALONE = ("straight", "stool")
 BACKS = (
-    Component("loose", 2.6, loose, _BROAD),
+    Component("loose", 2, loose, _BROAD),
     Component("tight", 2, tight, _BOX),
     Component("rolled", 1.2, rolled, {"layout": (*_ALONE, "curved"), "base": ("feet", "plinth")}),
     Component("camel", 1.2, camel, _BOX | {"layout": (*_ALONE, "curved")}),
     Component("channels", 1.3, channels, _BOX),
-    Component("rests", 1.2, rests, _BROAD),
+    Component("rests", 1.4, rests, _BROAD),
     Component("railing", 3, railing, {"layout": _ALONE, "base": ("frame",)}),
     Component("open", 0.8, nothing, {"layout": _ALONE}),
     Component("falling", 1, falling, {"layout": ("longue",)}),

@@ -76,13 +76,13 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     thin = {"open": (0.05, 0.07), "none": (0.02, 0.03), "bolsters": (0.02, 0.03)}
     return replace(
         p,
-        width=rng.uniform(1.2, 1.75) if long else seats * rng.uniform(0.48, 0.85),
-        depth=rng.uniform(0.6, 0.8) if long else rng.uniform(0.65, 1.15),
+        width=rng.uniform(1.1, 1.9) if long else seats * rng.uniform(0.48, 0.85),
+        depth=rng.uniform(0.55, 0.9) if long else rng.uniform(0.62, 1.2),
         seat=deck + 0.8 * p.cushion,
         back=rise,
         thick=0.13 if long else rng.uniform(0.12, 0.26),
         rake=4.0 if back == "rolled" or long else rng.uniform(3, 16),
-        arm=rng.uniform(*thin.get(arms, (0.09, 0.2 if long else 0.3))),
+        arm=rng.uniform(*thin.get(arms, (0.09, 0.2 if long else 0.34))),
         arm_rise=rise if back == "rolled" else rng.uniform(0.1, max(0.2, 0.9 * rise)),
         # What hangs on the rails of a frame must not reach lower than they do.
         foot=deck - 0.09 if base == "frame" else min(rng.uniform(low, high), deck - 0.08),
@@ -106,7 +106,7 @@ def longue(rng: Rng, p: Plan) -> list[Row]:
 
 def lengthened(rng: Rng, p: Plan, apart: bool) -> list[Row]:
     """Place a row with a seat before it for the legs, joined or `apart`."""
-    side, reach, wide = int(rng.choice([-1, 1])), rng.uniform(0.45, 1.0), p.width / p.seats
+    side, reach, wide = int(rng.choice([-1, 1])), rng.uniform(0.4, 1.2), p.width / p.seats
     gap = rng.uniform(0.1, 0.35) if apart else -0.06
     own = replace(p, seats=1, width=wide, depth=reach, thick=0.0, ends=())
     at = (side * (p.width - wide) / 2, 0.0, -(p.depth + reach) / 2 - gap)
@@ -132,11 +132,11 @@ def corner(rng: Rng, p: Plan, wings: int) -> list[Row]:
 
 
 LAYOUTS = (
-    Component("straight", 6.5, single),
-    Component("stool", 0.8, partial(lengthened, apart=True)),
-    Component("ell", 1.5, partial(lengthened, apart=False)),
+    Component("straight", 5.5, single),
+    Component("stool", 1, partial(lengthened, apart=True)),
+    Component("ell", 1.6, partial(lengthened, apart=False)),
     Component("corner", 1.5, partial(corner, wings=1)),
-    Component("u", 0.8, partial(corner, wings=2)),
+    Component("u", 1, partial(corner, wings=2)),
     Component("longue", 1, longue),
     Component("curved", 2, curved),
 )
