@@ -76,7 +76,7 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     return Plan(width, height, depth, share * rng.uniform(*_FOOT[chosen["stand"].name]), style)
 
 
-def _still(b: Builder, rng: Rng, p: Plan) -> None:
+def _nothing(b: Builder, rng: Rng, p: Plan) -> None:
     """Draw nothing: what a use does is in the sizes."""
 
 
@@ -84,7 +84,7 @@ _WEIGHTS = {
     "night": 1.2, "chest": 2, "tall": 1, "low": 2, "sideboard": 2, "wardrobe": 1.6,
     "shelving": 2, "office": 0.7, "lockers": 0.5, "kitchen": 1.2,
 }  # fmt: skip
-USES = tuple(Component(name, weight, _still) for name, weight in _WEIGHTS.items())
+USES = tuple(Component(name, weight, _nothing) for name, weight in _WEIGHTS.items())
 
 Outline = Callable[[Array], Array]
 """From x, -1 to 1 across the front, to the share of the depth there."""
@@ -99,7 +99,7 @@ class Warped(Builder):
 
     def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
         """Add triangles, cut into ones short enough to follow the outline."""
-        v, f = cut_across(vertices, faces, self.p.width / 7.9)
+        v, f = cut_across(vertices, faces, self.p.width / 6.5)
         share = self.outline((2 * v[:, 0] / self.p.width).clip(-1, 1))
         v[:, 2] = self.fixed + (v[:, 2] - self.fixed) * share
         self.target.add(part, material, v, f)
@@ -140,7 +140,7 @@ _CURVED = {"layout": ("drawers", "doors", "both"), "top": ("flat", "bare", "corn
 _SMALL = {"use": ("night", "chest", "sideboard")}
 OUTLINES = (
     Component("straight", 6.5, straight),
-    Component("bow", 1.6, bow, _CURVED),
+    Component("bow", 1.8, bow, _CURVED | {"use": (*_SMALL["use"], "wardrobe")}),
     Component("half", 1, half_round, _CURVED | _SMALL),
     Component("drum", 4, drum, _CURVED | {"use": ("night",), "stand": ("none", "plinth")}),
     Component(

@@ -46,7 +46,7 @@ def tight(b: Builder, rng: Rng, p: Plan) -> None:
 def rolled(b: Builder, rng: Rng, p: Plan) -> None:
     """Add a buttoned panel and a roll on it that runs on into the arms."""
     add_tight_back(b, p, p.width + p.arm)
-    add_tufts(b, p, width=p.width, rows=int(rng.integers(2, 4)), columns=5 * p.seats)
+    add_tufts(b, p, width=p.width, rows=int(rng.integers(2, 4)), columns=4 * p.seats)
     r = 0.58 * p.arm
     crest = vec(0, p.seat + p.back - 0.3 * r, p.depth / 2 - 0.3 * p.thick)
     half = vec(p.span / 2, 0, 0)

@@ -84,6 +84,6 @@ SEATS = (
         "rolls",
         0.8,
         partial(cushions, wide=0.22),
-        {"layout": ("straight", "stool", "longue", "curved")},
+        {"layout": ("straight", "stool", "longue")},
     ),
 )

@@ -57,7 +57,7 @@ class Placed(Builder):
         """Add triangles where the row is; those of a curve are cut into short ones."""
         v, f, r = np.asarray(vertices, float), np.asarray(faces), self.row.radius
         if np.isfinite(r):
-            v, f = cut_across(v, f, 0.4 * r)
+            v, f = cut_across(v, f, 0.44 * r)
             angle, out = v[:, 0] / r, r + v[:, 2]
             v = np.stack([out * np.sin(angle), v[:, 1], out * np.cos(angle) - r], 1)
         self.target.add(part, material, v @ about_y(self.row.degrees).T + self.row.shift, f)
@@ -96,7 +96,7 @@ def single(rng: Rng, p: Plan) -> list[Row]:
 
 def curved(rng: Rng, p: Plan) -> list[Row]:
     """Bend one row."""
-    return [Row(p, radius=max(p.span / 2 / np.radians(rng.uniform(20, 105)), 0.5 * p.depth + 0.4))]
+    return [Row(p, radius=max(p.span / 2 / np.radians(rng.uniform(20, 95)), 0.5 * p.depth + 0.5))]
 
 
 def longue(rng: Rng, p: Plan) -> list[Row]:
