@@ -68,7 +68,7 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     layout, base, back, arms = (chosen[slot].name for slot in ("layout", "base", "back", "arms"))
     long, seats = layout == "longue", int(rng.choice([1, 2, 3, 4], p=(0.08, 0.37, 0.37, 0.18)))
     if long or layout not in ("straight", "stool"):
-        seats = 1 if long else int(np.clip(seats, 2, 3 if layout == "curved" else 4))
+        seats = 1 if long else int(np.clip(seats, 2, 3 if layout in ("curved", "u") else 4))
     p = Plan(**vars(draw_seating(rng, seats, (arms,))))
     deck = rng.uniform(0.17, 0.38)
     low, high = (0.02, 0.06) if base == "plinth" else (0.06, 0.26)
