@@ -40,7 +40,7 @@ def tight(b: Builder, rng: Rng, p: Plan) -> None:
     """Add one padded panel, sometimes buttoned."""
     add_tight_back(b, p, p.width + p.arm)
     if rng.random() < 0.4:
-        add_tufts(b, p, width=p.width, rows=int(rng.integers(2, 4)), columns=4 * p.seats)
+        add_tufts(b, p, width=p.width, rows=int(rng.integers(2, 4)), columns=3 * p.seats)
 
 
 def rolled(b: Builder, rng: Rng, p: Plan) -> None:
