@@ -1,19 +1,26 @@
-"""Cabinets: dressers, wardrobes, sideboards, bookcases, hutches, filing, bowed, kitchen units."""
+"""Cabinets: what they are for, their front, what they stand on, their top, their plan."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.cabinet.bookcase import bookcase
-from ffd_lightning.shapes.cabinet.bowed import bowed
-from ffd_lightning.shapes.cabinet.dresser import dresser
-from ffd_lightning.shapes.cabinet.filing import filing
-from ffd_lightning.shapes.cabinet.hutch import hutch
-from ffd_lightning.shapes.cabinet.kitchen import kitchen
-from ffd_lightning.shapes.cabinet.sideboard import sideboard
-from ffd_lightning.shapes.cabinet.wardrobe import wardrobe
-from ffd_lightning.shapes.kit.builder import Family
+from ffd_lightning.shapes.cabinet.layouts import LAYOUTS
+from ffd_lightning.shapes.cabinet.plan import OUTLINES, USES, draw_plan
+from ffd_lightning.shapes.cabinet.stands import STANDS
+from ffd_lightning.shapes.cabinet.tops import TOPS
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 
-PARTS = ("body", "top", "door", "drawer", "shelf", "handle", "leg")
-FAMILIES: dict[str, Family] = {
-    "dresser": dresser, "wardrobe": wardrobe, "sideboard": sideboard, "bookcase": bookcase,
-    "hutch": hutch, "filing": filing, "kitchen": kitchen, "bowed": bowed,
-}  # fmt: skip
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a cabinet of its components."""
+    b, plan = Builder(), draw_plan(rng, chosen)
+    warped = chosen["outline"].build(b, rng, plan)
+    for slot in ("layout", "stand", "top"):
+        chosen[slot].build(warped, rng, plan)
+    return b
+
+
+CATEGORY = Product(
+    parts=("body", "top", "door", "drawer", "shelf", "handle", "leg"),
+    slots={"use": USES, "layout": LAYOUTS, "stand": STANDS, "top": TOPS, "outline": OUTLINES},
+    family=("layout", "top"),
+    assemble=assemble,
+)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ffd_lightning.shapes.kit import Builder, Material
 from ffd_lightning.shapes.kit.vectors import Array, Pair
@@ -46,3 +46,20 @@ def arc(
         y = bottom + flat[:, 1] * (top - bottom)
         rings.append(np.stack([r * np.sin(angle), y, r * np.cos(angle)], 1))
     b.loft(part, material, rings)
+
+
+def cut_across(
+    vertices: ArrayLike, faces: ArrayLike, limit: float
+) -> tuple[Array, NDArray[np.int64]]:
+    """Return triangles, cut at the middles of edges until none is longer than `limit` along x."""
+    v, f = np.asarray(vertices, float).reshape(-1, 3), np.asarray(faces, np.int64).reshape(-1, 3)
+    while True:
+        lengths = np.abs(v[f][:, :, 0] - v[np.roll(f, -1, 1)][:, :, 0])
+        cut = lengths.max(1) > limit
+        if not cut.any():
+            return v, f
+        first = lengths[cut].argmax(1)[:, None] + np.arange(3)
+        a, b, c = np.take_along_axis(f[cut], first % 3, 1).T
+        middle = len(v) + np.arange(len(a))
+        halves = np.stack([a, middle, c], 1), np.stack([middle, b, c], 1)
+        v, f = np.concatenate([v, (v[a] + v[b]) / 2]), np.concatenate([f[~cut], *halves])

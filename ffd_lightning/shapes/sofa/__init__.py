@@ -1,16 +1,30 @@
-"""Sofas: straight, chesterfield, camelback, sectional, chaise, daybed, curved."""
+"""Sofas: rows of seats, what they stand on, seat, back, arms."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Family
-from ffd_lightning.shapes.sofa.camelback import camelback, chaise
-from ffd_lightning.shapes.sofa.curved import curved
-from ffd_lightning.shapes.sofa.daybed import daybed
-from ffd_lightning.shapes.sofa.sectional import sectional
-from ffd_lightning.shapes.sofa.straight import chesterfield, straight
+import numpy as np
 
-PARTS = ("seat", "back", "arm", "leg")
-FAMILIES: dict[str, Family] = {
-    "straight": straight, "chesterfield": chesterfield, "camelback": camelback,
-    "sectional": sectional, "chaise": chaise, "daybed": daybed, "curved": curved,
-}  # fmt: skip
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.sofa.backs import ARM_KINDS, BACKS
+from ffd_lightning.shapes.sofa.bases import BASES, SEATS
+from ffd_lightning.shapes.sofa.plan import LAYOUTS, Placed, draw_plan
+
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a sofa of its components, row by row."""
+    b, plan = Builder(), draw_plan(rng, chosen)
+    rows = chosen["layout"].build(rng, plan)
+    for slot in ("base", "seat", "back", "arms"):
+        seed = int(rng.integers(1 << 32))  # so that the rows look alike
+        for row in rows:
+            if slot in row.slots:
+                chosen[slot].build(Placed(b, row), np.random.default_rng(seed), row.plan)
+    return b
+
+
+CATEGORY = Product(
+    parts=("seat", "back", "arm", "leg"),
+    slots={"layout": LAYOUTS, "base": BASES, "seat": SEATS, "back": BACKS, "arms": ARM_KINDS},
+    family=("layout", "back"),
+    assemble=assemble,
+)

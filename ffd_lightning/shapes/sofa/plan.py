@@ -1,0 +1,142 @@
+"""The rows of seats that make up a sofa: sizes, materials, places. Metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng
+from ffd_lightning.shapes.kit.sheets import cut_across
+from ffd_lightning.shapes.kit.upholstery import Seating, draw_seating
+from ffd_lightning.shapes.kit.vectors import Triple, about_y
+
+
+@dataclass(frozen=True)
+class Plan(Seating):
+    """A row of seats that has arms at `ends`, -1 and 1."""
+
+    ends: Sequence[int] = (-1, 1)
+
+    @property
+    def deck(self) -> float:
+        """Height of what the cushions lie on."""
+        return self.seat - 0.8 * self.cushion
+
+
+@dataclass(frozen=True)
+class Row:
+    """Where a row is.
+
+    Attributes:
+        plan: its own.
+        slots: the components that it has.
+        degrees: by which it is turned about y.
+        shift: of its middle, after that.
+        radius: of the curve that its middle follows.
+    """
+
+    plan: Plan
+    slots: Sequence[str] = ("base", "seat", "back", "arms")
+    degrees: float = 0.0
+    shift: Triple = (0.0, 0.0, 0.0)
+    radius: float = np.inf
+
+
+class Placed(Builder):
+    """Draws a row into another builder."""
+
+    def __init__(self, target: Builder, row: Row) -> None:
+        super().__init__()
+        self.target, self.row = target, row
+
+    def add(self, part: str, material: Material, vertices: ArrayLike, faces: ArrayLike) -> None:
+        """Add triangles where the row is; those of a curve are cut into short ones."""
+        v, f, r = np.asarray(vertices, float), np.asarray(faces), self.row.radius
+        if np.isfinite(r):
+            v, f = cut_across(v, f, 0.44 * r)
+            angle, out = v[:, 0] / r, r + v[:, 2]
+            v = np.stack([out * np.sin(angle), v[:, 1], out * np.cos(angle) - r], 1)
+        self.target.add(part, material, v @ about_y(self.row.degrees).T + self.row.shift, f)
+
+
+def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
+    """Draw the sizes and materials of a sofa of these components."""
+    layout, base, back, arms = (chosen[slot].name for slot in ("layout", "base", "back", "arms"))
+    long, seats = layout == "longue", int(rng.choice([1, 2, 3, 4], p=(0.08, 0.37, 0.37, 0.18)))
+    if long or layout not in ("straight", "stool"):
+        seats = 1 if long else int(np.clip(seats, 2, 3 if layout in ("curved", "u") else 4))
+    p = Plan(**vars(draw_seating(rng, seats, (arms,))))
+    deck = rng.uniform(0.17, 0.38)
+    low, high = (0.02, 0.06) if base == "plinth" else (0.06, 0.26)
+    rise = rng.uniform(0.24, 0.36) if back == "rolled" else rng.uniform(0.22, 0.85)
+    thin = {"open": (0.05, 0.07), "none": (0.02, 0.03), "bolsters": (0.02, 0.03)}
+    return replace(
+        p,
+        width=rng.uniform(1.1, 1.9) if long else seats * rng.uniform(0.48, 0.85),
+        depth=rng.uniform(0.55, 0.9) if long else rng.uniform(0.62, 1.2),
+        seat=deck + 0.8 * p.cushion,
+        back=rise,
+        thick=0.13 if long else rng.uniform(0.12, 0.26),
+        rake=4.0 if back == "rolled" or long else rng.uniform(3, 16),
+        arm=rng.uniform(*thin.get(arms, (0.09, 0.2 if long else 0.34))),
+        arm_rise=rise if back == "rolled" else rng.uniform(0.1, max(0.2, 0.9 * rise)),
+        # What hangs on the rails of a frame must not reach lower than they do.
+        foot=deck - 0.09 if base == "frame" else min(rng.uniform(low, high), deck - 0.08),
+    )
+
+
+def single(rng: Rng, p: Plan) -> list[Row]:
+    """Place one row."""
+    return [Row(p)]
+
+
+def curved(rng: Rng, p: Plan) -> list[Row]:
+    """Bend one row."""
+    return [Row(p, radius=max(p.span / 2 / np.radians(rng.uniform(20, 95)), 0.5 * p.depth + 0.5))]
+
+
+def longue(rng: Rng, p: Plan) -> list[Row]:
+    """Place one row with one arm."""
+    return [Row(replace(p, ends=(int(rng.choice([-1, 1])),)))]
+
+
+def lengthened(rng: Rng, p: Plan, apart: bool) -> list[Row]:
+    """Place a row with a seat before it for the legs, joined or `apart`."""
+    side, reach, wide = int(rng.choice([-1, 1])), rng.uniform(0.4, 1.2), p.width / p.seats
+    gap = rng.uniform(0.1, 0.35) if apart else -0.06
+    own = replace(p, seats=1, width=wide, depth=reach, thick=0.0, ends=())
+    at = (side * (p.width - wide) / 2, 0.0, -(p.depth + reach) / 2 - gap)
+    ends = p.ends if apart or rng.random() < 0.7 else (-side,)
+    return [Row(replace(p, ends=ends)), Row(own, ("base", "seat"), 0, at)]
+
+
+def corner(rng: Rng, p: Plan, wings: int) -> list[Row]:
+    """Place a row and one or two wings at right angles to it."""
+    sides = (-1, 1) if wings == 2 else (int(rng.choice([-1, 1])),)
+    p = replace(p, width=max(p.width, wings * p.depth + 0.55))
+    rows = [Row(replace(p, ends=() if wings == 2 else (-sides[0],)))]
+    for side in sides:
+        count = int(rng.integers(1, 4 if wings == 1 else 3))
+        reach = count * rng.uniform(0.5, 0.75)
+        x, degrees = side * (p.width + p.arm - p.depth) / 2, 90.0 * side
+        own = replace(p, seats=count, width=reach, ends=(side,) if rng.random() < 0.6 else ())
+        behind = replace(p, seats=count + 1, width=reach + p.depth - p.thick)
+        at = (x, 0, -(p.depth + reach) / 2)
+        rows.append(Row(own, ("base", "seat", "arms"), degrees, at))
+        rows.append(Row(behind, ("back",), degrees, (x, 0, -(reach + p.thick) / 2)))
+    return rows
+
+
+LAYOUTS = (
+    Component("straight", 5.5, single),
+    Component("stool", 1, partial(lengthened, apart=True)),
+    Component("ell", 1.6, partial(lengthened, apart=False)),
+    Component("corner", 1.5, partial(corner, wings=1)),
+    Component("u", 1, partial(corner, wings=2)),
+    Component("longue", 1, longue),
+    Component("curved", 2, curved),
+)
