@@ -1,16 +1,46 @@
-"""Cars: saloon, estate, off-roader, van, bus, pickup, roadster, vintage, formula."""
+"""Cars: what they are for, a body, a cabin, nose and tail, lights, wheels and what is added."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.car.formula import formula
-from ffd_lightning.shapes.car.passenger import estate, off_roader, saloon
-from ffd_lightning.shapes.car.roadster import roadster
-from ffd_lightning.shapes.car.utility import bus, pickup, van
-from ffd_lightning.shapes.car.vintage import vintage
-from ffd_lightning.shapes.kit.builder import Family
+from ffd_lightning.shapes.car import racer
+from ffd_lightning.shapes.car.bodies import BODIES
+from ffd_lightning.shapes.car.cabins import CABINS, cockpit, doors, greenhouse
+from ffd_lightning.shapes.car.ends import FACES, NOSES, TAILS
+from ffd_lightning.shapes.car.extras import REARS, ROOFS, WHEELS
+from ffd_lightning.shapes.car.plan import USES
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 
-PARTS = ("body", "roof", "hood", "window", "wheel", "light", "trim", "seat")
-FAMILIES: dict[str, Family] = {
-    "saloon": saloon, "estate": estate, "off_roader": off_roader, "van": van, "bus": bus,
-    "pickup": pickup, "roadster": roadster, "vintage": vintage, "formula": formula,
-}  # fmt: skip
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a car of its components."""
+    b, plan = Builder(), chosen["use"].build(rng)
+    if chosen["use"].name == "racer":
+        for slot in ("body", "cabin", "nose", "tail", "wheels"):
+            chosen[slot].build(b, rng, plan)
+        return b
+    cabin = chosen["cabin"].build(rng, plan)
+    plan = chosen["nose"].build(rng, plan, cabin)
+    plan = chosen["tail"].build(rng, plan, cabin)
+    chosen["body"].build(b, rng, plan, cabin.feet[0])
+    if chosen["cabin"].name == "open":
+        cockpit(b, rng, plan, cabin)
+    else:
+        greenhouse(b, plan, cabin)
+        doors(b, plan, cabin)
+    for slot in ("face", "wheels"):
+        chosen[slot].build(b, rng, plan)
+    for slot in ("roof", "rear"):
+        chosen[slot].build(b, rng, plan, cabin)
+    return b
+
+
+CATEGORY = Product(
+    parts=("body", "roof", "hood", "window", "wheel", "light", "trim", "seat"),
+    slots={
+        "use": USES, "body": (*BODIES, racer.BODY), "cabin": (*CABINS, racer.CABIN),
+        "nose": (*NOSES, racer.NOSE), "tail": (*TAILS, racer.TAIL),
+        "face": FACES, "wheels": WHEELS, "roof": ROOFS, "rear": REARS,
+    },
+    family=("use", "cabin"),
+    assemble=assemble,
+)  # fmt: skip
