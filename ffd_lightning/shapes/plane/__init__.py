@@ -41,7 +41,7 @@ CATEGORY = Product(
         "tail": TAILS,
         "gear": GEARS,
         "stores": STORES,
-    },  # fmt: skip
+    },
     family=("role", "wing"),
     assemble=assemble,
 )

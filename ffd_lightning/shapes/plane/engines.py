@@ -21,11 +21,11 @@ def _fan(b: Builder, paint: Material, center: Array, size: Pair, hold: Array) ->
     b.lathe("engine", paint, rows * [radius, -long], center, segments=18, turn=turn)
     mouth = np.array([(0.84, -0.505), (0.84, -0.47)]) * size
     b.lathe("engine", BLACK, mouth, center, segments=18, turn=turn)
-    for rows in (
+    for points in (
         [(0.3, -0.48), (0.2, -0.53), (0.02, -0.58)],
         [(0.55, 0.38), (0.45, 0.52), (0.1, 0.6)],
     ):
-        b.lathe("engine", STEEL, np.array(rows) * size, center, segments=12, turn=turn)
+        b.lathe("engine", STEEL, np.array(points) * size, center, segments=12, turn=turn)
     foot = (
         center
         + 0.7 * radius * (hold - center) / np.linalg.norm(hold - center)
@@ -173,8 +173,8 @@ _AIRLINER, _PROPLINER, _FLYING = (
     {"role": ("flying",)},
 )
 ENGINES = (
-    Component("wing2", 6, fans, {"fuselage": ("tube", "cargo")} | _AIRLINER),
-    Component("wing4", 1.5, _FOUR, {"fuselage": _BIG} | _AIRLINER),
+    Component("wing2", 6, fans, {"fuselage": ("tube", "cargo"), **_AIRLINER}),
+    Component("wing4", 1.5, _FOUR, {"fuselage": _BIG, **_AIRLINER}),
     Component("wing3", 0.6, partial(fans, third=True), _LINER),
     Component("rear2", 2, _REAR, _LINER),
     Component("rear3", 0.6, _THREE, _LINER),
@@ -183,7 +183,8 @@ ENGINES = (
     Component("over", 0.5, partial(fans, place="above"), _BUSINESS),
     Component("below", 1, fans, {"role": ("supersonic",)}),
     Component("pods", 1, _REAR, _BENT),
-    Component("flank", 3, partial(jets, mouth="flank"), {"role": ("fighter",), "fuselage": ("slim", "broad", "pod")}),
+    Component("flank", 3, partial(jets, mouth="flank"),
+              {"role": ("fighter",), "fuselage": ("slim", "broad", "pod")}),
     Component("chin", 1, partial(jets, mouth="chin"), {"fuselage": ("slim", "broad")}),
     Component("mouth", 1, partial(jets, mouth="nose"), {"fuselage": ("barrel",)}),
     Component("nose", 1, nose, {"fuselage": ("cowled", "inline")}),

@@ -39,8 +39,8 @@ _INLINE = (
 )
 _RADIAL = ((-0.5, 0, 0.9, 0.85), (-0.487, 0, 0.98, 0.92), (-0.36, 0, 1, 0.95), *_COWLED[3:])
 _SAILPLANE: Rows = (
-    (-0.5, -0.2, 0.06, 0.06), (-0.47, -0.18, 0.45, 0.42), (-0.38, -0.1, 0.85, 0.8), (-0.25, 0, 1, 1),
-    (-0.1, 0.06, 0.85, 0.85), (0.05, 0.18, 0.36, 0.34), (0.5, 0.2, 0.2, 0.2),
+    (-0.5, -0.2, 0.06, 0.06), (-0.47, -0.18, 0.45, 0.42), (-0.38, -0.1, 0.85, 0.8),
+    (-0.25, 0, 1, 1), (-0.1, 0.06, 0.85, 0.85), (0.05, 0.18, 0.36, 0.34), (0.5, 0.2, 0.2, 0.2),
 )  # fmt: skip
 _POD: Rows = (
     (-0.5, -0.12, 0.05, 0.05), (-0.48, -0.1, 0.35, 0.32), (-0.4, -0.05, 0.72, 0.66),
@@ -94,12 +94,12 @@ def hump(b: Builder, rng: Rng, p: Plan) -> list[Section]:
     return rows
 
 
-_UP = {"up": (0.4, 0.75), "box": (0.2, 0.5)}
 FUSELAGES = (
     Component("tube", 8, tube, {"role": ("airliner",)}),
     Component("decks", 0.6, tube, {"role": ("airliner",)}),
     Component("hump", 0.8, hump, {"role": ("airliner",)}),
-    Component("cargo", 0.7, partial(tube, **_UP), {"role": ("airliner", "propliner")}),
+    Component("cargo", 0.7, partial(tube, up=(0.4, 0.75), box=(0.2, 0.5)),
+              {"role": ("airliner", "propliner")}),
     Component("short", 1.4, partial(tube, box=(0, 0.35)), {"role": ("propliner",)}),
     Component("sleek", 1, partial(tube, nose=(1.4, 2.4)), {"role": ("business",)}),
     Component("needle", 1, partial(tube, nose=(3.5, 5)), {"role": ("supersonic",)}),
@@ -115,7 +115,9 @@ FUSELAGES = (
 )  # fmt: skip
 
 
-def cabin(b: Builder, rng: Rng, p: Plan, count: Pair, ups: tuple[float, ...] = (0.2,)) -> None:
+def cabin(
+    b: Builder, rng: Rng, p: Plan, count: tuple[int, int], ups: tuple[float, ...] = (0.2,)
+) -> None:
     """Add a transport's windscreen and rows of windows at the shares `ups` of its half-height."""
     start, angles = -0.5 + 0.38 * p.wide, np.radians(np.linspace(16, 84, 6))
     for side in (-1, 1):
@@ -186,7 +188,8 @@ def seats(b: Builder, rng: Rng, p: Plan) -> None:
 _LIGHT = {"role": ("light",), "mount": ("low", "high")}
 COCKPITS = (
     Component("rows", 1, partial(cabin, count=(14, 32)), {"fuselage": ("tube", "hump", "needle")}),
-    Component("decks", 1, partial(cabin, count=(20, 34), ups=(-0.15, 0.42)), {"fuselage": ("decks",)}),
+    Component("decks", 1, partial(cabin, count=(20, 34), ups=(-0.15, 0.42)),
+              {"fuselage": ("decks",)}),
     Component("few", 1, partial(cabin, count=(3, 13)), {"fuselage": ("cargo", "short", "sleek")}),
     Component("bubble", 1, bubble, {"role": ("fighter", "warbird", "glider", "flying")}),
     Component("long", 1, partial(bubble, long=(0.28, 0.42)), _LIGHT),

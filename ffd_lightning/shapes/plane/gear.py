@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.kit import Builder, Component, Material, Rng
 from ffd_lightning.shapes.kit.sections import Section
@@ -134,7 +133,7 @@ def guns(b: Builder, rng: Rng, p: Plan) -> None:
             b.cylinder("wing", BLACK, hold, hold - vec(0, 0, 0.08), 0.005, segments=8)
 
 
-def braces(b: Builder, rng: Rng, p: Plan, inner: ArrayLike = ()) -> None:
+def braces(b: Builder, rng: Rng, p: Plan, inner: tuple[float, ...] = ()) -> None:
     """Add struts between the fuselage and a wing above it, also at the shares `inner`."""
     out, rows = rng.uniform(0.35, 0.6), (0.3,) if rng.random() < 0.5 else (0.15, 0.65)
     for t, along, side in [(t, a, s) for t in (out, *inner) for a in rows for s in (-1, 1)]:
@@ -148,7 +147,7 @@ STORES = (
     Component("none", 1, nothing, {"mount": ("low", "mid", "high", "stack")}),
     Component("none", 0.4, nothing, {"mount": ("raised",)}),
     Component("weapons", 1.5, weapons, {"role": ("fighter",)}),
-    Component("tanks", 0.15, tanks, {"mount": ("low", "mid")} | _STRAIGHT),
+    Component("tanks", 0.15, tanks, {"mount": ("low", "mid"), **_STRAIGHT}),
     Component("guns", 1, guns, {"role": ("warbird",)}),
     Component("braces", 1, braces, {"mount": ("raised",)}),
     Component("cabane", 1, partial(braces, inner=(0.1,)), {"mount": ("parasol",)}),

@@ -112,7 +112,9 @@ _DRAB = {"fighter": 0.85, "propliner": 0.4, "warbird": 0.8, "flying": 0.7}
 
 def draw_plan(rng: Rng, role: str) -> Plan:
     """Draw the sizes and colours of an aeroplane for a role."""
-    wide, tallness, *others = (rng.uniform(*ends) / 100 for ends in _RANGES[role][1:])
+    wide, tallness, span, root, lead, seat, clear = (
+        rng.uniform(*ends) / 100 for ends in _RANGES[role][1:]
+    )
     accent = pick_material(rng, "paint")
     if rng.random() < _DRAB.get(role, 0.0):
         hue, saturation = rng.uniform(0.1, 0.62), rng.uniform(0.03, 0.35)
@@ -120,7 +122,8 @@ def draw_plan(rng: Rng, role: str) -> Plan:
     else:
         white = Material((rng.uniform(0.75, 0.97),) * 3)
         paint = white if rng.random() < 0.65 else pick_material(rng, "paint")
-    return Plan(wide, tallness * wide, *others, rng.uniform(0.26, 0.4), paint, accent)
+    sizes = wide, tallness * wide, span, root, lead, seat, clear, rng.uniform(0.26, 0.4)
+    return Plan(*sizes, paint, accent)
 
 
 ROLES = tuple(

@@ -56,11 +56,12 @@ _LOW = ("tube", "short", "sleek", "radial", "inline", "cowled", "pod", "decks", 
 MOUNTS = (
     Component("low", 5, partial(level, ups=(-0.75, -0.45)), {"fuselage": _LOW}),
     Component("mid", 2, partial(level, ups=(-0.25, 0.3)), {"fuselage": _MID}),
-    Component("high", 0.5, partial(level, ups=(0.75, 0.9)), {"fuselage": ("tube", "pod", *_MID[:4])}),
+    Component("high", 0.5, partial(level, ups=(0.75, 0.9)),
+              {"fuselage": ("tube", "pod", *_MID[:4])}),
     Component("high", 5, partial(level, ups=(0.8, 0.92)), {"fuselage": ("short", "cargo")}),
     Component("raised", 5, partial(level, ups=(1.3, 1.8)), {"fuselage": ("cowled",)}),
-    Component("parasol", 0.5, partial(level, ups=(1.8, 2.2)), {"role": ("light",)} | _OPEN),
-    Component("stack", 1.2, partial(level, ups=(-0.8, -0.6)), {"role": ("light",)} | _OPEN),
+    Component("parasol", 0.5, partial(level, ups=(1.8, 2.2)), {"role": ("light",), **_OPEN}),
+    Component("stack", 1.2, partial(level, ups=(-0.8, -0.6)), {"role": ("light",), **_OPEN}),
 )  # fmt: skip
 
 
@@ -143,30 +144,33 @@ def stacked(b: Builder, rng: Rng, p: Plan) -> Wing:
 
 
 _NO, _ONE = (0.0, 0.0), (1.0, 1.0)
-_FORMS = {  # form, weight, roles
+_FORMS: dict[str, tuple[Form, float, tuple[str, ...]]] = {  # form, weight, roles
     "swept": (Form((0.26, 0.45), (0.7, 1), (0.18, 0.38), (0.3, 0.7), (0, 0.3), winglets=0.45),
-              1, "airliner", "business"),
+              1, ("airliner", "business")),
     "straight": (Form((0.2, 0.65), (1, 1.25), (0.35, 1), (0, 0.06), (0, 0.7)),
-                 2, "light", "propliner", "warbird"),
-    "gull": (Form((0.22, 0.36), (1, 1.3), (0.4, 0.7), _NO, (0.2, 0.6), (0.06, 0.1)), 0.4, "warbird"),
+                 2, ("light", "propliner", "warbird")),
+    "gull": (Form((0.22, 0.36), (1, 1.3), (0.4, 0.7), _NO, (0.2, 0.6), (0.06, 0.1)),
+             0.4, ("warbird",)),
     "plain": (Form((0.3, 0.6), (1, 1.2), (0.4, 0.8), (0, 0.1), (0, 0.6), thick=0.09),
-              0.3, "business", "fighter"),
+              0.3, ("business", "fighter")),
     "delta": (Form((0.3, 0.5), (0.9, 1), (0.05, 0.2), _NO, (0.85, 1.05), root=1.6, thick=0.05),
-              1.6, "fighter"),
+              1.6, ("fighter",)),
     "cranked": (Form((0.3, 0.5), (0.6, 0.8), (0.04, 0.15), _NO, _ONE, root=1.8, thick=0.04),
-                0.8, "fighter", "supersonic"),
-    "arrow": (Form((0.4, 0.6), _ONE, (0.3, 0.8), (0.6, 0.95), (0, 0.5), thick=0.06), 1.2, "fighter"),
-    "trapezoid": (Form((0.4, 0.6), _ONE, (0.12, 0.5), (0, 0.3), (0.4, 1), thick=0.05), 2, "fighter"),
-    "forward": (Form((0.4, 0.6), _ONE, (0.35, 0.6), (-0.5, -0.25), (0.5, 1)), 0.2, "fighter"),
+                0.8, ("fighter", "supersonic")),
+    "arrow": (Form((0.4, 0.6), _ONE, (0.3, 0.8), (0.6, 0.95), (0, 0.5), thick=0.06),
+              1.2, ("fighter",)),
+    "trapezoid": (Form((0.4, 0.6), _ONE, (0.12, 0.5), (0, 0.3), (0.4, 1), thick=0.05),
+                  2, ("fighter",)),
+    "forward": (Form((0.4, 0.6), _ONE, (0.35, 0.6), (-0.5, -0.25), (0.5, 1)), 0.2, ("fighter",)),
     "slender": (Form((0.5, 0.7), (1, 1.3), (0.25, 0.45), (0, 0.03), (0.3, 0.8), winglets=0.4),
-                1, "glider"),
-    "blended": (Form((0.25, 0.45), (0.6, 0.8), (0.1, 0.22), (0.4, 0.85), _NO), 1, "flying"),
+                1, ("glider",)),
+    "blended": (Form((0.25, 0.45), (0.6, 0.8), (0.1, 0.22), (0.4, 0.85), _NO), 1, ("flying",)),
 }  # fmt: skip
 _SINGLE = ("low", "mid", "high", "raised", "parasol")
 WINGS = (
     *(
-        Component(name, weight, partial(wing, form=form), {"role": tuple(roles), "mount": _SINGLE})
-        for name, (form, weight, *roles) in _FORMS.items()
+        Component(name, weight, partial(wing, form=form), {"role": roles, "mount": _SINGLE})
+        for name, (form, weight, roles) in _FORMS.items()
     ),
     Component("elliptic", 0.6, elliptic, {"role": ("warbird", "light"), "mount": ("low",)}),
     Component("stacked", 1, stacked, {"mount": ("stack",)}),
@@ -194,6 +198,6 @@ def strakes(b: Builder, rng: Rng, p: Plan) -> None:
 _POINTED = {"fuselage": ("slim", "broad")}
 FORES = (
     Component("none", 1, nothing),
-    Component("canards", 0.7, canards, {"wing": ("delta", "cranked", "forward")} | _POINTED),
-    Component("strakes", 0.6, strakes, {"wing": ("trapezoid",)} | _POINTED),
+    Component("canards", 0.7, canards, {"wing": ("delta", "cranked", "forward"), **_POINTED}),
+    Component("strakes", 0.6, strakes, {"wing": ("trapezoid",), **_POINTED}),
 )
