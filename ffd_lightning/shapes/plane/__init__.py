@@ -1,17 +1,47 @@
-"""Aeroplanes: airliner, turboprop, light, biplane, glider, warbird, fighter, flying wing."""
+"""Aeroplanes: what they are for, a fuselage, a wing, engines, a tail, and what they carry."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Family
-from ffd_lightning.shapes.plane.fighter import fighter
-from ffd_lightning.shapes.plane.flying_wing import flying_wing
-from ffd_lightning.shapes.plane.glider import glider
-from ffd_lightning.shapes.plane.light import biplane, light_plane
-from ffd_lightning.shapes.plane.transport import airliner, turboprop
-from ffd_lightning.shapes.plane.warbird import warbird
+from dataclasses import replace
 
-PARTS = ("body", "wing", "tail", "engine", "window", "gear")
-FAMILIES: dict[str, Family] = {
-    "airliner": airliner, "turboprop": turboprop, "light_plane": light_plane, "biplane": biplane,
-    "glider": glider, "warbird": warbird, "fighter": fighter, "flying_wing": flying_wing,
-}  # fmt: skip
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.plane.engines import ENGINES
+from ffd_lightning.shapes.plane.fuselages import COCKPITS, FUSELAGES
+from ffd_lightning.shapes.plane.gear import GEARS, STORES
+from ffd_lightning.shapes.plane.plan import ROLES, Plan
+from ffd_lightning.shapes.plane.tails import TAILS
+from ffd_lightning.shapes.plane.wings import FORES, MOUNTS, WINGS
+
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build an aeroplane of its components."""
+    b = Builder()
+    plan: Plan = chosen["role"].build(rng)
+    if chosen["engines"].name in ("rear2", "rear3"):  # their weight needs a wing further back
+        plan = replace(plan, lead=plan.lead + 0.08)
+    plan = replace(plan, rows=chosen["fuselage"].build(b, rng, plan))
+    plan = replace(plan, level=chosen["mount"].build(rng, plan))
+    edge, chords = chosen["wing"].build(b, rng, plan)
+    plan = replace(plan, edge=edge, chords=chords)
+    for slot in ("fore", "cockpit", "engines", "tail", "gear", "stores"):
+        chosen[slot].build(b, rng, plan)
+    return b
+
+
+CATEGORY = Product(
+    parts=("body", "wing", "tail", "engine", "window", "gear"),
+    slots={
+        "role": ROLES,
+        "fuselage": FUSELAGES,
+        "mount": MOUNTS,
+        "wing": WINGS,
+        "fore": FORES,
+        "cockpit": COCKPITS,
+        "engines": ENGINES,
+        "tail": TAILS,
+        "gear": GEARS,
+        "stores": STORES,
+    },
+    family=("role", "wing"),
+    assemble=assemble,
+)

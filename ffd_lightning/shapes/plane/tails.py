@@ -1,0 +1,155 @@
+"""Tails of aeroplanes."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from ffd_lightning.shapes.kit import Builder, Component, Rng
+from ffd_lightning.shapes.kit.sections import Section
+from ffd_lightning.shapes.kit.vectors import Pair, vec
+from ffd_lightning.shapes.plane.plan import Plan, skin
+from ffd_lightning.shapes.plane.wings import nothing, pair, surface
+
+Sizes = tuple[Pair, Pair, Pair]
+"""Ranges of a fin's chord, of its rise, and of its sweep, back per rise."""
+_LINER: Sizes = ((0.11, 0.2), (0.12, 0.22), (0.3, 0.95))
+_JET: Sizes = ((0.16, 0.26), (0.12, 0.22), (0.4, 1.1))
+_PROP: Sizes = ((0.1, 0.18), (0.1, 0.2), (0.05, 0.7))
+
+
+def tail(
+    b: Builder,
+    rng: Rng,
+    p: Plan,
+    sizes: Sizes,
+    at: float | None = 0.0,
+    cant: Pair | None = None,
+) -> None:
+    """Add one fin, or two with a range of `cant`, and tailplanes.
+
+    They are at the fuselage, at the share `at` of the fin's height, or nowhere.
+    """
+    chord, rise, slope = (rng.uniform(*ends) for ends in sizes)
+    z = p.end - rng.uniform(0.95, 1.15) * chord
+    root, slope = vec(0, p.height(p.end - 0.85 * chord, 0.55), z), min(slope, 0.2 / rise)
+    tip = root + vec(0, rise, slope * rise)
+    paint, chords = (
+        p.accent if rng.random() < 0.5 else p.paint,
+        (chord, rng.uniform(0.35, 0.7) * chord),
+    )
+    if cant:
+        side = vec(0.68 * p.half(z + 0.5 * chord), 0, 0)
+        pair(
+            b,
+            "tail",
+            paint,
+            [root + side, tip + side + vec(rng.uniform(*cant) * rise, 0, 0)],
+            chords,
+            0.06,
+        )
+    else:
+        surface(b, "tail", paint, [root, tip], chords)
+    if at is None:
+        return
+    hold = root + at * (tip - root) + vec(0, 0, 0.1 * chord)
+    if not at:
+        hold = vec(0, p.height(p.end - 0.5 * chord, 0.1), p.end - rng.uniform(0.5, 0.9) * chord)
+    out, drop = (
+        rng.uniform(0.75, 1.4) * chord + p.half(hold[2]) * (not at),
+        rng.uniform(-0.05, 0.15),
+    )
+    end = hold + vec(out, drop * out * (not at), rng.uniform(0.5, 1) * slope * out)
+    first = rng.uniform(0.65, 0.85) * chord
+    pair(b, "tail", p.paint, [hold, end], (first, rng.uniform(0.4, 0.8) * first), 0.08)
+
+
+def vee(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add two surfaces in a V."""
+    chord, out, z = rng.uniform(0.1, 0.17), rng.uniform(0.13, 0.2), p.end - 0.15
+    hold = vec(0.3 * p.half(z), p.height(z, 0.4), z)
+    tip = hold + vec(out, rng.uniform(0.55, 0.95) * out, rng.uniform(0.3, 0.7) * out)
+    pair(b, "tail", p.accent, [hold, tip], (chord, 0.5 * chord))
+
+
+def plates(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add tailplanes that carry a fin at either end, sometimes a third in the middle."""
+    chord, out, rise = rng.uniform(0.09, 0.14), rng.uniform(0.13, 0.24), rng.uniform(0.06, 0.1)
+    hold = vec(0, p.height(p.end - 0.6 * chord, 0.3), p.end - 0.9 * chord)
+    end = hold + vec(out, rng.uniform(0, 0.1) * out, 0.02)
+    pair(b, "tail", p.paint, [hold, end], (chord, 0.85 * chord))
+    for x in (-out, 0.0, out) if rng.random() < 0.3 else (-out, out):
+        foot = end * vec(0, 1, 1) + vec(x, -0.6 * rise * bool(x), -0.1 * chord)
+        fin = [foot, foot + vec(0, 0.8 * rise, 0), foot + vec(0, 1.7 * rise, 0.3 * chord)]
+        surface(b, "tail", p.accent, fin, (0.9 * chord, 1.1 * chord, 0.6 * chord), 0.08)
+
+
+def booms(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add two booms from the wing back, a fin on each and a tailplane between them."""
+    (x, y, z), thick = p.wing(p.station, 0.05), rng.uniform(0.03, 0.045)
+    chord, rise = rng.uniform(0.09, 0.13), rng.uniform(0.08, 0.14)
+    places = [(z - 0.02, 0.3), (z + 0.05, 1), (z + 0.15, 1), (0.5, 0.5)]
+    for side in (-x, x):
+        skin(
+            b,
+            "body",
+            p.paint,
+            [Section(at, y, s * thick, s * thick) for at, s in places],
+            0.1,
+            side,
+        )
+        foot = vec(side, y - 0.3 * rise, 0.5 - 0.8 * chord)
+        fin = [
+            foot,
+            foot + vec(0, 0.3 * rise, -0.2 * chord),
+            foot + vec(0, 1.3 * rise, 0.2 * chord),
+        ]
+        surface(b, "tail", p.accent, fin, (0.6 * chord, chord, 0.55 * chord))
+    up = float(rng.choice([0.01, 0.95])) * rise
+    plane = [(side, y + up, 0.5 - (0.95 - 0.35 * up / rise) * chord) for side in (-x, x)]
+    surface(b, "tail", p.paint, plane, (0.7 * chord,) * 2)
+
+
+def tips(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a fin at either tip of a flying wing."""
+    chord, hold = p.chords[-1], p.edge[-1] - vec(0.04, 0, 0)
+    fin = [hold, hold + vec(0.02, rng.uniform(0.08, 0.18), 0.08)]
+    pair(b, "tail", p.accent, fin, (1.1 * chord, 0.6 * chord))
+
+
+_CLOSE = {"wing": ("delta", "cranked")}
+_FREE = {"wing": ("plain", "arrow", "trapezoid", "forward", "delta")}
+_ONE, _TWO = {"fuselage": ("slim", "barrel")}, {"fuselage": ("broad",)}
+_PISTON = {"fuselage": ("cowled", "inline", "radial", "sailplane", "short", "cargo")}
+_HUNG, _REAR = {"engines": ("wing2", "wing4", "wing3")}, {"engines": ("rear2", "rear3")}
+_BARE: Pair = (0.0, 0.6)
+TAILS = (
+    Component("low", 6, partial(tail, sizes=_LINER), {"role": ("airliner",), **_HUNG}),
+    Component("low", 0.5, partial(tail, sizes=_LINER), {"engines": ("over",)}),
+    Component("tee", 8, partial(tail, sizes=_LINER, at=0.96), {"mount": ("high",), **_HUNG}),
+    Component("tee", 2, partial(tail, sizes=_LINER, at=0.96),
+              {"role": ("airliner", "business"), **_REAR}),
+    Component("cross", 0.7, partial(tail, sizes=_LINER, at=0.4), {"role": ("business",)}),
+    Component("low", 3, partial(tail, sizes=_PROP),
+              {"role": ("propliner", "light", "warbird", "glider"), **_PISTON}),
+    Component("cross", 0.5, partial(tail, sizes=_PROP, at=0.4),
+              {"role": ("propliner", "light", "glider"), **_PISTON}),
+    Component("tee", 1, partial(tail, sizes=_PROP, at=0.96),
+              {"role": ("propliner", "light", "glider"),
+               "fuselage": ("cowled", "short", "cargo", "sailplane"),
+               "mount": ("low", "mid", "high", "raised")}),
+    Component("low", 1.5, partial(tail, sizes=_JET), {**_FREE, **_ONE}),
+    Component("cross", 0.3, partial(tail, sizes=_JET, at=0.35),
+              {"wing": ("arrow", "plain"), **_ONE}),
+    Component("tee", 0.2, partial(tail, sizes=_JET, at=0.96), {"wing": ("arrow", "delta"), **_ONE}),
+    Component("fin", 1, partial(tail, sizes=_JET, at=None),
+              {**_CLOSE, "fuselage": ("slim", "barrel", "needle")}),
+    Component("canted", 3, partial(tail, sizes=_JET, cant=_BARE), {**_FREE, **_TWO}),
+    Component("canted", 0.4, partial(tail, sizes=_JET, cant=_BARE),
+              {**_FREE, "fuselage": ("slim",)}),
+    Component("fins", 1, partial(tail, sizes=_JET, at=None, cant=_BARE), {**_CLOSE, **_TWO}),
+    Component("vee", 0.3, vee, {"fuselage": ("sleek", "cowled", "broad", "sailplane")}),
+    Component("plates", 0.7, plates, {"role": ("propliner",)}),
+    Component("booms", 1, booms, {"fuselage": ("pod",)}),
+    Component("none", 1, nothing, {"role": ("flying",)}),
+    Component("tips", 1, tips, {"role": ("flying",)}),
+)  # fmt: skip
