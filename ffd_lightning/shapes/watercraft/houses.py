@@ -185,8 +185,8 @@ def pole(b: Builder, rng: Rng, p: Plan) -> Plan:
 
 def funnels(b: Builder, rng: Rng, p: Plan) -> Plan:
     """Add a mast, and one to four funnels behind it that reach equally high."""
-    pole(b, rng, p)
-    (_, back), roof = p.tiers[-1]
+    (front, back), roof = p.tiers[-1]
+    _mast(b, rng, p, vec(0, roof, 0.85 * front + 0.15 * back))
     base = p.wall if p.wall is p.paint else tint(rng, "red", "blue", "black", "orange", "white")
     width, long = rng.uniform(0.16, 0.36) * p.hull.beam, rng.uniform(0.9, 2.2) * p.storey
     start, end, top = back - 0.7 * long, p.house[1] - long, roof + rng.uniform(0.8, 2.5) * p.storey

@@ -32,22 +32,14 @@ def _draw(rng: Rng, kind: str) -> Plan:
     """Draw the sizes and materials of a watercraft with a hull of a kind."""
     values = [float(rng.uniform(*span)) for span in _RANGES[kind]]
     beam, depth, transom, fineness, fullness, sheer, storey = values
-    hull = Hull(
-        beam,
-        depth,
-        transom,
-        fineness,
-        fullness,
-        widest=rng.uniform(0.35, 0.6),
-        sheer=(sheer, sheer * rng.uniform(0.0, 1.0)),
-        rake=(depth * rng.uniform(0.0, 1.2), depth * rng.uniform(-0.2, 0.5)),
-        lift=(depth * rng.uniform(0.1, 0.6), depth * rng.uniform(0.1, 0.5)),
-    )
+    ends = (sheer, sheer * rng.uniform(0.0, 1.0))
+    rake = (depth * rng.uniform(0.0, 1.2), depth * rng.uniform(-0.2, 0.5))
+    lift = (depth * rng.uniform(0.1, 0.6), depth * rng.uniform(0.1, 0.5))
+    widest = rng.uniform(0.35, 0.6)
+    hull = Hull(beam, depth, transom, fineness, fullness, widest, ends, rake, lift)
     wooden, white = kind in ("skiff", "canoe", "galleon"), kind in ("planing", "yacht", "liner")
-    decks = (
-        ("red", "grey", "green") if kind in ("freighter", "barge") else ("wood", "wood", "cream")
-    )
-    odd = ("orange",) if kind in ("tub", "barge", "freighter") else ()
+    cargo, odd = kind in ("freighter", "barge"), ("orange",) if kind == "tub" else ()
+    decks = ("red", "grey", "green") if cargo else ("wood", "wood", "cream")
     more = ("wood",) * 4 if wooden else ("white",) * 5 if white else ()
     paint = tint(rng, "grey") if kind == "navy" else tint(rng, *_COLORS, *more)
     return Plan(
@@ -221,17 +213,12 @@ def fin(b: Builder, part: str, paint: Material, root: Array, reach: ArrayLike, s
     b.loft(part, paint, [root + t * out + (1 - 0.3 * t**2) * section for t in (0, 0.5, 0.97, 1)])
 
 
+_DECKED = {"planing": 2.2, "yacht": 1.7, "tub": 1.3, "galleon": 1.2, "freighter": 1.5, "liner": 1,
+           "navy": 1.3, "barge": 0.9}  # fmt: skip
 HULLS = (
     Component("skiff", 1.2, partial(opened, kind="skiff")),
     Component("canoe", 0.8, partial(opened, kind="canoe")),
-    Component("planing", 2.2, partial(decked, kind="planing")),
-    Component("yacht", 1.7, partial(decked, kind="yacht")),
+    *(Component(kind, weight, partial(decked, kind=kind)) for kind, weight in _DECKED.items()),
     Component("catamaran", 0.9, twin),
-    Component("tub", 1.3, partial(decked, kind="tub")),
-    Component("galleon", 1.2, partial(decked, kind="galleon")),
-    Component("freighter", 1.5, partial(decked, kind="freighter")),
-    Component("liner", 1.0, partial(decked, kind="liner")),
-    Component("navy", 1.3, partial(decked, kind="navy")),
-    Component("barge", 0.9, partial(decked, kind="barge")),
     Component("submarine", 0.7, submarine),
 )

@@ -97,8 +97,8 @@ def hatches(b: Builder, rng: Rng, p: Plan) -> None:
 
 def tanks(b: Builder, rng: Rng, p: Plan) -> None:
     """Add the domes of gas tanks, or heaps of what a barge carries."""
-    stuff = tint(rng, "orange", "white", "grey", "blue", "teak", "black")
-    wide, share = rng.uniform(0.36, 0.46) * p.hull.beam, rng.uniform(0.4, 1.05)
+    stuff = tint(rng, "orange", "white", "grey", "blue", "teak")
+    wide, share = rng.uniform(0.36, 0.46) * p.hull.beam, rng.uniform(0.55, 1.05)
     for front, back in p.rooms(1.5 * wide):
         count = max(1, int((back - front) / (rng.uniform(2.1, 5) * wide)))
         pitch = (back - front) / count
@@ -157,8 +157,9 @@ def guns(b: Builder, rng: Rng, p: Plan) -> None:
         count = min(int(rng.integers(1, 4)), int((back - front) / (2.8 * s)))
         for i in range(count):
             z = back - (1.4 + 2.8 * i) * s if way < 0 else front + (1.4 + 2.8 * i) * s
-            middle = vec(0, p.hull.top(z + 0.5) + (0.7 + 0.8 * (count - 1 - i)) * s, z)
-            b.cylinder("gun", p.wall, middle - 2.2 * s * UP, middle, 0.75 * s, segments=16)
+            deck = vec(0, p.hull.top(z + 0.5), z)
+            middle = deck + (0.7 + 0.8 * (count - 1 - i)) * s * UP
+            b.cylinder("gun", p.wall, deck, middle, 0.75 * s, segments=16)
             b.box("gun", p.wall, middle, s * vec(1.6, 0.8, 2.1), taper=0.8)
             for x in (barrels - barrels.mean()) * 0.45 * s:
                 ends = middle + vec(x, 0, way * 0.8 * s), middle + vec(x, 0.4 * s, way * 3 * s)
@@ -193,7 +194,7 @@ _CLEAR = ("planing", "catamaran", "tub", "galleon", "liner", "submarine")
 LOADS = (
     Component("clear", 1, nothing, {"hull": _CLEAR}),
     Component("clear", 1, nothing, {"hull": ("barge",), "house": ("tiers",)}),
-    Component("clear", 1, nothing, {"hull": ("barge",), "top": ("canopy",)}),
+    Component("seats", 1, seats, {"hull": ("barge",), "top": ("canopy",)}),
     Component("thwarts", 1, thwarts, {"hull": ("skiff", "canoe")}),
     Component("seats", 6, seats, {"house": ("cockpit",)}),
     Component("seats", 1, seats, {"hull": ("planing",), "house": ("decks", "coachroof")}),
