@@ -1,4 +1,4 @@
-"""What the components of a monitor share: sizes and materials. The unit is the screen's width."""
+"""What the components of a monitor share: sizes and materials. The unit is the frame's width."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Plan:
     """A monitor's sizes and materials.
 
     Attributes:
-        width: of the frame.
+        width: of the frame, 1 but for several screens together.
         height: of the frame.
         thick: of the frame, front to back.
         deep: of the housing behind the frame.

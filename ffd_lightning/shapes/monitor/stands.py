@@ -27,11 +27,9 @@ def _mount(p: Plan, y: float) -> Array:
 
 def foot(b: Builder, rng: Rng, p: Plan, kind: str) -> None:
     """Add a "disc", a "plate" or a "v" below the back of a screen."""
-    reach, thick = (
-        rng.uniform(0.16, 0.32) * min(1.0, 0.5 + p.height / p.width),
-        rng.uniform(0.015, 0.04),
-    )
-    reach, z = reach * (1.8 if p.low > 0.5 else 1.0), _mount(p, -0.2)[2] + 0.03
+    share = min(1.0, 0.5 + p.height / p.width) * (1.8 if p.low > 0.5 else 1.0)
+    reach, thick = share * rng.uniform(0.16, 0.32), rng.uniform(0.015, 0.04)
+    z = _mount(p, -0.2)[2] + 0.03
     if kind == "disc":
         rows = [(reach, 0), (reach, 0.6 * thick), (0.9 * reach, thick), (0.2 * reach, 1.3 * thick)]
         squash = rng.uniform(0.55, 1.0)
@@ -236,6 +234,7 @@ def handle(b: Builder, rng: Rng, p: Plan) -> None:
 
 _FLAT, _POSTED = ("panel", "curved", "array"), ("plate", "disc", "v", "floor")
 _DESK = ("plate", "disc", "v", "sheet", "hoop", "swivel", "computer")
+_BARRED = ("plate", "floor", "arm", "rails", "easel")
 _ONE = {"body": ("panel", "curved")}
 FEET = (
     Component("plate", 2, partial(foot, kind="plate"), {"body": _FLAT}),
@@ -262,15 +261,11 @@ NECKS = (
 SOUNDS = (
     Component("none", 4, nothing),
     Component("sides", 1, sides, {"body": ("panel",)}),
-    Component(
-        "bar", 1, bar, {"body": ("panel",), "foot": ("plate", "floor", "arm", "rails", "easel")}
-    ),
+    Component("bar", 1, bar, {"body": ("panel",), "foot": _BARRED}),
 )
 EXTRAS = (
     Component("none", 6, nothing),
     Component("keyboard", 1, keyboard, {"foot": _DESK}),
-    Component(
-        "aerial", 3, aerial, {"body": ("tube", "console"), "foot": ("pads", "legs", "pedestal")}
-    ),
+    Component("aerial", 3, aerial, {"foot": ("pads", "legs")}),
     Component("handle", 2, handle, {"body": ("tube",), "foot": ("pads",)}),
 )
