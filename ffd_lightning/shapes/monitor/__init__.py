@@ -1,17 +1,24 @@
-"""Monitors and televisions: desktop, television, tube, all-in-one, multiple, curved, projection."""
+"""Monitors and televisions: a body, what it stands on and by, loudspeakers, extras."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Family
-from ffd_lightning.shapes.monitor.all_in_one import all_in_one
-from ffd_lightning.shapes.monitor.curved import curved
-from ffd_lightning.shapes.monitor.desktop import desktop, multiple
-from ffd_lightning.shapes.monitor.projection import projection
-from ffd_lightning.shapes.monitor.television import television
-from ffd_lightning.shapes.monitor.tube import tube
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.monitor.bodies import BODIES
+from ffd_lightning.shapes.monitor.plan import draw_plan
+from ffd_lightning.shapes.monitor.stands import EXTRAS, FEET, NECKS, SOUNDS
 
-PARTS = ("screen", "frame", "back", "stand", "base", "speaker", "button")
-FAMILIES: dict[str, Family] = {
-    "desktop": desktop, "television": television, "tube": tube, "all_in_one": all_in_one,
-    "multiple": multiple, "curved": curved, "projection": projection,
-}  # fmt: skip
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a monitor of its components."""
+    b, plan = Builder(), draw_plan(rng, chosen["body"].name, chosen["foot"].name)
+    for component in chosen.values():
+        component.build(b, rng, plan)
+    return b
+
+
+CATEGORY = Product(
+    parts=("screen", "frame", "back", "stand", "base", "speaker", "button"),
+    slots={"body": BODIES, "foot": FEET, "neck": NECKS, "sound": SOUNDS, "extra": EXTRAS},
+    family=("body", "foot"),
+    assemble=assemble,
+)

@@ -1,24 +1,30 @@
-"""Watercraft: from rowing boats, speedboats, yachts and tugs to ships, under sail or power."""
+"""Watercraft: a hull, houses on it and what stands on them, a load, oars, motors or sails."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Family
-from ffd_lightning.shapes.watercraft.freighter import freighter
-from ffd_lightning.shapes.watercraft.liner import liner
-from ffd_lightning.shapes.watercraft.motorboats import motor_yacht, speedboat
-from ffd_lightning.shapes.watercraft.rowboat import rowboat
-from ffd_lightning.shapes.watercraft.sailboat import catamaran, sailboat
-from ffd_lightning.shapes.watercraft.submarine import submarine
-from ffd_lightning.shapes.watercraft.tall_ship import tall_ship
-from ffd_lightning.shapes.watercraft.warship import carrier, warship
-from ffd_lightning.shapes.watercraft.workboat import workboat
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.watercraft.houses import HOUSES, TOPS
+from ffd_lightning.shapes.watercraft.hulls import HULLS
+from ffd_lightning.shapes.watercraft.loads import LOADS
+from ffd_lightning.shapes.watercraft.rigs import RIGS
 
-PARTS = (
-    "hull", "deck", "cabin", "mast", "sail", "keel", "funnel", "engine", "cargo", "gun", "seat",
-    "oar", "rail",
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a watercraft of its components."""
+    b = Builder()
+    plan = chosen["hull"].build(b, rng)
+    plan = chosen["house"].build(b, rng, plan)
+    for slot in ("top", "load", "rig"):
+        chosen[slot].build(b, rng, plan)
+    return b
+
+
+CATEGORY = Product(
+    parts=(
+        "hull", "deck", "cabin", "mast", "sail", "keel", "funnel", "engine", "cargo", "gun",
+        "seat", "oar", "rail",
+    ),
+    slots={"hull": HULLS, "house": HOUSES, "top": TOPS, "load": LOADS, "rig": RIGS},
+    family=("hull", "rig"),
+    assemble=assemble,
 )  # fmt: skip
-FAMILIES: dict[str, Family] = {
-    "rowboat": rowboat, "speedboat": speedboat, "motor_yacht": motor_yacht, "workboat": workboat,
-    "sailboat": sailboat, "catamaran": catamaran, "tall_ship": tall_ship, "freighter": freighter,
-    "warship": warship, "carrier": carrier, "liner": liner, "submarine": submarine,
-}  # fmt: skip
