@@ -1,19 +1,28 @@
-"""Lamps: table, floor, arc, desk, pendant, chandelier, sconce, lantern."""
+"""Lamps: where they stand or hang, a stem, what carries it, heads."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Family
-from ffd_lightning.shapes.lamp.arc import arc
-from ffd_lightning.shapes.lamp.chandelier import chandelier
-from ffd_lightning.shapes.lamp.desk import desk
-from ffd_lightning.shapes.lamp.floor import floor
-from ffd_lightning.shapes.lamp.lantern import lantern
-from ffd_lightning.shapes.lamp.pendant import pendant
-from ffd_lightning.shapes.lamp.sconce import sconce
-from ffd_lightning.shapes.lamp.table import table
+from dataclasses import replace
 
-PARTS = ("base", "pole", "arm", "shade", "bulb")
-FAMILIES: dict[str, Family] = {
-    "table": table, "floor": floor, "arc": arc, "desk": desk, "pendant": pendant,
-    "chandelier": chandelier, "sconce": sconce, "lantern": lantern,
-}  # fmt: skip
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
+from ffd_lightning.shapes.lamp.bases import BASES
+from ffd_lightning.shapes.lamp.heads import HEADS
+from ffd_lightning.shapes.lamp.plan import PLACES
+from ffd_lightning.shapes.lamp.stems import STEMS
+
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a lamp of its components."""
+    b, plan = Builder(), chosen["place"].build(rng)
+    plan = replace(plan, foot=chosen["base"].build(b, rng, plan))
+    sockets = chosen["stem"].build(b, rng, plan)
+    chosen["head"].build(b, rng, plan, sockets)
+    return b
+
+
+CATEGORY = Product(
+    parts=("base", "pole", "arm", "shade", "bulb"),
+    slots={"place": PLACES, "stem": STEMS, "base": BASES, "head": HEADS},
+    family=("stem",),
+    assemble=assemble,
+)
