@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import count as counted
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from ffd_lightning.imaging.grid import grid, joined, write
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.palette import regime_title
 from ffd_lightning.run_folder import RunFolder
-from ffd_lightning.shapes import build, families
+from ffd_lightning.shapes import build
 from ffd_lightning.training.callbacks import example_rows
 
 _STEPS = 16  # pictures from the template as it is to the deformed one
@@ -111,16 +110,12 @@ def _write_animation(frames: Sequence[Image.Image], file: Path) -> None:
     order[0].save(file, save_all=True, append_images=order[1:], duration=pause, loop=0)
 
 
-def contact_sheet(category: str, per_family: int = 6) -> Image.Image:
-    """Draw the first shapes of each structural family of a category, a row a family."""
-    rows: dict[str, list] = {family: [] for family in families(category)}
-    for index in counted():
+def contact_sheet(category: str, count: int = 32) -> Image.Image:
+    """Draw the first shapes of a category."""
+    pictures, labels = [], []
+    for index in range(count):
         mesh, family = build(category, index, seed=0)
-        if len(rows[family]) < per_family:
-            mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
-            picture = render(mesh, height=144, width=192)
-            rows[family].append((picture, f"{family} {category}-{index:06d}"))
-        if all(len(row) == per_family for row in rows.values()):
-            break
-    pictures, labels = zip(*(cell for row in rows.values() for cell in row), strict=True)
-    return grid(pictures, per_family, labels)
+        mesh = mesh.with_vertices(normalize(mesh.vertices, mesh.faces))
+        pictures.append(render(mesh, height=120, width=160))
+        labels.append(f"{index}  {family}")
+    return grid(pictures, 8, labels)

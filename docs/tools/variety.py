@@ -5,8 +5,8 @@
 
 For each category a row of box Chamfer distances (x 1000) between its first 150 shapes, 2,048 points
 each: the median to the nearest other shape, the median to the nearest of 16 medoids, and the mean
-over all pairs. Two samplings of one shape are about 0.5 apart. Beside real shapes: the median and the mean distance of each of them to the
-nearest of the first 500.
+over all pairs. Two samplings of one shape are about 0.5 apart. Beside real shapes: the median and
+the mean distance of each of them to the nearest of the first 500.
 """
 
 from __future__ import annotations

@@ -95,11 +95,6 @@ def versions() -> dict[str, int]:
     }
 
 
-def families() -> dict[str, tuple[str, ...]]:
-    """Return the structural families of each category."""
-    return {name: shapes.families(name) for name in ProceduralSource(1).categories()}
-
-
 def shape(category: str, shape_id: str) -> dict[str, Any]:
     """Return one procedural shape as its generator draws it."""
     model = ProceduralSource(1).load(category, shape_id)

@@ -222,7 +222,9 @@ def test_grabcut_finds_the_object_within_a_box():
     rows, columns = (np.flatnonzero((coverage > 127).any(axis)) for axis in (1, 0))
     box = columns[0] - 5, rows[0] - 5, columns[-1] + 6, rows[-1] + 6
     framed = frame(photo, box=tuple(map(int, box)))
-    found, true = (image[..., 3] > 127 for image in (framed.image, frame(photo, mask=coverage).image))
+    found, true = (
+        image[..., 3] > 127 for image in (framed.image, frame(photo, mask=coverage).image)
+    )
     assert (found & true).sum() / (found | true).sum() > 0.8
     assert "GrabCut" in framed.steps[0]
     for wrong, words in (((0, 0, 320, 240), "leave out"), ((5, 5, 400, 90), "within")):
