@@ -87,6 +87,7 @@ def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_p
     config = PredictSettings(
         run=str(run), image=str(photo), out=str(tmp_path), points=9, preview=False, obj=True
     )
+    config.colors = "material"
     predict_files(config)
     folder, found = tmp_path / photo.stem, Predictor.load(run).predict(photo)
     pictures = [folder / f"mesh-texture-{k}.png" for k in range(len(found.surface.textures))]
