@@ -7,7 +7,7 @@ from functools import partial
 
 from ffd_lightning.shapes.bench import backs, seats
 from ffd_lightning.shapes.bench.plan import USES
-from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Product, Rng
+from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Product, Rng, nothing
 
 
 def assemble(rng: Rng, chosen: Chosen) -> Builder:
@@ -28,8 +28,8 @@ _SEATS = (
     Component("board", 3, seats.board, {"use": ("garden", "hall", "row", "stool")}),
     Component("pad", 4, seats.pad, {"use": ("hall", "bed", "stool")}),
     Component("slab", 1, partial(seats.board, soft=0.0), {"use": ("stone",)}),
-    Component("bows", 1, seats.nothing, {"use": ("round",)}),
-    Component("pair", 1, seats.nothing, {"use": ("picnic",)}),
+    Component("bows", 1, nothing, {"use": ("round",)}),
+    Component("pair", 1, nothing, {"use": ("picnic",)}),
 )
 _LEVEL = {"seat": ("boards", "board", "pad")}
 _WOODEN = {"seat": ("boards", "board")}
@@ -47,7 +47,7 @@ _BASES = (
 )
 _SAT = {"use": ("garden", "hall"), "seat": ("boards", "board")}
 _BACKS = (
-    Component("open", 2, seats.nothing),
+    Component("open", 2, nothing),
     Component("slats", 2.5, backs.slats, _SAT),
     Component("bars", 2.5, backs.bars, _SAT),
     Component("cross", 1, backs.cross, _SAT),
@@ -57,7 +57,7 @@ _BACKS = (
 )
 _POSTS = ("slats", "bars", "cross", "panel")
 _ARMS = (
-    Component("none", 2, seats.nothing),
+    Component("none", 2, nothing),
     Component("rests", 3, backs.rests, {"back": _POSTS}),
     Component("posts", 1, partial(backs.rests, backed=False), {**_SAT, "back": ("open",)}),
     Component("hoops", 1, backs.hoops, {"back": _POSTS, "base": ("iron", "loops")}),
@@ -65,7 +65,7 @@ _ARMS = (
     Component("scrolls", 2, backs.scrolls, {"seat": ("pad",)}),
 )
 _BELOW = (
-    Component("nothing", 1, seats.nothing),
+    Component("nothing", 1, nothing),
     Component("shelf", 1, seats.shelf, {"use": ("hall",), "base": ("legs", "slabs", "loops")}),
 )
 CATEGORY = Product(

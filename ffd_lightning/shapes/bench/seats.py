@@ -24,10 +24,6 @@ from ffd_lightning.shapes.kit.sheets import arc
 from ffd_lightning.shapes.kit.vectors import UP, vec
 
 
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
-
-
 def boards(b: Builder, rng: Rng, p: Plan, part: str = "seat", z: float = 0.0) -> None:
     """Add a level deck of boards."""
     count = int(rng.integers(2, 9)) if p.depth > 0.3 else int(rng.integers(1, 4))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ffd_lightning.shapes.cabinet.joinery import Bay, Joinery, carcass, draw_joinery
-from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng, draw
+from ffd_lightning.shapes.kit import Builder, Chosen, Component, Material, Rng, draw, nothing
 from ffd_lightning.shapes.kit.sheets import cut_across
 from ffd_lightning.shapes.kit.vectors import Array
 
@@ -76,15 +76,11 @@ def draw_plan(rng: Rng, chosen: Chosen) -> Plan:
     return Plan(width, height, depth, share * rng.uniform(*_FOOT[chosen["stand"].name]), style)
 
 
-def _nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Draw nothing: what a use does is in the sizes."""
-
-
 _WEIGHTS = {
     "night": 1.2, "chest": 2, "tall": 1, "low": 2, "sideboard": 2, "wardrobe": 1.6,
     "shelving": 2, "office": 0.7, "lockers": 0.5, "kitchen": 1.2,
 }  # fmt: skip
-USES = tuple(Component(name, weight, _nothing) for name, weight in _WEIGHTS.items())
+USES = tuple(Component(name, weight, nothing) for name, weight in _WEIGHTS.items())
 
 Outline = Callable[[Array], Array]
 """From x, -1 to 1 across the front, to the share of the depth there."""

@@ -6,15 +6,11 @@ import numpy as np
 
 from ffd_lightning.shapes.cabinet.joinery import plank
 from ffd_lightning.shapes.cabinet.plan import Plan
-from ffd_lightning.shapes.kit import Builder, Component, Rng, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing, pick_material
 from ffd_lightning.shapes.kit.boards import rails
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style, square_post
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import UP, vec
-
-
-def none(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
 
 
 def plinth(b: Builder, rng: Rng, p: Plan) -> None:
@@ -73,7 +69,7 @@ def casters(b: Builder, rng: Rng, p: Plan) -> None:
 _FIRM = ("drawers", "doors", "both", "sliding", "columns", "shelves")
 _LIGHT = {"layout": _FIRM, "use": ("night", "chest", "low", "sideboard")}
 STANDS = (
-    Component("none", 1, none),
+    Component("none", 1, nothing),
     Component("plinth", 1.3, plinth, {"layout": (*_FIRM, "files", "lockers")}),
     Component("legs", 3, legs, {"layout": (*_FIRM, "lockers")} | {"use": (*_LIGHT["use"], "tall")}),
     Component("splayed", 1.5, splayed, _LIGHT),

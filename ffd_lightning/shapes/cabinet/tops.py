@@ -8,8 +8,7 @@ from ffd_lightning.shapes.cabinet.fronts import doors, shelves
 from ffd_lightning.shapes.cabinet.joinery import Bay, carcass, dividers, plank
 from ffd_lightning.shapes.cabinet.layouts import fill
 from ffd_lightning.shapes.cabinet.plan import Plan
-from ffd_lightning.shapes.cabinet.stands import none
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, nothing, pick_material
 from ffd_lightning.shapes.kit.paths import bend, corners
 from ffd_lightning.shapes.kit.vectors import vec
 
@@ -129,7 +128,7 @@ _LOW = ("night", "chest", "low", "sideboard", "office")
 _TALL = ("tall", "wardrobe", "shelving")
 _CASES = ("drawers", "doors", "both", "sliding", "columns", "shelves", "kneehole")
 TOPS = (
-    Component("bare", 1, none, {"use": (*_LOW, *_TALL, "lockers")}),
+    Component("bare", 1, nothing, {"use": (*_LOW, *_TALL, "lockers")}),
     Component("flat", 2.2, flat, {"use": (*_LOW, *_TALL), "layout": _CASES}),
     Component("cornice", 1.2, cornice, {"use": _TALL, "layout": _CASES}),
     Component("gallery", 1, gallery, {"use": ("night", "chest", "sideboard")}),

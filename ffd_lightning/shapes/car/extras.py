@@ -7,7 +7,7 @@ import numpy as np
 from ffd_lightning.shapes.car.bodies import walls
 from ffd_lightning.shapes.car.cabins import Cabin
 from ffd_lightning.shapes.car.plan import BLACK, CHROME, Plan
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, nothing, pick_material
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import about_z, lean, vec
@@ -45,10 +45,6 @@ def spoked(b: Builder, rng: Rng, p: Plan) -> None:
 def wire(b: Builder, rng: Rng, p: Plan) -> None:
     """Add wheels of many narrow spokes."""
     discs(b, rng, p, 14)
-
-
-def nothing(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:
-    """Add nothing."""
 
 
 def rails(b: Builder, rng: Rng, p: Plan, c: Cabin) -> None:

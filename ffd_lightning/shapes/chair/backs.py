@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ffd_lightning.shapes.chair.plan import Plan
-from ffd_lightning.shapes.kit import Builder, Component, Rng, boards
+from ffd_lightning.shapes.kit import Builder, Component, Rng, boards, nothing
 from ffd_lightning.shapes.kit.boards import beam, slats
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.seat_backs import (
@@ -18,10 +18,6 @@ from ffd_lightning.shapes.kit.seat_backs import (
 from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.upholstery import ARMS, Seating
 from ffd_lightning.shapes.kit.vectors import lean, vec
-
-
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
 
 
 def _posts(b: Builder, rng: Rng, p: Plan) -> tuple[float, float]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.choices import Rng, draw
 from ffd_lightning.shapes.kit.materials import Material, pick_material
-from ffd_lightning.shapes.kit.product import Chosen, Component, Product
+from ffd_lightning.shapes.kit.product import Chosen, Component, Product, nothing
 
 __all__ = [
     "Builder",
@@ -19,5 +19,6 @@ __all__ = [
     "Product",
     "Rng",
     "draw",
+    "nothing",
     "pick_material",
 ]

@@ -12,6 +12,11 @@ from ffd_lightning.geometry.mesh import Mesh
 from ffd_lightning.shapes.kit.builder import Builder
 from ffd_lightning.shapes.kit.choices import Rng
 
+
+def nothing(*_: object) -> None:
+    """Add nothing, for slots that may stay empty."""
+
+
 Chosen = Mapping[str, "Component"]
 """The component of each slot."""
 

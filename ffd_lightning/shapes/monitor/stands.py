@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Component, Rng, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing, pick_material
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.legs import add_legs, draw_leg_style
 from ffd_lightning.shapes.kit.paths import bend, corners
@@ -14,10 +14,6 @@ from ffd_lightning.shapes.kit.sheets import sheet
 from ffd_lightning.shapes.kit.vectors import UP, Array, lean, vec
 from ffd_lightning.shapes.monitor.bodies import grille
 from ffd_lightning.shapes.monitor.plan import Plan
-
-
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
 
 
 def _mount(p: Plan, y: float) -> Array:

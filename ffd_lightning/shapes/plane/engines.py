@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, nothing
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, about_y, about_z, lean, vec
 from ffd_lightning.shapes.plane.plan import BLACK, STEEL, Plan, skin
-from ffd_lightning.shapes.plane.wings import nothing, surface
+from ffd_lightning.shapes.plane.wings import surface
 
 
 def _fan(b: Builder, paint: Material, center: Array, size: Pair, hold: Array) -> None:

@@ -6,11 +6,11 @@ from functools import partial
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, nothing
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import UP, Array, Pair, vec
 from ffd_lightning.shapes.plane.plan import BLACK, STEEL, Plan, skin
-from ffd_lightning.shapes.plane.wings import nothing, surface
+from ffd_lightning.shapes.plane.wings import surface
 
 
 def _leg(

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-from ffd_lightning.shapes.kit import Builder, Component, Rng
+from ffd_lightning.shapes.kit import Builder, Component, Rng, nothing
 from ffd_lightning.shapes.kit.sections import Section
 from ffd_lightning.shapes.kit.vectors import Pair, vec
 from ffd_lightning.shapes.plane.plan import Plan, skin
-from ffd_lightning.shapes.plane.wings import nothing, pair, surface
+from ffd_lightning.shapes.plane.wings import pair, surface
 
 Sizes = tuple[Pair, Pair, Pair]
 """Ranges of a fin's chord, of its rise, and of its sweep, back per rise."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ffd_lightning.shapes.kit import Builder, Component, Material, Rng
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, nothing
 from ffd_lightning.shapes.kit.vectors import Array, Pair, vec
 from ffd_lightning.shapes.plane.plan import STEEL, Plan
 
@@ -175,10 +175,6 @@ WINGS = (
     Component("elliptic", 0.6, elliptic, {"role": ("warbird", "light"), "mount": ("low",)}),
     Component("stacked", 1, stacked, {"mount": ("stack",)}),
 )
-
-
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
 
 
 def canards(b: Builder, rng: Rng, p: Plan) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, nothing, pick_material
 from ffd_lightning.shapes.kit.boards import beam, enclose, pad
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.seat_backs import (
@@ -110,10 +110,6 @@ def railing(b: Builder, rng: Rng, p: Plan) -> None:
     for i in range(p.seats if rng.random() < 0.7 else 0):
         at = ((i + 0.5) * wide - p.width / 2, p.seat + 0.17, p.depth / 2 - 0.09 - soft / 2)
         pad(b, "back", p.pillows, at, (0.97 * wide, 0.38, soft), 0.06, 10)
-
-
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
 
 
 def upholstered(b: Builder, rng: Rng, p: Plan) -> None:

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, pick_material
+from ffd_lightning.shapes.kit import Builder, Component, Rng, draw, nothing, pick_material
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.legs import add_legs, square_post, stretchers
 from ffd_lightning.shapes.kit.paths import corners
 from ffd_lightning.shapes.kit.vectors import Array, vec
 from ffd_lightning.shapes.table.plan import Plan
-
-
-def nothing(b: Builder, rng: Rng, p: Plan) -> None:
-    """Add nothing."""
 
 
 def apron(b: Builder, rng: Rng, p: Plan) -> None:
