@@ -1,152 +1,132 @@
-"""What handguns and long guns have in common: barrels, grips, magazines, sights."""
+"""Triggers, sights, and what else is mounted."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ffd_lightning.shapes.firearm.materials import BLACK
-from ffd_lightning.shapes.firearm.swept import Cut, at, bar, sweep
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
-from ffd_lightning.shapes.kit.boards import beam
+from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, nothing, sweep
+from ffd_lightning.shapes.kit import Builder, Component, Rng
 from ffd_lightning.shapes.kit.paths import bend
-from ffd_lightning.shapes.kit.vectors import Pair
 
 
-def barrel(
-    b: Builder,
-    material: Material,
-    start: float,
-    end: float,
-    up: float,
-    radius: float,
-    side: float = 0.0,
-    taper: float = 1.0,
-) -> None:
-    """Add a barrel from `start` forward to `end`, with a dark bore in its muzzle."""
-    tip = at(end, up, side)
-    breech = at(start, up, side)
-    b.tube("barrel", material, [breech, tip], (radius, taper * radius), segments=16)
-    b.cylinder("barrel", BLACK, at(end - 0.01, up, side), at(end + 0.002, up, side), 0.6 * radius)
-
-
-def muzzle(b: Builder, rng: Rng, material: Material, end: float, up: float) -> None:
-    """Put a brake, a flash hider, a silencer or nothing over the muzzle at `end`."""
-    kind = draw(rng, ["none", "brake", "hider", "silencer"], [0.35, 0.25, 0.28, 0.12])
-    if kind == "silencer":
-        length, radius = rng.uniform(0.18, 0.35), rng.uniform(0.024, 0.034)
-        barrel(b, material, end - 0.06, end + length, up, radius)
-    elif kind == "brake":
-        for f in (0.0, 0.025, 0.05):
-            b.cylinder("barrel", material, at(end + f - 0.018, up), at(end + f, up), 0.024)
-        barrel(b, material, start=end - 0.02, end=end + 0.06, up=up, radius=0.017)
-    elif kind == "hider":
-        barrel(b, material, start=end - 0.03, end=end + 0.05, up=up, radius=0.016, taper=1.35)
-
-
-def grip(
-    b: Builder,
-    material: Material,
-    top: Pair,
-    length: float,
-    degrees: float,
-    depth: float,
-    width: float,
-    flare: float = 0.1,
-) -> Pair:
-    """Add a pistol grip that hangs from `top`, raked back; return (forward, up) of its lower end.
-
-    `flare` is how much deeper its foot is than its waist, as a fraction.
-    """
-    a = np.radians(degrees)
-    t = np.array([0.0, 0.12, 0.35, 0.6, 0.82, 0.95, 1.0])
-    path = np.array(top) + length * t[:, None] * np.array([-np.sin(a), -np.cos(a)])
-    swell = np.array([1.1, 1.0, 0.96, 1.0, 1 + 0.5 * flare, 1 + flare, 0.9 + flare])
-    sweep(b, "grip", material, path, depth=depth * swell, width=width * (0.6 + 0.4 * swell))
-    return float(path[-1, 0]), float(path[-1, 1])
-
-
-def trigger(
-    b: Builder, material: Material, back: float, front: float, top: float, drop: float, width: float
-) -> None:
-    """Add a trigger and its guard, a strap that hangs `drop` below `top`."""
+def add_trigger(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a trigger and its guard, a strap below the body."""
+    back, drop, top = p.hold + 0.42 * p.palm, rng.uniform(0.032, 0.042), p.low + 0.004
+    front = min(back + rng.uniform(0.05, 0.075), p.length - 0.006)
     loop = [(back, top), (back, top - drop), (front - 0.2 * drop, top - drop), (front, top)]
-    strap = bend(loop, 0.5 * drop, 4)
-    sweep(b, "trigger", material, strap, depth=0.09 * drop, width=width, boxiness=0.9)
-    f = back + 0.42 * (front - back)
-    blade = [(f, top + 0.01), (f - 0.02 * drop, top - 0.3 * drop)]
-    blade += [(f + 0.12 * drop, top - 0.7 * drop)]
-    sweep(b, "trigger", material, bend(blade, 0.3 * drop, 3), depth=0.09 * drop, width=0.6 * width)
+    sweep(b, "trigger", p.steel, bend(loop, 0.5 * drop, 4), 0.09 * drop, 0.013)
+    blade = np.array([(0, -0.2), (-0.02, 0.3), (0.12, 0.7)]) * (drop, -drop)
+    path = bend(blade + (back + 0.42 * (front - back), top), 0.3 * drop, 3)
+    sweep(b, "trigger", p.steel, path, 0.09 * drop, 0.008)
 
 
-def magazine(
-    b: Builder,
-    material: Material,
-    top: Pair,
-    length: float,
-    depth: float,
-    width: float,
-    degrees: float = 0.0,
-    curl: float = 0.0,
-) -> None:
-    """Add a box magazine below `top` that leans forward by `degrees` and curls on by `curl`."""
-    t = np.linspace(0, 1, 9 if curl else 3)
-    angles = np.radians(degrees + curl * t)
-    steps = np.stack([np.sin(angles), -np.cos(angles)], 1)[:-1] * length / (len(t) - 1)
-    path = np.array(top) + np.concatenate([np.zeros((1, 2)), np.cumsum(steps, 0)])
-    sweep(b, "magazine", material, path, depth=depth, width=width, boxiness=0.85)
-    foot = path[-1] + np.outer([-0.01, 0.015], steps[-1] / np.linalg.norm(steps[-1]))
-    sweep(b, "magazine", BLACK, foot, depth=1.12 * depth, width=1.2 * width, boxiness=0.85)
+def iron(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a notch at the rear and a blade or post at the front."""
+    small, wide = p.kind in ("pistol", "revolver"), 0.003
+    tall = rng.uniform(0.005, 0.011) if small else rng.uniform(0.012, 0.024)
+    rear = 0.012 + 0.06 * p.length
+    for side in (-0.6, 0.6):
+        center = at(rear + 0.5 * tall, p.high + 0.3 * tall, side * tall)
+        b.box("sight", BLACK, center, (0.6 * tall, 1.2 * tall, 0.9 * tall))
+    front, top = p.end - 0.008, max(p.high, p.bore) + 0.8 * tall
+    rows = [(front - 2.2 * tall, 0, 0.6 * top, wide), (front - 0.6 * tall, 0, top, wide)]
+    bar(b, "sight", IRON, [*rows, (front, 0, top, wide)], boxiness=0.95)
 
 
-def drum(b: Builder, material: Material, center: Pair, radius: float, depth: float) -> None:
-    """Add a drum magazine whose axis runs along the barrel."""
-    f, up = center
-    rim = 0.12 * depth
-    profile = [(0.9, -depth / 2), (1, -depth / 2 + rim), (1, depth / 2 - rim), (0.9, depth / 2)]
-    rows = [Cut(t + f, up - radius * r, up + radius * r, 2 * radius * r) for r, t in profile]
-    bar(b, "magazine", material, rows, boxiness=0.0)
+def bead(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a bead near the muzzle."""
+    b.ellipsoid("sight", BLACK, at(p.end - 0.015, p.bore), (0.004, 0.006, 0.004), segments=8)
 
 
-def scope(b: Builder, rng: Rng, material: Material, middle: float, base: float) -> None:
-    """Add a telescopic sight on two rings, above a surface at height `base`."""
-    length, radius = rng.uniform(0.24, 0.4), rng.uniform(0.014, 0.021)
-    up = base + radius * rng.uniform(1.6, 2.4)
-    bell, eye = rng.uniform(1.3, 1.9), rng.uniform(1.2, 1.5)
+def scope(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a telescopic sight on two rings."""
+    length, radius, middle = rng.uniform(0.18, 0.4), rng.uniform(0.013, 0.022), 0.5 * p.length
+    if p.kind == "revolver":
+        length, radius, middle = 0.15, 0.011, 0.6 * p.length
+    bell, eye, up = *rng.uniform(1.15, 1.9, 2), p.high + radius * rng.uniform(1.5, 2.6)
     stations = np.array([-0.5, -0.28, -0.2, 0.2, 0.3, 0.5]) * length + middle
     radii = radius * np.array([eye, eye, 1, 1, bell, bell])
-    b.tube("sight", material, [at(f, up) for f in stations], list(radii), segments=14)
+    b.tube("sight", IRON, [at(f, up) for f in stations], list(radii), segments=14)
     for f, r in ((stations[0], eye), (stations[-1], bell)):
         b.cylinder("sight", BLACK, at(f - 0.003, up), at(f + 0.003, up), 0.85 * r * radius)
-    for f in (middle - 0.13 * length, middle + 0.13 * length):
-        b.box("sight", material, at(f, (base + up) / 2 - 0.01), (0.022, up - base + 0.02, 0.025))
-        b.cylinder("sight", material, at(f - 0.014, up), at(f + 0.014, up), 1.2 * radius)
-    knob = radius * 1.9
-    b.cylinder("sight", material, at(middle, up), at(middle, up + knob), 0.7 * radius)
-    b.cylinder("sight", material, at(middle, up), at(middle, up, knob), 0.7 * radius)
+    for f in (middle - 0.14 * length, middle + 0.14 * length):
+        block(b, "sight", IRON, (f - 0.011, f + 0.011), (0, up), 0.02)
+        b.cylinder("sight", IRON, at(f - 0.012, up), at(f + 0.012, up), 1.2 * radius)
+    for knob in (at(middle, up + 1.9 * radius), at(middle, up, 1.9 * radius)):
+        b.cylinder("sight", IRON, at(middle, up), knob, 0.7 * radius)
 
 
-def iron_sights(
-    b: Builder, material: Material, rear: float, front: float, base: float, height: float
-) -> None:
-    """Add a notch at `rear` and a blade at `front`, both on a surface at height `base`."""
-    for side in (-0.6, 0.6):
-        center = at(rear, base + 0.4 * height, side * height)
-        b.box("sight", material, center, (0.6 * height, 1.2 * height, 0.9 * height))
-    blade = at(front, base + 0.4 * height)
-    b.box("sight", material, blade, (0.35 * height, 1.2 * height, 1.2 * height), taper=0.8)
+def dot(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a short tube on a toothed rail along the body, or on a pistol's rear."""
+    middle, radius = 0.5 * p.length, rng.uniform(0.016, 0.026)
+    if p.kind == "pistol":
+        middle, radius = 0.2 * p.length, 0.011
+    else:
+        block(b, "sight", IRON, (0.04, p.length), (p.high - 0.004, p.high + 0.008), 0.018)
+        for f in np.arange(0.05, p.length - 0.005, 0.03):
+            b.box("sight", IRON, at(f, p.high + 0.009), (0.022, 0.01, 0.014))
+    ends, up = (middle - 1.8 * radius, middle + 1.8 * radius), p.high + 1.6 * radius
+    block(b, "sight", IRON, ends, (p.high - 0.004, up), 1.4 * radius)
+    b.cylinder("sight", BLACK, at(ends[0], up), at(ends[1], up), radius)
 
 
-def rail(
-    b: Builder, part: str, material: Material, back: float, front: float, up: float, width: float
-) -> None:
-    """Add a toothed mounting rail on top of a surface at height `up`."""
-    end = at(front, up + 0.003)
-    beam(b, part, material, at(back, up + 0.003), end, width=0.8 * width, height=0.012)
-    for f in np.arange(back + 0.01, front - 0.005, 0.03):
-        b.box(part, material, at(f, up + 0.012), (width, 0.012, 0.016))
+def carrier(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a carrying handle with the sight in it, and a post at the front."""
+    rise, front, f = rng.uniform(0.035, 0.075), rng.uniform(0.55, 0.95) * p.length, p.end - 0.04
+    loop = [(0.02, p.high - 0.01), (0.025, p.high + rise)]
+    loop += [(front - 0.03, p.high + rise), (front, p.high - 0.01)]
+    sweep(b, "sight", p.steel, bend(loop, 0.02, 3), depth=0.016, width=0.02)
+    post = [(f, -0.018, p.high + 0.4 * rise, 0.012), (f + 0.02, -0.018, p.high, 0.012)]
+    bar(b, "sight", p.steel, post)
 
 
-def add_hammer(b: Builder, steel: Material, forward: float, up: float, size: float) -> None:
-    """Add a spur hammer that leans back from (forward, up)."""
-    path = np.array([(0.3, -0.5), (0, 0.4), (-0.25, 0.9), (-0.8, 1.0)]) * size
-    sweep(b, "trigger", steel, path + np.array([forward, up]), depth=0.35 * size, width=0.45 * size)
+def bipod(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add two splayed legs with feet and their collar on the barrel."""
+    drop, splay, rake = rng.uniform((0.15, 0.06, -0.06), (0.3, 0.15, 0.08))
+    f = max(p.guard + 0.01, p.end - rng.uniform(0.06, 0.2))
+    b.cylinder("stock", p.steel, at(f - 0.02, 0), at(f + 0.02, 0), 1.5 * p.bore)
+    for side in (-1, 1):
+        hip, foot = at(f, -0.01, 0.012 * side), at(f + rake, -drop, splay * side)
+        b.cylinder("stock", p.steel, hip, foot, radius=0.009, radius_end=0.007, segments=10)
+        b.ellipsoid("stock", p.steel, foot, (0.018, 0.009, 0.02), segments=10)
+
+
+def foregrip(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a second grip below the front."""
+    f, long, slant = rng.uniform((0.02, -0.13, -0.02), (0.05, -0.1, 0.03))
+    path = np.outer([0.0, 0.2, 0.7, 1.0], [slant, long]) + (p.length + f, -0.008)
+    sweep(b, "grip", p.hand, path, [0.034, 0.03, 0.036, 0.034], 0.03)
+
+
+def light(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a lamp below a pistol's front."""
+    front = max(p.length, p.hold + 0.42 * p.palm + 0.12) - rng.uniform(0.0, 0.01)
+    block(b, "sight", BLACK, (front - 0.045, front), (p.low - 0.02, -0.5 * p.high), 0.024, 0.7)
+
+
+def loop(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a handle to carry it by, over the front of the body."""
+    hold, rise = p.length - 0.02, p.high + rng.uniform(0.03, 0.06)
+    path = [at(hold, 0), at(hold, rise), at(hold - 0.11, rise + 0.01)]
+    b.tube("body", p.hand, bend(path, 0.02, 3), 0.01, segments=10)
+
+
+_BELOW = {"feed": ("straight", "curved", "short", "drum", "box", "grip", "none")}
+_LIGHT = ("service", "compact", "machine_pistol", "bullpup", "support")
+SIGHTS = (
+    Component("iron", 1.6, iron, {"barrel": ("bare", "lug", "guard", "jacket", "lever")}),
+    Component("bead", 1.4, bead, {"barrel": ("pump", "side", "over")}),
+    Component("scope", 1.2, scope, {"kind": ("service", "bullpup", "bolt"), **_BELOW}),
+    Component("scope", 0.2, scope, {"kind": ("revolver", "hunting")}),
+    Component("dot", 0.8, dot, {"kind": _LIGHT, **_BELOW}),
+    Component("dot", 0.3, dot, {"body": ("slide",)}),
+    Component("carrier", 0.9, carrier, {"kind": ("service", "bullpup"), **_BELOW}),
+)
+EXTRAS = (
+    Component("none", 2, nothing),
+    Component("bipod", 5, bipod, {"kind": ("support",)}),
+    Component("bipod", 0.3, bipod, {"kind": ("service", "bolt")}),
+    Component("foregrip", 0.7, foregrip, {"barrel": ("guard",), "kind": ("service", "compact")}),
+    Component("light", 0.4, light, {"body": ("slide",)}),
+    Component("loop", 1.5, loop, {"kind": ("support",), "sight": ("iron",), **_BELOW}),
+)

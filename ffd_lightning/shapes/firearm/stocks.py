@@ -1,184 +1,187 @@
-"""Stocks, handguards and bipods of long guns."""
+"""What is held and shouldered, and what feeds: stocks, grips, magazines."""
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from ffd_lightning.shapes.firearm.materials import BLACK, IRON
-from ffd_lightning.shapes.firearm.swept import Cut, at, bar, even_bar, sweep
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw
+from ffd_lightning.shapes.firearm.plan import BLACK, IRON, Plan, at, bar, block, nothing, sweep
+from ffd_lightning.shapes.kit import Builder, Component, Rng
 from ffd_lightning.shapes.kit.boards import beam
 from ffd_lightning.shapes.kit.paths import bend
 from ffd_lightning.shapes.kit.vectors import Pair
 
+Cut = tuple[float, float, float, float]
 
-def buttstock(
-    b: Builder, rng: Rng, material: Material, start: float, span: Pair, kinds: dict[str, float]
+
+def _butt(b: Builder, p: Plan, rows: list[Cut], boxiness: float) -> None:
+    """Add a stock through rows from front to rear, and rubber on its rear face."""
+    bar(b, "stock", p.hand, rows, boxiness)
+    end, low, high, wide = rows[-1]
+    pad = (end + 0.004, end - 0.016)
+    block(b, "stock", BLACK, pad, (low - 0.002, high + 0.002), 1.03 * wide, boxiness)
+
+
+def _reach(rng: Rng, p: Plan) -> Cut:
+    """Draw where a stock ends, its butt's heel and toe, and its width."""
+    end, heel = -rng.uniform(0.17, 0.36), p.high - 0.01 - rng.uniform(0.0, 0.07)
+    end *= 0.5 if p.kind == "bullpup" else 1
+    return end, heel, heel - rng.uniform(0.09, 0.16), max(rng.uniform(0.03, 0.045), 0.8 * p.wide)
+
+
+def solid(b: Builder, rng: Rng, p: Plan, hump: float) -> None:
+    """Add a stock of one piece of wood behind the body, with a `hump` for the hand or without."""
+    (end, heel, toe, wide), low, high = _reach(rng, p), p.low + 0.008, p.high - 0.012
+    sag, thin = hump * rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.4) * (high - low) * (not hump)
+    neck, slope = 0.45 * end, 0.3 * (high - heel)
+    rows = [(0.02, low, high, 0.8 * wide), (0.2 * end, low + thin, high - 0.006, 0.8 * wide)]
+    rows += [(neck, low + thin - sag - 0.3 * slope, high - slope, 0.9 * wide)]
+    _butt(b, p, [*rows, (end * (1.2 if hump else 1), toe, heel, wide)], 0.3 if hump else 0.55)
+
+
+def sliding(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a stock that slides on a tube."""
+    end, _, _, wide = _reach(rng, p)
+    up, toe = (p.low + p.high) / 2, -rng.uniform(0.06, 0.12)
+    b.cylinder("stock", IRON, at(0.02, up), at(end + 0.02, up), 0.016)
+    rows = [(rng.uniform(0.2, 0.5) * end, up - 0.03, up + 0.024, wide)]
+    rows += [(0.75 * end, up - 0.05, up + 0.026, wide)]
+    _butt(b, p, [*rows, (end, up + toe, up + 0.028, wide)], 0.7)
+
+
+def wire(b: Builder, rng: Rng, p: Plan, closed: bool) -> None:
+    """Add a stock of bent rod: one closed loop, or two hooks that end in a shoulder rest."""
+    end, heel, toe, _ = _reach(rng, p)
+    low, up = p.low + 0.014, (p.high + p.low) / 2 + 0.008 * closed
+    heel, half, radius = min(heel, up), 0.4 * p.wide * (not closed), 0.006 + 0.004 * closed
+    path = [(0.03, up), (end, heel), (end, toe), (0.03, low) if closed else (end + 0.04, toe)]
+    for side in (-half, half)[closed:]:
+        rod = bend([at(f, u, side) for f, u in path], 0.02, 3)
+        b.tube("stock", IRON, rod, radius, segments=8)
+    for u in (heel, toe)[2 * closed :]:
+        beam(b, "stock", IRON, at(end, u, -half), at(end, u, half), width=0.012, height=0.012)
+
+
+def sporting(b: Builder, rng: Rng, p: Plan, full: bool) -> None:
+    """Add a stock of one piece: butt, wrist, and a fore-end, `full` to near the muzzle."""
+    butt, drop, wide, low = rng.uniform(0.1, 0.15), rng.uniform(0.02, 0.08), p.wide, p.low
+    end, wrist, hump = -rng.uniform(0.28, 0.42), rng.uniform(0.036, 0.05), rng.uniform(0, 0.05)
+    comb, slim = rng.uniform(0.15, 0.75) * drop, rng.uniform(0.6, 0.9)
+    front = max(p.end - rng.uniform(0.03, 0.12), p.guard) if full else p.guard
+    rows = [
+        (front, 0.4 * low, 0, 0.5 * wide),
+        (front - 0.03, slim * low + 0.008, 0, 0.75 * wide),
+        (min(p.length, front - 0.05), low + 0.004, 0, wide),
+        (0.06, low, 0, wide),
+        (0.0, -0.02 - wrist, -0.008, 0.9 * wide),
+        (-0.06, -0.028 - wrist - 0.2 * hump, -0.02, 0.8 * wide),
+        (-0.12, -comb - 0.06 - hump, -comb - 0.005, 0.9 * wide),
+        (0.65 * end, -drop - 0.75 * butt, -comb, wide),
+        (end, -drop - butt, -drop, 0.9 * wide),
+    ]
+    _butt(b, p, rows, 0.3)
+
+
+def grip(b: Builder, rng: Rng, p: Plan, style: str) -> None:
+    """Add a raked pistol grip, or a revolver's: a plough, a bird's head or a broad target grip."""
+    round_, long = p.kind == "revolver", rng.uniform(0.085, 0.135)
+    a = np.radians(rng.uniform(0, 8) if p.kind == "machine_pistol" else rng.uniform(6, 32))
+    top = np.array([p.hold - 0.011, 0.45 * p.low] if round_ else [p.hold, p.low + 0.012])
+    sway = {"raked": 1.0, "plough": 0.45, "bird": 0.17, "target": 0.37}[style]
+    knee = 0.5 * long * np.array([np.sin(a), np.cos(a)])
+    foot = np.array([knee[0] * (1 + sway), long * np.cos(a)])
+    t = np.linspace(0, 1, 8)
+    path = top - 2 * np.outer(t * (1 - t), knee) - np.outer(t**2, foot)
+    depth = {
+        "raked": p.palm * (1.05 - 0.2 * t * (1 - t) + rng.uniform(0.0, 0.25) * t**3),
+        "plough": 0.042 + 0.02 * t**2,
+        "bird": 0.044 - 0.007 * t - 0.018 * t**6,
+        "target": 0.048 + 0.011 * np.sin(3 * t) + 0.009 * t,
+    }[style]
+    wide = p.wide * (1 + 0.25 * t) if round_ else np.clip(p.wide, 0.026, 0.036) + 0 * t
+    sweep(b, "grip", p.hand, path, depth, wide)
+    if p.kind in _PISTOLS:  # the magazine's foot
+        end = path[-1] + np.outer([-0.004, 0.006], [-np.sin(a), -np.cos(a)])
+        sweep(b, "magazine", p.steel, end, p.palm, 0.8 * wide[-1])
+
+
+def stick(
+    b: Builder, rng: Rng, p: Plan, long: float = 0.2, curl: Pair = (0, 0), turn: float = 0.0
 ) -> None:
-    """Add a stock behind `start` on a body that spans the heights `span`; `kinds` are odds."""
-    kind = draw(rng, list(kinds), list(kinds.values()))
-    low, high = span
-    end, butt = start - rng.uniform(0.2, 0.32), rng.uniform(0.11, 0.15)
-    wide, heel = rng.uniform(0.032, 0.045), high - 0.01 - rng.uniform(0.0, 0.06)
-    if kind == "solid":
-        neck = 0.7 * start + 0.3 * end
-        rows = [
-            Cut(forward=start + 0.02, low=low + 0.003, high=high - 0.01, width=wide),
-            Cut(forward=neck, low=low + 0.003, high=high - 0.01, width=wide),
-            Cut(forward=end, low=heel - butt, high=heel, width=wide),
-        ]
-        bar(b, "stock", material, rows, boxiness=0.55)
-        _butt_pad(b, end, (heel - butt, heel), wide, 0.55)
-    elif kind == "tube":
-        _tube_stock(b, material, (start, end), (low + high) / 2, butt, wide)
-    elif kind == "frame":
-        loop = [(start + 0.02, high - 0.025), (end, heel - 0.01), (end, heel - butt)]
-        loop += [(start + 0.02, low + 0.015)]
-        sweep(b, "stock", IRON, bend(loop, 0.03, 3), depth=0.024, width=0.7 * wide)
-    elif kind == "wire":
-        hooked = [(start + 0.03, high - 0.03), (end, heel - 0.02), (end, heel - butt)]
-        hooked += [(end + 0.04, heel - butt)]
-        for side in (-0.4 * wide, 0.4 * wide):
-            wire = np.stack([at(f, up, side) for f, up in hooked])
-            b.tube("stock", IRON, bend(wire, 0.02, 3), 0.006, segments=8)
-        for up in (heel - 0.02, heel - butt):
-            left, right = (at(end, up, side) for side in (-0.4 * wide, 0.4 * wide))
-            beam(b, "stock", IRON, left, right, width=0.012, height=0.012)
+    """Add a box magazine, about as long as `long`, that curls; `turn` 180 is above, -1 a grip's."""
+    held = turn < 0
+    wide, depth = min(0.028, 0.8 * p.wide), rng.uniform(0.03, 0.038 if held else 0.08)
+    lean = rng.uniform(0, 12) if turn == 0 else max(turn, 0)
+    angles = np.radians(lean + rng.uniform(*curl) * np.linspace(0, 1, 8))
+    steps = np.stack([np.sin(angles), -np.cos(angles)], 1)
+    start = (p.hold if held else p.well, p.high - 0.02 if turn > 0 else p.low + 0.02)
+    path = np.cumsum(np.vstack([start, steps * long * rng.uniform(0.6, 1.3) / 8]), 0)
+    if held:  # it follows the grip's rake
+        path[:, 0] += 0.3 * (path[:, 1] - start[1]) * (p.kind == "pistol")
+    sweep(b, "magazine", p.steel, path, depth, wide)
+    foot = path[-1] + np.outer([-0.01, 0.012], steps[-1])
+    sweep(b, "magazine", BLACK, foot, 1.12 * depth, 1.15 * wide)
 
 
-def _tube_stock(
-    b: Builder, material: Material, ends: Pair, up: float, butt: float, wide: float
-) -> None:
-    """Add a stock that slides on a tube, from `ends[0]` back to `ends[1]`."""
-    start, end = ends
-    length = start - end
-    b.cylinder("stock", IRON, at(start + 0.02, up), at(end + 0.02, up), 0.017)
-    rows = [
-        Cut(forward=end + 0.6 * length, low=up - 0.03, high=up + 0.024, width=wide),
-        Cut(forward=end + 0.25 * length, low=up - 0.05, high=up + 0.026, width=wide),
-        Cut(forward=end, low=up + 0.03 - butt, high=up + 0.028, width=wide),
-    ]
-    bar(b, "stock", material, rows)
-    _butt_pad(b, end, (up + 0.03 - butt, up + 0.028), wide, 0.7)
+def drum(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a drum magazine on a short neck; its axis runs along the barrel or across it."""
+    radius, half, across = rng.uniform(0.045, 0.09), rng.uniform(0.025, 0.045), rng.random() < 0.5
+    up, turns = p.low - 0.85 * radius, np.array([-1.0, -0.8, 0.8, 1.0])
+    path = [at(p.well + half * t * (not across), up, half * t * across) for t in turns]
+    b.tube("magazine", p.steel, path, [0.9 * radius, radius, radius, 0.9 * radius], segments=20)
+    block(b, "magazine", p.steel, (p.well - 0.025, p.well + 0.025), (up, p.low + 0.01), 0.026)
 
 
-def _butt_pad(b: Builder, end: float, span: Pair, wide: float, boxiness: float) -> None:
-    """Cover a stock's rear face at `end`, which spans the heights `span`, with rubber."""
-    low, high = span
-    faces = (end + 0.004, end - 0.016)
-    width = 1.03 * wide
-    even_bar(
-        b, "stock", BLACK, faces, low=low - 0.002, high=high + 0.002, width=width, boxiness=boxiness
-    )
+def case(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a hanging ammunition box."""
+    size = rng.uniform((0.07, 0.08, 0.08), (0.1, 0.15, 0.14))
+    center = at(p.well, p.low - size[1] / 2 + 0.01)
+    b.rounded_box("magazine", p.body if rng.random() < 0.5 else p.hand, center, size, 0.012)
 
 
-def sporting_stock(
-    b: Builder, rng: Rng, wood: Material, front: float, wide: float, fore: float
-) -> float:
-    """Add a one-piece stock to `front`: butt, wrist, trench; return the height of its belly.
-
-    The barrel's axis is at height 0; `fore` is the depth of the forestock below it.
-    """
-    butt, drop = rng.uniform(0.1, 0.14), rng.uniform(0.02, 0.07)
-    end, wrist = -rng.uniform(0.34, 0.42), rng.uniform(0.038, 0.05)
-    comb = rng.uniform(0.2, 0.75) * drop
-    rows = [
-        Cut(forward=end, low=-drop - butt, high=-drop, width=0.9 * wide),
-        Cut(forward=end + 0.12, low=-drop - 0.8 * butt, high=-comb, width=wide),
-        Cut(forward=-0.12, low=-comb - 0.1, high=-comb - 0.005, width=0.9 * wide),
-        Cut(forward=-0.06, low=-0.028 - wrist, high=-0.02, width=0.8 * wide),
-        Cut(forward=0.0, low=-0.02 - wrist, high=-0.008, width=0.9 * wide),
-        Cut(forward=0.06, low=-0.014 - fore, high=0.0, width=wide),
-        Cut(forward=0.25, low=-0.01 - fore, high=0.0, width=wide),
-        Cut(forward=front - 0.03, low=-0.72 * fore, high=0.0, width=0.75 * wide),
-        Cut(forward=front, low=-0.4 * fore, high=0.0, width=0.5 * wide),
-    ]
-    bar(b, "stock", wood, rows, boxiness=0.3)
-    _butt_pad(b, end=end, span=(-drop - butt, -drop), wide=0.9 * wide, boxiness=0.3)
-    return -0.01 - fore
+def pan(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a flat pan on top."""
+    r = rng.uniform(0.07, 0.12)
+    profile = [(0.0, 0), (r, 0), (r, 0.025), (0.6 * r, 0.035), (0.0, 0.035)]
+    b.lathe("magazine", p.steel, profile, at(p.well, p.high - 0.002))
 
 
-def straight_stock(b: Builder, rng: Rng, wood: Material, span: Pair, wide: float) -> None:
-    """Add a wooden butt with a wrist, straight or with a pistol grip, behind a receiver."""
-    low, high = span
-    butt, drop = rng.uniform(0.1, 0.13), rng.uniform(0.03, 0.07)
-    end, sag = -rng.uniform(0.36, 0.44), rng.uniform(0.0, 0.05)
-    wide = max(wide, 0.036)
-    rows = [
-        Cut(forward=-0.035, low=low + 0.005, high=high - 0.012, width=0.85 * wide),
-        Cut(forward=-0.08, low=low + 0.002, high=high - 0.02, width=0.8 * wide),
-        Cut(forward=-0.13, low=low - 0.01 - sag, high=high - 0.018 - 0.3 * drop, width=0.8 * wide),
-        Cut(
-            forward=-0.18,
-            low=low - 0.018 - 0.6 * sag,
-            high=high - 0.008 - 0.4 * drop,
-            width=0.9 * wide,
-        ),
-        Cut(forward=end, low=high - drop - butt, high=high - drop, width=wide),
-    ]
-    bar(b, "stock", wood, rows, boxiness=0.3)
-    _butt_pad(b, end, (high - drop - butt, high - drop), wide, 0.3)
-
-
-def handguard(
-    b: Builder, rng: Rng, material: Material, ends: Pair, up: float, tall: float, wide: float
-) -> None:
-    """Add a handguard around the barrel: plain and tapered, ribbed, or slotted."""
-    back, front = ends
-    taper, boxiness = rng.uniform(0.75, 1.05), rng.uniform(0.1, 0.9)
-    rows = [
-        Cut(back, up - tall / 2, up + tall / 2, wide),
-        Cut(front, up - taper * tall / 2, up + taper * tall / 2, taper * wide),
-    ]
-    bar(b, "body", material, rows, boxiness=boxiness)
-    style = draw(rng, ["plain", "ribs", "slots"])
-    for f in np.linspace(back, front, int(rng.integers(5, 10)))[1:-1]:
-        swell = tall * (1 + (taper - 1) * (f - back) / (front - back))
-        across = wide * swell / tall
-        if style == "ribs":
-            ends, rib = (f - 0.006, f + 0.006), 0.54 * swell
-            even_bar(b, "body", material, ends, up - rib, up + rib, 1.08 * across, boxiness)
-        elif style == "slots":
-            b.box("body", BLACK, at(f, up), (1.02 * across, 0.3 * swell, 0.022))
-
-
-def fore_end(
-    b: Builder, rng: Rng, wood: Material, steel: Material, kind: str, radius: float, end: float
-) -> None:
-    """Add what the front hand holds: a sliding pump on a tube magazine, or a wedge of wood."""
-    if kind == "pump":
-        tube, up = rng.uniform(0.6, 0.98) * end, -2.05 * radius
-        b.cylinder("magazine", steel, at(0.05, up), at(tube, up), 0.9 * radius)
-        b.cylinder("magazine", steel, at(tube - 0.02, up), at(tube + 0.005, up), 1.05 * radius)
-        back = rng.uniform(0.17, 0.24)
-        front = min(back + rng.uniform(0.12, 0.2), tube - 0.03)
-        handguard(b, rng, wood, (back, front), up=up, tall=3.4 * radius, wide=3.6 * radius)
-        return
-    base = 0.0 if kind == "side" else -2 * radius
-    front, wide = rng.uniform(0.22, 0.32), (4.4 if kind == "side" else 3.0) * radius
-    rows = [
-        Cut(forward=0.035, low=base - 2.2 * radius, high=base + 0.3 * radius, width=wide),
-        Cut(forward=0.8 * front, low=base - 2.0 * radius, high=base + 0.3 * radius, width=wide),
-        Cut(forward=front, low=base - 1.1 * radius, high=base + 0.2 * radius, width=0.6 * wide),
-    ]
-    bar(b, "body", wood, rows, boxiness=0.35)
-
-
-def jacket(b: Builder, steel: Material, back: float, front: float, radius: float) -> None:
-    """Add a perforated barrel jacket; its holes are dark discs on the surface."""
-    b.cylinder("barrel", steel, at(back, 0), at(front, 0), radius, segments=16)
-    for f in np.arange(back + 0.025, front - 0.012, 0.03):
-        for a in np.radians([0, 60, 120, 180]):
-            rim = radius * np.array([np.cos(a), np.sin(a)])
-            inner, outer = at(f, 0.9 * rim[1], 0.9 * rim[0]), at(f, 1.02 * rim[1], 1.02 * rim[0])
-            b.cylinder("barrel", BLACK, inner, outer, 0.009, segments=8)
-
-
-def bipod(b: Builder, rng: Rng, steel: Material, forward: float) -> None:
-    """Add two splayed legs with feet and their collar on the barrel."""
-    drop, splay, rake = rng.uniform(0.18, 0.28), rng.uniform(0.06, 0.14), rng.uniform(-0.04, 0.06)
-    b.cylinder("stock", steel, at(forward - 0.02, 0), at(forward + 0.02, 0), 0.026)
-    for side in (-1, 1):
-        hip, foot = at(forward, -0.01, 0.012 * side), at(forward + rake, -drop, splay * side)
-        b.cylinder("stock", steel, hip, foot, radius=0.009, radius_end=0.007, segments=10)
-        b.ellipsoid("stock", steel, foot, (0.018, 0.009, 0.02), segments=10)
+_PISTOLS = ("pistol", "machine_pistol")
+_ARMS = ("compact", "service", "support")
+_PUMP = {"body": ("sides",)}
+STOCKS = (
+    Component("none", 7, nothing, {"kind": ("pistol", "revolver")}),
+    Component("none", 0.7, nothing, {"kind": ("compact", "machine_pistol")}),
+    Component("none", 0.4, nothing, _PUMP),
+    Component("solid", 1.2, partial(solid, hump=0.0), {"kind": (*_ARMS, "bullpup")}),
+    Component("tube", 0.9, sliding, {"kind": _ARMS}),
+    Component("frame", 0.8, partial(wire, closed=True), {"kind": (*_PISTOLS, *_ARMS)}),
+    Component("wire", 0.7, partial(wire, closed=False), {"kind": (*_PISTOLS, *_ARMS[:2])}),
+    Component("tube", 0.2, sliding, _PUMP),
+    Component("wrist", 1, partial(solid, hump=0.05), {"kind": ("hunting",)}),
+    Component("sporting", 1, partial(sporting, full=False), {"kind": ("bolt",)}),
+    Component("full", 0.5, partial(sporting, full=True), {"kind": ("bolt",)}),
+)
+_REVOLVER = {"kind": ("revolver",)}
+_HELD = (*_PISTOLS, "hunting", "bullpup", *_ARMS)
+_FREE = ("none", "solid", "tube", "frame", "wire")
+GRIPS = (
+    Component("none", 1, nothing, {"stock": ("sporting", "full", "wrist")}),
+    Component("raked", 1, partial(grip, style="raked"), {"kind": _HELD, "stock": _FREE}),
+    Component("plough", 1, partial(grip, style="plough"), _REVOLVER),
+    Component("bird", 0.8, partial(grip, style="bird"), _REVOLVER),
+    Component("target", 0.8, partial(grip, style="target"), _REVOLVER),
+)
+FEEDS = (
+    Component("none", 1, nothing, {"kind": ("revolver", "hunting", "bolt")}),
+    Component("flush", 2, nothing, {"kind": ("pistol",)}),
+    Component("grip", 0.6, partial(stick, turn=-1), {"kind": _PISTOLS}),
+    Component("straight", 1, stick, {"kind": (*_ARMS, "bullpup")}),
+    Component("curved", 1.4, partial(stick, curl=(10, 55)), {"kind": (*_ARMS, "bullpup")}),
+    Component("short", 1, partial(stick, long=0.09), {"kind": ("bolt", "service")}),
+    Component("drum", 0.7, drum, {"kind": _ARMS}),
+    Component("box", 1.4, case, {"kind": ("support",)}),
+    Component("top", 0.9, partial(stick, curl=(-40, 0), turn=180), {"kind": ("support",)}),
+    Component("pan", 0.7, pan, {"kind": ("support",)}),
+)
