@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.kit.builder import Family
+from ffd_lightning.shapes.kit import Builder, Chosen, Component, Product, Rng
 from ffd_lightning.shapes.speaker.hifi import bookshelf, soundbar, stand, tower
 from ffd_lightning.shapes.speaker.horn import horn
 from ffd_lightning.shapes.speaker.pod import pod
@@ -11,9 +11,29 @@ from ffd_lightning.shapes.speaker.speaker_set import speaker_set
 from ffd_lightning.shapes.speaker.stage import amplifier, stage
 from ffd_lightning.shapes.speaker.subwoofer import subwoofer
 
-PARTS = ("body", "driver", "port", "grille", "panel", "handle", "stand")
-FAMILIES: dict[str, Family] = {
-    "bookshelf": bookshelf, "tower": tower, "stand": stand, "subwoofer": subwoofer,
-    "soundbar": soundbar, "stage": stage, "amplifier": amplifier, "pod": pod, "portable": portable,
-    "horn": horn, "set": speaker_set,
-}  # fmt: skip
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a speaker; each kind draws all of its own."""
+    found: Builder = chosen["kind"].build(rng)
+    return found
+
+
+KINDS = (
+    Component("bookshelf", 2, bookshelf),
+    Component("tower", 2, tower),
+    Component("stand", 1, stand),
+    Component("subwoofer", 1, subwoofer),
+    Component("soundbar", 1, soundbar),
+    Component("stage", 1, stage),
+    Component("amplifier", 1, amplifier),
+    Component("pod", 1, pod),
+    Component("portable", 1, portable),
+    Component("horn", 1, horn),
+    Component("set", 1, speaker_set),
+)
+CATEGORY = Product(
+    parts=("body", "driver", "port", "grille", "panel", "handle", "stand"),
+    slots={"kind": KINDS},
+    family=("kind",),
+    assemble=assemble,
+)
