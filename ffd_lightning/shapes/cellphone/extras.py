@@ -161,7 +161,7 @@ BACKS = (
 )
 HOLDS = (
     Component("none", 5, nothing),
-    Component("cradle", 2, cradle, {"form": ("bar", "slab"), "back": ("plain", "lenses")}),
+    Component("cradle", 2, cradle, {"form": ("bar",), "back": ("plain", "lenses")}),
     Component("prop", 2, prop, {"form": ("slab",), "housing": _FLAT}),
     Component("bumper", 1.5, bumper, {"form": ("slab",), "housing": ("plate",)}),
     Component("flap", 1.5, flap, {"form": ("bar", "brick")}),
