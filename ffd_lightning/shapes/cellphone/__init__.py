@@ -1,16 +1,34 @@
-"""Telephones: smartphones, candy bars, flips, sliders, keyboards, bricks, docked handsets."""
+"""Telephones: a form, a housing, a front, an aerial, a back, what holds it."""
 
 from __future__ import annotations
 
-from ffd_lightning.shapes.cellphone.bar import candybar, keyboard
-from ffd_lightning.shapes.cellphone.brick import brick
-from ffd_lightning.shapes.cellphone.docked import docked
-from ffd_lightning.shapes.cellphone.folding import flip, slider
-from ffd_lightning.shapes.cellphone.smartphone import smartphone
-from ffd_lightning.shapes.kit.builder import Family
+from ffd_lightning.shapes.cellphone.extras import AERIALS, BACKS, HOLDS, side_buttons
+from ffd_lightning.shapes.cellphone.forms import FORMS
+from ffd_lightning.shapes.cellphone.fronts import FRONTS
+from ffd_lightning.shapes.cellphone.housings import HOUSINGS
+from ffd_lightning.shapes.cellphone.plan import draw_finish
+from ffd_lightning.shapes.kit import Builder, Chosen, Product, Rng
 
-PARTS = ("body", "screen", "key", "button", "camera", "speaker", "antenna", "stand")
-FAMILIES: dict[str, Family] = {
-    "smartphone": smartphone, "candybar": candybar, "flip": flip, "slider": slider,
-    "keyboard": keyboard, "brick": brick, "docked": docked,
-}  # fmt: skip
+_TIPS = {"cradle": (5, 25), "prop": (12, 32)}  # degrees by which what holds it tips it back
+
+
+def assemble(rng: Rng, chosen: Chosen) -> Builder:
+    """Build a telephone of its components."""
+    b, finish, hold = Builder(), draw_finish(rng), chosen["hold"].name
+    tipped = {"tip": _TIPS[hold]} if hold in _TIPS else {}
+    plan = chosen["form"].build(b, rng, finish, **tipped)
+    for slot in ("housing", "front", "aerial", "back", "hold"):
+        chosen[slot].build(b, rng, plan)
+    side_buttons(b, rng, finish, plan.main)
+    return b
+
+
+CATEGORY = Product(
+    parts=("body", "screen", "key", "button", "camera", "speaker", "antenna", "stand"),
+    slots={
+        "form": FORMS, "housing": HOUSINGS, "front": FRONTS, "aerial": AERIALS, "back": BACKS,
+        "hold": HOLDS,
+    },
+    family=("form", "front"),
+    assemble=assemble,
+)  # fmt: skip

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
-from ffd_lightning.shapes.cellphone.body import Body, tile
-from ffd_lightning.shapes.cellphone.finish import Finish
-from ffd_lightning.shapes.kit import Builder, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.cellphone.plan import Body, Finish, Plan, tile
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
 from ffd_lightning.shapes.kit.vectors import lean
 
 
@@ -145,3 +146,59 @@ def home_button(b: Builder, rng: Rng, finish: Finish, body: Body, y: float, size
         for x in (-0.3, 0.3):
             small = (0.7 * size, 0.35 * size, 0.012)
             tile(b, "button", finish.keys, body, body.at(x, y), small, 0.1 * size, segments=2)
+
+
+def touch(b: Builder, rng: Rng, p: Plan) -> None:
+    """Cover each body's front with a screen, some with a button below it."""
+    chin = rng.uniform(0.08, 0.16) if rng.random() < 0.6 else rng.uniform(0.03, 0.06)
+    brow = rng.uniform(0.06, 0.14) if chin > 0.07 else rng.uniform(0.05, 0.06)
+    share, icons = rng.uniform(0.82, 0.9), bool(rng.random() < 0.5)
+    for body in (p.main,) if p.lid is None else (p.main, p.lid):
+        low, high = chin - 0.5, 0.5 - brow
+        display(b, rng, p.finish, body, low=low, high=high, share=share, icons=icons)
+    if chin > 0.07:
+        home_button(b, rng, p.finish, p.main, -0.5 + chin / 2, 0.7 * chin)
+    earpiece(b, rng, p.main, 0.5 - brow / 2)
+
+
+def keyed(b: Builder, rng: Rng, p: Plan, full: bool) -> None:
+    """Add a screen and a keypad or a `full` keyboard, often with navigation keys between."""
+    keys, rows = p.keys, int(rng.integers(3, 5) if full else rng.integers(4, 6))
+    share, icons = rng.uniform(0.7, 0.84), bool(rng.random() < 0.4)
+    nav = rng.random() < 0.7
+    size = rng.uniform(0.16, 0.22) if full else rng.uniform(0.24, 0.34)
+    if p.lid is None:
+        split = -0.45 + 0.095 * rows if full else rng.uniform(-0.12, 0.1)
+        gap = 0.6 * size * p.main.width if nav else 0.0
+        if nav:
+            navigation(b, rng, p.finish, p.main, split + gap, size)
+        low = split + 2 * gap + 0.03
+        high = rng.uniform(0.34, 0.39) if full else min(low + rng.uniform(0.12, 0.4), 0.38)
+        display(b, rng, p.finish, p.main, low=low, high=high, share=share, icons=icons)
+        keys = p.main.strip(0, -0.45, split)
+        earpiece(b, rng, p.main, 0.43)
+    else:
+        display(b, rng, p.finish, p.lid, low=-0.34, high=0.36, share=share, icons=icons)
+        earpiece(b, rng, p.lid, 0.43)
+    pad_high = 0.5
+    if p.lid is not None and nav and keys.height > 0.75 * keys.width:
+        pad_high = 0.46 - 1.1 * size * keys.width / keys.height
+        navigation(b, rng, p.finish, keys, 0.5 - 0.6 * size * keys.width / keys.height, size)
+    columns = int(rng.integers(7, 11)) if full else 3
+    if full and keys.height > 1.3 * keys.width:
+        rows, columns, pad_high = int(rng.integers(9, 12)), 4, 0.5
+    keypad(b, rng, p.finish, keys, low=-0.48, high=pad_high, share=0.84, rows=rows, columns=columns)
+
+
+FRONTS = (
+    Component("touch", 2, touch, {"form": ("slab", "book"), "housing": ("plate", "halves")}),
+    Component(
+        "keypad",
+        2,
+        partial(keyed, full=False),
+        {"form": ("bar", "brick", "clamshell", "up", "swivel")},
+    ),
+    Component(
+        "keyboard", 1, partial(keyed, full=True), {"form": ("slab", "organiser", "up", "aside")}
+    ),
+)

@@ -1,0 +1,168 @@
+"""What a telephone has besides its front: buttons, aerials, lenses, packs, what holds it."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+
+from ffd_lightning.shapes.cellphone.fronts import earpiece
+from ffd_lightning.shapes.cellphone.plan import Body, Finish, Plan, tile
+from ffd_lightning.shapes.kit import Builder, Component, Material, Rng, draw, pick_material
+from ffd_lightning.shapes.kit.vectors import about_y, lean, vec
+
+
+def side_buttons(b: Builder, rng: Rng, finish: Finish, body: Body) -> None:
+    """Add one to four buttons on the narrow sides, and sometimes one on top."""
+    for i in range(int(rng.integers(1, 5))):
+        side = -1 if i % 2 else 1
+        tall = rng.uniform(0.05, 0.12)
+        x = side * (0.5 - 0.024 / body.width)
+        place = body.at(x, 0.32 - 0.14 * (i // 2) - 0.06 * i, -body.depth / 2)
+        size = (0.068, tall * body.height, min(0.35 * body.depth, 0.05))
+        b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
+    if rng.random() < 0.4:
+        place = body.at(rng.uniform(-0.3, 0.3), 0.5, -body.depth / 2)
+        size = (0.14 * body.width, 0.02, min(0.35 * body.depth, 0.05))
+        b.rounded_box("button", finish.trim, place, size, 0.006, turn=body.turn, segments=1)
+
+
+def lenses(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add one to four lenses on the back, on a plate or bare, in a corner or in the middle."""
+    finish, body, center = p.finish, p.main, rng.random() < 0.4
+    count = int(rng.integers(1, 5))
+    radius = rng.uniform(0.05, 0.11) * body.width
+    pitch = 2.4 * radius
+    spots = [(0, 0), (0, 1), (1, 0), (1, 1)][:count]
+    sizes = np.max(np.array(spots) + 1, axis=0) * pitch + 0.3 * radius
+    x0 = 0.36 * body.width - sizes[0] if not center else -sizes[0] / 2
+    y0 = 0.38 * body.height - sizes[1]
+    middle = (x0 + sizes[0] / 2) / body.width, (y0 + sizes[1] / 2) / body.height
+    raised = rng.uniform(0.005, 0.02)
+    if count > 1 or rng.random() < 0.5:
+        plate = (sizes[0], sizes[1], 0.012 + raised)
+        place = body.behind(*middle, raised / 2 - 0.006)
+        tile(b, "camera", finish.trim, body, place, plate, 0.3 * min(sizes))
+    glass = Material((0.05, 0.05, 0.08))
+    for column, row in spots:
+        x = (x0 + 0.15 * radius + (column + 0.5) * pitch) / body.width
+        y = (y0 + 0.15 * radius + (row + 0.5) * pitch) / body.height
+        start, end = body.behind(x, y, -0.005), body.behind(x, y, raised + 0.012)
+        b.cylinder("camera", finish.body, start, end, radius, segments=18)
+        tip = body.behind(x, y, raised + 0.016)
+        b.cylinder("camera", glass, end - 0.2 * (end - start), tip, 0.75 * radius, segments=18)
+
+
+def pack(b: Builder, rng: Rng, p: Plan) -> None:
+    """Add a thick battery on the back."""
+    body = p.main.strip(0, rng.uniform(-0.45, -0.3), rng.uniform(0.1, 0.42), rng.uniform(0.8, 0.92))
+    deep = rng.uniform(0.25, 0.6) * body.depth
+    place = body.behind(0, 0, 0.5 * deep - 0.15 * body.depth)
+    tile(b, "body", p.finish.back, body, place, (body.width, body.height, deep), 0.06, edge=0.03)
+
+
+def aerial(b: Builder, rng: Rng, p: Plan, rod: bool) -> None:
+    """Add a stub, with or without a long `rod`, at an upper corner."""
+    finish, body, side = p.finish, p.main, int(rng.choice([-1, 1]))
+    radius = min(rng.uniform(0.14, 0.3) * body.depth, 0.16 * body.width)
+    x = side * (0.5 - 1.7 * radius / body.width)
+    start = body.at(x, 0.44, -body.depth / 2)
+    along = body.turn @ vec(0, 1, 0)
+    rise = rng.uniform(0.08, 0.28) * body.height + 0.06 * body.height
+    path = start + np.outer((0, rise, 1.03 * rise), along)
+    b.tube("antenna", finish.keys, path, (radius, 0.85 * radius, 0.5 * radius), segments=14)
+    if rod:
+        reach = rise + rng.uniform(0.1, 0.6) * body.height
+        end = start + reach * along
+        b.cylinder("antenna", finish.trim, start + rise * along, end, 0.3 * radius, segments=10)
+        knob = np.outer((reach, reach + 0.02, reach + 0.04), along) + start
+        b.tube(
+            "antenna", finish.keys, knob, (0.5 * radius, 0.55 * radius, 0.4 * radius), segments=10
+        )
+
+
+def prop(b: Builder, rng: Rng, p: Plan) -> None:
+    """Lean a tipped body on a foot: a tray with a back plate."""
+    finish, body = p.finish, p.main
+    bottom = body.at(0, -0.5, -body.depth / 2)
+    thickness, wide = rng.uniform(0.02, 0.05), rng.uniform(0.5, 1.1) * body.width
+    hold = body.behind(0, -rng.uniform(0.05, 0.25), 0.01)
+    reach = hold[2] - bottom[2] + 0.2
+    tray = vec(0, bottom[1] - 0.6 * body.depth - thickness / 2, bottom[2] + reach / 2 - 0.12)
+    size = (wide, thickness, reach + 0.04)
+    b.rounded_box("stand", finish.trim, tray, size, radius=0.05, edge=0.3 * thickness)
+    low = vec(0, tray[1], tray[2] + reach / 2 - 0.06)
+    along = hold - low
+    length = float(np.linalg.norm(along))
+    turn = lean(float(np.degrees(np.arctan2(along[2], along[1]))))
+    post = (0.5 * wide, length, 0.03)
+    b.rounded_box("stand", finish.trim, (hold + low) / 2, post, 0.012, turn=turn)
+    lip = (0.8 * wide, 1.4 * body.depth, 0.03)
+    front = vec(0, tray[1] + 0.4 * body.depth, bottom[2] - 0.65 * body.depth)
+    b.rounded_box("stand", finish.trim, front, lip, 0.012)
+
+
+def bumper(b: Builder, rng: Rng, p: Plan) -> None:
+    """Wrap a body's edges in a soft case."""
+    body = p.main
+    material = pick_material(rng, draw(rng, ["rubber", "paint", "plastic"]))
+    grow = rng.uniform(0.02, 0.05)
+    size = (body.width + grow, body.height + grow, 0.7 * body.depth)
+    place = body.behind(0, 0, -0.3 * body.depth)
+    tile(b, "body", material, body, place, size, p.radius + grow / 2, edge=0.12 * body.depth)
+
+
+def flap(b: Builder, rng: Rng, p: Plan) -> None:
+    """Hang a mouthpiece flap, turned forward and down, from the lower edge of a body."""
+    finish, body = p.finish, p.main
+    tall, deep = rng.uniform(0.22, 0.34), 0.035
+    hinge = body.at(0, -0.44)
+    tip = lean(rng.uniform(200, 240))
+    place = hinge + tip @ vec(0, tall / 2, deep / 2)
+    leaf = Body(place, 0.86 * body.width, tall, deep, tip)
+    tile(b, "body", finish.back, leaf, leaf.center, (leaf.width, tall, deep), 0.05, edge=0.012)
+    reach = vec(0.36 * body.width, 0, 0)
+    b.cylinder("body", finish.trim, hinge - reach, hinge + reach, 0.03)
+    earpiece(b, rng, leaf, 0.3)
+
+
+def cradle(b: Builder, rng: Rng, p: Plan) -> None:
+    """Stand a body in a charging cradle, round or square."""
+    body, material = p.main, p.finish.back
+    reach, rise = body.width * rng.uniform(0.75, 1.3), rng.uniform(0.1, 0.24)
+    rim = max(0.62 * body.width, 0.8 * body.depth)
+    reach = max(reach, 1.1 * rim)
+    profile = [(reach, 0), (reach, 0.03), (0.5 * (reach + rim), 0.55 * rise), (rim, rise)]
+    profile += [(0.9 * rim, 0.98 * rise), (0.85 * rim, 0.4 * rise)]
+    center = (0, 0, 0.1 * body.depth)
+    if rng.random() < 0.5:
+        squash = rng.uniform(0.75, 1.0)
+        b.lathe("stand", material, profile, center, segments=36, squash=squash)
+    else:
+        turned, wide = about_y(45), np.array(profile) * (1.25, 1)
+        b.lathe("stand", material, wide, center, segments=4, turn=turned)
+
+
+def nothing(b: Builder, rng: Rng, p: Plan) -> None:
+    """Leave it out."""
+    del b, rng, p
+
+
+_FLAT = ("plate", "halves")
+AERIALS = (
+    Component("none", 3, nothing),
+    Component("stub", 1.2, partial(aerial, rod=False), {"form": ("bar", "brick", "clamshell")}),
+    Component("rod", 1, partial(aerial, rod=True), {"form": ("bar", "brick", "clamshell")}),
+)
+BACKS = (
+    Component("plain", 2, nothing),
+    Component("lenses", 2, lenses, {"housing": ("plate", "halves", "shell")}),
+    Component("pack", 1.5, pack, {"form": ("bar", "brick"), "housing": (*_FLAT, "shell")}),
+)
+HOLDS = (
+    Component("none", 5, nothing),
+    Component("cradle", 2, cradle, {"form": ("bar",), "back": ("plain", "lenses")}),
+    Component("prop", 2, prop, {"form": ("slab",), "housing": _FLAT}),
+    Component("bumper", 1.5, bumper, {"form": ("slab",), "housing": ("plate",)}),
+    Component("flap", 1.5, flap, {"form": ("bar", "brick")}),
+)

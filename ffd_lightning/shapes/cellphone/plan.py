@@ -1,0 +1,111 @@
+"""What the components of a telephone share: materials, bodies, where screens and keys go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ffd_lightning.shapes.kit import Builder, Material, Rng, pick_material
+from ffd_lightning.shapes.kit.materials import draw_housing
+from ffd_lightning.shapes.kit.vectors import Array, Triple, lean, vec
+
+_FLAT = lean(90)  # rounded_box rounds the edges along its y: this turns y to z
+
+
+@dataclass(frozen=True)
+class Body:
+    """A box-like housing: its middle, size and orientation.
+
+    Attributes:
+        center: (3,).
+        width, height, depth: overall.
+        turn: (3, 3) rotation about the centre.
+    """
+
+    center: Array
+    width: float
+    height: float
+    depth: float
+    turn: Array
+
+    def at(self, x: float, y: float, out: float = 0.0) -> Array:
+        """Return the point `out` before the front, at x and y from -0.5 to 0.5 of the size."""
+        local = vec(x * self.width, y * self.height, -self.depth / 2 - out)
+        return np.asarray(self.turn @ local + self.center)
+
+    def behind(self, x: float, y: float, out: float = 0.0) -> Array:
+        """Return the point `out` behind the back, at x and y from -0.5 to 0.5 of the size."""
+        return self.at(x, y, -self.depth - out)
+
+    def strip(self, x: float, low: float, high: float, share: float = 1.0) -> Body:
+        """Return the part of it from `low` to `high`, `share` wide, about `x`."""
+        center = self.at(x, (low + high) / 2, -self.depth / 2)
+        height = (high - low) * self.height
+        return Body(center, share * self.width, height, self.depth, self.turn)
+
+
+@dataclass(frozen=True)
+class Finish:
+    """The materials of one telephone."""
+
+    body: Material
+    back: Material
+    trim: Material
+    keys: Material
+    screen: Material
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A telephone's bodies and materials.
+
+    Attributes:
+        main: the body that has the keys, the buttons and the aerial.
+        lid: the body that has the screen, where there are two.
+        keys: the part of the main body's front that the lid leaves free.
+        radius: of the corners, as seen from the front.
+        finish: materials.
+    """
+
+    main: Body
+    lid: Body | None
+    keys: Body
+    radius: float
+    finish: Finish
+
+
+def draw_finish(rng: Rng) -> Finish:
+    """Draw the materials: any housing, a contrasting or equal back, dark or lit screen."""
+
+    def shell() -> Material:
+        return pick_material(rng, "plastic") if rng.random() < 0.3 else draw_housing(rng)
+
+    body = shell()
+    back = body if rng.random() < 0.5 else shell()
+    level = float(np.mean(body.color))
+    shade = rng.uniform(0.05, 0.2) if level > 0.5 else rng.uniform(0.65, 0.9)
+    keys = Material((shade, shade, shade)) if rng.random() < 0.7 else pick_material(rng, "paint")
+    hue = pick_material(rng, "paint").color
+    lit = rng.random() < 0.5
+    screen = Material(hue) if lit else Material((0.03, 0.03, rng.uniform(0.04, 0.1)))
+    return Finish(body, back, pick_material(rng, "metal"), keys, screen)
+
+
+def tile(
+    b: Builder,
+    part: str,
+    material: Material,
+    body: Body,
+    center: Array,
+    size: Triple,
+    radius: float,
+    edge: float | None = None,
+    segments: int = 3,
+) -> None:
+    """Add a plate of `size` (width, height, depth), rounded by `radius` as seen from the front."""
+    box = (size[0], size[2], size[1])
+    turn = body.turn @ _FLAT
+    b.rounded_box(
+        part, material, center, box, radius=radius, edge=edge, turn=turn, segments=segments
+    )
