@@ -39,16 +39,6 @@ def product(category: str) -> Product:
     if category not in _CATEGORIES:
         raise DataError(f"no procedural shapes of {category!r}, only of: {', '.join(_CATEGORIES)}")
     package = importlib.import_module(f"ffd_lightning.shapes.{category}")
-    if not hasattr(package, "CATEGORY"):
-        from ffd_lightning.shapes.kit import Component, Product
-
-        families = tuple(Component(n, 1, f) for n, f in package.FAMILIES.items())
-        return Product(
-            package.PARTS,
-            {"family": families},
-            ("family",),
-            lambda rng, chosen: chosen["family"].build(rng),
-        )
     found: Product = package.CATEGORY
     return found
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.shapes.kit.choices import Rng
 from ffd_lightning.shapes.kit.materials import Material
 from ffd_lightning.shapes.kit.sections import corner_arcs
 from ffd_lightning.shapes.kit.vectors import Array
@@ -228,9 +227,6 @@ class Builder:
             face_textures=index if patterned else None,
             face_uvs=_box_projection(vertices[faces], scale) if patterned else None,
         )
-
-
-Family = Callable[[Rng], "Builder"]
 
 
 def _box_projection(corners: Array, scale: Array) -> NDArray[np.float32]:
