@@ -84,8 +84,8 @@ def prepared(data_root):
     return Preparation(ProceduralSource(24), *given, workers=2, progress=False).run()
 
 
-# The templates of the tiny run, of different families: one with a texture, one of one colour, one of
-# glass and wood, and one of two colours.
+# The templates of the tiny run, of different families: one has a texture, one one colour, one
+# glass and wood, one of two colours.
 TRESTLE, PLAIN, GLASS, PEBBLE = ("table-000009", "table-000004", "table-000021", "table-000006")
 
 

@@ -63,6 +63,8 @@ class PredictSettings:
         mask: a file, or for several images a folder of masks with the images' names.
         box: left,top,right,bottom of the object in pixels of the one photograph, with a little room
             around it: GrabCut finds the object in it (needs the extra `photos`).
+        together: all images show one object, from several sides; they give one reconstruction, in a
+            folder named after the first.
         background: what tells the object from its background, where no mask is given: `auto`, the
             alpha channel, else the colour of the border; `rembg`, the package of that name.
         templates: meshes to take as templates in place of the network's own: a folder, files, a
@@ -91,6 +93,7 @@ class PredictSettings:
     out: str = "predictions"
     mask: str | None = None
     box: list[int] | None = None
+    together: bool = False
     background: Background = "auto"
     templates: list[str] | None = None
     up: Up = "y"
@@ -110,11 +113,15 @@ class PredictSettings:
 
 @dataclass(frozen=True)
 class Job:
-    """One photograph, the mask of its object if there is one, and where its files go."""
+    """One photograph, the mask of its object if there is one, and where its files go.
+
+    `others` show the same object.
+    """
 
     image: Path
     mask: Path | None
     folder: Path
+    others: tuple[Job, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -137,6 +144,10 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
     jobs = find_jobs(settings.image, settings.mask, out)
     if settings.box is not None and (settings.mask is not None or len(jobs) > 1):
         raise ConfigError("box= is of one photograph, and takes the place of mask=: give one each")
+    if settings.together:
+        if len(jobs) < 2:
+            raise ConfigError("together=true needs two or more images of one object")
+        jobs = [replace(jobs[0], others=tuple(jobs[1:]))]
     checkpoint = checkpoint_of(settings.run, settings.templates is not None)
     predictor = Predictor.load(checkpoint, settings.device)
     check_apart(settings.templates or (), out=out)
@@ -202,11 +213,17 @@ class _Maker:
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
         start = time.perf_counter()
-        photo = self._predictor.frame(
-            job.image, mask=job.mask, box=self._box, background=settings.background
-        )
+        photos = [
+            self._predictor.frame(
+                one.image, mask=one.mask, box=self._box, background=settings.background
+            )
+            for one in (job, *job.others)
+        ]
         framed = time.perf_counter()
-        (selected,) = self._predictor.predict_framed([photo], settings.category)
+        if job.others:
+            selected = self._predictor.predict_together(photos, settings.category)
+        else:
+            (selected,) = self._predictor.predict_framed(photos, settings.category)
         predicted = time.perf_counter()
         names = [*_MESHES, *(_OBJ if settings.obj else ()), *(_PREVIEW if settings.preview else ())]
         places = ["", *(f"candidate-{rank + 1}/" for rank in range(1, settings.top_k))]
@@ -228,6 +245,7 @@ class _Maker:
         }
         content = {
             "image_file": str(job.image),
+            **({"other_images": [str(o.image) for o in job.others]} if job.others else {}),
             "asked_category": settings.category,
             **record(selected),
             "seconds": {name: round(value, 4) for name, value in seconds.items()},
@@ -244,7 +262,10 @@ class _Maker:
     def _key(self, job: Job) -> str:
         """Return what changes when the files would be others."""
         read = [
-            hashlib.sha256(file_bytes(path)).hexdigest() for path in (job.image, job.mask) if path
+            hashlib.sha256(file_bytes(path)).hexdigest()
+            for one in (job, *job.others)
+            for path in (one.image, one.mask)
+            if path
         ]
         chosen = {k: v for k, v in asdict(self._settings).items() if k not in _ELSEWHERE}
         content = [FORMAT_VERSION, self._digest, *self._templates, read, chosen]

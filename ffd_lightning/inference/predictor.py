@@ -153,7 +153,6 @@ class Predictor:
         photo = self.frame(image, mask=mask, box=box, background=background)
         return self.predict_framed([photo], category)[0]
 
-    @torch.no_grad()
     def predict_framed(
         self, photos: Sequence[FramedPhoto], category: str | None = None
     ) -> list[Reconstruction]:
@@ -168,10 +167,30 @@ class Predictor:
             ConfigError: the model does not know the category.
             DataError: the network's outputs are not finite.
         """
-        if category is not None:
-            self.model.templates_of(category)
         if not photos:
             return []
+        outputs = zip(photos, *self._outputs(photos), strict=True)
+        return [self._reconstruction(*of_one, category) for of_one in outputs]
+
+    def predict_together(
+        self, photos: Sequence[FramedPhoto], category: str | None = None
+    ) -> Reconstruction:
+        """Reconstruct the one object that several framed photographs show, from any sides.
+
+        Template weights are multiplied, offsets averaged; colours and viewpoint are of the first.
+        Arguments and errors are those of `predict_framed`.
+        """
+        weights, offsets, sides = self._outputs(photos)
+        logs = np.log(np.maximum(weights, 1e-9)).mean(0)
+        product = np.exp(logs - logs.max())
+        together = (product / product.sum()).astype(np.float32), offsets.mean(0)
+        return self._reconstruction(photos[0], *together, sides[0], category)
+
+    @torch.no_grad()
+    def _outputs(
+        self, photos: Sequence[FramedPhoto]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], list[tuple[Viewpoint, ...]]]:
+        """Return weights (q, T), offsets (q, T, M, 3) and viewpoints of photographs."""
         images = torch.from_numpy(np.stack([photo.image[..., :3] for photo in photos]))
         masks = torch.from_numpy(np.stack([photo.image[..., 3] for photo in photos]))
         images, masks = images.permute(0, 3, 1, 2).to(self.device), masks.to(self.device)
@@ -180,12 +199,21 @@ class Predictor:
         offsets = prediction.offsets.float().cpu().numpy()
         if not (np.isfinite(weights).all() and np.isfinite(offsets).all()):
             raise DataError("the network's outputs are not finite: its training has diverged")
-        bank, categories, found = self.model.bank, self.model.template_categories, []
-        sides = self._viewpoints(prediction)
-        for photo, w, o, seen in zip(photos, weights, offsets, sides, strict=True):
-            first = Reconstruction(photo, bank, w, o, categories, categories[0], 0, seen)
-            found.append(first.of_category(category or next(iter(first.category_weights))))
-        return found
+        return weights, offsets, self._viewpoints(prediction)
+
+    def _reconstruction(
+        self,
+        photo: FramedPhoto,
+        weights: NDArray[np.float32],
+        offsets: NDArray[np.float32],
+        seen: tuple[Viewpoint, ...],
+        category: str | None,
+    ) -> Reconstruction:
+        bank, categories = self.model.bank, self.model.template_categories
+        if category is not None:
+            self.model.templates_of(category)
+        found = Reconstruction(photo, bank, weights, offsets, categories, categories[0], 0, seen)
+        return found.of_category(category or next(iter(found.category_weights)))
 
     @property
     def knows_side(self) -> bool:

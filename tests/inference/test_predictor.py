@@ -259,3 +259,16 @@ def test_conditioned_heads_take_other_templates_after_training(
 
     with pytest.raises(ConfigError, match="heads=conditioned"):
         load_model(checkpoint).with_templates(others.bank, pictures)
+
+
+def test_several_photographs_of_one_object_are_one_reconstruction(predictor, image):
+    turned = np.ascontiguousarray(image[:, ::-1])
+    photos = [predictor.frame(x) for x in (image, turned)]
+    one, other = predictor.predict_framed(photos)
+    found = predictor.predict_together(photos)
+    product = np.sqrt(one.weights * other.weights)
+    np.testing.assert_allclose(found.weights, product / product.sum(), rtol=1e-4)
+    np.testing.assert_allclose(found.offsets, (one.offsets + other.offsets) / 2, atol=1e-6)
+    alone = predictor.predict_together(photos[:1])
+    np.testing.assert_allclose(alone.weights, one.weights, rtol=1e-5)
+    assert found.photo is photos[0]

@@ -84,7 +84,7 @@ def book(b: Builder, rng: Rng, f: Finish) -> Plan:
 
 
 FORMS = (
-    Component("slab", 3.5, partial(whole, width=(0.42, 0.9), depth=(0.08, 0.22))),
+    Component("slab", 7, partial(whole, width=(0.42, 0.9), depth=(0.08, 0.22))),
     Component("bar", 2.5, partial(whole, width=(0.28, 0.56), depth=(0.24, 0.6))),
     Component("brick", 2, partial(whole, width=(0.26, 0.48), depth=(0.6, 1.2))),
     Component("clamshell", 3, partial(clamshell, width=(0.38, 0.66), tall=(0.48, 0.64), shut=0.2)),

@@ -191,7 +191,7 @@ def keyed(b: Builder, rng: Rng, p: Plan, full: bool) -> None:
 
 
 FRONTS = (
-    Component("touch", 2, touch, {"form": ("slab", "book"), "housing": ("plate", "halves")}),
+    Component("touch", 8, touch, {"form": ("slab", "book"), "housing": ("plate", "halves")}),
     Component(
         "keypad",
         2,
