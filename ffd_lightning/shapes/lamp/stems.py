@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from ffd_lightning.shapes.kit import Builder, Component, Rng, draw
-from ffd_lightning.shapes.kit.curves import monotone
 from ffd_lightning.shapes.kit.legs import LegStyle, add_legs
 from ffd_lightning.shapes.kit.paths import bend, circle
 from ffd_lightning.shapes.kit.sections import superellipse
@@ -30,7 +30,7 @@ def _vase_rows(rng: Rng, radius: float, height: float, neck: float) -> Array:
     widths = rng.uniform(0.3, 1.0, 4) * radius
     widths[int(rng.integers(1, 4))] = radius
     t, knots = np.linspace(0, 1, 18), np.array([*widths, 1.2 * neck, neck])
-    return np.stack([monotone(levels, knots, t), height * t], 1)
+    return np.stack([PchipInterpolator(levels, knots)(t), height * t], 1)
 
 
 def vase(b: Builder, rng: Rng, p: Plan) -> Sockets:
