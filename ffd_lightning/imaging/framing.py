@@ -124,7 +124,7 @@ def object_fill(images: Iterable[NDArray[np.uint8]]) -> float:
     >>> object_fill([image])
     0.6
     """
-    boxes = [(box, len(i)) for i in images if (box := _box(i[..., 3] > 127))]
+    boxes = [(box, len(i)) for i in images if (box := covered_box(i[..., 3] > 127))]
     fills = [max(right - left, low - top) / high for (left, top, right, low), high in boxes]
     return float(np.median(fills)) if fills else 1.0
 
@@ -261,7 +261,7 @@ def _cut_by_border(photo: Image.Image, wanted: float) -> _Cut:
     around = left - side / 2, top - side / 2, right + side / 2, bottom + side / 2
     x0, y0, x1, y1 = (max(0, round(edge * cut.scale)) for edge in around)
     again = _split(photo.crop((x0, y0, min(photo.width, x1), min(photo.height, y1))))
-    if _box(again.coverage > 127) is None:
+    if covered_box(again.coverage > 127) is None:
         return cut
     return replace(again, corner=(x0, y0), step=cut.step, warnings=cut.warnings)
 
@@ -298,15 +298,15 @@ def _reduced(photo: Image.Image) -> Image.Image:
 # --- framing --------------------------------------------------------------------------------------
 
 
-def _box(covered: NDArray[np.bool_]) -> tuple[int, int, int, int] | None:
-    """Return left, top, right, bottom of what is covered, None of nothing."""
+def covered_box(covered: NDArray[np.bool_]) -> tuple[int, int, int, int] | None:
+    """Return left, top, right, bottom of what is covered, (h, w), None of nothing."""
     return Image.fromarray(covered).getbbox()
 
 
 def _object_box(cut: _Cut) -> tuple[int, int, int, int]:
     """Return the box of the object: of more than specks of half coverage."""
     parts, _ = main_parts(cut.coverage > 127)
-    box = _box(parts)
+    box = covered_box(parts)
     if box is None:
         raise DataError(f"no object found ({cut.step}): give mask=...")
     return box

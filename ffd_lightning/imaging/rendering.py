@@ -87,10 +87,8 @@ def seen_faces(
     rows, columns, directions = _rays(mesh, camera, height, width, 1)
     found = np.full((height, width), -1, np.int64)
     if len(directions):
-        scene = EmbreeScene(EmbreeDevice())
-        TriangleMesh(scene, mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32))
         origins = np.broadcast_to(camera.pose.position.astype(np.float32), directions.shape)
-        hits = scene.run(origins.copy(), directions, output=1)["primID"]
+        hits = _scene(mesh).run(origins.copy(), directions, output=1)["primID"]
         box = rows[1] - rows[0], columns[1] - columns[0]
         found[slice(*rows), slice(*columns)] = hits.reshape(box)
     return found
@@ -132,8 +130,7 @@ def _span(low: float, high: float, size: int) -> tuple[int, int]:
 
 def _trace(mesh: Mesh, position: NDArray[np.float64], directions: Floats) -> Floats:
     """Return the linear light that each ray brings, and its opacity, (R, 4)."""
-    scene = EmbreeScene(EmbreeDevice())
-    TriangleMesh(scene, mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32))
+    scene = _scene(mesh)
     brightness = _brightness(mesh, position)
     plain = np.empty((len(mesh.faces), 4), np.float32)
     plain[:, :3] = _LINEAR[mesh.face_colors[:, :3]] * brightness
@@ -162,6 +159,12 @@ def _trace(mesh: Mesh, position: NDArray[np.float64], directions: Floats) -> Flo
         origins = origins.take(again, axis=0)
         origins += (t.take(beyond) + np.float32(_LAYER_GAP))[:, None] * directions
     return light
+
+
+def _scene(mesh: Mesh) -> EmbreeScene:
+    scene = EmbreeScene(EmbreeDevice())
+    TriangleMesh(scene, mesh.vertices.astype(np.float32), mesh.faces.astype(np.int32))
+    return scene
 
 
 def _brightness(mesh: Mesh, position: NDArray[np.float64]) -> Floats:

@@ -167,6 +167,8 @@ class Predictor:
             ConfigError: the model does not know the category.
             DataError: the network's outputs are not finite.
         """
+        if category is not None:
+            self.model.templates_of(category)
         if not photos:
             return []
         outputs = zip(photos, *self._outputs(photos), strict=True)
@@ -180,6 +182,8 @@ class Predictor:
         Template weights are multiplied, offsets averaged; colours and viewpoint are of the first.
         Arguments and errors are those of `predict_framed`.
         """
+        if category is not None:
+            self.model.templates_of(category)
         weights, offsets, sides = self._outputs(photos)
         logs = np.log(np.maximum(weights, 1e-9)).mean(0)
         product = np.exp(logs - logs.max())
@@ -210,8 +214,6 @@ class Predictor:
         category: str | None,
     ) -> Reconstruction:
         bank, categories = self.model.bank, self.model.template_categories
-        if category is not None:
-            self.model.templates_of(category)
         found = Reconstruction(photo, bank, weights, offsets, categories, categories[0], 0, seen)
         return found.of_category(category or next(iter(found.category_weights)))
 

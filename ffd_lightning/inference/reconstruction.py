@@ -88,7 +88,8 @@ class Reconstruction:
         if self.viewpoint is not None and self.viewpoint.confidence < _SURE:
             found += (
                 "the network doubts from which side the photograph was taken (confidence "
-                f"{self.viewpoint.confidence:.2f}): colours taken from it may be wrong",
+                f"{self.viewpoint.confidence:.2f}): the preview's side, "
+                "and colours taken from the photograph, may be wrong",
             )
         own = weights.pop(self.category)
         if own >= 0.5:
@@ -136,11 +137,17 @@ class Reconstruction:
         found = self.viewpoint
         return None if found is None else Camera(found.azimuth, found.elevation)
 
-    def colored(self, colors: MeshColors) -> Mesh:
-        """Return `surface`, for `photo` in the photograph's colours, if its side is known."""
+    def colored(self, colors: MeshColors, surface: Mesh | None = None) -> Mesh:
+        """Return a mesh, for `photo` in the photograph's colours, if its side is known.
+
+        Args:
+            colors: what they are to say; only `photo` changes anything.
+            surface: in the frame of `surface`, which it is by default.
+        """
+        mesh = self.surface if surface is None else surface
         if colors != "photo" or self.viewpoint is None:
-            return self.surface
-        return photo_colored(self.surface, self.viewpoint, self.photo.image)
+            return mesh
+        return photo_colored(mesh, self.viewpoint, self.photo.image)
 
     @property
     def mesh(self) -> trimesh.Trimesh:

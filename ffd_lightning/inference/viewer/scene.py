@@ -84,7 +84,7 @@ class Scene:
         self.nodes = {"": self._scene.add_frame(self._root, show_axes=False)}
         if (camera := state.reconstruction.camera) is not None:
             self._look(camera.pose)
-        surface = state.colored(colors)
+        surface = state.reconstruction.colored(colors, state.surface())
         floor = surface.vertices[:, 1].min()
         side = 0.55 if state.truth is None else 1.0
         column = side if state.truth is None else 0.0

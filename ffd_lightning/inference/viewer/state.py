@@ -12,9 +12,7 @@ from numpy.typing import NDArray
 from ffd_lightning.data.templates.bank import TemplateBank
 from ffd_lightning.geometry.ffd import deform, deformation_matrix
 from ffd_lightning.geometry.mesh import Mesh
-from ffd_lightning.inference.pieces import MeshColors
 from ffd_lightning.inference.reconstruction import Reconstruction
-from ffd_lightning.inference.seen_side import photo_colored
 from ffd_lightning.metrics.chamfer import chamfer
 
 Floats = NDArray[np.float32]
@@ -94,13 +92,6 @@ class State:
     def surface(self) -> Mesh:
         """Return the mesh to draw, deformed."""
         return self.display.deformed_mesh(self.template, torch.from_numpy(self.offsets))
-
-    def colored(self, colors: MeshColors) -> Mesh:
-        """Return the mesh to draw, deformed, in colours; see `Reconstruction.colored`."""
-        found, surface = self.reconstruction, self.surface()
-        if colors != "photo" or found.viewpoint is None:
-            return surface
-        return photo_colored(surface, found.viewpoint, found.photo.image)
 
     def template_surface(self) -> Mesh:
         """Return the mesh to draw as the template has it: the same vertices, at rest."""
