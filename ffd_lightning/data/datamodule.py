@@ -423,7 +423,7 @@ class FfdDataModule(LightningDataModule):
         """What training steps draw templates from; None where they see the bank's."""
         if self.draw is None:
             return None
-        return TemplatePool(self.prepared, self.trained_on, self.draw)
+        return TemplatePool(self.prepared, self.trained_on, self.draw, self.bank.ids)
 
     @property
     def trained_on(self) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from ffd_lightning.errors import ConfigError
 from ffd_lightning.nn.encoders.base import BATCH_NORM_EPS
 
 _POINT_SCALE = 4.0  # clouds have a bounding-box diagonal of 1: brings coordinates to about -1 to 1
+_LOW_RANK_SCALE = 0.01  # Adam's steps have the size of the learning rate: too large for products
 
 
 class Heads(nn.Module):
@@ -168,7 +169,10 @@ class ConditionedHeads(Heads):
     and the code c of a template,
 
     $$ \text{logit} = \frac{(W_q h) \cdot (W_k c)}{\sqrt d}, \quad
-              \Delta P = \text{MLP}(W_h h + W_c c) . $$
+              \Delta P = \text{MLP}(W_h h + W_c c) + \tfrac{1}{100} W_o (V_h h \odot V_c c) . $$
+
+    The last term is what the paper's last layer, a matrix for each template, becomes when the
+    matrices are a function of codes and share a low rank.
 
     Training draws templates anew each step, from all shapes that are trained on.
 
@@ -185,6 +189,7 @@ class ConditionedHeads(Heads):
         code: size of each half of a code.
         width: of the layers between codes and offsets.
         key: d, size of what is compared to select a template.
+        rank: of the last term of the offsets.
 
     Sources: C. R. Qi et al., "PointNet", CVPR 2017; retrieval and deformation learnt together, each
     side with an embedding of its own: M. A. Uy et al., CVPR 2021.
@@ -206,6 +211,7 @@ class ConditionedHeads(Heads):
         code: Positive = 128,
         width: Positive = 256,
         key: Positive = 64,
+        rank: Positive = 512,
     ) -> None:
         super().__init__(in_channels, map_size, bottleneck, hidden, batch_norm_momentum)
         self.draw = draw
@@ -219,6 +225,8 @@ class ConditionedHeads(Heads):
         self.query, self.key = nn.Linear(hidden, key), nn.Linear(2 * code, key)
         self.of_image, self.of_code = nn.Linear(hidden, width), nn.Linear(2 * code, width)
         self.mix = nn.Sequential(nn.ReLU(), nn.Linear(width, width), nn.ReLU())
+        self.low_rank_image, self.low_rank_code = nn.Linear(hidden, rank), nn.Linear(2 * code, rank)
+        self.low_rank = nn.Linear(rank, num_control_points * 3, bias=False)
         self.offsets = nn.Linear(width, num_control_points * 3)
         self.initialize(offset_std)
 
@@ -240,4 +248,6 @@ class ConditionedHeads(Heads):
         keys = self.key(codes)
         logits = self.query(hidden) @ keys.T / keys.shape[1] ** 0.5
         mixed = self.mix(self.of_image(hidden)[:, None] + self.of_code(codes))
-        return logits, self.offsets(mixed).unflatten(2, (-1, 3))
+        product = self.low_rank_image(hidden)[:, None] * self.low_rank_code(codes)
+        offsets = self.offsets(mixed) + _LOW_RANK_SCALE * self.low_rank(product)
+        return logits, offsets.unflatten(2, (-1, 3))

@@ -54,6 +54,16 @@ def test_of_several_categories_a_step_takes_a_few_and_as_many_templates_of_each(
         assert {*seen} <= {*drawn}
 
 
+def test_half_of_the_drawn_templates_are_of_the_bank():
+    prepared = _Set(*(f"{name}/{k}" for name in "ab" for k in range(40)))
+    pool = TemplatePool(prepared, prepared.ids, count=16, bank=[f"a/{k}" for k in range(6)])
+    for step in range(20):
+        templates, _ = pool.draw(6, np.random.default_rng(step))
+        drawn = [prepared.ids[row] for row in templates]
+        assert sum(shape in {f"a/{k}" for k in range(6)} for shape in drawn) >= 4
+        assert sum(shape.startswith("b/") for shape in drawn) == 8
+
+
 def test_drawn_templates_of_several_categories_are_told_apart(tiny_config):
     joint = ("category=joint", "category.members=[sofa,table]", "templates=t2")
     data = build_data(tiny_config(*joint, "heads=conditioned", "heads.draw=4"))
