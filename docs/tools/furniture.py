@@ -1,4 +1,4 @@
-"""Sort the real chairs and tables of Debian's package sweethome3d-furniture into folders.
+"""Sort the real furniture and cars of Debian's package sweethome3d-furniture into folders.
 
     apt-get download sweethome3d-furniture
     dpkg -x sweethome3d-furniture_*.deb furniture
@@ -6,8 +6,8 @@
     python train.py data=folder data.root=meshes data.yaw=180 category=chair
 
 Its five libraries are CC-BY 3.0 and CC0 (furniture/usr/share/doc says which is which). What the
-catalogue calls a chair, armchair, stool, table or desk is taken, less what only has the word in its
-name.
+catalogue calls a chair, armchair, stool, table or desk is taken, and so on for other categories,
+less what only has the word in its name.
 """
 
 from __future__ import annotations
@@ -17,8 +17,24 @@ import sys
 import zipfile
 from pathlib import Path
 
-CATEGORIES = {"chair": r"\b(arm)?chair|\bstool", "table": r"\btable\b|\bdesk\b"}
-_NOT = r"lamp|fan|bat|tennis|football|pool|ottoman|wheelchair|bedside|changing|dressing"
+CATEGORIES = {
+    "bench": r"\bbench",
+    "cabinet": r"cabinet|wardrobe|cupboard|bookcase|dresser|chest$|shelves",
+    "car": r"sedan|beetle|leon|ford|peugeot|renault|chevrolet|smart car|suv|\bvan\b|\bbus\b",
+    "cellphone": r"iphone|mobile phone|wireless phone",
+    "chair": r"\b(arm)?chair|\bstool",
+    "lamp": r"lamp\b",
+    "monitor": r"\btv( 16:9)?$|imac|^screen$",
+    "plane": r"plane$",
+    "sofa": r"sofa\b|couch",
+    "speaker": r"speaker",
+    "table": r"\btable\b|\bdesk\b",
+    "watercraft": r"boat",
+}
+_NOT = (
+    r"lamp artwork|\bfan\b|bat$|tennis|football|pool|ottoman|wheelchair|bedside|changing|"
+    r"dressing|abdominal|opened|work|upper"
+)
 
 
 def sort(library: Path, out: Path) -> int:
@@ -29,7 +45,8 @@ def sort(library: Path, out: Path) -> int:
         entries = dict(line.split("=", 1) for line in text.splitlines() if "=" in line)
         for key, name in entries.items():
             kinds = [c for c, words in CATEGORIES.items() if re.search(words, name, re.I)]
-            if not key.startswith("name#") or not kinds or re.search(_NOT, name, re.I):
+            excluded = re.search(_NOT, name, re.I)
+            if not key.startswith("name#") or not kinds or excluded:
                 continue
             model = entries[f"model#{key.removeprefix('name#')}"].strip().lstrip("/")
             folder = model.rpartition("/")[0]
