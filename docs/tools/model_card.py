@@ -33,7 +33,7 @@ def measure(predictor: Predictor, prepared: PreparedSet, views: int) -> pd.DataF
     category = prepared.category(0)
     own = torch.as_tensor(model.templates_of(category))
     trained, rows = set(bank.ids), []
-    with CountProgress(category, len(prepared), 0) as progress:
+    with CountProgress(category, len(prepared), 0, True) as progress:
         for row in range(len(prepared)):
             progress.advance()
             target = torch.from_numpy(prepared.cloud(row, _POINTS))
@@ -73,7 +73,7 @@ def summary(images: pd.DataFrame) -> pd.DataFrame:
     table = groups[["right", "selected", "best", "as it is"]].mean()
     table["regret"] = 100 * (table["selected"] / table["best"] - 1)
     table["azimuth"] = groups["azimuth"].median()
-    table["turned"] = groups["azimuth"].apply(lambda errors: 100 * (errors > 90).mean())
+    table["turned"] = groups["azimuth"].apply(lambda errors: 100 * (errors.dropna() > 90).mean())
     table.insert(0, "images", groups.size())
     table.loc["mean"] = table.mean()
     table.loc["mean", "images"] = table["images"][:-1].sum()

@@ -192,7 +192,7 @@ class NetworkConfig:
         seen_height: of the images as the encoder sees them: higher ones are shrunk, by the largest
             whole factor that leaves so many pixels; null takes them as they are.
         weights: the first weights of the whole network, those of the encoder included: a run's
-            folder, a checkpoint, or embedded, that of the package for the same heads.
+            folder, a checkpoint, or embedded, that of the package (heads=conditioned).
     """
 
     settings_like: ClassVar[str] = "ffd_lightning.nn.network:TemplateFfdNetwork"

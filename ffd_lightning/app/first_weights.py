@@ -57,8 +57,7 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
     Raises:
         ConfigError: there is no such run or checkpoint, or it is of another network.
     """
-    file = _network_file(weights, network.heads.conditioned)
-    state = read_checkpoint(file)["state_dict"]
+    state = read_checkpoint(_network_file(weights))["state_dict"]
     own = {k.removeprefix(_NETWORK): v for k, v in state.items() if k.startswith(_NETWORK)}
     try:
         network.load_state_dict(own)
@@ -70,8 +69,8 @@ def load_network_weights(network: TemplateFfdNetwork, weights: str) -> None:
         ) from None
 
 
-def _network_file(weights: str, conditioned: bool) -> Path:
-    return checkpoint_of(None if weights == EMBEDDED else weights, conditioned)
+def _network_file(weights: str) -> Path:
+    return checkpoint_of(None if weights == EMBEDDED else weights)
 
 
 def weights_problem(cfg: Any) -> str:
@@ -102,8 +101,8 @@ def leak_warning(
 ) -> str:
     """Say how many test shapes the first weights were trained or validated on, "" for none.
 
-    They are known again by their ids, where the data is of the same name and seed. Templates of the
-    network that the weights are from do not count: it was never shown images of them.
+    They are known again by their ids, where the data is of the same name and seed. Templates of a
+    network that is not told them do not count: it was never shown images of them.
 
     Args:
         cfg: of the run that is to start.
@@ -113,9 +112,7 @@ def leak_warning(
     weights = cfg.network.weights
     if weights is None and cfg.encoder.first_weights != EMBEDDED:
         return ""
-    conditioned = cfg.heads.name == "conditioned"
-    file = pretrained_model() if weights is None else _network_file(weights, conditioned)
-    model = read_checkpoint(file)["model"]
+    model = read_checkpoint(_network_file(weights or EMBEDDED))["model"]
     before = model["record"].get("settings", {})
     ours = {"name": cfg.data.name, "seed": cfg.data.settings.get("seed")}
     if ours != {name: before.get(f"data.{name}") for name in ours}:
@@ -158,4 +155,4 @@ def _seen(
         subsets = rule(SplitInput(category, ids, (), source.split(category), alike))
         split = make_split(ids, subsets, settings["split.val_fraction"], alike)
         seen |= {f"{category}/{shape_id}" for shape_id in (*split.train, *split.val)}
-    return seen - set(model["templates"]["ids"])
+    return seen if "template_codes" in model else seen - set(model["templates"]["ids"])

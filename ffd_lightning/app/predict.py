@@ -68,8 +68,8 @@ class PredictSettings:
         background: what tells the object from its background, where no mask is given: `auto`, the
             alpha channel, else the colour of the border; `rembg`, the package of that name.
         templates: meshes to take as templates in place of the network's own: a folder, files, a
-            pattern, or a list of those; for networks of heads=conditioned, as one is that comes
-            with the package and is taken where run is null.
+            pattern, or a list of those; for networks of heads=conditioned, as that is which comes
+            with the package.
         up: the axis of those meshes that points up.
         yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
         data_root: those meshes are prepared once, and kept there.
@@ -148,7 +148,7 @@ def predict_files(settings: PredictSettings) -> list[Outcome]:
         if len(jobs) < 2:
             raise ConfigError("together=true needs two or more images of one object")
         jobs = [replace(jobs[0], others=tuple(jobs[1:]))]
-    checkpoint = checkpoint_of(settings.run, settings.templates is not None)
+    checkpoint = checkpoint_of(settings.run)
     predictor = Predictor.load(checkpoint, settings.device)
     check_apart(settings.templates or (), out=out)
     own = named_templates(settings, predictor.model, settings.data_root, settings.progress_bar)

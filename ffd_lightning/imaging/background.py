@@ -13,7 +13,9 @@ from scipy import ndimage
 Floats = NDArray[np.floating[Any]]
 
 _SPECK = 0.005  # of what is covered: smaller parts do not decide where the object is
-_TOLERANCES = 8.0, 24.0  # least and most, in levels of 255
+_TOLERANCES = 3.0, 24.0  # least and most, in levels of 255
+# Twice the levels that a soft shadow changes by near by. The edge of a white wing is steeper.
+_SHADE = 7.0
 _TERMS = ((0, 0, 0, 1, 1, 2), (0, 1, 2, 0, 1, 0))  # powers of y and x in a quadratic
 
 
@@ -133,8 +135,8 @@ def _spread_out(
 ) -> tuple[NDArray[np.bool_], Floats]:
     """Grow the background along its own colours, and return it with its colour everywhere.
 
-    A pixel joins whose colour is that of the background near by, to half the tolerance, and a
-    shade, darker or lighter, of the surface's.
+    A pixel joins whose colour is that of the background near by, to half the tolerance or 3.5,
+    and a shade, darker or lighter, of the surface's.
     """
     plain = _apart(pixels, surface) < tolerance
     shade = pixels.mean(axis=2) / np.maximum(surface.mean(axis=2), 1)
@@ -145,7 +147,7 @@ def _spread_out(
     for _ in range(24):
         before = np.count_nonzero(known)
         local = _near_by(pixels, known, surface, cell)
-        close = _apart(pixels, local) < tolerance / 2
+        close = _apart(pixels, local) < max(tolerance, _SHADE) / 2
         known = _reached(plain | close & shaded | known, ring)
         if np.count_nonzero(known) - before < 0.001 * known.size:
             break

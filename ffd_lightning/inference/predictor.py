@@ -39,7 +39,7 @@ class Predictor:
     >>> predictor = Predictor.load()  # doctest: +SKIP
     >>> predictor.predict("photo.png").mesh.export("mesh.glb")  # doctest: +SKIP
     >>> predictor.predict("photo.png", category="chair").template_id  # doctest: +SKIP
-    >>> own = Predictor.load(conditioned=True).with_templates("my_meshes")  # doctest: +SKIP
+    >>> own = Predictor.load().with_templates("my_meshes")  # doctest: +SKIP
     >>> own.predict("photo.png").template_id  # doctest: +SKIP
 
     Args:
@@ -56,21 +56,18 @@ class Predictor:
         self.model.network.to(self.device).eval()
 
     @classmethod
-    def load(
-        cls, source: str | Path | None = None, device: str = "auto", *, conditioned: bool = False
-    ) -> Predictor:
+    def load(cls, source: str | Path | None = None, device: str = "auto") -> Predictor:
         """Load a run folder's newest checkpoint, a checkpoint file, or the package's own model.
 
         Args:
             source: the run folder, or the file; None for the model that comes with the package.
             device: see `Predictor`.
-            conditioned: of the package's own, the one for `with_templates`.
 
         Raises:
             ConfigError: no run, no checkpoint, or one of another version; no such device.
             DataError: the checkpoint is damaged.
         """
-        return cls(load_model(checkpoint_of(source, conditioned)), device)
+        return cls(load_model(checkpoint_of(source)), device)
 
     def with_templates(
         self,
@@ -232,18 +229,17 @@ class Predictor:
         return [known] * count
 
 
-def checkpoint_of(source: str | Path | None, conditioned: bool = False) -> Path:
+def checkpoint_of(source: str | Path | None) -> Path:
     """Return the checkpoint that a run folder, or a checkpoint file, stands for.
 
     Args:
         source: the folder or the file; None for the model that comes with the package.
-        conditioned: of the package's own, the one that is told its templates.
 
     Raises:
         ConfigError: there is none of them.
     """
     if source is None:
-        return pretrained_model(conditioned)
+        return pretrained_model()
     path = Path(source).expanduser()
     if path.is_file():
         return path

@@ -125,7 +125,7 @@ def test_what_is_prepared_is_kept_until_a_file_changes(
 
 
 def test_one_mesh_is_enough(model, prepared):
-    for predictor in (Predictor(model), Predictor.load(conditioned=True)):
+    for predictor in (Predictor(model), Predictor.load()):
         found = predictor.with_templates({"only": box((1, 2, 3))}).predict(prepared.image(0))
         assert (found.template_id, found.weight) == ("only", pytest.approx(1))
         assert np.abs(found.offsets).max() > 0

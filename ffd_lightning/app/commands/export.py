@@ -56,8 +56,7 @@ def main(settings: Settings) -> int:
     out = Path(settings.out).expanduser()
     if out.suffix != ".ckpt":
         check_out(out)  # before the checkpoint is read
-    told = settings.templates is not None
-    checkpoint = checkpoint_of(settings.checkpoint or settings.run, told)
+    checkpoint = checkpoint_of(settings.checkpoint or settings.run)
     model = load_model(checkpoint)
     if (own := named_templates(settings, model, settings.data_root)) is not None:
         model = tell(model, own)

@@ -82,8 +82,7 @@ def main(settings: Settings) -> int:
 
 def open_shared(settings: Settings) -> Shared:
     """Load a run, or a checkpoint alone, and the photograph to begin with."""
-    source, told = settings.checkpoint or settings.run, settings.templates is not None
-    predictor = Predictor.load(source, settings.device, conditioned=told)
+    predictor = Predictor.load(settings.checkpoint or settings.run, settings.device)
     own = named_templates(settings, predictor.model, settings.data_root or "data")
     predictor = predictor if own is None else predictor.told(own)
     shapes, note = None, "A checkpoint alone: open a photo."
