@@ -13,11 +13,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.own_templates import named_templates
 from ffd_lightning.components import MISSING, NotNegative, Positive
-from ffd_lightning.data.reading.orientation import Up
 from ffd_lightning.errors import ConfigError, DataError, UserError
-from ffd_lightning.files import lock_folder
+from ffd_lightning.files import lock_folder, read_json
 from ffd_lightning.imaging.framing import Background, Box
 from ffd_lightning.inference.files import (
     MeshWriter,
@@ -52,7 +52,7 @@ _ELSEWHERE = (
 
 
 @dataclass
-class PredictSettings:
+class PredictSettings(TemplateSettings):
     """Settings of `ffd predict`.
 
     Attributes:
@@ -67,12 +67,7 @@ class PredictSettings:
             folder named after the first.
         background: what tells the object from its background, where no mask is given: `auto`, the
             alpha channel, else the colour of the border; `rembg`, the package of that name.
-        templates: meshes to take as templates in place of the network's own: a folder, files, a
-            pattern, or a list of those; for networks of heads=conditioned, as one is that comes
-            with the package and is taken where run is null.
-        up: the axis of those meshes that points up.
-        yaw: degrees about the vertical, anticlockwise from above, until those meshes face -z.
-        data_root: those meshes are prepared once, and kept there.
+        data_root: the meshes of templates= are prepared once, and kept there.
         top_k: so many templates are deformed, the selected one first.
         points: of `cloud.ply`.
         colors: what the colours of meshes say: `photo`, what the photograph shows; `material`, what
@@ -95,9 +90,6 @@ class PredictSettings:
     box: list[int] | None = None
     together: bool = False
     background: Background = "auto"
-    templates: list[str] | None = None
-    up: Up = "y"
-    yaw: float = 0.0
     data_root: str = "data"
     top_k: Positive = 1
     points: Positive = 16384
@@ -208,7 +200,7 @@ class _Maker:
 
     def _made(self, job: Job) -> Outcome:
         settings, model, folder = self._settings, self._predictor.model, job.folder
-        key, earlier = self._key(job), _read(folder / _RECORD)
+        key, earlier = self._key(job), read_json(folder / _RECORD)
         same = not settings.restart and earlier.get("key") == key
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
@@ -228,7 +220,7 @@ class _Maker:
         names = [*_MESHES, *(_OBJ if settings.obj else ()), *(_PREVIEW if settings.preview else ())]
         places = ["", *(f"candidate-{rank + 1}/" for rank in range(1, settings.top_k))]
         files = [place + name for place in places for name in names]
-        for left in (earlier, _read(folder / _UNFINISHED)):
+        for left in (earlier, read_json(folder / _UNFINISHED)):
             _remove(folder, [_RECORD, *left.get("files", [])])
         write_json(folder / _UNFINISHED, {"files": files})
         for rank, place in enumerate(places):
@@ -302,14 +294,6 @@ def file_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except OSError as error:
         raise DataError(f"{path} cannot be read: {error.strerror}") from None
-
-
-def _read(file: Path) -> dict[str, Any]:
-    """Return a record, {} where there is none, or it is damaged."""
-    try:
-        return dict(json.loads(file.read_text(encoding="utf-8")))
-    except (OSError, ValueError, TypeError):
-        return {}
 
 
 def _line(job: Job, content: dict[str, Any]) -> str:

@@ -491,9 +491,7 @@ class FfdDataModule(LightningDataModule):
         """The test shapes with fixed points, in their order."""
         return self._scored(self.split.test)
 
-    def predict_dataloader(self) -> Batches:
-        """The test shapes, in their order."""
-        return self.test_dataloader()
+    predict_dataloader = test_dataloader
 
     def on_after_batch_transfer(self, batch: BatchIndices | Batch, dataloader_idx: int) -> Batch:
         """Gather a batch where the loader has not, and change the images of a training step."""
