@@ -342,8 +342,7 @@ def run_hydra(
         from ffd_lightning.app.help import command_help
 
         components.load_plugins(named_plugins(given))
-        folders = [config_folder(), *([Path(args.config_dir)] if args.config_dir else [])]
-        print(command_help(name, schema, folders, everything="all" in given))
+        print(command_help(name, schema, args.config_dir, everything="all" in given))
         return
     prepare_hydra(schema, given)
     overrides = _for_hydra(args.overrides, schema, several=args.multirun)

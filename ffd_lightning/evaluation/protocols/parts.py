@@ -52,7 +52,8 @@ class PartProtocol(Protocol):
         self, shape: PreparedShape, rng: np.random.Generator
     ) -> tuple[PartCloud, tuple[str, ...]]:
         """See `Protocol`."""
-        return _known(shape.truth_labelled_points()), shape.category_parts
+        own = shape.prepared.part_names_of(shape.row)
+        return _known(shape.truth_labelled_points()), own
 
     def score(
         self,
