@@ -361,7 +361,7 @@ class TrainConfig(PrepareConfig):
         name: of the experiment: its folder below `paths.runs`.
         seed: decides first weights and what each step sees.
         restart: discards what the run folder holds.
-        provided: which package each component came from that is not ours; filled in by training.
+        provided: from which package each component came that is not ours; not given by users.
         base: overrides that a study makes: its folders' names leave them out.
     """
 

@@ -130,7 +130,7 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
     for old in RENAMED.keys() & flat(plain).keys():
         raise ConfigError(f"the setting {old} of earlier versions is {RENAMED[old]} now")
     components.load_plugins(plain.get("plugins") or [])
-    provided = plain.get("provided") or {}
+    provided, chosen = plain.get("provided") or {}, list[Component]()
     for where, kind in _places(schema):
         above, _, key = where.rpartition(".")
         group = plain
@@ -138,9 +138,14 @@ def typed_config(cfg: DictConfig | Mapping[str, Any], schema: type[_Config]) -> 
             group = plain[above] = _mapping(above, plain.get(above))
         if where not in LISTS:
             group[key] = choose(kind, group.get(key, _ADDED.get(where)), where, provided)
+            chosen.append(group[key])
             continue
         labelled = _mapping(where, group.get(key)).items()
         group[key] = {name: choose(kind, x, f"{where}.{name}", provided) for name, x in labelled}
+        chosen += group[key].values()
+    if "provided" in settings_of(schema):
+        foreign = {f"{x.kind} {x.name}": x.provider for x in chosen if x.provider != OWN}
+        plain["provided"] = foreign
     found: _Config = components.build(schema, plain, "")
     return found
 
@@ -174,17 +179,6 @@ def _mapping(where: str, node: Any) -> dict[str, Any]:
     if node is None:
         raise ConfigError(f"these settings must be given: {group}=...")
     raise ConfigError(f"{where}={node} is a group: write {group}={node}, without spaces")
-
-
-def chosen_components(config: Any) -> list[Component]:
-    """Return all components of typed settings."""
-    found: list[Component] = []
-    for where in (*GROUPS, *LISTS):
-        node = config
-        for step in where.split("."):
-            node = getattr(node, step, None)
-        found += node.values() if isinstance(node, Mapping) else [] if node is None else [node]
-    return found
 
 
 # --- and back -------------------------------------------------------------------------------------
