@@ -84,7 +84,7 @@ def call(module, *words):
     return module.main(read_settings(module.Settings, words, module.MAIN))
 
 
-def python(*arguments, folder, path=ROOT):
+def python(*arguments, folder=ROOT, path=ROOT):
     """Run Python in a folder, by the package in `path`."""
     command, environment = [sys.executable, *arguments], {"PYTHONPATH": str(path), "COLUMNS": "200"}
     options = {"env": os.environ | environment, "capture_output": True, "text": True}

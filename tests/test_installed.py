@@ -3,15 +3,13 @@
 import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from commands import python
+from commands import ROOT, python
 from conftest import TINY
 from PIL import Image
 
-ROOT = Path(__file__).parents[1]
 SETTINGS = (*TINY, "schedule.steps=2", "preparation.workers=1")
 REGIME = """\
 # own: a regime of one's own

@@ -103,19 +103,6 @@ def _places(schema: type[Any]) -> Iterator[tuple[str, str]]:
     yield from ((w, k) for w, k in {**GROUPS, **LISTS}.items() if w.split(".")[0] in fields)
 
 
-def _register(schema: type[Any]) -> None:
-    """Make the settings of a command, and all components that it can choose, known to Hydra."""
-    store = ConfigStore.instance()
-    store.store(name="schema", node=nodes(settings_of(schema)))
-    for where, kind in _places(schema):
-        for name in components.names(kind):
-            node = {label_of(kind): name, **nodes(all_settings(kind, name))}
-            group, package = where.replace(".", "/"), where
-            if where in LISTS:
-                group, package = group.removesuffix("s"), f"{where}.{name}"
-            store.store(group=group, name=name, node=node, package=package)
-
-
 # --- from composed to typed -----------------------------------------------------------------------
 
 
@@ -293,11 +280,19 @@ def jobs(sweep: Sequence[str]) -> list[list[str]]:
 
 
 def prepare_hydra(schema: type[Any], arguments: Sequence[str]) -> None:
-    """Make settings, components and resolvers known to Hydra, plugins included."""
+    """Tell Hydra a command's settings, the components that it can choose, and resolvers."""
     from ffd_lightning.app import identity
 
     components.load_plugins(named_plugins(arguments))
-    _register(schema)
+    store = ConfigStore.instance()
+    store.store(name="schema", node=nodes(settings_of(schema)))
+    for where, kind in _places(schema):
+        for name in components.names(kind):
+            node = {label_of(kind): name, **nodes(all_settings(kind, name))}
+            group, package = where.replace(".", "/"), where
+            if where in LISTS:
+                group, package = group.removesuffix("s"), f"{where}.{name}"
+            store.store(group=group, name=name, node=node, package=package)
     for resolver in (identity.run_folder, identity.run_suffix):
         OmegaConf.register_new_resolver(resolver.__name__, resolver, replace=True)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from commands import run_command, wait_for
+from commands import ROOT, python, run_command, wait_for
 from conftest import TRESTLE
 from PIL import Image
 
@@ -22,7 +22,6 @@ from ffd_lightning.files import lock_folder
 from ffd_lightning.imaging.rendering import render
 from ffd_lightning.inference.predictor import Predictor
 
-ROOT = Path(__file__).parents[2]
 FILES = ("mesh.glb", "template.glb", "lattice.glb", "cloud.ply", "prediction.json", "preview.png")
 
 
@@ -232,8 +231,8 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
         (many / f"{k:02d}.png").write_bytes(photo.read_bytes())
     out = tmp_path / "out"
     given = (f"run={checkpoint}", f"image={many}", f"out={out}", "preview=false", "points=200")
-    arguments = [sys.executable, "predict.py", *given]
-    process = subprocess.Popen(arguments, cwd=ROOT, stdout=subprocess.DEVNULL)
+    command = [sys.executable, "predict.py", *given]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL)
     wait_for(lambda: len(list(out.glob("*/prediction.json"))) >= 3)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
@@ -241,7 +240,7 @@ def test_a_kill_leaves_no_half_file_and_the_command_goes_on(checkpoint, photos, 
     for note in whole:
         trimesh.load(note.with_name("mesh.glb"))
     before = {note: note.stat().st_mtime_ns for note in whole}
-    done = subprocess.run(arguments, cwd=ROOT, capture_output=True, text=True)
+    done = python("predict.py", *given)
     assert done.returncode == 0, done.stderr
     assert f"{len(whole)} of them there already" in done.stdout
     assert before == {note: note.stat().st_mtime_ns for note in whole}
