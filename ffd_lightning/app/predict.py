@@ -87,7 +87,7 @@ class PredictSettings(TemplateSettings):
     category: str | None = None
     out: str = "predictions"
     mask: str | None = None
-    box: list[int] | None = None
+    box: Box | None = None
     together: bool = False
     background: Background = "auto"
     data_root: str = "data"
@@ -185,7 +185,6 @@ class _Maker:
     ) -> None:
         self._settings, self._predictor, self._digest = settings, predictor, digest
         self._templates = templates  # the digest of those that the network does not bring
-        self._box = None if settings.box is None else _box(settings.box)
         self._colors: MeshColors = settings.colors or "material"
         self._writer = MeshWriter(predictor.model.bank, self._colors)
 
@@ -205,12 +204,9 @@ class _Maker:
         if same and all((folder / name).is_file() for name in earlier["files"]):
             return Outcome(_line(job, earlier), tuple(earlier["image"]["warnings"]), known=True)
         start = time.perf_counter()
-        photos = [
-            self._predictor.frame(
-                one.image, mask=one.mask, box=self._box, background=settings.background
-            )
-            for one in (job, *job.others)
-        ]
+        how: Any = {"box": settings.box, "background": settings.background}
+        every = (job, *job.others)
+        photos = [self._predictor.frame(one.image, mask=one.mask, **how) for one in every]
         framed = time.perf_counter()
         if job.others:
             selected = self._predictor.predict_together(photos, settings.category)
@@ -262,13 +258,6 @@ class _Maker:
         chosen = {k: v for k, v in asdict(self._settings).items() if k not in _ELSEWHERE}
         content = [FORMAT_VERSION, self._digest, *self._templates, read, chosen]
         return hashlib.sha256(json.dumps(content).encode()).hexdigest()
-
-
-def _box(numbers: Sequence[int]) -> Box:
-    if len(numbers) != 4:
-        raise ConfigError(f"box={list(numbers)} must be four numbers: left,top,right,bottom")
-    left, top, right, bottom = numbers
-    return left, top, right, bottom
 
 
 def _there(folder: Path, files: Sequence[str]) -> list[Path]:
