@@ -13,9 +13,9 @@ from commands import ROOT, python, run_command, wait_for
 from conftest import TRESTLE
 from PIL import Image
 
-from ffd_lightning.app import predict
+from ffd_lightning.app.commands import predict
+from ffd_lightning.app.commands.predict import Settings, find_jobs, predict_files
 from ffd_lightning.app.open_run import open_run
-from ffd_lightning.app.predict import PredictSettings, find_jobs, predict_files
 from ffd_lightning.data.reading.mesh_file import read_mesh
 from ffd_lightning.errors import ConfigError
 from ffd_lightning.files import lock_folder
@@ -38,7 +38,7 @@ def photos(tiny_run, tmp_path_factory):
 
 @pytest.fixture
 def config(checkpoint, tmp_path):
-    return PredictSettings(
+    return Settings(
         run=str(checkpoint), out=str(tmp_path / "out"), points=300, progress_bar=False, workers=2
     )
 
@@ -48,7 +48,7 @@ def written(checkpoint, photos, tmp_path_factory):
     """All that is written of one photograph: its folder, and the reconstruction."""
     photo = sorted(photos.iterdir())[0]
     out = tmp_path_factory.mktemp("out")
-    config = PredictSettings(
+    config = Settings(
         run=str(checkpoint), image=str(photo), out=str(out), points=300, top_k=2, obj=True
     )
     (outcome,) = predict_files(config)
@@ -82,7 +82,7 @@ def test_a_textured_template_is_shown_with_its_textures(selecting, photos, tmp_p
     """In both files, the deformed mesh has the textures of its template and looks like it."""
     photo = sorted(photos.iterdir())[0]
     run = selecting(TRESTLE)
-    config = PredictSettings(
+    config = Settings(
         run=str(run), image=str(photo), out=str(tmp_path), points=9, preview=False, obj=True
     )
     config.colors = "material"

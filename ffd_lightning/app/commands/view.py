@@ -16,10 +16,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+from ffd_lightning.app.commands.predict import file_bytes
 from ffd_lightning.app.config import TemplateSettings
 from ffd_lightning.app.open_run import open_data
 from ffd_lightning.app.own_templates import named_templates
-from ffd_lightning.app.predict import file_bytes
 from ffd_lightning.components import Range
 from ffd_lightning.errors import ConfigError, UserError
 from ffd_lightning.inference.predictor import Predictor
